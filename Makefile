@@ -5,6 +5,8 @@
 VENV   ?= .venv
 BIN    := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 PYTHON ?= python3
+# The target of `make wheel-musl`.
+MUSL   ?= x86_64-unknown-linux-musl
 MATURIN := $(BIN)/maturin$(if $(filter Windows_NT,$(OS)),.exe)
 REPORT ?= out/reproduce
 # What the hunt for faults has, and its parts, each of which gets its share of it.
@@ -14,6 +16,8 @@ FUZZ_SHARE    = $(shell expr $(FUZZ_MINUTES) / $(words $(FUZZ_PARTS)))
 RUST   := Cargo.toml Cargo.lock $(shell find src -name '*.rs')
 # Of the report, which draws and measures with all of the package.
 SOURCES := $(shell find python/fullbody reproduction -type f -not -name '*.so' -not -path '*/__pycache__/*')
+# Folders with Python code.
+PYTHONS := python reproduction tests benches fuzz browser
 # On Linux wheels are linked by zig against glibc 2.17, so that every distribution since takes them.
 ifeq ($(shell uname -s),Linux)
 WHEEL := --zig --compatibility manylinux2014
@@ -26,7 +30,7 @@ export PATH := $(CURDIR)/$(BIN)$(if $(findstring ;,$(PATH)),;,:)$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 film reproduce millennia fission dimorphos test test-rust test-arm test-python test-wheel wheel browser crate check \
+.PHONY: help kw4 film reproduce millennia fission dimorphos test test-rust test-arm test-python test-lowest test-wheel wheel wheel-musl licences browser crate lint check \
 	fmt docs bench fuzz \
 	$(FUZZ_PARTS) mutants clean
 
@@ -59,7 +63,7 @@ kw4: $(VENV)/.built  ## one year of 1999 KW4 beside the paper's numbers, into ou
 test: test-rust test-python  ## all tests
 
 test-rust:
-	cargo test --no-default-features
+	cargo test --locked --no-default-features
 
 # Of Debian: qemu-user and libc6-arm64-cross.
 test-arm: $(VENV)/.wheel  ## the Rust tests as 64-bit ARM runs them, by QEMU
@@ -73,8 +77,22 @@ test-python: $(VENV)/.dev
 
 wheel: $(VENV)/.wheel  ## the source distribution and, built from it, the wheel for this kind of machine, into dist/
 	rm -rf dist
-	$(BIN)/maturin build --release --strip --sdist --out dist $(WHEEL)
+	$(BIN)/maturin build --release --locked --sdist --out dist $(WHEEL)
 	$(AUDIT)
+
+wheel-musl: $(VENV)/.wheel  ## a wheel for Linux systems with musl, as Alpine, into dist/; MUSL= names Rust's target
+	rm -rf dist
+	$(BIN)/maturin build --release --locked --out dist --zig --compatibility musllinux_1_2 --target $(MUSL)
+
+# uv is the resolver that knows how to take the lowest versions.
+test-lowest:  ## the Python tests with the lowest supported versions of all dependencies, in out/lowest/
+	$(PYTHON) -m venv --clear out/lowest
+	out/lowest/bin/python -m pip install --quiet 'uv>=0.8,<1'
+	out/lowest/bin/uv pip install --python out/lowest/bin/python --quiet --resolution lowest-direct --editable '.[test]'
+	out/lowest/bin/python -m pytest -n auto
+
+licences: $(VENV)/.built  ## the licences of the crates that the extension contains, into THIRD_PARTY_LICENCES.yml
+	cargo bundle-licenses --features python --previous THIRD_PARTY_LICENCES.yml --format yaml --output THIRD_PARTY_LICENCES.yml --prefer MIT
 
 test-wheel: wheel  ## installs the wheel where no Rust is, and the source distribution, and runs 1999 KW4 from both
 	$(BIN)/python tests/installed.py dist
@@ -87,21 +105,24 @@ crate: $(MATURIN)  ## packs the crate, and builds it from what was packed
 	RUSTDOCFLAGS='-D warnings' cargo doc --no-deps --no-default-features
 	cargo package --allow-dirty
 
-check: $(VENV)/.dev  ## formats, lints, types, stubs
+lint: $(VENV)/.dev  ## formats, lints and types of Python, formats of Rust: what each commit has to pass
 	cargo fmt --check
-	cargo clippy --no-default-features --all-targets -- -D warnings
-	cargo clippy --features python -- -D warnings
-	$(BIN)/ruff format --check python reproduction tests benches fuzz browser
-	$(BIN)/ruff check python reproduction tests benches fuzz browser
+	$(BIN)/ruff format --check $(PYTHONS)
+	$(BIN)/ruff check $(PYTHONS)
 	$(BIN)/mypy
+
+check: lint  ## lint, and the lints of Rust and the stubs
+	cargo clippy --locked --no-default-features --all-targets -- -D warnings
+	cargo clippy --locked --features python -- -D warnings
 	$(BIN)/python -m mypy.stubtest fullbody._core
 
 fmt:  ## formats everything
 	cargo fmt
-	$(BIN)/ruff format python reproduction tests benches fuzz browser
-	$(BIN)/ruff check --fix python reproduction tests benches fuzz browser
+	$(BIN)/ruff format $(PYTHONS)
+	$(BIN)/ruff check --fix $(PYTHONS)
 
 docs: $(VENV)/.docs $(REPORT)/numbers.json  ## the documentation, into out/docs/; warnings are errors, examples are run
+	cargo doc --locked --no-deps --no-default-features
 	FULLBODY_REPORT=$(REPORT) $(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
 
 film: $(VENV)/.built  ## the film at the head of the README, into docs/didymos.gif
@@ -121,8 +142,8 @@ fission: $(VENV)/.built  ## rotational fission, 19,980 runs after Ho et al. (202
 dimorphos: $(VENV)/.built  ## Dimorphos' attitude over its axes after Agrusa et al. (2021), into out/dimorphos/; the same
 	$(BIN)/python -m reproduction.agrusa2021 --out out/dimorphos
 
-bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, the splitting, import, forces from outside, gravity at many points, polyhedra, flights, derivatives; collisions missed; a sweep killed twenty times
-	cargo bench --no-default-features --bench interaction
+bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, the splitting, import, external forces, gravity at many points, polyhedra, flights, derivatives; collisions missed; a sweep killed twenty times
+	cargo bench --manifest-path benches/criterion/Cargo.toml
 	$(BIN)/python benches/table.py
 	$(BIN)/python benches/instructions.py
 	$(BIN)/python benches/work_precision.py
@@ -131,6 +152,7 @@ bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, inst
 	$(BIN)/python benches/import_time.py
 	$(BIN)/python benches/forces.py
 	$(BIN)/python benches/gravity.py
+	$(BIN)/python benches/photometry.py
 	$(BIN)/python benches/polyhedra.py
 	$(BIN)/python benches/derivatives.py
 	$(BIN)/python benches/flight.py --million
@@ -149,11 +171,11 @@ fuzz-archive fuzz-pairs: fuzz-%:
 	cargo fuzz run --sanitizer none $* out/fuzz/$* fuzz/corpus/$* -- \
 		-max_total_time=$$((60 * $(FUZZ_SHARE))) -timeout=60 -max_len=4096 -artifact_prefix=out/fuzz/$*-
 
-mutants:  ## changes to the Rust code that no Rust test notices, for a folder or file of src/: ROOM=dynamics
-	@test -n "$(ROOM)" -a -e "src/$(ROOM)" || { echo "no src/$(ROOM); say which part of src/, as in: make mutants ROOM=dynamics" >&2; exit 1; }
-	cargo mutants --file "src/$(ROOM:/=)$(if $(filter %.rs,$(ROOM)),,/**)" --output out $(MUTANTS)
+mutants:  ## changes to the Rust code that no Rust test notices, for a module or file of src/: MODULE=dynamics
+	@test -n "$(MODULE)" -a -e "src/$(MODULE)" || { echo "no src/$(MODULE); name a module or file of src/, as in: make mutants MODULE=dynamics" >&2; exit 1; }
+	cargo mutants --file "src/$(MODULE:/=)$(if $(filter %.rs,$(MODULE)),,/**)" --output out $(MUTANTS)
 
 clean:  ## removes what was built
-	rm -rf target fuzz/target $(VENV) out dist docs/_extra docs/notebooks
+	rm -rf target fuzz/target benches/criterion/target $(VENV) out dist docs/_extra docs/notebooks
 	find python reproduction tests -name '__pycache__' -prune -exec rm -rf {} +
 	rm -f python/fullbody/*.so

@@ -1,4 +1,4 @@
-"""What forces from outside cost: the year of 1999 KW4 with Sun, tide and BYORP beside the year without.
+"""What external forces cost: the year of 1999 KW4 with Sun, tide and BYORP beside the year without.
 
     python benches/forces.py [--hours 8766] [--repeats 3]
 

@@ -12,7 +12,11 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from docutils import nodes
 from sphinx.errors import ConfigError
+from sphinx.transforms.post_transforms import SphinxPostTransform
+from sphinx.util import logging
+from sphinx.util.osutil import relative_uri
 
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
@@ -25,6 +29,8 @@ release = metadata.version("fullbody")
 # Where `make reproduce` wrote its report, from the project's folder; the page report.md reads it.
 REPORT = (ROOT / os.environ.get("FULLBODY_REPORT", "out/reproduce")).resolve()
 os.environ["FULLBODY_REPORT"] = str(REPORT)
+# That page also uses the package `reproduction`, which is not installed.
+os.environ["PYTHONPATH"] = str(ROOT)
 if not (REPORT / "numbers.json").is_file():
     raise ConfigError(f"no numbers.json in {REPORT}; `make reproduce` writes it")
 
@@ -42,7 +48,12 @@ def stage() -> None:
     for name, path in wanted.items():
         copy(path, notebooks / name)
     if (REPORT / "report.html").is_file():
-        copy(REPORT / "report.html", extra / "full-report.html")
+        page = (REPORT / "report.html").read_text(encoding="utf-8")
+        back = '<p><a href="report.html">fullbody: the paper, reproduced</a></p>'
+        (extra / "full-report.html").write_text(page.replace("<body>", f"<body>\n{back}"), encoding="utf-8")
+    # The crate's documentation with its source, which `make docs` has built.
+    if (rust := ROOT / "target" / "doc").is_dir():
+        shutil.copytree(rust, extra / "rust", dirs_exist_ok=True)
     # One file of MathJax, so that formulas show without a network.
     mathjax = next(f for f in metadata.files("sphinx-mathjax-offline") or [] if f.name == "tex-svg-full.js")
     copy(Path(str(mathjax.locate())), extra / "_static" / "tex-svg-full.js")
@@ -63,6 +74,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx.ext.mathjax",
+    "sphinx.ext.viewcode",
     "sphinx_copybutton",
     "sphinx_design",
     "sphinxcontrib.bibtex",
@@ -98,23 +110,45 @@ bibtex_reference_style = "author_year"
 copybutton_exclude = ".linenos, .gp, .go"
 
 html_theme = "pydata_sphinx_theme"
-html_title = "fullbody"
+html_title = f"fullbody {release}"
+html_favicon = "_static/favicon.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_extra_path = ["_extra"]
 html_sidebars = {page: [] for page in ("index", "comparison", "report")}
-html_show_sourcelink = False
-html_copy_source = False
+html_show_sourcelink = True
 html_theme_options = {
     "navigation_with_keys": False,
     "show_prev_next": True,
-    "secondary_sidebar_items": ["page-toc"],
+    "secondary_sidebar_items": ["page-toc", "sourcelink"],
     "header_links_before_dropdown": 7,
     "footer_start": ["copyright"],
     "footer_end": [],
     "show_toc_level": 2,
     "back_to_top_button": False,
 }
+
+
+class LinkSource(SphinxPostTransform):
+    """Links literals such as ``src/gravity/near.rs`` or ``src/gravity`` to that file or module in the crate's documentation."""
+
+    default_priority = 500
+
+    def run(self, **kwargs: object) -> None:
+        """Replace the literals of one page; a file that does not exist is a warning, so that no page names a lost one."""
+        for literal in list(self.document.findall(nodes.literal)):
+            path = literal.astext().rstrip("/")
+            if not path.startswith("src/") or isinstance(literal.parent, nodes.reference):
+                continue
+            if not (ROOT / path).exists():
+                logging.getLogger(__name__).warning("no %s in the project", path, location=literal)
+                continue
+            inner = path.removeprefix("src/")
+            target = f"rust/src/fullbody/{inner}.html" if path.endswith(".rs") else f"rust/fullbody/{inner}/index.html"
+            here = self.app.builder.get_target_uri(self.env.docname)
+            link = nodes.reference("", "", internal=True, refuri=relative_uri(here, target))
+            literal.replace_self(link)
+            link += literal
 
 
 def escape_number(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
@@ -130,6 +164,7 @@ def drop_template(app: Any, error: Exception | None) -> None:
 
 
 def setup(app: Any) -> None:
-    """Connect after numpydoc, which takes the text apart."""
+    """Connect what this file defines; the escape comes after numpydoc, which takes the text apart."""
+    app.add_post_transform(LinkSource)
     app.connect("autodoc-process-docstring", escape_number, priority=600)
     app.connect("build-finished", drop_template, priority=900)

@@ -1,11 +1,11 @@
-//! Evaluates one interaction many times: `interaction METHOD TOLERANCE PATH COUNT`. Prints the number of nodes and the seconds that
-//! one took; also for counting instructions.
+//! Evaluates one interaction many times: `interaction METHOD TOLERANCE PATH COUNT`. Prints the number of
+//! nodes and the seconds that one took; also for counting instructions.
 
+use fullbody::interrupt::InterruptCheck;
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Vec3, rotation};
-use fullbody::mutual::{BodyGravity, Pair, Pose};
+use fullbody::mutual::{Pair, PartGravity, Pose};
 use fullbody::names::Named;
-use fullbody::patience::Patience;
 use fullbody::shape::Shape;
 use std::hint::black_box;
 use std::sync::Arc;
@@ -19,15 +19,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arch = VectorPath::named(path)?.arch().ok_or("this machine lacks that path")?;
     let count: u32 = count.parse()?;
     let store = Arc::default();
-    let alpha = BodyGravity::new("Alpha", &Shape::ellipsoid([0.766, 0.7475, 0.6735])?, &store);
-    let beta = BodyGravity::new("Beta", &Shape::ellipsoid([0.285, 0.2315, 0.1745])?, &store);
+    let alpha = PartGravity::new("Alpha", &Shape::ellipsoid([0.766, 0.7475, 0.6735])?, &store);
+    let beta = PartGravity::new("Beta", &Shape::ellipsoid([0.285, 0.2315, 0.1745])?, &store);
     let pose = Pose {
         separation: Vec3::new(2.0, 1.2, 0.9),
         rotation_first: rotation::tait_bryan_matrix([0.2, -0.35, 0.9]),
         rotation_second: rotation::tait_bryan_matrix([-0.5, 0.4, 1.7]),
     };
     let mut pair = Pair::new(alpha, beta, method.parse()?, tolerance.parse()?, None, arch);
-    pair.prepare(&pose, 0.0, &mut Patience::endless())?;
+    pair.prepare(&pose, 0.0, &mut InterruptCheck::never())?;
     let started = Instant::now();
     for _ in 0..count {
         black_box(pair.interaction(black_box(&pose)));

@@ -1,5 +1,5 @@
-//! (66391) 1999 KW4 with plain numbers in km, hours and kg: `cargo run --release --example kw4 [HOURS]`. Prints the orbit once a
-//! day and how well energy and angular momentum hold.
+//! (66391) 1999 KW4 with plain numbers in km, hours and kg: `cargo run --release --example kw4 [HOURS]`.
+//! Prints the orbit once a day and how well energy and angular momentum hold.
 
 use fullbody::dynamics::{Settings, State, System};
 use fullbody::integrate::Tolerance;
@@ -16,7 +16,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let system = System::new(vec![alpha, beta], 8.64960768e-13, Settings::default())?;
     let mu = 8.64960768e-13 * (2.353e12 + 0.135e12);
 
-    // Beta's long axis points at Alpha, and it turns once an orbit; Alpha's pole is 3.2 degrees off the orbit's.
+    // Beta's long axis points at Alpha, and it turns once an orbit; Alpha's pole is 3.2 degrees off the
+    // orbit's.
     let orbit = KeplerElements::new(2.548, 0.0, 0.0, 0.0, 0.0, 0.0)?;
     let (position, velocity) = orbit.to_cartesian(mu)?;
     let state = State::from_tait_bryan(
@@ -34,22 +35,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     println!("{:>8} {:>10} {:>10}", "hours", "a [km]", "e");
     for (sample, time) in run.time.iter().enumerate() {
-        let relative = |values: &[f64]| {
-            let [first, second] =
-                [0, 1].map(|body| Vec3::from_column_slice(&values[6 * sample + 3 * body..][..3]));
-            second - first
-        };
-        let osculating =
-            KeplerElements::from_cartesian(&relative(&run.position), &relative(&run.velocity), mu)?;
+        let position = run.position(sample, 1) - run.position(sample, 0);
+        let velocity = run.velocity(sample, 1) - run.velocity(sample, 0);
+        let osculating = KeplerElements::from_cartesian(&position, &velocity, mu)?;
         println!("{time:8.1} {:10.6} {:10.6}", osculating.semi_major_axis, osculating.eccentricity);
     }
-    let energy = |sample: usize| run.energy[4 * sample];
-    let momentum = |sample: usize| Vec3::from_column_slice(&run.angular_momentum[3 * sample..][..3]);
     let last = run.len() - 1;
-    println!("energy, relative change: {:.1e}", (energy(last) - energy(0)) / energy(0));
-    println!(
-        "angular momentum, relative change: {:.1e}",
-        (momentum(last) - momentum(0)).norm() / momentum(0).norm()
-    );
+    let (before, after) = (run.energy(0).total, run.energy(last).total);
+    println!("energy, relative change: {:.1e}", (after - before) / before);
+    let (before, after) = (run.angular_momentum(0), run.angular_momentum(last));
+    println!("angular momentum, relative change: {:.1e}", (after - before).norm() / before.norm());
     Ok(())
 }

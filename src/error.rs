@@ -5,6 +5,7 @@ use thiserror::Error;
 
 /// An error of `fullbody`.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
 pub enum Error {
     /// An argument that describes nothing physical, or has the wrong shape.
     #[error("{what} is {value}; expected {expected}")]
@@ -64,7 +65,7 @@ pub enum Error {
         cos_theta: f64,
     },
 
-    /// A force from outside cannot be had, or its function failed.
+    /// An external force cannot be had, or its function failed.
     #[error("force {force} at time {time}: {detail}")]
     ForceFailed {
         /// Name of the force.
@@ -73,7 +74,7 @@ pub enum Error {
         time: f64,
         /// What went wrong.
         detail: String,
-        /// What its function answered instead of success, where that is what went wrong.
+        /// The value that the function returned instead of success, where that is what went wrong.
         answer: Option<i32>,
     },
 
@@ -89,7 +90,7 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// An [`Error::InvalidInput`] from anything printable.
+    /// Returns an [`Error::InvalidInput`] from anything printable.
     pub fn invalid(
         what: impl Into<String>,
         value: impl std::fmt::Display,
@@ -100,7 +101,7 @@ impl Error {
 }
 
 impl Error {
-    /// The same of something that has a name.
+    /// Prefixes the quantity of an [`Error::InvalidInput`] with the name of its owner.
     pub fn of(self, name: &str) -> Self {
         match self {
             Self::InvalidInput { what, value, expected } => {
@@ -110,7 +111,7 @@ impl Error {
         }
     }
 
-    /// The same at a time of the simulated motion, where that is all it lacks.
+    /// Sets the time of the simulated motion where the error has none yet.
     pub fn at(self, time: f64) -> Self {
         match self {
             Self::Interrupted { .. } => Self::Interrupted { time },
@@ -119,16 +120,17 @@ impl Error {
     }
 }
 
-/// Why rates of change cannot be had at a trial state.
+/// Why the rates of change cannot be evaluated at a trial state.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Refusal {
-    /// A shorter step may avoid it.
+    /// A shorter step may avoid the state.
     Shorter(&'static str),
-    /// Nothing does: the run ends.
+    /// No step avoids the state: the run ends.
     Failed(Box<Error>),
 }
 
-/// Refuses NaN and infinities, naming the quantity and the component.
+/// Returns an error for NaN and infinities, naming the quantity and the component.
 pub fn require_finite(what: &str, values: &[f64]) -> Result<()> {
     match values.iter().position(|v| !v.is_finite()) {
         None => Ok(()),
@@ -137,7 +139,7 @@ pub fn require_finite(what: &str, values: &[f64]) -> Result<()> {
     }
 }
 
-/// Refuses everything but finite numbers above zero.
+/// Returns an error for everything but finite numbers above zero.
 pub fn require_positive(what: &str, value: f64) -> Result<()> {
     if value.is_finite() && value > 0.0 {
         Ok(())

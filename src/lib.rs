@@ -1,42 +1,50 @@
 #![doc = include_str!("README.md")]
 //!
-//! # Rooms
+//! # Modules
 //!
-//! In the direction in which data flows; each uses only those above it:
+//! The modules are listed in the direction of the dependencies; each uses only those above it:
 //!
-//! - [`error`]: what can go wrong, with body, time and value.
-//! - [`names`]: choices by name.
-//! - [`patience`]: when a long computation asks whether to go on.
-//! - [`math`]: Carlson's integrals, rotations, exact sums, solid harmonics, lanes.
-//! - [`shape`]: ellipsoids, polyhedra and points, bodies of them: volume, inertia, overlap.
+//! - [`error`]: the error type, whose variants carry body, time and value.
+//! - [`names`]: enumerations whose values have names in scripts, files and archives.
+//! - [`interrupt`]: the interrupt check of long computations.
+//! - [`workers`]: a pool of threads for many jobs of one kind.
+//! - [`math`]: Carlson's integrals, rotations, compensated sums, solid harmonics, lanes (SIMD).
+//! - [`shape`]: ellipsoids, polyhedra and points, and bodies made of them: volume, inertia, overlap.
 //! - [`gravity`]: potential and field of one body.
-//! - [`quadrature`]: surface and focal rule, faces and layers, and how many nodes reach a tolerance.
+//! - [`quadrature`]: surface and focal rule, cells and layers, and the order that a tolerance needs.
 //! - [`mutual`]: force, torques and energy of a pair, by method.
-//! - [`orbit`]: Kepler elements to and from Cartesian.
-//! - [`environment`]: third bodies, tides, radiation, a caller's own forces.
-//! - [`dynamics`]: state, equations of motion, invariants.
-//! - [`integrate`]: integrators of ordinary differential equations; no physics.
-//! - [`trajectory`]: a system on its way: stepping, events, archive, record.
-//! - [`particles`]: massless particles among moving bodies: flight, impacts, fates.
-//! - [`ensemble`]: many simulations over cores.
-//! - `py`: the Python bindings, no mathematics.
+//! - [`orbit`]: Kepler elements to and from position and velocity.
+//! - [`forces`]: external forces: third bodies, tides, radiation, functions of the user.
+//! - [`dynamics`]: state, equations of motion, variational equations, conserved quantities.
+//! - [`integrate`]: integrators of ordinary differential equations, without physics.
+//! - [`trajectory`]: simulations: steps, events, archives, records.
+//! - [`particles`]: massless particles among moving bodies: flight, contacts, fates.
+//! - [`photometry`]: brightness of bodies in sunlight, with mutual occultations and eclipses.
+//! - [`ensemble`]: many simulations in parallel.
+//! - `py`: the Python bindings, without mathematics.
 
 #![deny(unsafe_code)]
 
+/// The linear algebra whose vectors and matrices stand in this crate's signatures.
+pub use nalgebra;
+
 pub mod error;
 pub mod names;
-pub mod patience;
+pub mod interrupt;
+#[doc(hidden)]
+pub mod workers;
 pub mod math;
 pub mod shape;
 pub mod gravity;
 pub mod quadrature;
 pub mod mutual;
 pub mod orbit;
-pub mod environment;
+pub mod forces;
 pub mod dynamics;
 pub mod integrate;
 pub mod trajectory;
 pub mod particles;
+pub mod photometry;
 pub mod ensemble;
 #[cfg(feature = "python")]
 mod py;

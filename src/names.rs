@@ -1,10 +1,10 @@
-//! Choices by name: what scripts, files and archives call them.
+//! Enumerations whose values have names in scripts, files and archives.
 
 use crate::error::{Error, Result};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serializer};
 
-/// A type of a few values, each with a name. A field of a description is written by that name with
+/// A type with a few values, each of which has a name. A serialized field is written as that name with
 /// `#[serde(with = "crate::names")]`.
 pub trait Named: Copy + PartialEq + 'static {
     /// What the choice is about, for errors.
@@ -12,12 +12,12 @@ pub trait Named: Copy + PartialEq + 'static {
     /// All values with their names.
     const NAMES: &'static [(&'static str, Self)];
 
-    /// Its name.
+    /// Returns the name of the value.
     fn name(self) -> &'static str {
         Self::NAMES.iter().find(|(_, choice)| *choice == self).map_or("", |(name, _)| name)
     }
 
-    /// The choice of this name, or an error that lists the names.
+    /// Returns the value with this name, or an error that lists all names.
     fn named(text: &str) -> Result<Self> {
         let found = Self::NAMES.iter().find(|(name, _)| *name == text).map(|(_, choice)| *choice);
         found.ok_or_else(|| {
@@ -27,12 +27,12 @@ pub trait Named: Copy + PartialEq + 'static {
     }
 }
 
-/// Writes the name.
+/// Serializes a value as its name.
 pub fn serialize<T: Named, S: Serializer>(choice: &T, serializer: S) -> std::result::Result<S::Ok, S::Error> {
     serializer.serialize_str(choice.name())
 }
 
-/// Reads the name.
+/// Deserializes a value from its name.
 pub fn deserialize<'de, T: Named, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<T, D::Error> {
     T::named(&String::deserialize(deserializer)?).map_err(D::Error::custom)
 }

@@ -11,11 +11,10 @@ Examples
 
 import typing as _typing
 
-from . import ensembles, events, forces, frames, observables, systems
+from . import ensembles, events, forces, frames, observables, particles, systems
 from ._core import vector_paths
 from .base.version import version
 from .ensembles.many import integrate_many
-from .ensembles.sweep import sweep
 from .errors import (
     BodiesOverlap,
     ChartSingularity,
@@ -38,10 +37,14 @@ from .model.polyhedron import Polyhedron
 from .model.shapes import Ellipsoid, PointMass, Sphere
 from .model.state import State
 from .motion.loading import load, load_flight
-from .motion.simulation import Run, Simulation, System
+from .motion.run import Run
+from .motion.simulation import Simulation
+from .motion.system import System
 from .orbit.elements import KeplerElements
+from .particles import Flight, Particles
 from .record.dense import Dense, Samples
 from .record.derivatives import EventDerivatives
+from .record.displaced import FunctionDerivatives
 from .record.integrators import (
     DormandPrince54,
     LieGroupVariational,
@@ -55,11 +58,11 @@ from .record.statistics import Statistics
 from .record.track import Track
 from .setups.binary import binary
 from .setups.component import Component
-from .setups.toml import Setup, read_toml
+from .setups.toml import Configuration, read_toml
 
 if _typing.TYPE_CHECKING:
-    from . import analysis, fields, particles, plots, spice, view
-    from .particles import Flight, Particles
+    from . import analysis, fields, observing, plots, spice, view
+    from .ensembles.sweep import sweep
     from .peers import from_rebound, read_gubas, read_sians, to_rebound
 
     __version__: str
@@ -68,15 +71,15 @@ else:
     def __getattr__(name):
         if name == "__version__":
             return version()
-        # Not every run is drawn, analysed, handed on or flown along.
+        # Most sessions need none of these.
         from importlib import import_module
 
-        if name in ("analysis", "fields", "particles", "plots", "spice", "view"):
+        if name in ("analysis", "fields", "observing", "plots", "spice", "view"):
             return import_module(f".{name}", __name__)
         if name in ("from_rebound", "read_gubas", "read_sians", "to_rebound"):
             return getattr(import_module(".peers", __name__), name)
-        if name in ("Flight", "Particles"):
-            return getattr(import_module(".particles", __name__), name)
+        if name == "sweep":
+            return import_module(".ensembles.sweep", __name__).sweep
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
@@ -89,6 +92,7 @@ __all__ = [
     "ChartSingularity",
     "Component",
     "Composite",
+    "Configuration",
     "Dense",
     "DormandPrince54",
     "Ellipsoid",
@@ -97,6 +101,7 @@ __all__ = [
     "Flight",
     "ForceFailed",
     "FullbodyError",
+    "FunctionDerivatives",
     "Gravity",
     "InconsistentInput",
     "Interactions",
@@ -115,7 +120,6 @@ __all__ = [
     "PrecisionWarning",
     "Run",
     "Samples",
-    "Setup",
     "Simulation",
     "Sphere",
     "State",
@@ -143,6 +147,7 @@ __all__ = [
     "load",
     "load_flight",
     "observables",
+    "observing",
     "particles",
     "plots",
     "read_gubas",

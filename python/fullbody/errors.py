@@ -66,8 +66,8 @@ class BodiesOverlap(FullbodyError, RuntimeError):
     bodies : tuple of str
         Their names.
     time : float
-        When, in the system's units: the time of the state, or in a run that of the contact. The run's last sample is
-        before it.
+        Time in the system's units: that of the state, or in a run that of the contact. The run's last sample is before
+        it.
     """
 
     def __init__(self, message: str, bodies: tuple[str, str] = ("", ""), time: float = float("nan")) -> None:
@@ -101,9 +101,9 @@ class ChartSingularity(FullbodyError, RuntimeError):
     Attributes
     ----------
     body : str
-        Its name.
+        Name of the body.
     time : float
-        When, in the system's units.
+        Time of the error, in the system's units.
     """
 
     def __init__(self, message: str, body: str = "", time: float = float("nan")) -> None:
@@ -113,16 +113,16 @@ class ChartSingularity(FullbodyError, RuntimeError):
 
 
 class ForceFailed(FullbodyError, RuntimeError):
-    """A force from outside that cannot be had, or whose function failed.
+    """A external force that cannot be had, or whose function failed.
 
     Attributes
     ----------
     force : str
-        Its name.
+        Name of the force.
     time : float
-        When, in the system's units.
+        Time of the error, in the system's units.
     answer : int or None
-        What its compiled function answered, where that was not success.
+        The status that the force's compiled function returned, if it was not success.
     """
 
     def __init__(self, message: str, force: str = "", time: float = float("nan"), answer: int | None = None) -> None:
@@ -158,9 +158,9 @@ class Interrupted(KeyboardInterrupt):
     Attributes
     ----------
     run : Run or None
-        What was recorded until then.
+        The run as recorded until then.
     runs : list or None
-        The same of many integrations at once, as :func:`fullbody.integrate_many` describes it.
+        The results of many integrations until then, as :func:`fullbody.integrate_many` describes them.
     dataset : xarray.Dataset or None
         The map of a sweep until then.
     """

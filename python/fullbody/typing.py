@@ -1,4 +1,4 @@
-"""What type checkers and editors are told of numbers that may have units.
+"""Types of numbers that may have units, for type checkers and editors.
 
 A system with units gives astropy's Quantities, which are arrays of numpy; another gives plain arrays and numbers. Which
 of the two is known when a program runs, and not before. So a type checker is told of types that have the attributes of

@@ -33,7 +33,7 @@ def _map(found: xarray.Dataset) -> Figure:
     drawn: dict[str, Line2D] = {}
     for row, beta in zip(axes, betas, strict=True):
         for axis, name in zip(row, ("roll", "pitch", "yaw"), strict=True):
-            values = np.rad2deg(found[name].sel(beta=beta).values).T
+            values = np.rad2deg(found[f"largest_{name}"].sel(beta=beta).values).T
             image = axis.pcolormesh(found.a_b, found.b_c, values, vmin=0, vmax=180, cmap="viridis", shading="nearest")
             for colour, (label, vanishing) in zip(_COLOURS, RESONANCES.items(), strict=True):
                 gap = vanishing(*three)

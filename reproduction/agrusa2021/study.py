@@ -81,7 +81,7 @@ def counts(found: xarray.Dataset) -> dict[str, Any]:
         told[f"{beta:g}"] = {
             "errors": int((part.error != "").sum()),
             "unstable_day_median": float(np.median(days)) if len(days) else np.nan,
-            "yaw_beyond_90": float((part.yaw > np.pi / 2).mean()),
+            "yaw_beyond_90": float((part.largest_yaw > np.pi / 2).mean()),
             "largest_drift": float(part.energy_drift_orbital.max()),
             "near": {name: _shapes(part, place) for name, place in where.items()},
         }
@@ -90,7 +90,7 @@ def counts(found: xarray.Dataset) -> dict[str, Any]:
 
 def _shapes(part: xarray.Dataset, place: Any) -> dict[str, float]:
     """What the shapes at some places of the map do; angles in degrees."""
-    roll, tumbles = (part[name].values[place] for name in ("roll", "tumbles"))
+    roll, tumbles = (part[name].values[place] for name in ("largest_roll", "tumbles"))
     if not len(roll):
         return {"shapes": 0, "unstable": np.nan, "rolls_over": np.nan, "roll_median": np.nan}
     return {

@@ -12,7 +12,9 @@ from fullbody.base.atomic import check_place, replacing
 from fullbody.commands.kw4 import figures as kw4_figures
 from fullbody.commands.kw4.numbers import write_numbers
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
+from markupsafe import Markup
 
+from ..typesetting import typeset
 from . import case_figures, evidence_figures
 from .captions import CAPTIONS
 from .findings import TITLES, findings
@@ -98,6 +100,7 @@ def _render(results: Results, verdicts: list[Verdict], found: dict[str, list[str
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["typeset"] = lambda text: Markup(typeset(str(text)))
     return environment.get_template("report.html").render(
         r=results,
         tables=tables(results),

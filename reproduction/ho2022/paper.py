@@ -19,6 +19,8 @@ STATED: Final = {
     "cases": "six: three densities of the secondary and three shapes of it; 9,990 runs in all",
     "impacts": "more than 80 per cent of the runs end with an impact",
     "impacts by case": "collisions are more common with a less dense or a more elongated secondary",
+    "pairs": "variations of the secondary's density and shape account for some of the spread of the rotation periods "
+    "of observed asteroid pairs (not repeated here)",
     "secondary fission": "typically within the first five hours after the bodies separate",
     "secondary fission by case": "more common with a less dense or a more elongated secondary",
 }

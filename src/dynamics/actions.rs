@@ -1,17 +1,17 @@
-//! What all forces from outside do together to the bodies of a system.
+//! The sum of all external forces on the bodies of a system.
 
-use crate::environment::{Load, TakeLoads};
+use crate::forces::{Load, LoadSink};
 use crate::math::Vec3;
 use crate::math::compensated::sum;
 use crate::shape::Body;
 
-/// What they do to each body, and to all.
+/// The accelerations and torques of all external forces, on each body and in total.
 #[derive(Debug, Clone)]
 pub(super) struct Actions {
     bodies: Vec<Action>,
-    /// The force on all bodies.
+    /// The force on all bodies together.
     force: Vec3,
-    /// 1 over the mass of all bodies.
+    /// One over the mass of all bodies.
     inverse_mass: f64,
 }
 
@@ -23,7 +23,7 @@ struct Action {
 }
 
 impl Actions {
-    /// On bodies; none yet.
+    /// Starts with no forces on these bodies.
     pub fn none(bodies: &[Body]) -> Self {
         let zero = Vec3::zeros();
         let none = |body: &Body| Action { acceleration: zero, torque: zero, inverse_mass: 1.0 / body.mass };
@@ -34,7 +34,7 @@ impl Actions {
         }
     }
 
-    /// None again.
+    /// Sets all accelerations and torques to zero.
     #[inline(always)]
     pub fn clear(&mut self) {
         self.force = Vec3::zeros();
@@ -43,7 +43,8 @@ impl Actions {
         }
     }
 
-    /// Adds to accelerations about the barycentre and to torques. Gives the acceleration of the barycentre.
+    /// Adds the forces to accelerations relative to the barycentre and to torques. Returns the acceleration
+    /// of the barycentre.
     #[inline(always)]
     pub fn add_to(&self, acceleration: &mut [Vec3], torque: &mut [Vec3]) -> Vec3 {
         let common = self.force * self.inverse_mass;
@@ -55,7 +56,7 @@ impl Actions {
     }
 }
 
-impl TakeLoads for Actions {
+impl LoadSink for Actions {
     #[inline(always)]
     fn take(&mut self, loads: &[Load]) {
         for load in loads {

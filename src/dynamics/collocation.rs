@@ -1,24 +1,25 @@
-//! The equations of departures over a step, by Gauss's collocation method.
+//! The variational equations over a step, by Gauss's collocation method.
 //!
-//! With n nodes it has order 2 n, and takes the derivatives of the loads n times a step. It keeps every quadratic invariant of the
-//! equations, the symplectic form among them, to round-off. Within a step the rotation vectors are in inertial axes, where the body's
-//! own rotation has no part in their equation: theta' = R dspin. What is left couples the numbers weakly, and sweeps through
-//! the step's equations soon come to an end. They begin with the polynomial of the step before.
+//! With n nodes the method has order 2 n, and evaluates the derivatives of the loads n times a step. It
+//! conserves every quadratic invariant of the equations, the symplectic form among them, to round-off. Within
+//! a step the rotation vectors are in inertial axes, where the body's own rotation does not enter their
+//! equation: theta' = R dspin. What remains couples the numbers weakly, so that a few sweeps through the
+//! step's equations converge. They begin with the extrapolated polynomial of the previous step.
 
 use super::products::DEPTH;
-use super::sweeps::{Step, Sweeps, TOGETHER};
+use super::sweeps::{CollocationStep, Sweeps, TOGETHER};
 use super::{Dynamics, Variations};
 use crate::error::Result;
+use crate::interrupt::InterruptCheck;
 use crate::math::Mat3;
 use crate::math::gauss::Gauss;
 use crate::math::lanes::few;
-use crate::patience::Patience;
 use std::num::NonZeroUsize;
 
-/// Sweeps of a step, about, for [`Patience`].
+/// The approximate number of sweeps of a step, for [`InterruptCheck`].
 const SWEEPS: usize = 6;
 
-/// A step of departures: what they obey at its nodes.
+/// A step of tangent vectors: their equations at its nodes, and its solution.
 #[derive(Debug, Clone)]
 pub struct Collocation {
     gauss: Gauss,
@@ -27,30 +28,31 @@ pub struct Collocation {
     stride: usize,
     turn: usize,
     bodies: usize,
-    /// A and B at the nodes, one after the other; those columns of A that belong to rotations are of rotations in inertial axes.
-    by_place: Vec<f64>,
-    by_motion: Vec<f64>,
-    /// The derivatives by the parameters, at the nodes, as rows of columns.
+    /// A and B at the nodes, one after the other. The columns of A for rotations refer to rotation vectors in
+    /// inertial axes.
+    by_pose: Vec<f64>,
+    by_rate: Vec<f64>,
+    /// The derivatives of the rates by the parameters, at the nodes, as rows of columns.
     forcing: Vec<f64>,
-    /// Attitudes at the nodes, body after body, and at the step's ends.
+    /// Attitudes at the nodes, body by body, and at the step's ends.
     attitudes: Vec<Mat3>,
     ends: [Vec<Mat3>; 2],
-    /// Factors of two spins in every number of Euler's equations.
+    /// The factors of the two spins in each of Euler's equations.
     euler: Vec<[f64; 2]>,
     sizes: Vec<[f64; 3]>,
     inverse: Vec<f64>,
     inverse_rates: Vec<f64>,
-    /// The rates of p at the nodes: of this step, and of the one before.
+    /// The rates of p at the nodes of the previous step and of this one.
     pushes: [Vec<f64>; 2],
-    /// Size of the step before, at the end of which this one begins.
+    /// The size of the previous step, where this step continues from its end.
     before: Option<f64>,
-    /// Where the columns are going.
+    /// The tangent vectors at the end of the step.
     reached: Vec<f64>,
     work: Vec<f64>,
 }
 
 impl Collocation {
-    /// For these departures, of an order that is not below the given one.
+    /// Prepares steps for these variations, of at least the given order.
     pub fn new(variations: &Variations, order: u32) -> Self {
         // The sweeps are compiled for these numbers of nodes.
         let count = (order as usize / 2 + 1).clamp(3, 5);
@@ -65,8 +67,8 @@ impl Collocation {
             stride,
             turn: variations.turn(0),
             bodies,
-            by_place: vec![0.0; count * half * stride],
-            by_motion: vec![0.0; count * variations.by_motion.len()],
+            by_pose: vec![0.0; count * half * stride],
+            by_rate: vec![0.0; count * variations.by_rate.len()],
             forcing: vec![0.0; forced],
             attitudes: vec![Mat3::identity(); count * bodies],
             ends: [0, 1].map(|_| vec![Mat3::identity(); bodies]),
@@ -81,21 +83,22 @@ impl Collocation {
         }
     }
 
-    /// The method's nodes and coefficients, as fractions of a step.
+    /// Returns the method's nodes and coefficients, as fractions of a step.
     pub fn gauss(&self) -> &Gauss {
         &self.gauss
     }
 
-    /// Takes what departures obey at a node, where they have been looked at last, with the motion's vector there.
+    /// Stores the coefficients of the variational equations at a node, as they were last evaluated, with the
+    /// motion's vector there.
     pub fn take(&mut self, node: usize, dynamics: &Dynamics, variations: &Variations, y: &[f64]) {
         let Self { half, width, stride, turn, bodies, .. } = *self;
         let rows = node * half * stride..(node + 1) * half * stride;
-        let by_place = &mut self.by_place[rows.clone()];
-        by_place.copy_from_slice(&variations.by_place);
+        let by_pose = &mut self.by_pose[rows.clone()];
+        by_pose.copy_from_slice(&variations.by_pose);
         for body in 0..bodies {
             let attitude = dynamics.attitude(y, body);
             self.attitudes[body * self.gauss.nodes.len() + node] = attitude;
-            for row in by_place.chunks_exact_mut(stride) {
+            for row in by_pose.chunks_exact_mut(stride) {
                 let by_turn = &mut row[turn + 3 * body..][..3];
                 let [x, y, z] = [by_turn[0], by_turn[1], by_turn[2]];
                 (0..3).for_each(|c| {
@@ -104,8 +107,8 @@ impl Collocation {
             }
             self.euler[3 * (node * bodies + body)..][..3].copy_from_slice(&variations.euler(body));
         }
-        if !self.by_motion.is_empty() {
-            self.by_motion[rows].copy_from_slice(&variations.by_motion);
+        if !self.by_rate.is_empty() {
+            self.by_rate[rows].copy_from_slice(&variations.by_rate);
         }
         if !self.forcing.is_empty() {
             let forcing = &mut self.forcing[node * half * width..(node + 1) * half * width];
@@ -114,7 +117,7 @@ impl Collocation {
         }
     }
 
-    /// Takes the motion's vectors at the ends of a step.
+    /// Stores the motion's vectors at the ends of a step.
     pub fn between(&mut self, dynamics: &Dynamics, variations: &Variations, ends: [&[f64]; 2]) {
         for (attitudes, y) in self.ends.iter_mut().zip(ends) {
             for (body, attitude) in attitudes.iter_mut().enumerate() {
@@ -125,26 +128,27 @@ impl Collocation {
         variations.inverse_sizes(&self.sizes, &mut self.inverse);
     }
 
-    /// Forgets the step before.
+    /// Forgets the previous step, so that nothing is extrapolated.
     pub fn forget(&mut self) {
         self.before = None;
     }
 
-    /// Solves the equations of a step from a time on, which may follow the one that was remembered last. Whether that was possible;
-    /// then [`Self::reached`] has the columns at its end.
+    /// Solves the equations of a step, given by its start and size; with `follows` it continues the step that
+    /// was remembered last. Returns whether the sweeps converged; then [`Self::reached`] has the solution at
+    /// its end.
     pub fn solve(
         &mut self,
         dynamics: &Dynamics,
         step: [f64; 2],
         columns: &[f64],
         follows: bool,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<bool> {
         let before = self.before.filter(|_| follows);
         match self.gauss.nodes.len() {
-            3 => self.solve_with::<3>(dynamics, step, columns, before, patience),
-            4 => self.solve_with::<4>(dynamics, step, columns, before, patience),
-            _ => self.solve_with::<5>(dynamics, step, columns, before, patience),
+            3 => self.solve_with::<3>(dynamics, step, columns, before, interrupt),
+            4 => self.solve_with::<4>(dynamics, step, columns, before, interrupt),
+            _ => self.solve_with::<5>(dynamics, step, columns, before, interrupt),
         }
     }
 
@@ -154,13 +158,13 @@ impl Collocation {
         [from, size]: [f64; 2],
         columns: &[f64],
         size_before: Option<f64>,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<bool> {
         let Self { half, width, stride, turn, .. } = *self;
         let rates = self.inverse_rates.iter_mut().zip(&self.inverse[half..]);
         rates.for_each(|(rate, inverse)| *rate = size.abs() * inverse);
         let [before, pushes] = &mut self.pushes;
-        // A much longer step is beyond what its polynomial knows.
+        // The polynomial of the previous step does not reach into a much longer one.
         let growth = size_before.map(|before| size / before).filter(|growth| (0.0..=2.0).contains(growth));
         let factors = growth.map(|growth| {
             let mut factors = [[0.0; N]; N];
@@ -169,12 +173,12 @@ impl Collocation {
             }
             factors
         });
-        let step = Step::<N> {
+        let step = CollocationStep::<N> {
             size: [half, width],
             integrals: std::array::from_fn(|i| std::array::from_fn(|j| size * self.gauss.integrals[i][j])),
             weights: std::array::from_fn(|i| size * self.gauss.weights[i]),
-            by_place: &self.by_place,
-            by_motion: &self.by_motion,
+            by_pose: &self.by_pose,
+            by_rate: &self.by_rate,
             stride,
             forcing: &self.forcing,
             turn,
@@ -187,9 +191,9 @@ impl Collocation {
             before,
             factors,
         };
-        let work = SWEEPS * TOGETHER * (self.by_place.len() + self.by_motion.len()) / 64;
+        let work = SWEEPS * TOGETHER * (self.by_pose.len() + self.by_rate.len()) / 64;
         for first in (0..width).step_by(TOGETHER) {
-            patience.spend(work as u64, from)?;
+            interrupt.charge(work as u64, from)?;
             let range = first..width.min(first + TOGETHER);
             let arch = few(dynamics.system().arch(), range.len());
             let (out, work) = (&mut self.reached, &mut self.work);
@@ -200,18 +204,19 @@ impl Collocation {
         Ok(true)
     }
 
-    /// The columns at the end of the step that was solved last.
+    /// Returns the tangent vectors at the end of the step that was solved last.
     pub fn reached(&self) -> &[f64] {
         &self.reached
     }
 
-    /// Begins the next step with the polynomial of the one that was solved, of this size.
+    /// Keeps the polynomial of the step that was solved, which has this size, as the start for the next one.
     pub fn remember(&mut self, size: f64) {
         self.pushes.swap(0, 1);
         self.before = Some(size);
     }
 
-    /// A single column at a node of the step that was solved last, its rotation vectors in inertial axes.
+    /// Iterates over a single tangent vector at a node of the step that was solved last, with its rotation
+    /// vectors in inertial axes.
     pub fn at_node(&self, node: usize) -> impl Iterator<Item = &f64> {
         self.work.chunks_exact(self.gauss.nodes.len()).take(2 * self.half).map(move |row| &row[node])
     }

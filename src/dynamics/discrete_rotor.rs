@@ -2,17 +2,19 @@
 //!
 //! Takes moments of inertia, attitude, spin and a time; gives the changes of attitude and spin.
 
-use super::rotor::{Kind, Numbers, Symmetric};
-use super::tops::Quaternion;
+use super::free_rotors::Quaternion;
+use super::rotor::{Numbers, RotorKind, Symmetric};
+use crate::math::matrix::inverse;
 use crate::math::rotation::product;
 use crate::math::{Mat3, Vec3};
 use pulp::Scalar;
 
-/// Changes of attitude and spin in one step of the discrete free rotation: Lee, Leok & McClamroch (2007), Comput. Methods Appl.
-/// Mech. Engrg. 196, 2907.
+/// Returns the changes of attitude and spin in one step of the discrete free rotation: Lee, Leok & McClamroch
+/// (2007), Comput. Methods Appl. Mech. Engrg. 196, 2907.
 ///
-/// F J_d - J_d F^T = h S(J spin) is solved for F by Newton's method. For F of the unit quaternion (sqrt(1 - |p|^2), p) it reads
-/// p_0 J p + p x J p = h J spin / 2. `None` where the step is too long for a solution.
+/// F J_d - J_d F^T = h S(J spin) is solved for F by Newton's method. For F of the unit quaternion (sqrt(1 -
+/// |p|^2), p) it reads p_0 J p + p x J p = h J spin / 2. Returns `None` where the step is too long for a
+/// solution.
 pub fn variational_rotation(
     inertia: Vec3,
     q: Quaternion,
@@ -20,7 +22,7 @@ pub fn variational_rotation(
     time: f64,
 ) -> Option<(Quaternion, Vec3)> {
     if inertia.min() <= 0.0 {
-        // A point turns on as a sphere would.
+        // A point keeps rotating as a sphere would.
         let number = |value: f64| Numbers::splat(Scalar, value);
         let spin = [spin.x, spin.y, spin.z].map(number);
         let (turn, _) = Symmetric::turn(Scalar, [number(1.0)], q.map(number), spin, 0.5 * time);
@@ -29,13 +31,13 @@ pub fn variational_rotation(
     let p = half_turn(inertia, spin, time)?;
     let scalar = (1.0 - p.norm_squared()).sqrt();
     let turn = [-p.norm_squared() / (1.0 + scalar), p.x, p.y, p.z];
-    // F^T (J spin) - J spin.
+    // The change of the spin is that of the body-frame angular momentum, F^T (J spin) - J spin, over J.
     let across = p.cross(&inertia.component_mul(&spin));
     let change = 2.0 * (p.cross(&across) - scalar * across);
     scalar.is_finite().then(|| (product(q, turn), change.component_div(&inertia)))
 }
 
-/// The vector part p of the discrete rotation's quaternion.
+/// Returns the vector part p of the discrete rotation's quaternion.
 fn half_turn(inertia: Vec3, spin: Vec3, time: f64) -> Option<Vec3> {
     let target = 0.5 * time * inertia.component_mul(&spin);
     let mut p = 0.5 * time * spin;
@@ -50,10 +52,10 @@ fn half_turn(inertia: Vec3, spin: Vec3, time: f64) -> Option<Vec3> {
         let scalar = (1.0 - p.norm_squared()).sqrt();
         let jp = inertia.component_mul(&p);
         let residual = scalar * jp + p.cross(&jp) - target;
-        let step = slope_of_half_turn(inertia, &p).lu().solve(&residual)?;
+        let step = half_turn_jacobian(inertia, &p).lu().solve(&residual)?;
         p -= step;
         let size = step.norm();
-        // To round-off: on until the steps no longer shrink.
+        // Newton's steps continue until round-off keeps them from shrinking.
         if size == 0.0 || (size >= 0.5 * last && size < 1e-12) {
             return Some(p);
         }
@@ -62,8 +64,8 @@ fn half_turn(inertia: Vec3, spin: Vec3, time: f64) -> Option<Vec3> {
     None
 }
 
-/// The derivative of p_0 J p + p x J p with p.
-fn slope_of_half_turn(inertia: Vec3, p: &Vec3) -> Mat3 {
+/// Returns the derivative of p_0 J p + p x J p by p.
+fn half_turn_jacobian(inertia: Vec3, p: &Vec3) -> Mat3 {
     let scalar = (1.0 - p.norm_squared()).sqrt();
     let jp = inertia.component_mul(p);
     Mat3::from_diagonal(&inertia) * scalar - jp * p.transpose() / scalar
@@ -71,27 +73,27 @@ fn slope_of_half_turn(inertia: Vec3, p: &Vec3) -> Mat3 {
         - jp.cross_matrix()
 }
 
-/// The derivative of the discrete rotation: theta' = F^T theta + xi, with xi and the change of the new spin linear in that of the old
-/// one and in that of the moments.
+/// The derivative of the discrete rotation: theta' = F^T theta + xi, where xi and the change of the new spin
+/// are linear in the changes of the old spin and of the moments of inertia.
 #[derive(Debug, Clone, Copy)]
-pub struct RotationSlopes {
+pub struct RotationDerivatives {
     /// F^T.
     pub back: Mat3,
-    /// xi with the spin, and with the moments.
+    /// The derivatives of xi by the spin and by the moments.
     pub turn: [Mat3; 2],
-    /// The new spin with these.
+    /// The derivatives of the new spin by the spin and by the moments.
     pub spin: [Mat3; 2],
 }
 
-impl RotationSlopes {
-    /// Of a step of [`variational_rotation`]; `None` where that is.
+impl RotationDerivatives {
+    /// Differentiates a step of [`variational_rotation`]; `None` where that step has no solution.
     pub fn new(inertia: Vec3, spin: Vec3, time: f64) -> Option<Self> {
         if inertia.min() <= 0.0 {
             return Some(Self::of_even_turn(spin, time));
         }
         let p = half_turn(inertia, spin, time)?;
         let scalar = (1.0 - p.norm_squared()).sqrt();
-        let slope = slope_of_half_turn(inertia, &p).try_inverse()?;
+        let slope = inverse(&half_turn_jacobian(inertia, &p))?;
         let (moments, across) = (Mat3::from_diagonal(&inertia), p.cross_matrix());
         let by_spin = slope * moments * (0.5 * time);
         let by_moments = slope
@@ -111,7 +113,8 @@ impl RotationSlopes {
         Some(Self { back, turn, spin: spins })
     }
 
-    /// Of an even turn by exp(X) with X = [h spin]: F^T = exp(-X), and xi = h (1 - exp(-X))/X times the change of the spin.
+    /// Differentiates a uniform rotation by exp(X) with X = [h spin]: F^T = exp(-X), and xi is h (1 -
+    /// exp(-X))/X times the change of the spin.
     fn of_even_turn(spin: Vec3, time: f64) -> Self {
         let turn = spin * time;
         let (angle, axis) = (turn.norm(), turn.try_normalize(0.0).unwrap_or_default().cross_matrix());

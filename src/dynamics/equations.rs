@@ -4,60 +4,60 @@ use super::actions::Actions;
 use super::layout::vector;
 use super::view::View;
 use super::{AttitudeChart, BarycentricFrame, Energy, Layout, Rejected, System, invariants};
-use crate::environment::Environment;
 use crate::error::Result;
+use crate::forces::ForceModel;
+use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3, rotation};
 use crate::mutual::{Interaction, Link, Pair, Pose, TooNear};
-use crate::patience::Patience;
 use std::ops::Range;
 
-/// Nearest that a trial state of the Tait-Bryan chart may come to its pole, as cos theta. An accepted state within ten
-/// times that is the end of the chart.
+/// The least cos theta of a trial state in the Tait-Bryan chart. An accepted state within ten times that
+/// distance of the pole ends the run.
 pub(super) const POLE: f64 = 1e-4;
 
-/// Units of work of a link beside its nodes, and of making the link.
+/// The units of work of a link beside its nodes, and of making a link.
 pub(super) const LINK: u64 = 20;
 const NEW: u64 = 300;
 
-/// The equations of motion of one system, with the rules and scratch that they use.
+/// The equations of motion of one system, with their quadrature rules and buffers.
 #[derive(Debug, Clone)]
 pub struct Dynamics {
     pub(super) system: System,
     pub(super) layout: Layout,
     pub(super) links: Vec<(usize, usize, Link)>,
-    /// Units of work of one evaluation with the rules in force.
+    /// The units of work of one evaluation with the rules in use.
     pub(super) work: u64,
-    /// Parts in which it is made: links, and the nodes of their rules.
+    /// The parts of an evaluation: ranges of links, and of the nodes of their rules.
     pub(super) parts: Vec<(Range<usize>, Range<usize>)>,
     inertia: Vec<Vec3>,
-    /// The bodies of the last vector.
+    /// The attitudes of the last vector that was evaluated.
     pub(super) view: View,
     pub(super) acceleration: Vec<Vec3>,
     pub(super) torque: Vec<Vec3>,
-    pub(super) outside: Environment,
-    /// What they do together.
+    pub(super) external_forces: ForceModel,
+    /// The sum of the external forces.
     pub(super) actions: Actions,
-    /// What they give the barycentre.
+    /// The acceleration of the barycentre by the external forces.
     pub(super) barycentre_acceleration: Vec3,
 }
 
 impl System {
-    /// The equations of motion in a frame.
-    pub fn dynamics(&self, frame: &BarycentricFrame, patience: &mut Patience) -> Result<Dynamics> {
-        Dynamics::new(self, frame, patience)
+    /// Makes the equations of motion in a frame.
+    pub fn dynamics(&self, frame: &BarycentricFrame, interrupt: &mut InterruptCheck) -> Result<Dynamics> {
+        Dynamics::new(self, frame, interrupt)
     }
 }
 
 impl Dynamics {
-    fn new(system: &System, frame: &BarycentricFrame, patience: &mut Patience) -> Result<Self> {
+    fn new(system: &System, frame: &BarycentricFrame, interrupt: &mut InterruptCheck) -> Result<Self> {
         let n = system.bodies().len();
-        system.polyhedra(patience)?;
-        let outside = system.environment()?;
-        // Half a million pairs, of a thousand bodies, are not to be moved about.
+        system.polyhedra(interrupt)?;
+        let external_forces = system.force_model()?;
+        // The list is allocated once: a thousand bodies have half a million pairs.
         let mut links = Vec::with_capacity(system.count_links());
         for (i, j) in system.pairs() {
             for link in system.links(i, j) {
-                patience.spend(NEW, 0.0)?;
+                interrupt.charge(NEW, 0.0)?;
                 links.push((i, j, link));
             }
         }
@@ -67,54 +67,55 @@ impl Dynamics {
             parts: vec![(0..links.len(), Pair::ALL)],
             links,
             inertia: system.bodies().iter().map(|body| body.inertia()).collect(),
-            view: View::new(*frame, outside.wants_attitudes()),
+            view: View::new(*frame, external_forces.wants_attitudes()),
             acceleration: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
-            outside,
+            external_forces,
             actions: Actions::none(system.bodies()),
             barycentre_acceleration: Vec3::zeros(),
             system: system.clone(),
         })
     }
 
-    /// The system.
+    /// Returns the system.
     pub fn system(&self) -> &System {
         &self.system
     }
 
-    /// Where the numbers lie.
+    /// Returns the layout of the integrator's vector.
     pub fn layout(&self) -> Layout {
         self.layout
     }
 
-    /// The frame of the vectors.
+    /// Returns the frame of the vectors.
     pub fn frame(&self) -> &BarycentricFrame {
         &self.view.frame
     }
 
-    /// The forces from outside.
-    pub fn outside(&self) -> &Environment {
-        &self.outside
+    /// Returns the external forces.
+    pub fn external_forces(&self) -> &ForceModel {
+        &self.external_forces
     }
 
-    /// The pairs with the rules in force: of ordinary bodies one, of composites one for each two parts.
+    /// Iterates over the pairs with the rules in use: one for two ordinary bodies, and one for each two parts
+    /// of composites.
     pub fn pairs(&self) -> impl Iterator<Item = (usize, usize, &Pair)> {
         self.links.iter().map(|(i, j, link)| (*i, *j, &link.pair))
     }
 
-    /// Parts in which an evaluation is made, so that the caller can be asked between them; one for all but
-    /// very many bodies and large polyhedra.
+    /// Returns the number of parts of an evaluation, between which interrupts can be checked. It is one
+    /// except for very many bodies and for large polyhedra.
     pub fn parts(&self) -> usize {
         self.parts.len()
     }
 
-    /// Units of work of a part with the rules in force, for [`Patience`].
+    /// Returns the units of work of a part with the rules in use, for [`InterruptCheck`].
     pub fn work(&self) -> u64 {
         self.work
     }
 
-    /// A part of the accelerations of the centres and the torques on the bodies; after the last part [`Self::loads`] gives them.
-    /// Allocates nothing.
+    /// Evaluates a part of the accelerations of the centres and of the torques on the bodies; after the last
+    /// part [`Self::loads`] returns them. Allocates nothing.
     pub fn load(&mut self, part: usize, time: f64, y: &[f64]) -> std::result::Result<(), Rejected> {
         if part == 0 {
             self.turn(y);
@@ -131,25 +132,25 @@ impl Dynamics {
             }
             let masses = [self.system.bodies[i].mass, self.system.bodies[j].mass];
             let loads = (&mut self.acceleration[..], &mut self.torque[..]);
-            // Two calls, since the results of one function alone stay out of memory.
+            // Two separate calls are faster, since the result of a single call stays in registers.
             match link.ordinary() {
                 Some(pair) if nodes == Pair::ALL => add(pair.interaction(&pose), [i, j], g, masses, loads),
                 _ => add(link.interaction_of(&pose, nodes.clone()), [i, j], g, masses, loads),
             }
         }
         if self.layout.forces > 0 && part + 1 == self.parts.len() {
-            self.add_outside(time, y)
+            self.add_external_loads(time, y)
         } else {
             Ok(())
         }
     }
 
-    /// Accelerations of the centres and torques on the bodies.
+    /// Returns the accelerations of the centres and the torques on the bodies.
     pub fn loads(&self) -> (&[Vec3], &[Vec3]) {
         (&self.acceleration, &self.torque)
     }
 
-    /// A part of the rates of change; the last part leaves them in `rate`. Allocates nothing.
+    /// Evaluates a part of the rates of change; the last part leaves them in `rate`. Allocates nothing.
     pub fn derivative(
         &mut self,
         part: usize,
@@ -165,7 +166,8 @@ impl Dynamics {
         let positions = 3 * layout.bodies;
         let (velocities, rest) = rate.split_at_mut(positions);
         velocities.copy_from_slice(&y[positions..2 * positions]);
-        // Not finite as soon as one of the rates is not. Of numbers that are at hand: rates read back from memory would be waited for.
+        // `total` is not finite as soon as one of the rates is not. It is formed from values that are still
+        // in registers, since reading the rates back from memory would take longer.
         let mut total: f64 = y[positions..2 * positions].iter().sum();
         for body in 0..layout.bodies {
             let v = layout.velocity(body) - positions;
@@ -196,7 +198,7 @@ impl Dynamics {
             total += acceleration.sum() + change.sum();
         }
         if layout.forces > 0 {
-            let d = layout.departure();
+            let d = layout.barycentre_offset();
             rate[d..d + 3].copy_from_slice(&y[d + 3..d + 6]);
             rate[d + 3..d + 6].copy_from_slice(self.barycentre_acceleration.as_slice());
             total += y[d + 3..d + 6].iter().sum::<f64>() + self.barycentre_acceleration.sum();
@@ -204,22 +206,22 @@ impl Dynamics {
         if total.is_finite() { Ok(()) } else { Err(Rejected::NotFinite) }
     }
 
-    /// Energy with the rules in force.
+    /// Returns the energy with the rules in use.
     pub fn energy(
         &mut self,
         time: f64,
         y: &[f64],
         velocities: &[Vec3],
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<Energy> {
         self.turn(y);
         let mut potential = 0.0;
         for (i, j, link) in &self.links {
             let pose = self.pose(y, *i, *j);
-            let pieces = link.energy_pieces(&pose, patience)?;
+            let pieces = link.energy_pieces(&pose, interrupt)?;
             let work = LINK + link.pair.work() / pieces.len() as u64;
             for nodes in pieces {
-                patience.spend(work, time)?;
+                interrupt.charge(work, time)?;
                 potential += self.system.strength(*i, *j) * link.potential_energy_of(&pose, nodes);
             }
         }
@@ -234,7 +236,7 @@ impl Dynamics {
         Ok(Energy::new(translational, rotational, potential))
     }
 
-    /// Total angular momentum about the origin, of a vector at a time.
+    /// Returns the total angular momentum about the origin, for a vector at a time.
     pub fn angular_momentum(&self, time: f64, y: &[f64]) -> Vec3 {
         invariants::angular_momentum_of_vector(&self.system.bodies, &self.view.frame, time, y)
     }
@@ -245,7 +247,7 @@ impl Dynamics {
         }
     }
 
-    /// The rotation matrix of a body.
+    /// Returns the rotation matrix of a body.
     #[inline(always)]
     pub(super) fn attitude(&self, y: &[f64], body: usize) -> Mat3 {
         let a = self.layout.attitude(body);
@@ -265,7 +267,7 @@ impl Dynamics {
     }
 }
 
-/// Adds what two bodies of these masses do to each other to accelerations and torques.
+/// Adds the interaction of two bodies with these masses to accelerations and torques.
 #[inline(always)]
 fn add(
     f: Interaction,
@@ -280,13 +282,14 @@ fn add(
     torque[j] += g * mi * mj * f.torque_second;
 }
 
-/// Euler's equations solved for the rate of the spin, the paper's `eq:DiffEq_phidott` to `eq:DiffEq_psidott`; a body
-/// without inertia keeps its spin.
+/// Solves Euler's equations for the rate of the spin, the paper's `eq:DiffEq_phidott` to `eq:DiffEq_psidott`;
+/// a body without inertia keeps its spin.
 #[inline]
 fn euler(inertia: Vec3, spin: Vec3, torque: Vec3) -> Vec3 {
     Vec3::from([0, 1, 2].map(|i| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        // The difference first: the spin of a spheroid about its axis then stays exactly.
+        // The difference is formed first, so that the spin of a spheroid about its axis stays constant
+        // exactly.
         let turning = torque[i] - (inertia[k] - inertia[j]) * spin[j] * spin[k];
         if inertia[i] > 0.0 { turning / inertia[i] } else { 0.0 }
     }))

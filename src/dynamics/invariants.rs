@@ -1,4 +1,4 @@
-//! The quantities that the motion conserves: the paper's sections "Total energy" and "Angular momentum".
+//! The conserved quantities: the paper's sections "Total energy" and "Angular momentum".
 
 use super::layout::vector;
 use super::{BarycentricFrame, State};
@@ -20,13 +20,13 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// The energy of these parts.
+    /// Adds up the energy from its parts.
     pub fn new(translational: f64, rotational: f64, potential: f64) -> Self {
         Self { total: sum([translational, rotational, potential]), translational, rotational, potential }
     }
 }
 
-/// The quantities that a motion conserves, at a time.
+/// The conserved quantities at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Invariants {
     /// The time.
@@ -38,13 +38,13 @@ pub struct Invariants {
 }
 
 impl Invariants {
-    /// Time, energies (total, translational, rotational, potential) and angular momentum, one after the other.
+    /// Returns time, energies (total, translational, rotational, potential) and angular momentum in a row.
     pub fn numbers(&self) -> [f64; 8] {
         let (e, j) = (&self.energy, &self.angular_momentum);
         [self.time, e.total, e.translational, e.rotational, e.potential, j.x, j.y, j.z]
     }
 
-    /// The inverse of [`Self::numbers`].
+    /// Restores what [`Self::numbers`] returned.
     pub fn from_numbers([time, total, translational, rotational, potential, x, y, z]: [f64; 8]) -> Self {
         let energy = Energy { total, translational, rotational, potential };
         Self { time, energy, angular_momentum: Vec3::new(x, y, z) }
@@ -61,7 +61,7 @@ pub(super) fn momentum(bodies: &[Body], state: &State) -> Vec3 {
     Vec3::from([0, 1, 2].map(|c| sum(bodies.iter().zip(&state.velocity).map(|(b, v)| b.mass * v[c]))))
 }
 
-/// Total angular momentum about the origin.
+/// Returns the total angular momentum about the origin.
 pub(super) fn angular_momentum(bodies: &[Body], state: &State) -> Vec3 {
     total(bodies, |i| {
         angular_momentum_of(
@@ -74,9 +74,9 @@ pub(super) fn angular_momentum(bodies: &[Body], state: &State) -> Vec3 {
     })
 }
 
-/// The same of an integrator's vector: the angular momentum of the bodies about the barycentre, that of the nominal
-/// barycentre about the origin, which is constant, and what the departure from it adds. Formed from the bodies' own
-/// places it would lose digits as the system travels.
+/// Returns the total angular momentum for an integrator's vector: that of the bodies about the barycentre,
+/// that of the nominal barycentre about the origin, which is constant, and what the barycentre offset adds.
+/// Computed from the bodies' absolute positions it would lose digits as the system travels.
 pub(super) fn angular_momentum_of_vector(
     bodies: &[Body],
     frame: &BarycentricFrame,
@@ -98,9 +98,9 @@ pub(super) fn angular_momentum_of_vector(
     if layout.forces == 0 {
         return about_barycentre + nominal;
     }
-    let (departed, departing) = frame.departure(y);
-    let velocity = Vec3::from(frame.barycentre_velocity) + departing;
-    let added = frame.nominal_at(time).cross(&departing) + departed.cross(&velocity);
+    let (offset, offset_rate) = frame.barycentre_offset(y);
+    let velocity = Vec3::from(frame.barycentre_velocity) + offset_rate;
+    let added = frame.nominal_at(time).cross(&offset_rate) + offset.cross(&velocity);
     about_barycentre + nominal + added * mass
 }
 

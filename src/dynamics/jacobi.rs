@@ -1,26 +1,27 @@
 //! Kepler motion in Jacobi's coordinates, in which body i moves about the barycentre of those before it with
 //! mu = G (m_0 + ... + m_i).
 //!
-//! Takes and gives numbers from the barycentre of all, in two parts.
+//! Takes and gives vectors relative to the barycentre of all bodies, in two parts.
 
 use super::layout::Blocks;
 use crate::math::Vec3;
 use crate::math::compensated::{add_each, two_sum};
 use crate::orbit::{KeplerChange, kepler_change};
 
-/// What no drift has changed.
+/// The change before the first drift, which is not a number.
 const UNKNOWN: KeplerChange = {
     let nothing = Vec3::new(f64::NAN, f64::NAN, f64::NAN);
     KeplerChange { position: nothing, velocity: nothing, acceleration: nothing }
 };
 
-/// What the motion takes of the masses, and its scratch.
+/// Constants from the masses, and buffers.
 #[derive(Debug, Clone)]
 pub(super) struct Jacobi {
     mu: Vec<f64>,
-    /// Share of body i in the mass of it and all before it.
+    /// The share of body i in the total mass of bodies 0 to i.
     shares: Vec<f64>,
-    /// What the last drift changed, in Jacobi's coordinates. The first would be that of the barycentre.
+    /// The changes by the last drift, in Jacobi's coordinates. Entry 0, which would be that of the
+    /// barycentre, is unused.
     changes: Vec<KeplerChange>,
 }
 
@@ -41,7 +42,8 @@ impl Jacobi {
         }
     }
 
-    /// Moves the bodies over a time; an error is the body for which Kepler's equation is not solved in doubles.
+    /// Moves the bodies over a time. The error is the index of a body for which Kepler's equation is not
+    /// solved in doubles.
     #[inline(always)]
     pub fn drift(&mut self, time: f64, high: &mut Blocks, low: &mut Blocks) -> Result<(), usize> {
         let n = high.position.len();
@@ -52,7 +54,7 @@ impl Jacobi {
             let position = centre.to(&high.position[body], &low.position[body]);
             let velocity = moving.to(&high.velocity[body], &low.velocity[body]);
             let change = kepler_change(&position, &velocity, mu[body], time).ok_or(body)?;
-            // Number by number: what is copied as a whole has to wait until it is in memory.
+            // Numbers are copied one by one: a copy as a whole would wait until all are in memory.
             for c in 0..3 {
                 changes[body].position[c] = change.position[c];
                 changes[body].velocity[c] = change.velocity[c];
@@ -73,21 +75,21 @@ impl Jacobi {
         Ok(())
     }
 
-    /// A body's acceleration by the motion at the end of the last drift. Bodies are taken from the last one to the first, with a
-    /// `centre` that begins as zero.
+    /// Returns a body's acceleration by the Kepler motion at the end of the last drift. Bodies must be asked
+    /// for from the last to the first, with a `centre` that begins as zero.
     #[inline(always)]
     pub fn acceleration(&self, body: usize, centre: &mut Vec3) -> Vec3 {
         left(body, self.shares[body], &self.changes[body].acceleration, centre)
     }
 
-    /// Forgets the last drift: the accelerations are not numbers until the next one.
+    /// Forgets the last drift: accelerations are NaN until the next one.
     pub fn reset(&mut self) {
         self.changes.fill(UNKNOWN);
     }
 }
 
-/// A body's vector from the barycentre of all, of its Jacobi vector. `centre` is that of the bodies up to it, and becomes that of the
-/// bodies before it.
+/// Returns a body's vector from the barycentre of all bodies, given its Jacobi vector. `centre` is the
+/// barycentre of the bodies up to this one, and becomes that of the bodies before it.
 #[inline(always)]
 fn left(body: usize, share: f64, jacobi: &Vec3, centre: &mut Vec3) -> Vec3 {
     if body == 0 {
@@ -104,7 +106,7 @@ struct Centre {
 }
 
 impl Centre {
-    /// The vector from it to the next body.
+    /// Returns the vector from this barycentre to the next body.
     #[inline(always)]
     fn to(&self, high: &[f64; 3], low: &[f64; 3]) -> Vec3 {
         let mut vector = Vec3::zeros();
@@ -115,7 +117,7 @@ impl Centre {
         vector
     }
 
-    /// Takes this body in, whose share in the mass is given.
+    /// Includes that body, whose share in the mass is given.
     #[inline(always)]
     fn take(&mut self, share: f64, vector: &Vec3) {
         for c in 0..3 {

@@ -1,45 +1,47 @@
-//! The derivatives of a system's loads and rates at one state.
+//! The derivatives of a system's loads and rates of change at one state.
 
 use super::layout::vector;
-use super::{BarycentricFrame, DEPARTURE, Parameter, Rejected, State, System, Variations};
+use super::{BarycentricFrame, Parameter, Rejected, State, System, TANGENT_SIZE, Variations};
 use crate::error::{Error, Result};
-use crate::patience::Patience;
+use crate::interrupt::InterruptCheck;
 
-/// Derivatives with respect to where the bodies are, how they move, and parameters.
+/// Derivatives by positions and attitudes, velocities and spins, and parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SystemJacobian {
-    /// The rates of the 12 N numbers of a departure along the motion: velocity, acceleration, spin and its rate.
+    /// The rates of change of the state: velocity, acceleration, spin and its rate for each body, 12 N
+    /// numbers.
     pub flow: Vec<f64>,
-    /// Of forces (inertial) and torques (body frames), body after body, with positions and rotation vectors (body frames): 6 N rows.
+    /// Derivatives of forces (inertial) and torques (body frames), body by body, by positions and rotation
+    /// vectors (body frames): 6 N rows.
     pub loads: Vec<f64>,
-    /// Of the rates of the 12 N numbers of a departure with these numbers: 12 N rows.
+    /// Derivatives of the rates of a tangent vector by its 12 N numbers: 12 N rows.
     pub rates: Vec<f64>,
-    /// Of these rates with the parameters: P rows.
+    /// Derivatives of these rates by the parameters: P rows.
     pub by_parameters: Vec<f64>,
 }
 
 impl System {
-    /// The derivatives at a state.
+    /// Returns the derivatives at a state.
     pub fn jacobian(
         &self,
         state: &State,
         parameters: &[Parameter],
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<SystemJacobian> {
-        self.check(state, patience)?;
+        self.check(state, interrupt)?;
         let (frame, y, _) = BarycentricFrame::new(self.layout(), &self.masses(), state);
-        let mut dynamics = self.dynamics(&frame, patience)?;
-        dynamics.check_outside(state.time, state.time, &y)?;
-        dynamics.prepare(state.time, &y, 0.0, patience)?;
-        dynamics.prepare_variations(state.time, patience)?;
+        let mut dynamics = self.dynamics(&frame, interrupt)?;
+        dynamics.check_external_forces(state.time, state.time, &y)?;
+        dynamics.prepare(state.time, &y, 0.0, interrupt)?;
         let mut variations = Variations::new(&dynamics, parameters.to_vec())?;
-        patience.spend(variations.work(&dynamics), state.time)?;
-        variations.look(&mut dynamics, state.time, &y)?;
+        dynamics.prepare_variations(&variations, state.time, &y, interrupt)?;
+        interrupt.charge(variations.work(&dynamics), state.time)?;
+        variations.look(&mut dynamics, state.time, &y, interrupt)?;
         let (loads, rates, by_parameters) =
             (variations.loads().to_vec(), variations.absolute_rates(), variations.absolute_forcing());
         let mut rate = vec![0.0; y.len()];
         for part in 0..dynamics.parts() {
-            patience.spend(dynamics.work(), state.time)?;
+            interrupt.charge(dynamics.work(), state.time)?;
             dynamics.derivative(part, state.time, &y, &mut rate).map_err(|rejected| match rejected {
                 Rejected::Failed(error) => *error,
                 other => {
@@ -62,17 +64,17 @@ impl System {
 }
 
 impl Variations {
-    /// Derivatives of the loads with places.
+    /// Returns the derivatives of the loads by positions and rotations.
     fn loads(&self) -> &[f64] {
-        &self.slopes.by_place
+        &self.jacobian.by_pose
     }
 
-    /// Derivatives of the rates of all bodies' own numbers.
+    /// Returns the derivatives of the rates of all bodies' own numbers.
     fn absolute_rates(&self) -> Vec<f64> {
-        let (n, size) = (self.bodies, DEPARTURE * self.bodies);
+        let (n, size) = (self.bodies, TANGENT_SIZE * self.bodies);
         let mut rates = vec![0.0; size * size];
         for body in 0..n {
-            let (first, spin, inertia) = (DEPARTURE * body, &self.spin[body], &self.inertia[body]);
+            let (first, spin, inertia) = (TANGENT_SIZE * body, &self.spin[body], &self.inertia[body]);
             for i in 0..3 {
                 let (j, k) = ((i + 1) % 3, (i + 2) % 3);
                 let mut put = |row: usize, column: usize, value: f64| {
@@ -87,11 +89,11 @@ impl Variations {
                 put(9, 9 + k, -ratio * spin[j]);
                 let per_inertia = if inertia[i] > 0.0 { 1.0 / inertia[i] } else { 0.0 };
                 for (row, from, factor) in [(3, i, 1.0 / self.masses[body]), (9, 3 + i, per_inertia)] {
-                    for (part, slopes) in [(0, &self.slopes.by_place), (3, &self.slopes.by_motion)] {
-                        let line = slopes.chunks_exact(6 * n).nth(6 * body + from).unwrap_or(&[]);
+                    for (part, derivatives) in [(0, &self.jacobian.by_pose), (3, &self.jacobian.by_rate)] {
+                        let line = derivatives.chunks_exact(6 * n).nth(6 * body + from).unwrap_or(&[]);
                         for (column, slope) in line.iter().enumerate() {
                             let (other, c) = (column / 6, column % 6);
-                            let at = DEPARTURE * other + part + if c < 3 { c } else { 3 + c };
+                            let at = TANGENT_SIZE * other + part + if c < 3 { c } else { 3 + c };
                             rates[(first + row + i) * size + at] += factor * slope;
                         }
                     }
@@ -101,7 +103,7 @@ impl Variations {
         rates
     }
 
-    /// The same with the parameters.
+    /// Returns the derivatives of the rates by the parameters.
     fn absolute_forcing(&self) -> Vec<f64> {
         let zero = [0.0; 3];
         let of = |[acceleration, turning]: &[crate::math::Vec3; 2]| {

@@ -1,25 +1,25 @@
-//! How a state lies in the integrator's vector.
+//! The layout of a state in the integrator's vector.
 //!
 //! | block | length | quantity |
 //! |---|---|---|
-//! | position | 3 N | from the barycentre, inertial axes |
+//! | position | 3 N | relative to the barycentre, inertial axes |
 //! | velocity | 3 N | relative to the barycentre, inertial axes |
 //! | attitude | 4 N or 3 N | quaternion, or Tait-Bryan angles |
 //! | spin | 3 N | body frames |
-//! | departure | 6 or 0 | position and velocity of the barycentre from the nominal one, where there are forces from outside |
-//! | books | 7 a force | work, impulse and angular impulse |
+//! | barycentre offset | 6 or 0 | position and velocity of the barycentre relative to the nominal one, with external forces |
+//! | work and impulse | 7 per force | work, impulse and angular impulse of each external force |
 //!
-//! Without forces from outside the barycentre moves uniformly. This nominal motion is kept apart from the vector, so that a system
-//! that travels loses no digits of its separations. Every number has a low part: a state that is converted to a vector and back is
-//! the same state.
+//! Without external forces the barycentre moves uniformly. This nominal motion is kept apart from the vector,
+//! so that a system that travels loses no digits of its separations. Every number has a low part: a state
+//! that is converted to a vector and back is the same state.
 
 use super::State;
-use crate::environment::{BOOK, Scene};
+use crate::forces::{Snapshot, WORK_AND_IMPULSE};
 use crate::math::compensated::{Compensated, sum, two_sum};
 use crate::math::{Mat3, Vec3, rotation};
 use crate::names::Named;
 
-/// How attitudes are integrated.
+/// The chart in which attitudes are integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum AttitudeChart {
     /// Unit quaternions: no singularity.
@@ -36,7 +36,7 @@ impl Named for AttitudeChart {
 }
 
 impl AttitudeChart {
-    /// Numbers per body.
+    /// Returns the numbers per body.
     pub fn width(self) -> usize {
         match self {
             Self::Quaternion => 4,
@@ -45,44 +45,45 @@ impl AttitudeChart {
     }
 }
 
-/// Offsets of the blocks.
+/// The layout of the integrator's vector, which determines the offsets of its blocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
     /// Number of bodies.
     pub bodies: usize,
-    /// How attitudes are stored.
+    /// The chart in which attitudes are stored.
     pub chart: AttitudeChart,
-    /// Number of forces from outside.
+    /// Number of external forces.
     pub forces: usize,
 }
 
 impl Layout {
-    /// Length of the vector.
+    /// Returns the length of the vector.
     pub fn dimension(self) -> usize {
-        self.dependent() + BOOK * self.forces
+        self.dependent() + WORK_AND_IMPULSE * self.forces
     }
 
-    /// Index of the first of the six numbers of the barycentre's departure: the number of all that the bodies have.
+    /// Returns the index of the first of the six numbers of the barycentre offset, which equals the number of
+    /// all numbers of the bodies.
     #[inline]
-    pub fn departure(self) -> usize {
+    pub fn barycentre_offset(self) -> usize {
         (9 + self.chart.width()) * self.bodies
     }
 
-    /// Number of numbers that the rates of change depend on: all but the books.
+    /// Returns how many numbers the rates of change depend on: all but work and impulse.
     #[inline]
     pub fn dependent(self) -> usize {
-        self.departure() + if self.forces > 0 { 6 } else { 0 }
+        self.barycentre_offset() + if self.forces > 0 { 6 } else { 0 }
     }
 
-    /// The books of all forces.
-    pub fn books(self, y: &[f64]) -> &[f64] {
-        if self.forces == 0 { &[] } else { &y[self.book(0)..] }
+    /// Returns work, impulse and angular impulse of all forces.
+    pub fn work_and_impulse(self, y: &[f64]) -> &[f64] {
+        if self.forces == 0 { &[] } else { &y[self.work_and_impulse_index(0)..] }
     }
 
-    /// Index of the first number in the books of a force.
+    /// Returns the index of the first of the seven numbers of a force.
     #[inline]
-    pub fn book(self, force: usize) -> usize {
-        self.dependent() + BOOK * force
+    pub fn work_and_impulse_index(self, force: usize) -> usize {
+        self.dependent() + WORK_AND_IMPULSE * force
     }
 
     /// Index of the first position component of a body.
@@ -110,7 +111,7 @@ impl Layout {
     }
 }
 
-/// The numbers of the bodies in a vector with quaternions.
+/// The blocks of the bodies in a vector with quaternions.
 pub(super) struct Blocks<'a> {
     pub position: &'a mut [[f64; 3]],
     pub velocity: &'a mut [[f64; 3]],
@@ -119,7 +120,7 @@ pub(super) struct Blocks<'a> {
 }
 
 impl<'a> Blocks<'a> {
-    /// Of so many bodies.
+    /// Splits a vector of this many bodies.
     #[inline(always)]
     pub fn new(bodies: usize, y: &'a mut [f64]) -> Self {
         let (position, y) = y.split_at_mut(3 * bodies);
@@ -134,12 +135,13 @@ impl<'a> Blocks<'a> {
     }
 }
 
-/// The frame in which the integrator's vectors are: inertial axes at the barycentre, and where that nominally is.
+/// The frame of the integrator's vectors: inertial axes at the barycentre, with the motion of the nominal
+/// barycentre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BarycentricFrame {
-    /// Where the blocks of a vector are.
+    /// The layout of the vectors.
     pub layout: Layout,
-    /// Time at which the barycentre was at `barycentre`.
+    /// The time at which the barycentre was at `barycentre`.
     pub epoch: f64,
     /// Position of the barycentre at `epoch`.
     pub barycentre: [f64; 3],
@@ -148,8 +150,8 @@ pub struct BarycentricFrame {
 }
 
 impl BarycentricFrame {
-    /// The frame of a state; the state in it, as a vector; and what rounding dropped of the vector. Tait-Bryan angles start in
-    /// their principal range.
+    /// Returns the frame of a state, the state in it as a vector, and the part of the vector that rounding
+    /// dropped. Tait-Bryan angles start in their principal range.
     pub fn new(layout: Layout, masses: &[f64], state: &State) -> (Self, Vec<f64>, Vec<f64>) {
         let total = sum(masses.iter().copied());
         let mean = |vectors: &[Vec3]| {
@@ -179,15 +181,15 @@ impl BarycentricFrame {
         (Self { layout, epoch: state.time, barycentre, barycentre_velocity }, high, low)
     }
 
-    /// The nominal barycentre at a time.
+    /// Returns the nominal barycentre at a time.
     pub fn nominal_at(&self, time: f64) -> Vec3 {
         Vec3::from(self.barycentre) + Vec3::from(self.barycentre_velocity) * (time - self.epoch)
     }
 
-    /// The barycentre's departure from the nominal one, and the rate of that.
+    /// Returns the position and velocity of the barycentre relative to the nominal one.
     #[inline(always)]
-    pub fn departure(&self, y: &[f64]) -> (Vec3, Vec3) {
-        let at = self.layout.departure();
+    pub fn barycentre_offset(&self, y: &[f64]) -> (Vec3, Vec3) {
+        let at = self.layout.barycentre_offset();
         if self.layout.forces == 0 {
             return Default::default();
         }
@@ -195,12 +197,12 @@ impl BarycentricFrame {
         (vector(y, 0), vector(y, 3))
     }
 
-    /// The barycentre at a time, of a vector.
+    /// Returns the barycentre at a time, for a vector.
     pub fn barycentre_at(&self, time: f64, y: &[f64]) -> Vec3 {
-        self.nominal_at(time) + self.departure(y).0
+        self.nominal_at(time) + self.barycentre_offset(y).0
     }
 
-    /// The attitude of a body in a vector, as a unit quaternion.
+    /// Returns the attitude of a body in a vector, as a unit quaternion.
     pub fn attitude(&self, body: usize, y: &[f64]) -> [f64; 4] {
         let a = self.layout.attitude(body);
         match self.layout.chart {
@@ -213,41 +215,42 @@ impl BarycentricFrame {
         }
     }
 
-    /// The bodies of a vector at a time, with their rotation matrices and, where forces want them, their attitudes.
+    /// Returns the bodies of a vector at a time as external forces see them, with their rotation matrices
+    /// and, where forces need them, their attitudes.
     #[inline(always)]
-    pub fn scene<'a>(
+    pub fn snapshot<'a>(
         &self,
         time: f64,
         y: &'a [f64],
         rotation: &'a [Mat3],
         attitude: &'a [[f64; 4]],
-    ) -> Scene<'a> {
+    ) -> Snapshot<'a> {
         let layout = self.layout;
         let block = |start: usize| &y[start..].as_chunks().0[..layout.bodies];
-        let (departed, departing) = self.departure(y);
-        Scene {
+        let (offset, offset_rate) = self.barycentre_offset(y);
+        Snapshot {
             time,
             position: block(layout.position(0)),
             velocity: block(layout.velocity(0)),
             spin: block(layout.spin(0)),
             rotation: &rotation[..layout.bodies],
             attitude,
-            departure: [departed, departing],
+            barycentre_offset: [offset, offset_rate],
             nominal: [self.nominal_at(time), Vec3::from(self.barycentre_velocity)],
         }
     }
 
-    /// The state that a vector `high` + `low` stands for at a time.
+    /// Returns the state for the vector `high` + `low` at a time.
     pub fn state(&self, time: f64, high: &[f64], low: &[f64]) -> State {
         let layout = self.layout;
         let elapsed = time - self.epoch;
         let travelled = self.barycentre_velocity.map(|v| v * elapsed);
-        let (departed, departing) = self.departure(high);
-        let (departed_low, departing_low) = self.departure(low);
-        let placed = |index: usize, nominal: [f64; 3], travelled: [f64; 3], departed: Vec3, tail: Vec3| {
+        let (offset, offset_rate) = self.barycentre_offset(high);
+        let (offset_low, offset_rate_low) = self.barycentre_offset(low);
+        let placed = |index: usize, nominal: [f64; 3], travelled: [f64; 3], offset: Vec3, tail: Vec3| {
             Vec3::from([0, 1, 2].map(|c| {
                 let (partial, first) = two_sum(nominal[c], travelled[c]);
-                let (barycentre, second) = two_sum(partial, departed[c]);
+                let (barycentre, second) = two_sum(partial, offset[c]);
                 let (total, third) = two_sum(barycentre, high[index + c]);
                 total + (first + second + third + low[index + c] + tail[c])
             }))
@@ -255,11 +258,9 @@ impl BarycentricFrame {
         let each = |f: &dyn Fn(usize) -> Vec3| (0..layout.bodies).map(f).collect::<Vec<_>>();
         State {
             time,
-            position: each(&|b| {
-                placed(layout.position(b), self.barycentre, travelled, departed, departed_low)
-            }),
+            position: each(&|b| placed(layout.position(b), self.barycentre, travelled, offset, offset_low)),
             velocity: each(&|b| {
-                placed(layout.velocity(b), self.barycentre_velocity, [0.0; 3], departing, departing_low)
+                placed(layout.velocity(b), self.barycentre_velocity, [0.0; 3], offset_rate, offset_rate_low)
             }),
             attitude: (0..layout.bodies).map(|b| self.attitude(b, high)).collect(),
             spin: each(&|b| vector(high, layout.spin(b))),
@@ -267,7 +268,7 @@ impl BarycentricFrame {
     }
 }
 
-/// The three numbers of a vector from an index on.
+/// Returns the three numbers from an index on as a vector.
 #[inline]
 pub(super) fn vector(y: &[f64], index: usize) -> Vec3 {
     Vec3::new(y[index], y[index + 1], y[index + 2])

@@ -1,43 +1,51 @@
-//! The parameters of a system that motions are differentiated by.
+//! The parameters by which the motions of a system can be differentiated.
 
 use super::System;
-use crate::environment::{Environment, Force};
 use crate::error::{Error, Result};
+use crate::forces::{Force, ForceModel, ForceParameter};
 use crate::math::Vec3;
-use crate::mutual::{AxisSlopes, Interaction, Method};
-use crate::shape::{Body, Part, Shape};
+use crate::mutual::{Interaction, ShapeDerivatives};
+use crate::shape::{Body, Part, PartDerivative, PartNumber, Shape};
 
-/// A number that the motion depends on.
+/// A parameter of the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Parameter {
     /// The gravitational constant.
     GravitationalConstant,
-    /// The mass of a body, whose shape stays.
+    /// The mass of a body, at a fixed shape.
     Mass(usize),
-    /// The density of a body, whose shape stays: the derivative by the mass times this volume.
+    /// The density of a body, at a fixed shape: the derivative by the mass times this volume.
     Density(usize, f64),
-    /// A semi-axis of an ellipsoid, whose mass stays.
+    /// A semi-axis of an ellipsoid, at a fixed mass.
     SemiAxis(usize, usize),
-    /// A number that the loads of a force are in proportion to, with its value.
-    OfForce(usize, f64),
+    /// A factor of all lengths of a polyhedron at a fixed mass; its value is one.
+    Scale(usize),
+    /// A number of a part of a composite, with the indices of the body and the part: the mass of the part, or
+    /// a coordinate of its position in the working frame.
+    Part(usize, usize, PartNumber),
+    /// A number of a force, with the index of the force.
+    OfForce(usize, ForceParameter),
 }
 
-/// How a parameter acts on what two bodies do to each other: factors of the force and the torques per unit G m m.
+/// The derivatives by a parameter of the interaction of two bodies, as factors of force and torques per unit
+/// G m m.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct OfPair {
-    /// Of the acceleration of either body.
+    /// The factors for the acceleration of either body.
     pub acceleration: [f64; 2],
-    /// Of the torque on either body over its moments of inertia.
+    /// The factors for the torque on either body over its moments of inertia.
     pub torque: [f64; 2],
 }
 
 impl Parameter {
-    /// The parameters by their names.
+    /// Returns all parameters with their names.
     fn all(bodies: &[Body], forces: &[Force]) -> Vec<(String, Self)> {
         let mut all = vec![("G".to_owned(), Self::GravitationalConstant)];
         for (k, body) in bodies.iter().enumerate() {
             all.push((format!("mass of {}", body.name), Self::Mass(k)));
-            // The parts of a composite may overlap, and have densities of their own.
+            // The parts of a composite may overlap and have densities of their own, so that the body has
+            // none.
             if body.volume() > 0.0 && !body.is_composite() {
                 all.push((format!("density of {}", body.name), Self::Density(k, body.volume())));
             }
@@ -47,30 +55,38 @@ impl Parameter {
                     (format!("semi-axis {letter} of {}", body.name), Self::SemiAxis(k, axis))
                 }));
             }
+            let numbers = [
+                ("mass", PartNumber::Mass),
+                ("position x", PartNumber::Position(0)),
+                ("position y", PartNumber::Position(1)),
+                ("position z", PartNumber::Position(2)),
+            ];
+            for part in 0..body.given().len() {
+                all.extend(numbers.iter().map(|(what, number)| {
+                    (format!("{what} of part {part} of {}", body.name), Self::Part(k, part, *number))
+                }));
+            }
+            if let [Part { shape: Shape::Polyhedron(_), place: None, .. }] = body.parts() {
+                all.push((format!("scale of {}", body.name), Self::Scale(k)));
+            }
         }
         for (k, force) in forces.iter().enumerate() {
-            let factors = match force {
-                Force::ThirdBody(body) => vec![("mu", body.mu)],
-                Force::Tide(tide) => vec![("k2", tide.k2), ("lag", tide.lag)],
-                Force::Byorp(push) => vec![("force", push.force)],
-                Force::Yorp(_) | Force::Function(_) => Vec::new(),
-            };
-            // The derivative by a factor that is zero is not that of loads which vanish with it.
-            let factors = factors.into_iter().filter(|(_, value)| *value != 0.0);
+            let numbers = force.parameters().into_iter();
             all.extend(
-                factors.map(|(what, value)| (format!("{what} of {}", force.name()), Self::OfForce(k, value))),
+                numbers
+                    .map(|(what, number)| (format!("{what} of {}", force.name()), Self::OfForce(k, number))),
             );
         }
         all
     }
 
-    /// Those that a system can be differentiated by, with their names.
+    /// Returns the parameters by which a system can be differentiated, with their names.
     pub fn of(system: &System) -> Vec<(String, Self)> {
         let all = Self::all(system.bodies(), system.forces());
-        all.into_iter().filter(|(name, parameter)| parameter.refusal(name, system).is_none()).collect()
+        all.into_iter().filter(|(_, parameter)| parameter.of_part(system.bodies()).is_ok()).collect()
     }
 
-    /// The parameter of a name, refused where the system has no derivative by it.
+    /// Returns the parameter with this name; an error where the system has no derivative by it.
     pub fn named(name: &str, system: &System) -> Result<Self> {
         let all = Self::all(system.bodies(), system.forces());
         let Some((_, parameter)) = all.iter().find(|(known, _)| known == name) else {
@@ -78,23 +94,21 @@ impl Parameter {
             let expected = format!("one of {}", known.join(", "));
             return Err(Error::invalid("parameter", format!("{name:?}"), expected));
         };
-        parameter.refusal(name, system).map_or(Ok(*parameter), Err)
+        parameter.of_part(system.bodies()).map(|_| *parameter)
     }
 
-    /// Why a system has no derivative by it.
-    fn refusal(self, name: &str, system: &System) -> Option<Error> {
-        let method = system.settings().gravity;
-        let refused = self.semi_axis().is_some() && matches!(method, Method::Multipole(_));
-        let found = || format!("by the {name} with gravity=\"{method}\"");
-        refused.then(|| Error::invalid("derivatives", found(), "gravity=\"focal\" or \"surface\" for it"))
+    /// Returns the body and its derivatives, where the parameter is a number of a part of a composite.
+    pub(super) fn of_part(self, bodies: &[Body]) -> Result<Option<(usize, PartDerivative)>> {
+        let Self::Part(body, part, number) = self else { return Ok(None) };
+        bodies[body].by_part(part, number).map(|derivative| Some((body, derivative)))
     }
 
-    /// Whether it changes a mass.
+    /// Returns whether the parameter changes a mass.
     pub fn is_mass(self) -> bool {
-        matches!(self, Self::Mass(_) | Self::Density(..))
+        matches!(self, Self::Mass(_) | Self::Density(..) | Self::Part(.., PartNumber::Mass))
     }
 
-    /// The body and its semi-axis that it is.
+    /// Returns the body and the index of its semi-axis, for such a parameter.
     pub fn semi_axis(self) -> Option<(usize, usize)> {
         match self {
             Self::SemiAxis(body, axis) => Some((body, axis)),
@@ -102,60 +116,161 @@ impl Parameter {
         }
     }
 
-    /// The part of what two bodies do to each other, where it is a semi-axis of one.
-    pub(super) fn slopes(self, bodies: [usize; 2], slopes: &AxisSlopes) -> Option<Interaction> {
-        let (body, axis) = self.semi_axis()?;
-        let which = bodies.iter().position(|other| *other == body)?;
-        Some(slopes[which][axis])
+    /// Returns the body of which the parameter is a length: a semi-axis or the scale.
+    pub(super) fn shaped(self) -> Option<usize> {
+        match self {
+            Self::SemiAxis(body, _) | Self::Scale(body) => Some(body),
+            _ => None,
+        }
     }
 
-    /// The body whose moments of inertia change with it, where it is a semi-axis, and their derivatives: I_1 = m (a_2^2 + a_3^2) / 5.
+    /// Returns the derivative of the interaction of two bodies, where the parameter is a length of one.
+    pub(super) fn of_shape(self, bodies: [usize; 2], known: &ShapeDerivatives) -> Option<Interaction> {
+        let which = bodies.iter().position(|other| Some(*other) == self.shaped())?;
+        match self {
+            Self::SemiAxis(_, axis) => Some(known.axes[which][axis]),
+            _ => Some(known.scale[which]),
+        }
+    }
+
+    /// Returns the body whose moments of inertia change with the parameter at a fixed mass, and their
+    /// derivatives: I_1 = m (a_2^2 + a_3^2) / 5 for an ellipsoid.
     pub(super) fn of_inertia(self, bodies: &[Body]) -> Option<(usize, Vec3)> {
+        if let Self::Scale(body) = self {
+            return Some((body, 2.0 * bodies[body].inertia()));
+        }
+        if let Ok(Some((body, derivative))) = self.of_part(bodies) {
+            return Some((body, derivative.inertia));
+        }
         let (body, axis) = self.semi_axis()?;
         let mut inertia = Vec3::repeat(0.4 * bodies[body].mass * bodies[body].semi_axes()[axis]);
         inertia[axis] = 0.0;
         Some((body, inertia))
     }
 
-    /// The relative change of what the loads of a force do to a body: the loads' own less that of its mass or moments.
+    /// Returns the relative derivatives of the effects of a force on a body: of its acceleration, and of the
+    /// rate of its spin at constant moments of inertia. They are the relative derivative of the loads minus
+    /// that of the body's mass.
     pub(super) fn of_rates(
         self,
         force: usize,
         on: usize,
-        outside: &Environment,
+        external_forces: &ForceModel,
         g: f64,
         masses: &[f64],
-    ) -> f64 {
+    ) -> [f64; 2] {
         match self {
-            Self::GravitationalConstant if g != 0.0 => outside.powers(force, on, on)[0] / g,
-            Self::OfForce(k, value) if k == force => 1.0 / value,
-            Self::Mass(k) | Self::Density(k, _) => {
+            Self::GravitationalConstant if g != 0.0 => [external_forces.powers(force, on, on)[0] / g; 2],
+            Self::Mass(k) | Self::Density(k, _) | Self::Part(k, _, PartNumber::Mass) => {
                 let own = if k == on { 1.0 } else { 0.0 };
-                self.of_mass(k) * (outside.powers(force, k, on)[1] - own) / masses[k]
+                let (by, power) = (self.of_mass(k) / masses[k], external_forces.powers(force, k, on)[1]);
+                // The moments of a composite are accounted for by `of_inertia`.
+                let moments = if let Self::Part(..) = self { 0.0 } else { own };
+                [by * (power - own), by * (power - moments)]
             }
-            _ => 0.0,
+            _ => [0.0; 2],
         }
     }
 
-    /// Derivative of a body's mass.
+    /// Returns the derivative of G times the mass of all bodies, which the orbits of third bodies contain.
+    pub(super) fn of_total_mu(self, g: f64, masses: &[f64]) -> f64 {
+        let by_mass = |body: usize| g * self.of_mass(body);
+        match self {
+            Self::GravitationalConstant => masses.iter().sum(),
+            _ => (0..masses.len()).map(by_mass).sum(),
+        }
+    }
+
+    /// Returns the derivative of a body's mass.
     pub fn of_mass(self, body: usize) -> f64 {
         match self {
             Self::Mass(k) if k == body => 1.0,
             Self::Density(k, volume) if k == body => volume,
+            Self::Part(k, _, PartNumber::Mass) if k == body => 1.0,
             _ => 0.0,
         }
     }
 
-    /// How it acts between two bodies.
+    /// Returns the derivatives of the interaction of two bodies.
     pub(super) fn of_pair(self, bodies: [usize; 2], g: f64, masses: [f64; 2]) -> OfPair {
         if self == Self::GravitationalConstant {
             return OfPair { acceleration: [masses[1], masses[0]], torque: [masses[0] * masses[1]; 2] };
         }
-        // A body's own mass stands in its torque and in its moments alike.
+        // The loads of a part depend on its position as well, and their derivatives are computed elsewhere.
+        if let Self::Part(..) = self {
+            return OfPair { acceleration: [0.0; 2], torque: [0.0; 2] };
+        }
+        // A body's own mass is a factor of both its torque and its moments, and cancels.
         let by = bodies.map(|body| self.of_mass(body));
         OfPair {
             acceleration: [g * by[1], g * by[0]],
             torque: [g * masses[0] * by[1], g * masses[1] * by[0]],
+        }
+    }
+
+    /// Returns the body whose surface moves with the parameter.
+    pub fn moves_surface(self) -> Option<usize> {
+        match self {
+            Self::SemiAxis(body, _) | Self::Scale(body) | Self::Part(body, ..) => Some(body),
+            _ => None,
+        }
+    }
+
+    /// Returns whether the parameter moves the third body with this index among the forces along its orbit.
+    pub fn moves_third_body(self, force: usize) -> bool {
+        match self {
+            Self::OfForce(other, _) => other == force,
+            _ => self.is_mass() || self == Self::GravitationalConstant,
+        }
+    }
+
+    /// Returns the system with the parameter changed.
+    pub fn changed(self, system: &System, by: f64) -> Result<System> {
+        let (mut bodies, mut forces) = (system.bodies().to_vec(), system.forces().to_vec());
+        let mut g = system.gravitational_constant();
+        match self {
+            Self::GravitationalConstant => {
+                let own = g;
+                g += by;
+                for force in &mut forces {
+                    if let Force::ThirdBody(body) = force
+                        && body.mass.is_some()
+                        && own > 0.0
+                    {
+                        body.mu *= g / own;
+                    }
+                }
+            }
+            Self::Mass(k) | Self::Density(k, _) => {
+                bodies[k] = bodies[k].of_mass(bodies[k].mass + by * self.of_mass(k))?;
+            }
+            Self::SemiAxis(k, axis) => {
+                let mut axes = bodies[k].semi_axes();
+                axes[axis] += by;
+                bodies[k] = bodies[k].of_shape(Shape::ellipsoid(axes)?)?;
+            }
+            Self::Scale(k) => bodies[k] = bodies[k].of_shape(bodies[k].parts()[0].shape.scaled(1.0 + by))?,
+            Self::Part(k, part, number) => bodies[k] = bodies[k].with_part(part, number, by)?,
+            Self::OfForce(k, number) => forces[k] = forces[k].with_parameter(number, by, g),
+        }
+        System::new(bodies, g, *system.settings())?.with_forces(forces)
+    }
+
+    /// Returns a natural size of the parameter's changes.
+    pub fn size(self, system: &System) -> f64 {
+        let bodies = system.bodies();
+        let or_one = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
+        match self {
+            Self::GravitationalConstant => or_one(system.gravitational_constant()),
+            Self::Mass(k) => bodies[k].mass,
+            Self::Density(k, volume) => bodies[k].mass / volume,
+            Self::SemiAxis(k, axis) => bodies[k].semi_axes()[axis],
+            Self::Scale(_) => 1.0,
+            Self::Part(k, part, PartNumber::Mass) => bodies[k].parts()[part].mass.abs(),
+            Self::Part(k, ..) => bodies[k].circumradius(),
+            Self::OfForce(k, number) => {
+                system.forces()[k].parameter_size(number, system.gravitational_constant())
+            }
         }
     }
 }

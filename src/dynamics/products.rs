@@ -1,11 +1,12 @@
-//! Products of the matrices of departures with columns, a register of columns at a time.
+//! Products of the matrices of the variational equations with tangent vectors, a register of columns at a
+//! time.
 
 use pulp::{Scalar, Simd, WithSimd};
 
-/// Numbers of a column that are multiplied at a time.
+/// The number of entries of a column that are multiplied at a time.
 pub(super) const DEPTH: usize = 9;
 
-/// A start plus the product of some numbers of a matrix's row and as many rows of columns.
+/// Returns `start` plus the product of some entries of a matrix's row and equally many rows of columns.
 #[inline(always)]
 pub(super) fn product<S: Simd>(
     simd: S,
@@ -20,18 +21,18 @@ pub(super) fn product<S: Simd>(
     sum
 }
 
-/// Adds the product of a matrix and the first half of the rows of columns, times a size, to the second half.
-pub(super) struct Kick<'a> {
-    /// Rows of the matrix, in whole multiples of `DEPTH`.
+/// Adds a size times the product of a matrix and the first half of the rows of columns to the second half.
+pub(super) struct KickProduct<'a> {
+    /// The rows of the matrix, in whole multiples of `DEPTH`.
     pub matrix: &'a [f64],
     pub stride: usize,
     pub size: f64,
-    /// Half the rows, and columns.
+    /// The number of rows in either half, and the number of columns.
     pub shape: [usize; 2],
     pub columns: &'a mut [f64],
 }
 
-impl WithSimd for Kick<'_> {
+impl WithSimd for KickProduct<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -40,7 +41,7 @@ impl WithSimd for Kick<'_> {
     }
 }
 
-impl Kick<'_> {
+impl KickProduct<'_> {
     #[inline(always)]
     fn by<S: Simd>(self, simd: S) {
         let Self { matrix, stride, size, shape: [half, width], columns } = self;
@@ -48,7 +49,7 @@ impl Kick<'_> {
         let (q, p) = columns.split_at_mut(half * width);
         let size = simd.splat_f64s(size);
         for first in (0..width).step_by(lanes) {
-            // The last lanes begin behind those before, and leave out what these have done.
+            // The last lanes overlap those before and leave out the columns that are done.
             let at = first.min(width - lanes);
             for (row, weights) in matrix.chunks_exact(stride).enumerate() {
                 let mut sum = simd.splat_f64s(0.0);

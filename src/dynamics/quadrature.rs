@@ -1,4 +1,4 @@
-//! Which quadrature is in force for which pair.
+//! The quadrature in use for each pair.
 
 use super::system::pose;
 use super::{Dynamics, State};
@@ -8,20 +8,20 @@ use crate::quadrature::Order;
 /// How the interaction of two bodies, or of a part of one and a part of the other, is computed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quadrature {
-    /// Places of the bodies in the system.
+    /// Indices of the bodies in the system.
     pub bodies: [usize; 2],
-    /// Numbers of the parts in their bodies; none of two ordinary bodies.
+    /// Indices of the parts in their bodies; `None` for two ordinary bodies.
     pub parts: Option<[usize; 2]>,
     /// The method.
     pub method: Method,
-    /// The rule in force; a series has none.
+    /// The rule in use; a series has none.
     pub rule: Option<QuadratureRule>,
 }
 
-/// A rule in force.
+/// A quadrature rule in use.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QuadratureRule {
-    /// Place of the body that is integrated over.
+    /// Index of the body that is integrated over.
     pub integrated: usize,
     /// Number of points.
     pub points: usize,
@@ -30,7 +30,8 @@ pub struct QuadratureRule {
 }
 
 impl Dynamics {
-    /// The quadratures in force, with the points that they take at a state. Two points take none and are left out.
+    /// Returns the quadratures in use, with the numbers of points that they take at a state. Pairs of points
+    /// have none and are left out.
     pub fn quadratures_at(&self, state: &State) -> Vec<Quadrature> {
         let row = |(i, j, link): &(usize, usize, crate::mutual::Link)| {
             let bodies = [*i, *j];

@@ -1,35 +1,35 @@
-//! Why the equations cannot be evaluated at a trial state.
+//! The reasons why the equations cannot be evaluated at a trial state.
 
 use crate::error::{Error, Refusal};
 
 /// A trial state at which the equations cannot be evaluated; a shorter step may avoid it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Rejected {
-    /// Two bodies, or a part of one and a part of the other, are nearer to each other than the rule in force holds.
+    /// Two bodies, or two parts of them, are nearer to each other than the rule in use is valid for.
     TooClose {
-        /// Places of the two in the system.
+        /// Indices of the two bodies in the system.
         bodies: [usize; 2],
-        /// Separation of the centres of what is too near.
+        /// Separation of the centres of these bodies or parts.
         separation: f64,
-        /// The least at which the rule holds.
+        /// The least separation for which the rule is valid.
         valid_from: f64,
     },
     /// An attitude is at the pole of the Tait-Bryan angles.
     Pole,
-    /// A rate of change is infinite or no number.
+    /// A rate of change is infinite or not a number.
     NotFinite,
-    /// A force from outside fails, with steps of any size.
+    /// An external force fails, for steps of any size.
     Failed(Box<Error>),
 }
 
 impl Rejected {
-    /// The reason without names and numbers.
+    /// Returns the reason without names and numbers.
     pub fn reason(&self) -> &'static str {
         match self {
             Self::TooClose { .. } => "two bodies come too close within a step",
             Self::Pole => "an attitude reaches the pole of the Tait-Bryan angles",
             Self::NotFinite => "a rate of change is not finite",
-            Self::Failed(_) => "a force from outside fails",
+            Self::Failed(_) => "an external force fails",
         }
     }
 }

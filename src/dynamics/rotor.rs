@@ -1,17 +1,19 @@
-//! The free rotation of a rigid body in closed form, for as many bodies of a kind as a register has lanes.
+//! The free rotation of a rigid body in closed form, for as many bodies of the same kind as a register has
+//! lanes.
 //!
-//! Takes constants of the moments of inertia, attitudes, spins and a time; gives the changes of attitude and spin, so that a caller
-//! who keeps low parts loses nothing of them. Vectors are from the axis on that is singled out.
+//! Takes constants of the moments of inertia, attitudes, spins and a time; gives the changes of attitude and
+//! spin, so that a caller who keeps low parts loses nothing of them. Components of vectors are in cyclic
+//! order, beginning with the distinguished axis.
 
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, WIDEST};
 use crate::math::stumpff::{REACH, stumpff};
 use pulp::Simd;
 
-/// A number of as many bodies as a register has lanes.
+/// One number for each of as many bodies as a register has lanes.
 pub(super) type Numbers<S> = Lanes<S, 1>;
 
-/// cos a - 1 and sin a / a of a^2.
+/// Returns cos a - 1 and sin a / a, given a^2.
 #[inline(always)]
 fn less_one<S: Simd>(simd: S, square: Numbers<S>) -> (Numbers<S>, Numbers<S>) {
     let [c2, c3] = stumpff(square);
@@ -33,7 +35,7 @@ fn less_one<S: Simd>(simd: S, square: Numbers<S>) -> (Numbers<S>, Numbers<S>) {
     (Lanes::load(simd, &less, 0), Lanes::load(simd, &scale, 0))
 }
 
-/// Hamilton's product.
+/// Returns Hamilton's product.
 #[inline(always)]
 fn product<S: Simd>(p: [Numbers<S>; 4], q: [Numbers<S>; 4]) -> [Numbers<S>; 4] {
     [
@@ -44,7 +46,7 @@ fn product<S: Simd>(p: [Numbers<S>; 4], q: [Numbers<S>; 4]) -> [Numbers<S>; 4] {
     ]
 }
 
-/// The product of two quaternions, each of them given less one and so the result.
+/// Returns the product of two quaternions, where both factors and the result are given minus one.
 #[inline(always)]
 fn product_less_one<S: Simd>(first: [Numbers<S>; 4], second: [Numbers<S>; 4]) -> [Numbers<S>; 4] {
     let mut both = product(first, second);
@@ -54,9 +56,9 @@ fn product_less_one<S: Simd>(first: [Numbers<S>; 4], second: [Numbers<S>; 4]) ->
     both
 }
 
-/// A kind of tops, with so many constants.
-pub(super) trait Kind<const K: usize> {
-    /// The change of the attitude, and of the spin.
+/// A kind of rotors, with `K` constants for each of them.
+pub(super) trait RotorKind<const K: usize> {
+    /// Returns the changes of the attitude and of the spin over twice the time `half`.
     fn turn<S: Simd>(
         simd: S,
         constants: [Numbers<S>; K],
@@ -66,11 +68,11 @@ pub(super) trait Kind<const K: usize> {
     ) -> ([Numbers<S>; 4], [Numbers<S>; 3]);
 }
 
-/// From the symmetry axis on: about the angular momentum at |L|/I, then about the axis. The constant is the ratio of the third moment
-/// to the two equal ones.
+/// A rotor with two equal moments, with the symmetry axis first: it rotates about the angular momentum at
+/// |L|/I and then about the axis. The constant is the ratio of the third moment to the two equal ones.
 pub(super) struct Symmetric;
 
-impl Kind<1> for Symmetric {
+impl RotorKind<1> for Symmetric {
     #[inline(always)]
     fn turn<S: Simd>(
         simd: S,
@@ -91,79 +93,85 @@ impl Kind<1> for Symmetric {
             y + (y * own_less + z * own_sine),
             z + (z * own_less - y * own_sine),
         ];
-        // The spin's other two components turn the other way, by twice the half angle of that quaternion.
+        // The other two components of the spin rotate in the opposite sense, by twice the half angle of that
+        // quaternion.
         let (less, sine) = (own_sine * own_sine * -2.0, own_sine * (own_less + 1.0) * 2.0);
         (product(q, turned), [along.constant(0.0), less * j + sine * k, less * k - sine * j])
     }
 }
 
-/// Euler's top in closed form, from the middle of its way.
+/// The closed-form rotation of Euler's top, from the state in the middle of the step.
 ///
-/// From the axis of the intermediate moment on, the spin is w = (a_1 sn, a_2 cn, a_3 dn) of Jacobi's functions. Half the time is the
-/// unit here, s = sn(l)/l, c = cn(l) and d = dn(l) those of half the way, with
+/// Measured from the axis of the intermediate moment, the spin is w = (a_1 sn, a_2 cn, a_3 dn) with Jacobi's
+/// elliptic functions. Half of the step is the unit of time here, and s = sn(l)/l, c = cn(l) and d = dn(l)
+/// are the functions of half of the step, with
 ///
-///   x = l^2 = -r_1 r_2 a_3^2,  z = l^2 k^2 = -r_1 r_3 a_2^2,  a_j^2 = w_j^2 - r_j/r_1 w_1^2,  r_i = (I_j - I_k)/I_i.
+///   x = l^2 = -r_1 r_2 a_3^2,  z = l^2 k^2 = -r_1 r_3 a_2^2,
+///   a_j^2 = w_j^2 - r_j/r_1 w_1^2,  r_i = (I_j - I_k)/I_i.
 ///
 /// The addition theorem gives the spin u in the middle, and the change of spin as a product:
 ///
-///   u f = (w_1 c d + r_1 w_2 w_3 s, w_2 c + r_2 w_3 w_1 s d, w_3 d + r_3 w_1 w_2 s c),  f = 1 - r_2 r_3 w_1^2 s^2,
+///   u f = (w_1 c d + r_1 w_2 w_3 s, w_2 c + r_2 w_3 w_1 s d, w_3 d + r_3 w_1 w_2 s c),
+///   f = 1 - r_2 r_3 w_1^2 s^2,
 ///   w' - w = 2 s (r_1 u_2 u_3, r_2 u_3 u_1 d, r_3 u_1 u_2 c) f^2 / g,  g = f^2 - r_2 r_3 (u_1 f)^2 s^2.
 ///
-/// The quaternion of the turn is that of a discrete top (see [`super::variational_rotation`]) whose moments depend on the energy T, the
-/// angular momentum L and the time alone: Hairer & Vilmart (2006), J. Phys. A 39, 13225. So it suffices to know its angle where
-/// u_1 = 0. With N = I_1^2 r_1^2 a_2^2 a_3^2 / L^2 half of that is
+/// The quaternion of the rotation is that of a discrete top (see [`super::variational_rotation`]) whose
+/// moments depend on the energy T, the angular momentum L and the time alone: Hairer & Vilmart (2006), J.
+/// Phys. A 39, 13225. It therefore suffices to know its angle where u_1 = 0. With N = I_1^2 r_1^2 a_2^2 a_3^2
+/// / L^2 half of that is
 ///
-///   phi = 2 T/L - (1 - 2 T I_1/L^2) (J - 1) L/I_1,   J = int_0^s dy / ((1 - N y^2) ((1 - x y^2) (1 - z y^2))^(1/2)),
+///   phi = 2 T/L - (1 - 2 T I_1/L^2) (J - 1) L/I_1,
+///   J = int_0^s dy / ((1 - N y^2) ((1 - x y^2) (1 - z y^2))^(1/2)),
 ///
-/// Legendre's third integral (van Zon & Schofield 2007, J. Comput. Phys. 225, 145). Neither it nor s, c and d know how fast the
-/// body turns, but only how fast its spin moves in its own frame: their series are short.
+/// Legendre's third integral (van Zon & Schofield 2007, J. Comput. Phys. 225, 145). Neither it nor s, c and d
+/// know how fast the body turns, but only how fast its spin moves in its own frame: their series are short.
 pub(super) struct Triaxial;
 
-/// The number of its constants.
+/// The number of constants of a triaxial rotor.
 pub(super) const TRIAXIAL: usize = 11;
 
-/// Those constants.
+/// The constants of triaxial rotors.
 #[derive(Clone, Copy)]
-struct Moments<S: Simd> {
-    /// The moments from the axis of the intermediate one on, in units of the largest one.
+struct RotorMoments<S: Simd> {
+    /// The moments in cyclic order beginning with the intermediate one, in units of the largest one.
     inertia: [Numbers<S>; 3],
-    /// The r_i.
+    /// The ratios r_i.
     rate: [Numbers<S>; 3],
-    /// r_2 r_3, -r_1 r_2 and -r_1 r_3, which are above zero.
+    /// The products r_2 r_3, -r_1 r_2 and -r_1 r_3, which are positive.
     product: [Numbers<S>; 3],
-    /// I_1^2/(r_2 r_3), and 1/I_1.
+    /// The numbers I_1^2/(r_2 r_3) and 1/I_1.
     scale: Numbers<S>,
     inverse: Numbers<S>,
 }
 
-/// The largest x + z. The first terms that the series leave out are then below 1e-17 of their sums.
+/// The largest x + z, for which the first omitted terms of the series are below 1e-17 of their sums.
 const SHORT: f64 = 0.004;
 
-/// The spin, and what stays while a body turns freely. Half the time is the unit.
+/// The spin and the conserved quantities of the rotation. Half the time is the unit of time.
 #[derive(Clone, Copy)]
-struct Turning<S: Simd> {
+struct RotorState<S: Simd> {
     spin: [Numbers<S>; 3],
-    /// x and z.
+    /// The numbers x and z.
     fast: [Numbers<S>; 2],
-    /// L^2.
+    /// The square of the angular momentum, L^2.
     square: Numbers<S>,
 }
 
 impl Triaxial {
-    /// The axis of the intermediate moment, and the constants.
+    /// Returns the axis of the intermediate moment, and the constants.
     pub fn constants(inertia: Vec3) -> (usize, [f64; TRIAXIAL]) {
         let middle = inertia.sum() - inertia.min() - inertia.max();
         let distance = |k: &usize| (inertia[*k] - middle).abs();
         let axis = (0..3).min_by(|j, k| distance(j).total_cmp(&distance(k))).unwrap_or(0);
         let [i1, i2, i3] = [0, 1, 2].map(|k| inertia[(axis + k) % 3]);
-        // Of the moments as they are: their differences may be small.
+        // Differences are taken of the moments as given, since they may be small.
         let [r1, r2, r3] = [(i2 - i3) / i1, (i3 - i1) / i2, (i1 - i2) / i3];
         let [i1, i2, i3] = [i1, i2, i3].map(|moment| moment / inertia.max());
         (axis, [i1, i2, i3, r1, r2, r3, r2 * r3, -r1 * r2, -r1 * r3, i1 * i1 / (r2 * r3), 1.0 / i1])
     }
 }
 
-impl Kind<TRIAXIAL> for Triaxial {
+impl RotorKind<TRIAXIAL> for Triaxial {
     #[inline(always)]
     fn turn<S: Simd>(
         simd: S,
@@ -173,29 +181,34 @@ impl Kind<TRIAXIAL> for Triaxial {
         half: f64,
     ) -> ([Numbers<S>; 4], [Numbers<S>; 3]) {
         let [i1, i2, i3, r1, r2, r3, r23, r12, r13, scale, inverse] = constants;
-        let top =
-            Moments { inertia: [i1, i2, i3], rate: [r1, r2, r3], product: [r23, r12, r13], scale, inverse };
+        let rotor = RotorMoments {
+            inertia: [i1, i2, i3],
+            rate: [r1, r2, r3],
+            product: [r23, r12, r13],
+            scale,
+            inverse,
+        };
         let w = [spin[0] * half, spin[1] * half, spin[2] * half];
         let squares = [w[0] * w[0], w[1] * w[1], w[2] * w[2]];
-        let first = top.product[0] * squares[0];
-        let fast = [first + top.product[1] * squares[2], first + top.product[2] * squares[1]];
+        let first = rotor.product[0] * squares[0];
+        let fast = [first + rotor.product[1] * squares[2], first + rotor.product[2] * squares[1]];
         let mut square = first.constant(0.0);
         for i in 0..3 {
-            square = square + top.inertia[i] * top.inertia[i] * squares[i];
+            square = square + rotor.inertia[i] * rotor.inertia[i] * squares[i];
         }
-        let whole = Turning { spin: w, fast, square };
+        let whole = RotorState { spin: w, fast, square };
         let fastest = (fast[0] + fast[1]).reduce_max();
         let (turned, change) =
-            if fastest <= SHORT { top.piece(simd, whole) } else { top.pieces(simd, whole, fastest) };
+            if fastest <= SHORT { rotor.piece(simd, whole) } else { rotor.pieces(simd, whole, fastest) };
         let inverse = if half == 0.0 { 0.0 } else { 1.0 / half };
         (product(q, turned), [change[0] * inverse, change[1] * inverse, change[2] * inverse])
     }
 }
 
-impl<S: Simd> Moments<S> {
-    /// The turn, less one, and the change of the spin, in pieces.
+impl<S: Simd> RotorMoments<S> {
+    /// Returns the rotation minus one and the change of the spin, computed in several steps.
     #[inline(always)]
-    fn pieces(&self, simd: S, whole: Turning<S>, fastest: f64) -> ([Numbers<S>; 4], [Numbers<S>; 3]) {
+    fn pieces(&self, simd: S, whole: RotorState<S>, fastest: f64) -> ([Numbers<S>; 4], [Numbers<S>; 3]) {
         let count = (fastest / SHORT).sqrt().ceil();
         let share = 1.0 / count;
         let fast = [whole.fast[0] * (share * share), whole.fast[1] * (share * share)];
@@ -207,7 +220,7 @@ impl<S: Simd> Moments<S> {
             for i in 0..3 {
                 spin[i] = (spin[i] + change[i]) * share;
             }
-            let (turn, changed) = self.piece(simd, Turning { spin, fast, square });
+            let (turn, changed) = self.piece(simd, RotorState { spin, fast, square });
             turned = product_less_one(turned, turn);
             for i in 0..3 {
                 change[i] = change[i] + changed[i] * count;
@@ -216,13 +229,13 @@ impl<S: Simd> Moments<S> {
         (turned, change)
     }
 
-    /// The same at once.
+    /// Returns the rotation minus one and the change of the spin, computed in a single step.
     #[inline(always)]
-    fn piece(&self, simd: S, whole: Turning<S>) -> ([Numbers<S>; 4], [Numbers<S>; 3]) {
+    fn piece(&self, simd: S, whole: RotorState<S>) -> ([Numbers<S>; 4], [Numbers<S>; 3]) {
         let ([i1, i2, i3], [r1, r2, r3]) = (self.inertia, self.rate);
-        let Turning { spin: w, fast: [x, z], square } = whole;
+        let RotorState { spin: w, fast: [x, z], square } = whole;
         let (zero, one) = (x.constant(0.0), x.constant(1.0));
-        // Without a spin the turn is then none.
+        // The bound makes the rotation zero for a spin of zero.
         let square = square.max(x.constant(f64::MIN_POSITIVE / f64::EPSILON));
         let (sum, product) = (x + z, x * z);
         let s = sine(sum, product);
@@ -241,7 +254,7 @@ impl<S: Simd> Moments<S> {
         let by_momentum = square.sqrt() * by_square;
         let n = self.scale * product * by_square * s2;
         let along = one - n;
-        // One division for three: by g, by g (1 - n) and by c d.
+        // One division serves three quotients: by g, by g (1 - n) and by c d.
         let g = facing * facing - r23 * (u[0] * u[0]);
         let both = g * along;
         let inverse = one / (both * cd);
@@ -250,7 +263,7 @@ impl<S: Simd> Moments<S> {
         let change =
             [twice * r1 * (u[1] * u[2]), twice * r2 * d * (u[2] * u[0]), twice * r3 * c * (u[0] * u[1])];
         let energy = i1 * w11 + i2 * w22 + i3 * w33;
-        // L^2 - 2 T I_1 without its cancellation.
+        // This is L^2 - 2 T I_1 without its cancellation.
         let off = i2 * i3 * (r2 * w33 - r3 * w22);
         let phi =
             (energy - off * self.inverse * (n * s * third(n, sum * s2, product * s2 * s2))) * by_momentum;
@@ -282,8 +295,8 @@ fn sine<S: Simd>(p: Numbers<S>, q: Numbers<S>) -> Numbers<S> {
     low + (high * (1.0 / 362_880.0) - highest * (1.0 / 39_916_800.0))
 }
 
-/// (J - 1)/(N s^3) of N s^2, (x + z) s^2 and x z s^4, by powers of s: the integrand's are those of (1 - (x + z) y + x z y^2)^(-1/2),
-/// summed up with N.
+/// (J - 1)/(N s^3) of N s^2, (x + z) s^2 and x z s^4, by powers of s: the integrand's are those of (1 - (x +
+/// z) y + x z y^2)^(-1/2), summed up with N.
 #[inline(always)]
 fn third<S: Simd>(n: Numbers<S>, p: Numbers<S>, q: Numbers<S>) -> Numbers<S> {
     let b1 = p * 0.5;

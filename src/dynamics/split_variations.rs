@@ -1,46 +1,50 @@
-//! The equations of departures under the two flows of a splitting.
+//! The variational equations under the two flows of a splitting.
 //!
-//! The kicks move p by A q alone, A of the loads less that of the Kepler motion. The drifts are the Kepler motion and the free rotation,
-//! whose equations of departures are those of a motion with no other loads; or straight lines and the discrete rotation, whose
-//! derivative is in closed form.
+//! The kicks change p by A q alone, with A of the loads without the Kepler motion. The drifts are either the
+//! Kepler motion and the free rotation, whose variational equations are those of a motion without other
+//! loads; or straight lines and the discrete rotation, whose derivative is in closed form.
 
-use super::discrete_rotor::RotationSlopes;
+use super::discrete_rotor::RotationDerivatives;
 use super::layout::vector;
-use super::products::Kick;
+use super::products::KickProduct;
 use super::{Dynamics, Layout, Parameter, Variations};
 use crate::error::Result;
+use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3};
 
 impl Variations {
-    /// As [`Self::look`], of a kick: without the spins, and less the Kepler motion where that is the drift.
+    /// Evaluates the coefficients of a kick as [`Self::look`] does: without the spins, and without the Kepler
+    /// motion where that is the drift.
     pub fn look_at_kick(
         &mut self,
         dynamics: &mut Dynamics,
         time: f64,
         y: &[f64],
         kepler: bool,
+        interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        self.take(dynamics, time, y, false)?;
+        self.take(dynamics, time, y, false, interrupt)?;
         if kepler {
             self.add_kepler(dynamics, y, -1.0);
         }
         Ok(())
     }
 
-    /// As [`Self::look`], of the drift of Kepler motion and free rotation.
+    /// Evaluates the coefficients of the drift of Kepler motion and free rotation as [`Self::look`] does.
     pub fn look_at_drift(&mut self, dynamics: &Dynamics, y: &[f64]) {
         self.clear(dynamics.layout(), y, true);
-        self.by_place.fill(0.0);
-        self.by_motion.fill(0.0);
+        self.by_pose.fill(0.0);
+        self.by_rate.fill(0.0);
         self.force_by_inertia();
         self.add_kepler(dynamics, y, 1.0);
     }
 
-    /// Adds the Kepler motion in Jacobi's coordinates, in which body i moves about the barycentre of those before it.
+    /// Adds the Kepler motion in Jacobi's coordinates, in which body i moves about the barycentre of those
+    /// before it.
     fn add_kepler(&mut self, dynamics: &Dynamics, y: &[f64], sign: f64) {
         let (n, layout) = (self.bodies, dynamics.layout());
         let g = dynamics.system().gravitational_constant();
-        // Rows of derivatives of d, and of accelerations with G and with the masses.
+        // The rows hold derivatives of d; `forced` holds those of accelerations by G and by the masses.
         let mut rows = vec![vec![Mat3::zeros(); n]; n];
         let mut forced = vec![vec![Vec3::zeros(); self.parameters.len()]; n];
         let origin = vector(y, layout.position(0));
@@ -80,13 +84,13 @@ impl Variations {
             for (j, block) in row.iter().enumerate().skip(1) {
                 for r in 0..3 {
                     for c in 0..3 {
-                        self.by_place[(3 * (i - 1) + r) * self.stride + 3 * (j - 1) + c] +=
+                        self.by_pose[(3 * (i - 1) + r) * self.stride + 3 * (j - 1) + c] +=
                             sign * block[(r, c)];
                     }
                 }
             }
         }
-        // The barycentre stays where it is.
+        // The Kepler motion does not move the barycentre.
         for p in 0..self.parameters.len() {
             let centre: Vec3 = (1..n).map(|i| self.share[i] * forced[i][p]).sum();
             for body in 0..n {
@@ -96,7 +100,8 @@ impl Variations {
         }
     }
 
-    /// The drift along straight lines with the discrete rotation, from a vector on. `None` where the rotation has no solution.
+    /// Applies the drift along straight lines with the discrete rotation, starting from a vector. Returns
+    /// `None` where the rotation has no solution.
     pub fn drift_straight(&self, layout: Layout, y: &[f64], size: f64, columns: &mut [f64]) -> Option<()> {
         let (half, width) = (self.half(), self.width());
         let (q, p) = columns.split_at_mut(half * width);
@@ -107,7 +112,7 @@ impl Variations {
             q[row * width..][..width].iter_mut().zip(rates).for_each(|(q, p)| *q += size * p);
         }
         for (body, inertia) in self.inertia.iter().enumerate() {
-            let slopes = RotationSlopes::new(*inertia, vector(y, layout.spin(body)), size)?;
+            let derivatives = RotationDerivatives::new(*inertia, vector(y, layout.spin(body)), size)?;
             let row = self.turn(body);
             for column in 0..width {
                 let at = |c: usize| (row + c) * width + column;
@@ -115,23 +120,24 @@ impl Variations {
                 let (theta, spin) = (read(q), read(p));
                 let moments =
                     column.checked_sub(self.initial).map_or(Vec3::zeros(), |k| self.by_inertia(k, body));
-                let theta = slopes.back * theta + slopes.turn[0] * spin + slopes.turn[1] * moments;
-                let spin = slopes.spin[0] * spin + slopes.spin[1] * moments;
+                let theta =
+                    derivatives.back * theta + derivatives.turn[0] * spin + derivatives.turn[1] * moments;
+                let spin = derivatives.spin[0] * spin + derivatives.spin[1] * moments;
                 (0..3).for_each(|c| (q[at(c)], p[at(c)]) = (theta[c], spin[c]));
             }
         }
         Some(())
     }
 
-    /// Adds a kick where [`Self::look_at_kick`] was last.
+    /// Applies a kick with the coefficients of the last [`Self::look_at_kick`].
     pub fn kick(&self, arch: pulp::Arch, size: f64, columns: &mut [f64]) {
         let shape @ [half, width] = [self.half(), self.width()];
-        let (matrix, stride) = (&self.by_place, self.stride);
-        arch.dispatch(Kick { matrix, stride, size, shape, columns });
+        let (matrix, stride) = (&self.by_pose, self.stride);
+        arch.dispatch(KickProduct { matrix, stride, size, shape, columns });
         self.force(|row, column, value| columns[(half + row) * width + column] += size * value);
     }
 
-    /// Forgets what was seen last; notes the spins of a vector where they count.
+    /// Clears the coefficients, and stores the spins of a vector where they are needed.
     pub(super) fn clear(&mut self, layout: Layout, y: &[f64], spinning: bool) {
         self.torque.fill(Vec3::zeros());
         self.forcing.fill([Vec3::zeros(); 2]);

@@ -2,66 +2,67 @@
 //!
 //! | | drift | kick |
 //! |---|---|---|
-//! | [`Parts::Kepler`] | Kepler motion in Jacobi's coordinates, free rotation | the rest of the forces, all torques |
-//! | [`Parts::Free`] | straight motion, discrete free rotation | all forces, all torques |
+//! | [`DriftKind::Kepler`] | Kepler motion in Jacobi's coordinates, free rotation | the rest of the forces, all torques |
+//! | [`DriftKind::Free`] | straight motion, discrete free rotation | all forces, all torques |
 //!
-//! The first is for the splittings of Wisdom & Holman (1991), Astron. J. 102, 1528: in Jacobi's coordinates body i moves about
-//! the barycentre of the bodies before it with mu = G (m_0 + ... + m_i). For two bodies this is their relative orbit. The
-//! second makes the Lie group variational integrator of half a kick, a drift and half a kick.
+//! The first is for the splittings of Wisdom & Holman (1991), Astron. J. 102, 1528: in Jacobi's coordinates
+//! body i moves about the barycentre of the bodies before it with mu = G (m_0 + ... + m_i). For two bodies
+//! this is their relative orbit. The second makes the Lie group variational integrator of half a kick, a
+//! drift and half a kick.
 
 mod failures;
 
 use super::discrete_rotor::variational_rotation;
+use super::free_rotors::{Bodies, FARTHEST, FreeRotors};
 use super::jacobi::Jacobi;
 use super::layout::{Blocks, vector};
-use super::tops::{Bodies, FARTHEST, Tops};
 use super::{AttitudeChart, Dynamics, Rejected};
-use crate::environment::BOOK;
 use crate::error::{Error, Result};
+use crate::forces::WORK_AND_IMPULSE;
+use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
 use crate::math::compensated::{add, add_all, add_each};
-use crate::patience::Patience;
 use pulp::{Simd, WithSimd};
 
-/// Units of work of turning a body by a rad, for [`Patience`].
+/// The units of work of rotating a body by one rad, for [`InterruptCheck`].
 const ROTATION: f64 = 200.0;
 
-/// Which motion is the large part.
+/// The motion of the drift, the large part of the splitting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Parts {
+pub enum DriftKind {
     /// Kepler motion and free rotation.
     Kepler,
     /// Straight motion and the discrete free rotation.
     Free,
 }
 
-/// The two flows of a system, with their scratch.
+/// The two flows of a system, with their buffers.
 #[derive(Debug, Clone)]
 pub struct Splitting {
-    parts: Parts,
+    drift_kind: DriftKind,
     jacobi: Jacobi,
     inertia: Vec<Vec3>,
-    tops: Tops,
+    rotors: FreeRotors,
     acceleration: Vec<[f64; 3]>,
     spin_rate: Vec<[f64; 3]>,
-    /// Whether the two above belong to the present vector.
+    /// Whether the accelerations and rates of spin belong to the present vector.
     loaded: bool,
     /// Time and size of the step.
     time: f64,
     step: f64,
-    /// What a drift adds to attitudes and spins.
+    /// The changes of attitudes and spins by a drift.
     change: Vec<f64>,
-    /// How much of the step the drifts have covered.
+    /// The time within the step that the drifts have covered.
     covered: f64,
-    /// Units of work of turning each body through the step, for [`Patience`].
+    /// The units of work of rotating each body through the step, for [`InterruptCheck`].
     work: Vec<u64>,
-    /// Velocities and spins in the middle of a kick, for the books.
+    /// Velocities and spins in the middle of a kick, for the work of external forces.
     middle: [Vec<[f64; 3]>; 2],
 }
 
 impl Splitting {
-    /// For a system whose attitudes are quaternions.
-    pub fn new(dynamics: &Dynamics, parts: Parts) -> Result<Self> {
+    /// Prepares the flows of a system whose attitudes are quaternions.
+    pub fn new(dynamics: &Dynamics, drift_kind: DriftKind) -> Result<Self> {
         if dynamics.layout().chart != AttitudeChart::Quaternion {
             return Err(Error::invalid(
                 "attitude_chart",
@@ -81,9 +82,9 @@ impl Splitting {
         let inertia: Vec<Vec3> = dynamics.system().bodies().iter().map(|body| body.inertia()).collect();
         let zeros = vec![[0.0; 3]; n];
         Ok(Self {
-            parts,
+            drift_kind,
             jacobi: Jacobi::new(&masses, dynamics.system().gravitational_constant()),
-            tops: Tops::new(&inertia),
+            rotors: FreeRotors::new(&inertia),
             inertia,
             acceleration: zeros.clone(),
             spin_rate: zeros.clone(),
@@ -97,12 +98,13 @@ impl Splitting {
         })
     }
 
-    /// Which motion is the large part.
-    pub fn parts(&self) -> Parts {
-        self.parts
+    /// Returns the motion of the drift.
+    pub fn drift_kind(&self) -> DriftKind {
+        self.drift_kind
     }
 
-    /// An angle that no body turns beyond, nor moves in its orbit, in a drift from a vector: about the fastest of them.
+    /// Returns an approximate upper bound of the angle by which any body rotates, or moves in its orbit, in a
+    /// drift from a vector.
     pub fn farthest(&self, dynamics: &Dynamics, y: &[f64], size: f64) -> f64 {
         let (layout, bodies) = (dynamics.layout(), dynamics.system().bodies());
         let mut rate: f64 = 0.0;
@@ -123,14 +125,14 @@ impl Splitting {
         self.loaded = false;
     }
 
-    /// The accelerations and rates of spin of the present vector, where they are known: with the vector they decide how a run
-    /// goes on.
+    /// Returns the accelerations and rates of spin of the present vector, where they are known: together with
+    /// the vector they decide how a run goes on.
     pub fn loads(&self) -> Option<Vec<[f64; 6]>> {
         let both = self.acceleration.iter().zip(&self.spin_rate);
         self.loaded.then(|| both.map(|([a, b, c], [x, y, z])| [*a, *b, *c, *x, *y, *z]).collect())
     }
 
-    /// The inverse of [`Self::loads`].
+    /// Restores what [`Self::loads`] returned.
     pub fn recall(&mut self, loads: &[[f64; 6]]) {
         for (body, &[a, b, c, x, y, z]) in loads.iter().enumerate().take(self.inertia.len()) {
             (self.acceleration[body], self.spin_rate[body]) = ([a, b, c], [x, y, z]);
@@ -138,7 +140,7 @@ impl Splitting {
         self.loaded = loads.len() == self.inertia.len();
     }
 
-    /// Notes the step that comes. Forces from outside are computed anew, with what they put into the books.
+    /// Prepares the coming step. External forces are evaluated anew.
     pub fn begin(&mut self, dynamics: &Dynamics, time: f64, y: &[f64], step: f64) {
         let layout = dynamics.layout();
         (self.time, self.step, self.covered) = (time, step, 0.0);
@@ -151,44 +153,46 @@ impl Splitting {
         }
     }
 
-    /// The large part.
+    /// Advances by the flow of the large part.
     pub fn drift(
         &mut self,
         dynamics: &Dynamics,
         size: f64,
         high: &mut [f64],
         low: &mut [f64],
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         self.loaded = false;
         self.covered += size;
         let layout = dynamics.layout();
         if layout.forces > 0 {
-            let d = layout.departure();
+            let d = layout.barycentre_offset();
             for c in d..d + 3 {
                 let change = size * high[c + 3];
                 add(&mut high[c], &mut low[c], change);
             }
         }
         let arch = dynamics.system().arch();
-        arch.dispatch(Drift { splitting: self, dynamics, size, high, low, patience })
+        arch.dispatch(DriftStep { splitting: self, dynamics, size, high, low, interrupt })
     }
 
-    /// Moves the bodies without forces, or on Kepler's orbits.
+    /// Moves the centres along straight lines or Kepler orbits.
     #[inline(always)]
     fn orbits(&mut self, dynamics: &Dynamics, size: f64, high: &mut Blocks, low: &mut Blocks) -> Result<()> {
-        match self.parts {
-            Parts::Free => {
+        match self.drift_kind {
+            DriftKind::Free => {
                 for body in 0..high.position.len() {
                     add_each(&mut high.position[body], &mut low.position[body], size, &high.velocity[body]);
                 }
                 Ok(())
             }
-            Parts::Kepler => self.jacobi.drift(size, high, low).map_err(|body| self.unsolved(dynamics, body)),
+            DriftKind::Kepler => {
+                self.jacobi.drift(size, high, low).map_err(|body| self.unsolved(dynamics, body))
+            }
         }
     }
 
-    /// The changes of attitudes and spins without torques.
+    /// Computes the changes of attitudes and spins without torques.
     #[inline(always)]
     fn rotations<S: Simd>(
         &mut self,
@@ -196,17 +200,19 @@ impl Splitting {
         dynamics: &Dynamics,
         size: f64,
         high: &Blocks,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         let (attitude, spin, work, now) = (&*high.attitude, &*high.spin, &self.work, self.time);
         let (turn, change) = self.change.split_at_mut(4 * spin.len());
         let (turn, change) = (turn.as_chunks_mut().0, change.as_chunks_mut().0);
-        let mut ask = |body: usize| patience.spend(work[body], now);
-        let too_far = match self.parts {
-            Parts::Kepler => self.tops.turn(simd, size, Bodies { attitude, spin, turn, change }, ask)?,
-            Parts::Free => {
+        let mut check = |body: usize| interrupt.charge(work[body], now);
+        let too_far = match self.drift_kind {
+            DriftKind::Kepler => {
+                self.rotors.turn(simd, size, Bodies { attitude, spin, turn, change }, check)?
+            }
+            DriftKind::Free => {
                 for body in 0..spin.len() {
-                    ask(body)?;
+                    check(body)?;
                     let (inertia, own) = (self.inertia[body], spin[body].into());
                     let Some((turned, changed)) = variational_rotation(inertia, attitude[body], own, size)
                     else {
@@ -220,25 +226,25 @@ impl Splitting {
         too_far.map_or(Ok(()), |body| Err(self.too_far(dynamics, body, spin[body].into())))
     }
 
-    /// The small part. Gives the number of evaluations.
+    /// Advances by the flow of the small part. Returns the number of evaluations.
     pub fn kick(
         &mut self,
         dynamics: &mut Dynamics,
         size: f64,
         high: &mut [f64],
         low: &mut [f64],
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<u64> {
         let evaluations = u64::from(!self.loaded);
         if !self.loaded {
             for part in 0..dynamics.parts() {
-                patience.spend(dynamics.work(), self.time)?;
+                interrupt.charge(dynamics.work(), self.time)?;
                 let loaded = dynamics.load(part, self.time + self.covered, high);
                 loaded.map_err(|rejected| self.refused(dynamics, rejected))?;
             }
         }
         let arch = dynamics.system().arch();
-        arch.dispatch(Kick { splitting: self, dynamics, size, high, low });
+        arch.dispatch(KickStep { splitting: self, dynamics, size, high, low });
         if !self.loaded {
             return Err(self.refused(dynamics, Rejected::NotFinite));
         }
@@ -248,31 +254,34 @@ impl Splitting {
         Ok(evaluations)
     }
 
-    /// The barycentre's kick, and what the kick of the bodies by the present loads, which has been made, puts into the books: the power
-    /// with the velocities of its middle is just what the kick adds to the energy.
+    /// Kicks the barycentre, and adds work and impulse of the kick that the bodies have received from the
+    /// present loads. The power with the velocities in the middle of the kick is exactly what the kick adds
+    /// to the energy.
     fn enter(&mut self, dynamics: &Dynamics, size: f64, high: &mut [f64], low: &mut [f64]) {
         let layout = dynamics.layout();
         let kick = dynamics.barycentre_acceleration();
-        let departing = layout.departure() + 3;
-        let (bodies, books) = high.split_at_mut(layout.book(0));
-        let mut scene = dynamics.scene(self.time + self.covered, bodies);
+        let offset_rate = layout.barycentre_offset() + 3;
+        let (bodies, work_and_impulse) = high.split_at_mut(layout.work_and_impulse_index(0));
+        let mut snapshot = dynamics.snapshot(self.time + self.covered, bodies);
         let [velocity, spin] = &mut self.middle;
         for body in 0..layout.bodies {
             for c in 0..3 {
-                velocity[body][c] = scene.velocity[body][c] - 0.5 * size * self.acceleration[body][c];
-                spin[body][c] = scene.spin[body][c] - 0.5 * size * self.spin_rate[body][c];
+                velocity[body][c] = snapshot.velocity[body][c] - 0.5 * size * self.acceleration[body][c];
+                spin[body][c] = snapshot.spin[body][c] - 0.5 * size * self.spin_rate[body][c];
             }
         }
-        (scene.velocity, scene.spin) = (velocity, spin);
-        scene.departure[1] += 0.5 * size * kick;
-        let lows = low[layout.book(0)..].as_chunks_mut::<BOOK>().0;
-        for (force, (high, low)) in books.as_chunks_mut::<BOOK>().0.iter_mut().zip(lows).enumerate() {
-            add_each(high, low, size, &dynamics.outside().book(scene, force));
+        (snapshot.velocity, snapshot.spin) = (velocity, spin);
+        snapshot.barycentre_offset[1] += 0.5 * size * kick;
+        let lows = low[layout.work_and_impulse_index(0)..].as_chunks_mut::<WORK_AND_IMPULSE>().0;
+        for (force, (high, low)) in
+            work_and_impulse.as_chunks_mut::<WORK_AND_IMPULSE>().0.iter_mut().zip(lows).enumerate()
+        {
+            add_each(high, low, size, &dynamics.external_forces().work_and_impulse_rates(snapshot, force));
         }
-        (0..3).for_each(|c| add(&mut high[departing + c], &mut low[departing + c], size * kick[c]));
+        (0..3).for_each(|c| add(&mut high[offset_rate + c], &mut low[offset_rate + c], size * kick[c]));
     }
 
-    /// Takes over the loads that have been computed, less those of the Kepler motion, and kicks by them.
+    /// Stores the loads that have been computed, minus those of the Kepler motion, and kicks by them.
     #[inline(always)]
     fn settle(&mut self, dynamics: &Dynamics, size: f64, high: &mut Blocks, low: &mut Blocks) {
         let n = high.spin.len();
@@ -282,9 +291,9 @@ impl Splitting {
         let mut sum = 0.0;
         let mut centre = Vec3::zeros();
         for body in (0..n).rev() {
-            let kepler = match self.parts {
-                Parts::Kepler => self.jacobi.acceleration(body, &mut centre),
-                Parts::Free => Vec3::zeros(),
+            let kepler = match self.drift_kind {
+                DriftKind::Kepler => self.jacobi.acceleration(body, &mut centre),
+                DriftKind::Free => Vec3::zeros(),
             };
             let (inertia, torque) = (&inertia[body], &torque[body]);
             for c in 0..3 {
@@ -295,40 +304,40 @@ impl Splitting {
             add_each(&mut high.velocity[body], &mut low.velocity[body], size, &own[body]);
             add_each(&mut high.spin[body], &mut low.spin[body], size, &rate[body]);
         }
-        // Otherwise one of them is infinite or not a number.
+        // The sum of these products is NaN unless all numbers are finite.
         self.loaded = sum == 0.0;
     }
 }
 
-/// A drift, compiled with the instructions of a path.
-struct Drift<'a, 'b> {
+/// A drift, compiled for the instructions of a path.
+struct DriftStep<'a, 'b> {
     splitting: &'a mut Splitting,
     dynamics: &'a Dynamics,
     size: f64,
     high: &'a mut [f64],
     low: &'a mut [f64],
-    patience: &'a mut Patience<'b>,
+    interrupt: &'a mut InterruptCheck<'b>,
 }
 
-impl WithSimd for Drift<'_, '_> {
+impl WithSimd for DriftStep<'_, '_> {
     type Output = Result<()>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Result<()> {
-        let Self { splitting, dynamics, size, high, low, patience } = self;
+        let Self { splitting, dynamics, size, high, low, interrupt } = self;
         let layout = dynamics.layout();
         let n = layout.bodies;
-        // The turns are added last: what is read as a whole has to wait until all its parts are in memory.
-        splitting.rotations(simd, dynamics, size, &Blocks::new(n, high), patience)?;
+        // The rotations are added last: reading them as a whole waits until all their parts are in memory.
+        splitting.rotations(simd, dynamics, size, &Blocks::new(n, high), interrupt)?;
         splitting.orbits(dynamics, size, &mut Blocks::new(n, high), &mut Blocks::new(n, low))?;
-        let turned = layout.attitude(0)..layout.departure();
+        let turned = layout.attitude(0)..layout.barycentre_offset();
         add_all(simd, &mut high[turned.clone()], &mut low[turned], 1.0, &splitting.change);
         Ok(())
     }
 }
 
-/// A kick by loads that are taken over where they are new.
-struct Kick<'a> {
+/// A kick by the present loads, compiled for the instructions of a path.
+struct KickStep<'a> {
     splitting: &'a mut Splitting,
     dynamics: &'a Dynamics,
     size: f64,
@@ -336,7 +345,7 @@ struct Kick<'a> {
     low: &'a mut [f64],
 }
 
-impl WithSimd for Kick<'_> {
+impl WithSimd for KickStep<'_> {
     type Output = ();
 
     #[inline(always)]

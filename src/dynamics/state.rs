@@ -4,22 +4,43 @@ use crate::error::{Error, Result, require_finite};
 use crate::math::{Vec3, rotation};
 
 /// Position and velocity (inertial), attitude and spin (body frame) of every body at a time.
+///
+/// A state is checked when it is made and cannot be changed after that: every list has one entry for each body, all numbers
+/// are finite, and quaternions have length one.
+///
+/// ```
+/// use fullbody::dynamics::State;
+/// use fullbody::math::Vec3;
+///
+/// let (rest, upright) = (vec![Vec3::zeros(); 2], vec![[1.0, 0.0, 0.0, 0.0]; 2]);
+/// let position = vec![Vec3::zeros(), Vec3::new(2.5, 0.0, 0.0)];
+/// let state = State::new(0.0, position.clone(), rest.clone(), upright.clone(), rest.clone())?;
+/// assert_eq!(state.position()[1].x, 2.5);
+///
+/// let error = State::new(0.0, position, rest.clone(), upright, vec![Vec3::zeros()]).unwrap_err();
+/// assert_eq!(error.to_string(), "number of bodies in spin is 1; expected 2, as in position");
+/// # Ok::<(), fullbody::error::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
     /// Time in the system's units.
-    pub time: f64,
+    pub(crate) time: f64,
     /// Centres, inertial.
-    pub position: Vec<Vec3>,
+    pub(crate) position: Vec<Vec3>,
     /// Velocities of the centres, inertial.
-    pub velocity: Vec<Vec3>,
+    pub(crate) velocity: Vec<Vec3>,
     /// Unit quaternions `[w, x, y, z]`, body frame to inertial.
-    pub attitude: Vec<[f64; 4]>,
+    pub(crate) attitude: Vec<[f64; 4]>,
     /// Angular velocities in the body frames.
-    pub spin: Vec<Vec3>,
+    pub(crate) spin: Vec<Vec3>,
 }
 
 impl State {
-    /// A state of values per body; quaternions of any non-zero length are scaled to one.
+    /// Makes a state from values for each body; quaternions of any non-zero length are scaled to one.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] names the list whose length differs from that of `position`, and the body whose number is not
+    /// finite or whose quaternion is zero.
     pub fn new(
         time: f64,
         position: Vec<Vec3>,
@@ -62,7 +83,7 @@ impl State {
                     ));
                 }
                 let length = q.iter().map(|c| c * c).sum::<f64>();
-                // A quaternion that is already of unit length keeps its bits.
+                // A quaternion that has unit length already keeps its bits.
                 let unit = (length - 1.0).abs() < 4.0 * f64::EPSILON;
                 Ok(if unit { q } else { rotation::normalised(q.map(|c| c / largest)) })
             })
@@ -70,7 +91,10 @@ impl State {
         Ok(Self { time, position, velocity, attitude, spin })
     }
 
-    /// A state of the paper's angles (phi, theta, psi) instead of quaternions.
+    /// Makes a state from the paper's angles (phi, theta, psi) instead of quaternions.
+    ///
+    /// # Errors
+    /// The errors are those of [`Self::new`].
     pub fn from_tait_bryan(
         time: f64,
         position: Vec<Vec3>,
@@ -85,7 +109,72 @@ impl State {
         Self::new(time, position, velocity, attitude, spin)
     }
 
-    /// Number of bodies.
+    /// Returns the state at another time.
+    ///
+    /// # Errors
+    /// A time that is not finite is refused.
+    pub fn with_time(self, time: f64) -> Result<Self> {
+        Self::new(time, self.position, self.velocity, self.attitude, self.spin)
+    }
+
+    /// Returns the state with other centres.
+    ///
+    /// # Errors
+    /// The errors are those of [`Self::new`].
+    pub fn with_position(self, position: Vec<Vec3>) -> Result<Self> {
+        Self::new(self.time, position, self.velocity, self.attitude, self.spin)
+    }
+
+    /// Returns the state with other velocities.
+    ///
+    /// # Errors
+    /// The errors are those of [`Self::new`].
+    pub fn with_velocity(self, velocity: Vec<Vec3>) -> Result<Self> {
+        Self::new(self.time, self.position, velocity, self.attitude, self.spin)
+    }
+
+    /// Returns the state with other attitudes.
+    ///
+    /// # Errors
+    /// The errors are those of [`Self::new`].
+    pub fn with_attitude(self, attitude: Vec<[f64; 4]>) -> Result<Self> {
+        Self::new(self.time, self.position, self.velocity, attitude, self.spin)
+    }
+
+    /// Returns the state with other spins.
+    ///
+    /// # Errors
+    /// The errors are those of [`Self::new`].
+    pub fn with_spin(self, spin: Vec<Vec3>) -> Result<Self> {
+        Self::new(self.time, self.position, self.velocity, self.attitude, spin)
+    }
+
+    /// Returns the time in the system's units.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Returns the centres of the bodies, inertial frame.
+    pub fn position(&self) -> &[Vec3] {
+        &self.position
+    }
+
+    /// Returns the velocities of the centres, inertial frame.
+    pub fn velocity(&self) -> &[Vec3] {
+        &self.velocity
+    }
+
+    /// Returns the attitudes: unit quaternions `[w, x, y, z]`, body frame to inertial frame.
+    pub fn attitude(&self) -> &[[f64; 4]] {
+        &self.attitude
+    }
+
+    /// Returns the angular velocities, each in its body's frame.
+    pub fn spin(&self) -> &[Vec3] {
+        &self.spin
+    }
+
+    /// Returns the number of bodies.
     pub fn bodies(&self) -> usize {
         self.position.len()
     }

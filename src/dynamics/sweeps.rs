@@ -1,63 +1,63 @@
-//! The equations of departures over a step at Gauss's nodes, solved by sweeps, a register of columns at a time.
+//! The variational equations over a step at Gauss's nodes, solved by sweeps, a register of columns at a time.
 //!
-//! The unknowns are the rates of p at the nodes. A sweep takes p from them, q from p, and them anew from q and p. Everything that a
-//! register of columns needs stays in the fastest memory meanwhile.
+//! The unknowns are the rates of p at the nodes. A sweep computes p from these rates, q from p, and new rates
+//! from q and p. Everything that a register of columns needs stays in the cache meanwhile.
 
 use super::products::{DEPTH, product};
 use crate::math::Mat3;
 use pulp::{Scalar, Simd, WithSimd};
 use std::ops::Range;
 
-/// Columns that are solved in one go.
+/// The number of columns that are solved together.
 pub(super) const TOGETHER: usize = 8;
 
-/// The most sweeps; with fewer no shorter step would be quicker.
+/// The largest number of sweeps; a step that takes more is better divided.
 const MOST: usize = 30;
 
-/// Sweeps that may pass before the change must have halved from one to the next.
+/// The number of sweeps after which the change must halve from one to the next.
 const FIRST: usize = 4;
 
-/// What is left when a sweep is expected to change no digit, in shares of a column's size.
+/// The change, as a share of a column's size, below which a further sweep would change no digit.
 const ROUNDING: f64 = f64::EPSILON;
 
-/// What sweeps may be unable to remove, by rounding.
+/// The change that rounding may keep sweeps from removing.
 const NOISE: f64 = 256.0 * f64::EPSILON;
 
-/// The equations of a step at its nodes, one after the other.
-pub(super) struct Step<'a, const N: usize> {
-    /// Half the rows, and columns.
+/// The equations of a step at its nodes, one node after the other.
+pub(super) struct CollocationStep<'a, const N: usize> {
+    /// The number of rows in either half, and the number of columns.
     pub size: [usize; 2],
     /// Coefficients and weights of the collocation method, times the size of the step.
     pub integrals: [[f64; N]; N],
     pub weights: [f64; N],
-    /// A and B, each with half its rows for a node, and the length of their rows.
-    pub by_place: &'a [f64],
-    pub by_motion: &'a [f64],
+    /// A and B, with half of the rows of the system for each node, and the length of their rows.
+    pub by_pose: &'a [f64],
+    pub by_rate: &'a [f64],
     pub stride: usize,
-    /// The derivatives by the parameters, or nothing.
+    /// The derivatives of the rates by the parameters; empty without parameters.
     pub forcing: &'a [f64],
-    /// The row of the first body's theta.
+    /// The index of the row of the first body's theta.
     pub turn: usize,
-    /// The attitudes at the nodes, body after body, and at the step's ends.
+    /// The attitudes at the nodes, body by body, and at the step's ends.
     pub attitudes: &'a [Mat3],
     pub ends: [&'a [Mat3]; 2],
-    /// The factors of the two spins in every number of Euler's equations.
+    /// The factors of the two spins in each of Euler's equations.
     pub euler: &'a [[f64; 2]],
-    /// One over the natural size of every row, and of the rates of p times that of the step.
+    /// One over the natural size of every row, and of the rates of p times the size of the step.
     pub inverse: &'a [f64],
     pub inverse_rates: &'a [f64],
-    /// The columns at the start.
+    /// The tangent vectors at the start.
     pub columns: &'a [f64],
-    /// The rates of p at the nodes of the step before, and the factors that carry them on.
+    /// The rates of p at the nodes of the previous step, and the factors that extrapolate them.
     pub before: &'a [f64],
     pub factors: Option<[[f64; N]; N]>,
 }
 
-/// Its solution, of some columns.
+/// The solution of a range of columns.
 pub(super) struct Sweeps<'a, const N: usize> {
-    pub step: &'a Step<'a, N>,
+    pub step: &'a CollocationStep<'a, N>,
     pub range: Range<usize>,
-    /// The columns at the end.
+    /// The tangent vectors at the end.
     pub out: &'a mut [f64],
     /// The rates of p at the nodes.
     pub pushes: &'a mut [f64],
@@ -65,7 +65,7 @@ pub(super) struct Sweeps<'a, const N: usize> {
 }
 
 impl<const N: usize> WithSimd for Sweeps<'_, N> {
-    /// Whether the sweeps came to an end.
+    /// Whether the sweeps converged.
     type Output = bool;
 
     #[inline(always)]
@@ -90,7 +90,7 @@ impl<const N: usize> Sweeps<'_, N> {
         let step = self.step;
         let ([half, width], lanes) = (step.size, S::F64_LANES);
         let length = half * N * lanes;
-        // The last lanes overlap those before.
+        // The last lanes overlap those before them.
         let at = first.min(width - lanes);
         let place = first * half * N;
         let pushes = nodes::<S, N>(&mut self.pushes[place..place + length]);
@@ -121,9 +121,9 @@ impl<const N: usize> Sweeps<'_, N> {
             }
             step.motions(simd, start, pushes, p);
             let share = step.change(simd, scale, pushes, last);
-            // Of the first sweep it is not a number.
+            // After the first sweep the ratio is not a number.
             let ratio = share / share_before;
-            // What further sweeps would change, if each changes as much less as this one.
+            // This is the sum of all further changes if each decreases by the same factor.
             if share <= ROUNDING || ratio < 0.5 && share * ratio <= (1.0 - ratio) * ROUNDING {
                 break;
             }
@@ -143,12 +143,12 @@ impl<const N: usize> Sweeps<'_, N> {
     }
 }
 
-impl<const N: usize> Step<'_, N> {
+impl<const N: usize> CollocationStep<'_, N> {
     fn bodies(&self) -> usize {
         self.ends[0].len()
     }
 
-    /// The columns at the start, with the rotations in inertial axes, and their sizes.
+    /// Loads the tangent vectors at the start, with rotation vectors in inertial axes, and their sizes.
     #[inline(always)]
     fn begin<S: Simd>(&self, simd: S, at: usize, start: &mut [S::f64s]) -> S::f64s {
         let mut scale = simd.splat_f64s(f64::MIN_POSITIVE);
@@ -164,7 +164,7 @@ impl<const N: usize> Step<'_, N> {
         scale
     }
 
-    /// p at the nodes.
+    /// Computes p at the nodes.
     #[inline(always)]
     fn motions<S: Simd>(&self, simd: S, start: &[S::f64s], pushes: &[[S::f64s; N]], p: &mut [[S::f64s; N]]) {
         let half = self.size[0];
@@ -173,7 +173,7 @@ impl<const N: usize> Step<'_, N> {
         }
     }
 
-    /// q at the nodes.
+    /// Computes q at the nodes.
     #[inline(always)]
     fn places<S: Simd>(&self, simd: S, start: &[S::f64s], p: &[[S::f64s; N]], q: &mut [[S::f64s; N]]) {
         let spinning = self.turn..self.turn + 3 * self.bodies();
@@ -190,7 +190,7 @@ impl<const N: usize> Step<'_, N> {
         }
     }
 
-    /// The rates of p at a node.
+    /// Computes the rates of p at a node.
     #[inline(always)]
     fn rates<S: Simd>(
         &self,
@@ -208,7 +208,7 @@ impl<const N: usize> Step<'_, N> {
                 load::<S>(self.forcing, (i * half + row) * width + at)
             };
         }
-        for (matrix, from) in [(self.by_place, q), (self.by_motion, p)] {
+        for (matrix, from) in [(self.by_pose, q), (self.by_rate, p)] {
             if matrix.is_empty() {
                 continue;
             }
@@ -235,7 +235,8 @@ impl<const N: usize> Step<'_, N> {
         }
     }
 
-    /// How much a sweep has changed, as a share of the columns' sizes: at the last node, since it grows with the time within the step.
+    /// Returns the change by a sweep as a share of the columns' sizes: at the last node, since it grows with
+    /// the time within the step.
     #[inline(always)]
     fn change<S: Simd>(&self, simd: S, mut scale: S::f64s, pushes: &[[S::f64s; N]], last: &[S::f64s]) -> f64 {
         let mut change = simd.splat_f64s(0.0);
@@ -248,7 +249,7 @@ impl<const N: usize> Step<'_, N> {
         largest::<S>(simd.div_f64s(change, scale))
     }
 
-    /// The columns at the end.
+    /// Writes the tangent vectors at the end.
     #[inline(always)]
     fn end<S: Simd>(
         &self,
@@ -279,7 +280,8 @@ impl<const N: usize> Step<'_, N> {
         }
     }
 
-    /// The rates of a body's rotation vector in inertial axes, at the nodes: the spin's departure there.
+    /// Returns the rates of a body's rotation vector in inertial axes at the nodes, which are the changes of
+    /// the spin there.
     #[inline(always)]
     fn turning<S: Simd>(&self, simd: S, body: usize, p: &[[S::f64s; N]]) -> [[S::f64s; N]; 3] {
         let (row, attitudes) = (self.turn + 3 * body, &self.attitudes[N * body..][..N]);
@@ -294,7 +296,7 @@ impl<const N: usize> Step<'_, N> {
     }
 }
 
-/// A start plus the sums of rates at the nodes.
+/// Returns a start plus the sums of rates at the nodes.
 #[inline(always)]
 fn along<S: Simd, const N: usize>(
     simd: S,
@@ -311,7 +313,7 @@ fn along<S: Simd, const N: usize>(
     out
 }
 
-/// A start plus the weighted sum of rates at the nodes.
+/// Returns a start plus the weighted sum of rates at the nodes.
 #[inline(always)]
 fn plus<S: Simd, const N: usize>(
     simd: S,
@@ -326,13 +328,13 @@ fn plus<S: Simd, const N: usize>(
     simd.add_f64s(start, sum)
 }
 
-/// |x|.
+/// Returns |x|.
 #[inline(always)]
 fn size<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
     simd.max_f64s(x, simd.sub_f64s(simd.splat_f64s(0.0), x))
 }
 
-/// The largest of lanes, or not a number where one is none.
+/// Returns the largest lane, or NaN where a lane is NaN.
 #[inline(always)]
 fn largest<S: Simd>(lanes: S::f64s) -> f64 {
     let mut values = [0.0; 8];
@@ -354,7 +356,7 @@ fn store<S: Simd>(values: &mut [f64], at: usize, lanes: S::f64s) {
     S::as_mut_simd_f64s(&mut values[at..][..S::F64_LANES]).0[0] = lanes;
 }
 
-/// Rows of numbers at the nodes.
+/// Returns rows of numbers at the nodes.
 #[inline(always)]
 fn nodes<S: Simd, const N: usize>(values: &mut [f64]) -> &mut [[S::f64s; N]] {
     S::as_mut_simd_f64s(values).0.as_chunks_mut::<N>().0

@@ -1,40 +1,41 @@
-//! A system: bodies, gravitational constant, method.
+//! A system: bodies, gravitational constant, settings and external forces.
 
 use super::{AttitudeChart, Layout, State};
-use crate::environment::{Environment, Force};
 use crate::error::{Error, Result, require_finite};
+use crate::forces::{Force, ForceModel};
+use crate::interrupt::InterruptCheck;
 use crate::math::lanes::VectorPath;
 use crate::math::rotation;
 use crate::mutual::{Link, Method, Pose, Store};
 use crate::names::Named;
-use crate::patience::Patience;
 use crate::quadrature::Order;
-use crate::shape::{Body, Meeting, Shape};
+use crate::shape::{Body, Proximity, Shape};
 use pulp::Arch;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// The farthest separation, in the system's units and in sizes of a body, whose inverse cube is safely a double.
+/// The largest separation, in the system's units and in sizes of a body, whose inverse cube is safely a
+/// double.
 const REACH: f64 = 1e100;
 
-/// Units of work of looking at a pair's separation, for [`Patience`].
+/// The units of work of checking a pair's separation, for [`InterruptCheck`].
 const CHECK: u64 = 10;
 
-/// How the gravity of a system is computed and its attitudes are kept. This is the description of the settings: archives and
-/// the Python package have theirs from it.
+/// The settings of a system: how gravity is computed and attitudes are stored. Archives and the Python
+/// package use this description.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct Settings {
-    /// The method of the interactions.
+    /// The method of the interactions; the focal rule by default.
     pub gravity: Method,
-    /// Tolerance of the quadrature, relative to the force.
+    /// Tolerance of the quadrature, relative to the force; 1e-14 by default.
     pub gravity_tolerance: f64,
-    /// A fixed order of the quadrature instead of the tolerance.
+    /// A fixed order of the quadrature instead of the tolerance; none by default.
     pub order: Option<Order>,
-    /// The attitudes' chart.
+    /// The chart of the attitudes; quaternions by default.
     #[serde(with = "crate::names")]
     pub attitude_chart: AttitudeChart,
-    /// The instructions of the hot loops.
+    /// The vector instructions of the hot loops; by default the widest that the machine has.
     #[serde(with = "crate::names")]
     pub vector_path: VectorPath,
 }
@@ -63,7 +64,11 @@ pub struct System {
 }
 
 impl System {
-    /// A system of bodies with distinct names; G is in the units of everything else.
+    /// Makes a system of bodies with distinct names; G is in the units of everything else.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] names what cannot be: no bodies, two of one name, a negative or infinite G, a tolerance outside (0, 1), an
+    /// order beside polyhedra or out of range, vector instructions that the machine lacks.
     pub fn new(bodies: Vec<Body>, gravitational_constant: f64, settings: Settings) -> Result<Self> {
         if bodies.is_empty() {
             return Err(Error::invalid("number of bodies", 0, "at least one"));
@@ -112,19 +117,20 @@ impl System {
                 ),
             )
         })?;
-        // Focal and surface rules settle at round-off; below that there is nothing to gain.
+        // Focal and surface rules reach round-off at this tolerance; a smaller one gains nothing.
         let settings = Settings { gravity_tolerance: tolerance.max(1e-16), ..settings };
         let (forces, store) = (Vec::new(), Arc::default());
         Ok(Self { bodies, gravitational_constant, settings, forces, arch, store })
     }
 
-    /// The same with forces from outside, of distinct names.
+    /// Returns the system with external forces, which must have distinct names.
     pub fn with_forces(self, forces: Vec<Force>) -> Result<Self> {
-        Environment::new(&forces, &self.bodies, self.gravitational_constant)?;
+        ForceModel::new(&forces, &self.bodies, self.gravitational_constant)?;
         Ok(Self { forces, ..self })
     }
 
-    /// The same with what its pairs need kept where other systems have it too.
+    /// Returns the system with a store of shared data, in which other systems may have put what its pairs
+    /// need.
     pub fn sharing(self, store: Arc<Store>) -> Self {
         Self { store, ..self }
     }
@@ -144,33 +150,34 @@ impl System {
         &self.settings
     }
 
-    /// The forces from outside.
+    /// The external forces.
     pub fn forces(&self) -> &[Force] {
         &self.forces
     }
 
-    /// The forces from outside, ready for computing.
-    pub fn environment(&self) -> Result<Environment> {
-        Environment::new(&self.forces, &self.bodies, self.gravitational_constant)
+    /// Prepares the external forces for evaluation.
+    pub fn force_model(&self) -> Result<ForceModel> {
+        ForceModel::new(&self.forces, &self.bodies, self.gravitational_constant)
     }
 
-    /// The instructions of the hot loops.
+    /// Returns the vector instructions of the hot loops.
     pub fn arch(&self) -> Arch {
         self.arch
     }
 
-    /// Where the numbers of this system's states lie in the integrator's vector.
+    /// Returns the layout of this system's states in the integrator's vector.
     pub fn layout(&self) -> Layout {
         Layout { bodies: self.bodies.len(), chart: self.settings.attitude_chart, forces: self.forces.len() }
     }
 
-    /// Masses of the bodies.
+    /// Returns the masses of the bodies.
     pub fn masses(&self) -> Vec<f64> {
         self.bodies.iter().map(|body| body.mass).collect()
     }
 
-    /// Refuses states of another number of bodies, bodies that overlap, and bodies too far apart for doubles.
-    pub fn check(&self, state: &State, patience: &mut Patience) -> Result<()> {
+    /// Returns an error for a state with another number of bodies, with bodies that overlap, or with bodies
+    /// too far apart for doubles.
+    pub fn check(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<()> {
         if state.bodies() != self.bodies.len() {
             return Err(Error::invalid(
                 "number of bodies in the state",
@@ -179,16 +186,16 @@ impl System {
             ));
         }
         for (i, j) in self.pairs() {
-            patience.spend(CHECK, state.time)?;
+            interrupt.charge(CHECK, state.time)?;
             let pose = pose(state, i, j);
             self.check_reach(i, j, &pose)?;
-            self.check_apart(i, j, &pose, state.time, patience)?;
+            self.check_apart(i, j, &pose, state.time, interrupt)?;
         }
         Ok(())
     }
 
-    /// Refuses separations whose inverse cube, in the system's units or in the size of a body, leaves the range of
-    /// doubles: the force would be zero without a word.
+    /// Returns an error for a separation whose inverse cube, in the system's units or in the size of a body,
+    /// leaves the range of doubles: the force would silently be zero.
     fn check_reach(&self, i: usize, j: usize, pose: &Pose) -> Result<()> {
         let (first, second) = (&self.bodies[i], &self.bodies[j]);
         let largest = [first, second].map(|body| body.circumradius()).into_iter().fold(0.0, f64::max);
@@ -204,15 +211,15 @@ impl System {
         ))
     }
 
-    /// Refuses bodies that overlap. Returns the factor by which the bodies must grow to touch: infinite where their
-    /// circumscribed spheres are apart.
+    /// Returns an error for bodies that overlap, and otherwise the factor by which the bodies must grow to
+    /// touch: infinite where their circumscribed spheres are apart.
     pub(super) fn check_apart(
         &self,
         i: usize,
         j: usize,
         pose: &Pose,
         time: f64,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<f64> {
         let (first, second) = (&self.bodies[i], &self.bodies[j]);
         let distance = pose.separation.norm();
@@ -220,7 +227,7 @@ impl System {
             return Ok(f64::INFINITY);
         }
         let rotations = [&pose.rotation_first, &pose.rotation_second];
-        let meeting = Meeting::of([first, second], &pose.separation, rotations, time, patience)?;
+        let meeting = Proximity::of([first, second], &pose.separation, rotations, time, interrupt)?;
         if meeting.overlap {
             let (first, second) = (first.name.clone(), second.name.clone());
             return Err(Error::BodiesOverlap { first, second, time });
@@ -228,20 +235,21 @@ impl System {
         Ok(meeting.factor)
     }
 
-    /// Checks polyhedra and computes what their links take from their moments, unless that has been done: it is kept with the shapes.
-    pub(super) fn polyhedra(&self, patience: &mut Patience) -> Result<()> {
+    /// Checks polyhedra and computes the moments that their links need, unless that has been done: moments
+    /// are cached with the shapes.
+    pub(super) fn polyhedra(&self, interrupt: &mut InterruptCheck) -> Result<()> {
         for part in self.bodies.iter().flat_map(Body::parts) {
             let Shape::Polyhedron(polyhedron) = &part.shape else { continue };
-            polyhedron.check(patience)?;
+            polyhedron.check(interrupt)?;
             if let Method::Multipole(degree) = self.settings.gravity {
-                // Two degrees more tell what the series leaves out.
-                polyhedron.monomial_means(degree + 2, patience)?;
+                // Two degrees more estimate the truncation error of the series.
+                polyhedron.monomial_means(degree + 2, interrupt)?;
             }
         }
         Ok(())
     }
 
-    /// G m_i m_j.
+    /// Returns G m_i m_j.
     pub(super) fn strength(&self, i: usize, j: usize) -> f64 {
         self.gravitational_constant * self.bodies[i].mass * self.bodies[j].mass
     }
@@ -251,7 +259,7 @@ impl System {
         (0..n).flat_map(move |i| (i + 1..n).map(move |j| (i, j)))
     }
 
-    /// How the parts of two bodies interact.
+    /// Makes the links between the parts of two bodies.
     pub(super) fn links(&self, i: usize, j: usize) -> impl Iterator<Item = Link> {
         let bodies = [&self.bodies[i], &self.bodies[j]];
         let s = &self.settings;
@@ -262,7 +270,7 @@ impl System {
         })
     }
 
-    /// How many links all bodies have.
+    /// Returns the number of links between all bodies.
     pub(super) fn count_links(&self) -> usize {
         let counts = self
             .pairs()
@@ -271,7 +279,7 @@ impl System {
     }
 }
 
-/// The relative pose of two bodies of a state.
+/// Returns the relative pose of two bodies of a state.
 pub(super) fn pose(state: &State, i: usize, j: usize) -> Pose {
     Pose {
         separation: state.position[j] - state.position[i],

@@ -1,60 +1,69 @@
-//! The equations of small departures from a motion, in relative coordinates.
+//! The variational equations: the linear equations of small changes of a motion, in relative coordinates.
 //!
-//! A departure has 12 numbers a body: position and velocity (inertial), a rotation vector theta in the body frame, R -> R exp(theta),
-//! and spin. The centres are taken from the first body's, d_k = dx_k - dx_0, and their rates e_k likewise; with forces from outside
-//! the barycentre's departure X and its rate V come after them, and without it moves uniformly. With q = (d, theta, X) and
-//! p = (e, dspin, V),
+//! A tangent vector has 12 numbers for each body: position and velocity (inertial), a rotation vector theta
+//! in the body frame, R -> R exp(theta), and spin. The centres are relative to the first body's, d_k = dx_k -
+//! dx_0, and so are their rates e_k. With external forces the change X of the barycentre offset and its rate
+//! V follow; without them the barycentre moves uniformly. With q = (d, theta, X) and p = (e, dspin, V),
 //!
 //!   dd/dt = e,   dtheta/dt = dspin - spin x theta,   dX/dt = V,   dp/dt = A q + B p,
 //!
-//! A and B from the derivatives of the loads, B also from Euler's equations. Many departures are one matrix, a column each; behind the
-//! columns of the initial state there is one for every parameter, with the derivative of the rates by the parameter as a further term.
+//! where A and B follow from the derivatives of the loads, and B also from Euler's equations. Many tangent
+//! vectors are the columns of one matrix. After the columns for the initial state there is one for every
+//! parameter, with the derivative of the rates by the parameter as an additional term.
 
 use super::products::DEPTH;
 use super::{Dynamics, Parameter};
-use crate::environment::{Environment, LoadSlopes};
 use crate::error::{Error, Result};
-use crate::gravity::ExtendedPull;
+use crate::forces::{Load, LoadJacobian};
+use crate::gravity::{BodyChange, ExtendedPull};
+use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
 use crate::math::compensated::sum;
-use crate::patience::Patience;
+use crate::shape::PartDerivative;
 
-/// A matrix of departures of more bodies takes longer than a caller is to wait for an answer.
+/// The largest number of bodies; the matrix of tangent vectors of more bodies would keep a caller waiting too
+/// long.
 const MOST_BODIES: usize = 64;
 
-/// Units of work of a pair's Jacobian for each of its nodes.
+/// The units of work of a pair's Jacobian for each of its nodes.
 const GRADIENT: u64 = 2;
 
-/// What departures from a motion obey at one of its moments.
+/// The coefficients of the variational equations at one time of a motion.
 #[derive(Debug, Clone)]
 pub struct Variations {
     pub(super) bodies: usize,
-    /// Whether the barycentre's departure is among the numbers.
+    /// Whether the barycentre offset is among the numbers.
     pub(super) free: bool,
     pub(super) masses: Vec<f64>,
     /// Masses over the total.
     pub(super) share: Vec<f64>,
     pub(super) parameters: Vec<Parameter>,
     pub(super) inertia: Vec<Vec3>,
-    pub(super) slopes: LoadSlopes,
-    /// Rows of A and, where a force depends on motions, of its part of B, with zeros behind.
-    pub(super) by_place: Vec<f64>,
-    pub(super) by_motion: Vec<f64>,
+    pub(super) jacobian: LoadJacobian,
+    /// Rows of A and, where a force depends on velocities or spins, of its contribution to B, padded with
+    /// zeros.
+    pub(super) by_pose: Vec<f64>,
+    pub(super) by_rate: Vec<f64>,
     pub(super) stride: usize,
     pub(super) spin: Vec<Vec3>,
     pub(super) torque: Vec<Vec3>,
-    /// For every parameter the body whose moments change with it, and their derivatives.
+    /// For every parameter the body whose moments of inertia change with it, and their derivatives.
     by_inertia: Vec<Option<(usize, Vec3)>>,
-    /// Beside third bodies those whose semi-axes are parameters, with their pull.
+    /// For every parameter the composite that changes with it, and its derivatives.
+    by_part: Vec<Option<(usize, PartDerivative)>>,
+    /// With third bodies, the bodies whose semi-axes are parameters, with their pulls.
     pulls: Vec<(usize, ExtendedPull)>,
-    /// Columns of initial departures.
+    /// With third bodies, the parameters with which a body's own field changes.
+    changes: Vec<(usize, usize, BodyChange)>,
+    /// The number of columns for the initial state.
     pub(super) initial: usize,
-    /// Derivatives of the bodies' accelerations and rates of spin by the parameters, one after the other.
+    /// Derivatives of the bodies' accelerations and rates of spin by the parameters, one parameter after the
+    /// other.
     pub(super) forcing: Vec<[Vec3; 2]>,
 }
 
 impl Variations {
-    /// Of a system and the parameters that count, for all departures from the start of a motion.
+    /// Prepares the full matrix of tangent vectors from the start of a motion, with these parameters.
     pub fn new(dynamics: &Dynamics, parameters: Vec<Parameter>) -> Result<Self> {
         let all = Self::of_one(dynamics)?;
         let forcing = vec![[Vec3::zeros(); 2]; all.bodies * parameters.len()];
@@ -62,15 +71,23 @@ impl Variations {
         let by_inertia = parameters.iter().map(|parameter| parameter.of_inertia(bodies)).collect();
         let of_axes =
             |body: usize| parameters.iter().any(|p| p.semi_axis().is_some_and(|(of, _)| of == body));
-        let beside = dynamics.outside().has_third_body();
+        let beside = dynamics.external_forces().has_third_body();
         let pulled = bodies.iter().enumerate().filter(|(body, _)| beside && of_axes(*body));
         let pulls = pulled
             .filter_map(|(body, of)| Some((body, ExtendedPull::of_ellipsoid(&of.parts()[0].shape)?)))
             .collect();
-        Ok(Self { initial: 2 * all.half(), parameters, by_inertia, pulls, forcing, ..all })
+        let by_part = parameters.iter().map(|parameter| parameter.of_part(bodies));
+        let by_part = by_part.collect::<Result<Vec<_>>>()?;
+        let of_change = |(k, parameter): (usize, &Parameter)| match (parameter, &by_part[k]) {
+            (Parameter::Scale(body), _) => Some((k, *body, BodyChange::Scale)),
+            (_, Some((body, derivative))) => Some((k, *body, BodyChange::Part(derivative.clone()))),
+            _ => None,
+        };
+        let changes = parameters.iter().enumerate().filter(|_| beside).filter_map(of_change).collect();
+        Ok(Self { initial: 2 * all.half(), parameters, by_inertia, by_part, pulls, changes, forcing, ..all })
     }
 
-    /// For one departure alone.
+    /// Prepares a single tangent vector.
     pub fn of_one(dynamics: &Dynamics) -> Result<Self> {
         let system = dynamics.system();
         let bodies = system.bodies().len();
@@ -81,7 +98,7 @@ impl Variations {
         let masses = system.masses();
         let total = sum(masses.iter().copied());
         let free = !system.forces().is_empty();
-        let by_motion = system.forces().iter().any(|force| force.depends_on_velocity());
+        let by_rate = system.forces().iter().any(|force| force.depends_on_velocity());
         let half = 6 * bodies - if free { 0 } else { 3 };
         let stride = half.next_multiple_of(DEPTH);
         Ok(Self {
@@ -90,31 +107,33 @@ impl Variations {
             share: masses.iter().map(|m| m / total).collect(),
             masses,
             inertia: system.bodies().iter().map(|body| body.inertia()).collect(),
-            slopes: LoadSlopes::new(bodies, by_motion),
-            by_place: vec![0.0; half * stride],
-            by_motion: vec![0.0; if by_motion { half * stride } else { 0 }],
+            jacobian: LoadJacobian::new(bodies, by_rate),
+            by_pose: vec![0.0; half * stride],
+            by_rate: vec![0.0; if by_rate { half * stride } else { 0 }],
             stride,
             spin: vec![Vec3::zeros(); bodies],
             torque: vec![Vec3::zeros(); bodies],
             initial: 1,
             by_inertia: Vec::new(),
+            by_part: Vec::new(),
             pulls: Vec::new(),
+            changes: Vec::new(),
             forcing: Vec::new(),
             parameters: Vec::new(),
         })
     }
 
-    /// Half the numbers of a departure in relative coordinates.
+    /// Returns half of the numbers of a tangent vector in relative coordinates.
     pub fn half(&self) -> usize {
         6 * self.bodies - if self.free { 0 } else { 3 }
     }
 
-    /// Columns: those of initial departures, and one for every parameter.
+    /// Returns the number of columns: those for the initial state, and one for every parameter.
     pub fn width(&self) -> usize {
         self.initial + self.parameters.len()
     }
 
-    /// The matrix of all departures at the start of the motion.
+    /// Returns the matrix of all tangent vectors at the start of the motion.
     pub fn start(&self) -> Vec<f64> {
         let (rows, width) = (2 * self.half(), self.width());
         let mut columns = vec![0.0; rows * width];
@@ -122,8 +141,8 @@ impl Variations {
         columns
     }
 
-    /// One over the natural size of every number of a departure, from those of each body's position, velocity and spin. Rotations have
-    /// one, and are left out.
+    /// Writes one over the natural size of every number of a tangent vector, from those of each body's
+    /// position, velocity and spin. The size of rotations is one, and is left as it is.
     pub fn inverse_sizes(&self, sizes: &[[f64; 3]], inverse: &mut [f64]) {
         let mut put = |row: usize, size: f64| inverse[row..row + 3].fill(1.0 / size);
         for (body, [length, speed, spin]) in sizes.iter().enumerate() {
@@ -136,62 +155,88 @@ impl Variations {
         }
     }
 
-    /// Row of the first number of a body's place in d, which the first body does not have.
+    /// Returns the row of the first number of a body's position in d; the first body has none.
     pub(super) fn place(&self, body: usize) -> Option<usize> {
         (body > 0).then(|| 3 * (body - 1))
     }
 
-    /// Row of the first number of a body's theta.
+    /// Returns the row of the first number of a body's theta.
     pub(super) fn turn(&self, body: usize) -> usize {
         3 * (self.bodies - 1) + 3 * body
     }
 
-    /// Row of the first number of the barycentre's departure.
+    /// Returns the row of the first number of the barycentre offset.
     pub(super) fn barycentre(&self) -> Option<usize> {
         self.free.then(|| 6 * self.bodies - 3)
     }
 
-    /// Units of work of [`Self::look`].
+    /// Returns the units of work of [`Self::look`].
     pub fn work(&self, dynamics: &Dynamics) -> u64 {
-        GRADIENT * dynamics.work() * dynamics.parts() as u64 + (self.by_place.len() / 64) as u64
+        GRADIENT * dynamics.work() * dynamics.parts() as u64 + (self.by_pose.len() / 64) as u64
     }
 
-    /// Takes A, B and the derivatives by the parameters at a vector of the motion. Allocates nothing.
-    pub fn look(&mut self, dynamics: &mut Dynamics, time: f64, y: &[f64]) -> Result<()> {
-        self.take(dynamics, time, y, true)
+    /// Evaluates A, B and the derivatives by the parameters at a vector of the motion. Allocates nothing.
+    pub fn look(
+        &mut self,
+        dynamics: &mut Dynamics,
+        time: f64,
+        y: &[f64],
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        self.take(dynamics, time, y, true, interrupt)
     }
 
-    /// The same, without the spins where they do not count.
+    /// Evaluates the coefficients, without the spins where they are not needed.
     pub(super) fn take(
         &mut self,
         dynamics: &mut Dynamics,
         time: f64,
         y: &[f64],
         spinning: bool,
+        interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         dynamics.turn(y);
         let g = dynamics.system.gravitational_constant;
-        self.slopes.clear();
+        self.jacobian.clear();
         self.clear(dynamics.layout, y, spinning);
         for (i, j, link) in &dynamics.links {
             let (i, j) = (*i, *j);
-            let jacobian = link.jacobian(&dynamics.pose(y, i, j));
+            let pose = dynamics.pose(y, i, j);
+            let parts = link.jacobian_of_parts(&pose, interrupt).map_err(|error| error.at(time))?;
+            let jacobian = link.about_centres(&pose, &parts);
             let masses = [self.masses[i], self.masses[j]];
             let strength = g * masses[0] * masses[1];
-            self.slopes.add_pair(&jacobian, [i, j], strength);
+            self.jacobian.add_pair(&jacobian, [i, j], strength);
             let loads = &jacobian.loads;
             self.torque[i] += strength * loads.torque_first;
             self.torque[j] += strength * loads.torque_second;
-            let mut by_axes = None;
-            for (parameter, forcing) in self.parameters.iter().zip(self.forcing.chunks_exact_mut(self.bodies))
-            {
-                if parameter.semi_axis().is_some_and(|(body, _)| body == i || body == j) {
-                    let slopes = by_axes.get_or_insert_with(|| link.axis_slopes(&dynamics.pose(y, i, j)));
-                    let Some(loads) = parameter.slopes([i, j], slopes) else { continue };
+            let mut by_lengths = None;
+            let all = self.parameters.iter().zip(&self.by_part);
+            for ((parameter, by_part), forcing) in all.zip(self.forcing.chunks_exact_mut(self.bodies)) {
+                if parameter.shaped().is_some_and(|body| body == i || body == j) {
+                    let known = match by_lengths {
+                        Some(known) => known,
+                        None => link.shape_derivatives(&pose, interrupt).map_err(|error| error.at(time))?,
+                    };
+                    by_lengths = Some(known);
+                    let Some(loads) = parameter.of_shape([i, j], &known) else { continue };
                     forcing[i][0] += loads.force_on_first * (g * masses[1]);
                     forcing[j][0] -= loads.force_on_first * (g * masses[0]);
                     forcing[i][1] += over(&(loads.torque_first * strength), &self.inertia[i]);
                     forcing[j][1] += over(&(loads.torque_second * strength), &self.inertia[j]);
+                    continue;
+                }
+                if let Some((body, derivative)) = by_part {
+                    let Some(which) = [i, j].iter().position(|other| other == body) else { continue };
+                    let by = link.by_part(&pose, &parts, which, derivative);
+                    forcing[i][0] += by.force_on_first * (g * masses[1]);
+                    forcing[j][0] -= by.force_on_first * (g * masses[0]);
+                    forcing[i][1] += over(&(by.torque_first * strength), &self.inertia[i]);
+                    forcing[j][1] += over(&(by.torque_second * strength), &self.inertia[j]);
+                    // The body's own mass.
+                    let sign = if which == 0 { 1.0 } else { -1.0 };
+                    let pull = sign * g * masses[1 - which] * derivative.mass / masses[which];
+                    forcing[*body][0] -= loads.force_on_first * pull;
                     continue;
                 }
                 let by = parameter.of_pair([i, j], g, masses);
@@ -202,45 +247,60 @@ impl Variations {
             }
         }
         if self.free {
-            dynamics.slopes_outside(time, y, &mut self.slopes)?;
-            self.force_outside(&dynamics.outside, g);
+            dynamics.add_external_jacobian(time, y, &mut self.jacobian)?;
+            self.external_forcing(dynamics, time, y)?;
             self.force_by_axes(dynamics, time, y)?;
         }
         self.force_by_inertia();
-        let (mut by_place, mut by_motion) =
-            (std::mem::take(&mut self.by_place), std::mem::take(&mut self.by_motion));
-        self.reduce(&self.slopes.by_place, &mut by_place);
-        if !by_motion.is_empty() {
-            self.reduce(&self.slopes.by_motion, &mut by_motion);
+        let (mut by_pose, mut by_rate) =
+            (std::mem::take(&mut self.by_pose), std::mem::take(&mut self.by_rate));
+        self.reduce(&self.jacobian.by_pose, &mut by_pose);
+        if !by_rate.is_empty() {
+            self.reduce(&self.jacobian.by_rate, &mut by_rate);
         }
-        (self.by_place, self.by_motion) = (by_place, by_motion);
+        (self.by_pose, self.by_rate) = (by_pose, by_rate);
         Ok(())
     }
 
-    /// What parameters do to the loads from outside, and these to the torques.
-    fn force_outside(&mut self, outside: &Environment, g: f64) {
-        for load in outside.loads() {
+    /// Adds the derivatives by the parameters of the external forces and torques.
+    fn external_forcing(&mut self, dynamics: &mut Dynamics, time: f64, y: &[f64]) -> Result<()> {
+        let (g, external_forces) = (dynamics.system.gravitational_constant, &dynamics.external_forces);
+        for load in external_forces.loads() {
             let body = load.on;
             self.torque[body] += load.torque;
             let acceleration = load.force / self.masses[body];
             let turning = over(&load.torque, &self.inertia[body]);
             for (k, parameter) in self.parameters.iter().enumerate() {
-                let factor = parameter.of_rates(load.of, body, outside, g, &self.masses);
+                let factors = parameter.of_rates(load.of, body, external_forces, g, &self.masses);
                 let forcing = &mut self.forcing[k * self.bodies + body];
-                forcing[0] += acceleration * factor;
-                forcing[1] += turning * factor;
+                forcing[0] += acceleration * factors[0];
+                forcing[1] += turning * factors[1];
             }
         }
+        let Self { parameters, forcing, masses, inertia, bodies, changes, .. } = self;
+        for (parameter, forcing) in parameters.iter().zip(forcing.chunks_exact_mut(*bodies)) {
+            let mut add = |load: &Load, factor: f64| {
+                forcing[load.on][0] += load.force * (factor / masses[load.on]);
+                forcing[load.on][1] += over(&(load.torque * factor), &inertia[load.on]);
+            };
+            dynamics.by_parameter_outside(time, y, *parameter, masses, &mut add)?;
+        }
+        for (k, body, change) in changes {
+            let [force, torque] = dynamics.by_change_outside(time, y, *body, change)?;
+            forcing[*k * *bodies + *body][0] += force / masses[*body];
+            forcing[*k * *bodies + *body][1] += over(&torque, &inertia[*body]);
+        }
+        Ok(())
     }
 
-    /// What semi-axes do to the loads of third bodies.
+    /// Adds the derivatives by semi-axes of the loads of third bodies.
     fn force_by_axes(&mut self, dynamics: &mut Dynamics, time: f64, y: &[f64]) -> Result<()> {
         for (body, pull) in &mut self.pulls {
-            let by_axes = dynamics.by_axes_outside(time, y, *body, pull)?;
+            let semi_axis_derivatives = dynamics.external_semi_axis_derivatives(time, y, *body, pull)?;
             for (parameter, forcing) in self.parameters.iter().zip(self.forcing.chunks_exact_mut(self.bodies))
             {
                 let Some((_, axis)) = parameter.semi_axis().filter(|(of, _)| of == body) else { continue };
-                let [force, torque] = by_axes[axis];
+                let [force, torque] = semi_axis_derivatives[axis];
                 forcing[*body][0] += force / self.masses[*body];
                 forcing[*body][1] += over(&torque, &self.inertia[*body]);
             }
@@ -248,7 +308,7 @@ impl Variations {
         Ok(())
     }
 
-    /// What a semi-axis does to a body's own moments in Euler's equations.
+    /// Adds the derivatives by semi-axes of the moments of inertia in Euler's equations.
     pub(super) fn force_by_inertia(&mut self) {
         for (of, forcing) in self.by_inertia.iter().zip(self.forcing.chunks_exact_mut(self.bodies)) {
             let Some((body, slope)) = *of else { continue };
@@ -259,12 +319,12 @@ impl Variations {
         }
     }
 
-    /// The derivative of a body's moments by a parameter.
+    /// Returns the derivative of a body's moments of inertia by a parameter.
     pub(super) fn by_inertia(&self, parameter: usize, body: usize) -> Vec3 {
         self.by_inertia[parameter].filter(|(of, _)| *of == body).map_or(Vec3::zeros(), |(_, slope)| slope)
     }
 
-    /// From derivatives of loads to those of rates in relative coordinates.
+    /// Converts derivatives of loads to those of rates in relative coordinates.
     fn reduce(&self, loads: &[f64], out: &mut [f64]) {
         let (n, size) = (self.bodies, 6 * self.bodies);
         out.fill(0.0);
@@ -308,7 +368,8 @@ impl Variations {
         }
     }
 
-    /// The factors of dspin_j and dspin_k in the rate of dspin_i, (i, j, k) in turn: -(I_k - I_j)/I_i (spin_k dspin_j + spin_j dspin_k).
+    /// Returns the factors of dspin_j and dspin_k in the rate of dspin_i, with (i, j, k) in cyclic order:
+    /// -(I_k - I_j)/I_i (spin_k dspin_j + spin_j dspin_k).
     pub(super) fn euler(&self, body: usize) -> [[f64; 2]; 3] {
         let (spin, inertia) = (&self.spin[body], &self.inertia[body]);
         [0, 1, 2].map(|i| {
@@ -318,7 +379,7 @@ impl Variations {
         })
     }
 
-    /// What the parameters add to the rates of p: by row, column and value.
+    /// Passes the contributions of the parameters to the rates of p to `add`, by row, column and value.
     pub(super) fn force(&self, mut add: impl FnMut(usize, usize, f64)) {
         for (k, forcing) in self.forcing.chunks_exact(self.bodies).enumerate() {
             let mut push = |row: usize, value: &Vec3, factor: f64| {
@@ -338,16 +399,29 @@ impl Variations {
     }
 }
 
-/// A torque over moments of inertia; zero for a body without any.
+/// Returns a torque over the moments of inertia; zero for a body without any.
 fn over(torque: &Vec3, inertia: &Vec3) -> Vec3 {
     torque.zip_map(inertia, |torque, inertia| if inertia > 0.0 { torque / inertia } else { 0.0 })
 }
 
 impl Dynamics {
-    /// Makes ready, with the rules in force, for [`Variations::look`]. May allocate: call it between steps.
-    pub fn prepare_variations(&mut self, time: f64, patience: &mut Patience) -> Result<()> {
-        for (.., link) in &mut self.links {
-            link.prepare_jacobian(patience).map_err(|error| error.at(time))?;
+    /// Prepares [`Variations::look`], from a vector of the motion on, with the rules in use. It may allocate
+    /// and is called between steps only.
+    pub fn prepare_variations(
+        &mut self,
+        variations: &Variations,
+        time: f64,
+        y: &[f64],
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        self.turn(y);
+        for index in 0..self.links.len() {
+            let (i, j) = (self.links[index].0, self.links[index].1);
+            let pose = self.pose(y, i, j);
+            let shaped = variations.parameters.iter().filter_map(|parameter| parameter.shaped());
+            let lengths = shaped.into_iter().any(|body| body == i || body == j);
+            let link = &mut self.links[index].2;
+            link.prepare_jacobian(&pose, lengths, interrupt).map_err(|error| error.at(time))?;
         }
         Ok(())
     }

@@ -1,5 +1,4 @@
-//! What an integrator asks of a vector beside its rates of change: how large its numbers are, and how to bring it back onto its
-//! constraints.
+//! The scales of an integrator's vector, and its projection onto the constraints.
 
 use super::layout::vector;
 use super::{AttitudeChart, Dynamics};
@@ -7,10 +6,12 @@ use crate::math::compensated::{two_product, two_sum};
 use pulp::{Simd, WithSimd};
 
 impl Dynamics {
-    /// The natural sizes that errors of each body are measured against: (position, velocity, spin).
+    /// Computes the natural sizes against which the errors of each body are measured: (position, velocity,
+    /// spin).
     ///
-    /// Positions against the nearest separation, velocities against their own size or that of a circular orbit
-    /// there, spins against their own size or that orbit's rate. Attitudes are measured against one.
+    /// Positions are measured against the nearest separation, velocities against their own size or that of a
+    /// circular orbit there, spins against their own size or that orbit's rate. Attitudes are measured
+    /// against one.
     pub fn scales(&self, y: &[f64], out: &mut [[f64; 3]]) {
         let bodies = self.system.bodies();
         for (body, scale) in bodies.iter().zip(out.iter_mut()) {
@@ -36,14 +37,14 @@ impl Dynamics {
             let [l, v, n] = &mut out[body];
             *v = v.max(speed);
             *n = n.max(spin);
-            // A body that nothing moves or turns has no error either, but must not divide by zero.
+            // A body that nothing moves or rotates has no error either, but must not divide by zero.
             *v = if *v > 0.0 { *v } else { *l };
             *n = if *n > 0.0 { *n } else { 1.0 };
         }
     }
 
-    /// Brings quaternions back to unit length, in twice the working precision so that nothing of the state's low part
-    /// is lost. A projection onto an invariant: the order of the method stays.
+    /// Scales quaternions back to unit length, in twice the working precision so that nothing of the state's
+    /// low part is lost. This is a projection onto an invariant, which preserves the order of the method.
     pub fn restore(&self, high: &mut [f64], low: &mut [f64]) {
         if self.layout.chart == AttitudeChart::Quaternion {
             let attitudes = self.layout.attitude(0)..self.layout.spin(0);
@@ -53,7 +54,7 @@ impl Dynamics {
     }
 }
 
-/// Quaternions in two parts that are brought to unit length.
+/// Scales quaternions in two parts to unit length.
 struct Normalise<'a>(&'a mut [[f64; 4]], &'a mut [[f64; 4]]);
 
 impl WithSimd for Normalise<'_> {

@@ -1,16 +1,16 @@
-//! The bodies of a vector as forces from outside see them.
+//! The bodies of a vector as external forces see them.
 
 use super::BarycentricFrame;
-use crate::environment::Scene;
+use crate::forces::Snapshot;
 use crate::math::Mat3;
 
-/// Where the barycentre nominally is, and how the bodies are turned.
+/// The frame of the vectors, with the rotations of the last one.
 #[derive(Debug, Clone)]
 pub(super) struct View {
     pub frame: BarycentricFrame,
     /// Rotation matrices of the last vector.
     pub rotation: Vec<Mat3>,
-    /// Its attitudes as quaternions, where forces want them.
+    /// Attitudes of the last vector as quaternions, where forces need them.
     attitude: Vec<[f64; 4]>,
 }
 
@@ -24,18 +24,19 @@ impl View {
         }
     }
 
-    /// The bodies of a vector whose rotation matrices are known. Its attitudes are taken over.
+    /// Returns a snapshot of a vector whose rotation matrices are known, and stores its attitudes.
     #[inline(always)]
-    pub fn show<'a>(&'a mut self, time: f64, y: &'a [f64]) -> Scene<'a> {
+    pub fn show<'a>(&'a mut self, time: f64, y: &'a [f64]) -> Snapshot<'a> {
         for (body, attitude) in self.attitude.iter_mut().enumerate() {
             *attitude = self.frame.attitude(body, y);
         }
         self.shown(time, y)
     }
 
-    /// Those of the vector that was shown last, or of one with the same attitudes.
+    /// Returns a snapshot with the attitudes of the last vector, for that vector or one with the same
+    /// attitudes.
     #[inline(always)]
-    pub fn shown<'a>(&'a self, time: f64, y: &'a [f64]) -> Scene<'a> {
-        self.frame.scene(time, y, &self.rotation, &self.attitude)
+    pub fn shown<'a>(&'a self, time: f64, y: &'a [f64]) -> Snapshot<'a> {
+        self.frame.snapshot(time, y, &self.rotation, &self.attitude)
     }
 }

@@ -1,11 +1,11 @@
-//! One of many simulations.
+//! A member of an ensemble: one of many simulations.
 
 use crate::dynamics::{State, System};
 use crate::error::{Error, Result};
 use crate::integrate::Statistics;
+use crate::interrupt::InterruptCheck;
 use crate::mutual::Store;
-use crate::patience::Patience;
-use crate::trajectory::{Event, Following, Integrator, Output, Progress, Run, Simulation, Trajectory};
+use crate::trajectory::{Event, Integrator, Output, Progress, Run, Simulation, TangentOptions, Trajectory};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use std::sync::Arc;
 pub struct Member {
     /// The system.
     pub system: System,
-    /// Where it starts.
+    /// The state at the start.
     pub state: State,
     /// The integrator.
     pub integrator: Integrator,
@@ -21,41 +21,45 @@ pub struct Member {
     pub until: f64,
     /// When samples are recorded.
     pub output: Output,
-    /// The events that are watched for.
+    /// The events that are searched for.
     pub events: Vec<Event<'static>>,
     /// Whether the continuous solution is kept.
     pub dense: bool,
-    /// What is followed beside the run.
-    pub following: Following,
+    /// Which tangent vectors are integrated beside the run.
+    pub tangent_options: TangentOptions,
 }
 
-/// A run that began.
+/// The run of a member that has begun.
 #[derive(Debug)]
-pub struct Ran {
-    /// What was recorded.
+pub struct MemberRun {
+    /// The record of the run.
     pub record: Trajectory,
-    /// Counts.
+    /// Counts of steps and evaluations.
     pub statistics: Statistics,
-    /// The time that the simulation came to.
+    /// The time that the simulation has reached.
     pub time: f64,
-    /// What cut it short.
+    /// The error that cut the run short.
     pub error: Option<Error>,
 }
 
-/// What became of a member: a run, or the error of a start that is none. `None` where it had not begun when the caller asked to
-/// stop.
-pub type Answer = Option<Result<Ran>>;
+/// The outcome of a member: its run, or the error for an invalid start. `None` where it had not begun when
+/// the caller interrupted.
+pub type MemberOutcome = Option<Result<MemberRun>>;
 
 impl Member {
-    /// Runs it. The hook is told the part of the run that is done, about every 50 ms.
-    pub(super) fn run(mut self, store: &Arc<Store>, hook: &mut dyn FnMut(f64) -> ControlFlow<()>) -> Answer {
+    /// Runs the member. The hook receives the part of the run that is done, about every 50 ms.
+    pub(super) fn run(
+        mut self,
+        store: &Arc<Store>,
+        hook: &mut dyn FnMut(f64) -> ControlFlow<()>,
+    ) -> MemberOutcome {
         if hook(0.0).is_break() {
             return None;
         }
         let system = self.system.sharing(store.clone());
         let begun = {
             let mut inside = || hook(0.0);
-            Simulation::begin(&system, &self.state, self.integrator, &mut Patience::new(&mut inside))
+            Simulation::begin(&system, &self.state, self.integrator, &mut InterruptCheck::new(&mut inside))
         };
         let mut simulation = match begun {
             Ok(simulation) => simulation,
@@ -64,7 +68,7 @@ impl Member {
         };
         let mut record = Trajectory::new(system.bodies().len());
         let mut inside = |_: Option<&Simulation>, now: Progress| match part(now) {
-            // What has come to its end is not interrupted.
+            // A run that has reached its end is not interrupted.
             1.0 => ControlFlow::Continue(()),
             part => hook(part),
         };
@@ -72,15 +76,15 @@ impl Member {
             output: &self.output,
             events: &mut self.events,
             dense: self.dense,
-            following: &self.following,
+            tangent_options: &self.tangent_options,
         };
         let error = simulation.run(self.until, run, &mut record, &mut inside).err();
         let (statistics, time) = (simulation.statistics(), simulation.time());
-        Some(Ok(Ran { record, statistics, time, error }))
+        Some(Ok(MemberRun { record, statistics, time, error }))
     }
 }
 
-/// How much of a run is done, from 0 to 1.
+/// Returns the part of a run that is done, from 0 to 1.
 fn part(now: Progress) -> f64 {
     let part = (now.time - now.start) / (now.end - now.start);
     if now.time == now.end { 1.0 } else { part.clamp(0.0, 1.0 - f64::EPSILON) }

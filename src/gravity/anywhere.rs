@@ -1,42 +1,42 @@
 //! A polyhedron's gravity at single points, near or far, inside or outside.
 //!
-//! Takes points from its centre of mass and gives Phi, g and dg/dx per unit GM: by its facets near by, and as a layer of the degree
-//! that the distance needs where the facets' sums would lose digits.
+//! Takes points from its centre of mass and gives Phi, g and dg/dx per unit GM: from its facets near by, and
+//! from a layer of the degree that the distance needs where the facets' sums would lose digits.
 
 use super::{Facets, Layer, PolyhedralField};
 use crate::error::Result;
+use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3};
-use crate::patience::Patience;
 use crate::shape::Polyhedron;
 use pulp::Arch;
 
-/// Degrees of the layers.
+/// The degrees of the layers.
 const DEGREES: [usize; 3] = [24, 12, 6];
 
-/// What a layer leaves out, relative to the field.
+/// The truncation error of a layer, relative to the field.
 const TOLERANCE: f64 = 1e-16;
 
-/// Distance in sizes of the body beyond which the squares of doubles may be out of range.
+/// The distance, in sizes of the body, beyond which the squares of doubles may be out of range.
 const POINT_FROM: f64 = 1e100;
 
-/// A polyhedron ready for evaluation.
+/// A polyhedron prepared for evaluation.
 #[derive(Debug, Clone)]
 pub struct Anywhere {
-    /// A power of two; facets and layers are in this unit.
+    /// The unit of length of facets and layers, a power of two.
     unit: f64,
     facets: Facets,
-    /// Layers and the distances from which on they are used, from the nearest.
+    /// The layers, each with the distance from which on it is used, from the nearest.
     layers: Vec<(f64, Layer)>,
     arch: Arch,
 }
 
 impl Anywhere {
-    /// Of a polyhedron.
-    pub fn new(polyhedron: &Polyhedron, arch: Arch, patience: &mut Patience) -> Result<Self> {
-        polyhedron.check(patience)?;
+    /// Prepares the facets and layers of a polyhedron.
+    pub fn new(polyhedron: &Polyhedron, arch: Arch, interrupt: &mut InterruptCheck) -> Result<Self> {
+        polyhedron.check(interrupt)?;
         let radius = polyhedron.circumradius();
         let unit = radius.log2().floor().exp2();
-        let moments = polyhedron.harmonic_moments(DEGREES[0], arch, patience)?;
+        let moments = polyhedron.harmonic_moments(DEGREES[0], arch, interrupt)?;
         let layer = |degree: usize| {
             let from = radius / unit * TOLERANCE.powf(-1.0 / (degree + 1) as f64);
             (from, Layer::from_moments(&moments, radius / unit, degree, arch))
@@ -44,7 +44,7 @@ impl Anywhere {
         Ok(Self { unit, facets: Facets::new(polyhedron, unit), layers: DEGREES.map(layer).into(), arch })
     }
 
-    /// Potential, field and gradient.
+    /// Returns potential, field and gradient at a point.
     pub fn at(&self, x: &Vec3) -> PolyhedralField {
         let x = x / self.unit;
         let largest = x.amax();

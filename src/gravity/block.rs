@@ -1,35 +1,36 @@
 //! The gravity of bodies at the points of a block, over lanes of points.
 //!
-//! Points that need the same form of an ellipsoid's field are brought together, and no lane looks at another.
+//! Points that need the same form of an ellipsoid's field are grouped, and the result in a lane does not
+//! depend on the other lanes.
 
-use super::body_field::{Attractor, Kind, Polyhedral, columns};
+use super::body_field::{Attractor, PartFieldKind, Polyhedral, columns};
 use super::ellipsoidal::{Ellipsoidal, Gravity, MOST_FORMS, turned};
 use crate::math::lanes::{BLOCK, Lanes, Total, dot, load_vector, minus, splat_vector};
 use crate::math::{Mat3, Vec3};
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
-/// Columns of results: Phi and g, or the six of the gradient.
+/// Returns the number of result columns: Phi and g, or the six of the gradient.
 pub const fn width(gradient: bool) -> usize {
     if gradient { 6 } else { 4 }
 }
 
-/// Lists that a thread uses again and again. Those of points of a block fill whole lanes.
-pub struct Room {
+/// Buffers that a thread reuses. Those with the points of a block fill whole lanes.
+pub struct Workspace {
     points: [Vec<f64>; 3],
-    /// The results, a list for each of the numbers of a point.
+    /// The results, one list for each of the numbers of a point.
     pub out: [Vec<f64>; 6],
-    /// Points in the frame and the unit of a part, and the forms that they need.
+    /// Points in the frame and the unit of a part, and the form of the field that each needs.
     local: [Vec<f64>; 3],
     levels: Vec<f64>,
-    /// The same with those of a level together, each level filling whole lanes, and the results there.
+    /// The points grouped by form, where each group fills whole lanes, and the results there.
     sorted: [Vec<f64>; 3],
     found: [Vec<f64>; 6],
     order: Vec<u16>,
 }
 
-impl Room {
-    /// For so many points.
+impl Workspace {
+    /// Allocates for this many points.
     pub fn new(points: usize) -> Self {
         let lanes = points.next_multiple_of(BLOCK);
         let sorted = lanes + MOST_FORMS.min(points) * BLOCK;
@@ -46,26 +47,27 @@ impl Room {
     }
 }
 
-/// What bodies do at the points of a block, left in `room.out`; whether all of it is finite.
-pub struct Block<'a, const GRADIENT: bool> {
+/// Computes the gravity of bodies at the points of a block into `workspace.out`. Returns whether all of it is
+/// finite.
+pub struct BlockGravity<'a, const GRADIENT: bool> {
     pub attractors: &'a [Attractor<'a>],
     pub points: &'a [[f64; 3]],
-    pub room: &'a mut Room,
+    pub workspace: &'a mut Workspace,
 }
 
-impl<const GRADIENT: bool> WithSimd for Block<'_, GRADIENT> {
+impl<const GRADIENT: bool> WithSimd for BlockGravity<'_, GRADIENT> {
     type Output = bool;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        let Self { attractors, points, room } = self;
+        let Self { attractors, points, workspace } = self;
         let count = points.len();
-        let [x, y, z] = &mut room.points;
+        let [x, y, z] = &mut workspace.points;
         for (((x, y), z), point) in x.iter_mut().zip(y).zip(z).zip(points) {
             (*x, *y, *z) = (point[0], point[1], point[2]);
         }
-        // The last point fills the lanes.
-        for column in &mut room.points {
+        // The last point fills the remaining lanes.
+        for column in &mut workspace.points {
             let last = column[count - 1];
             column[count..count.next_multiple_of(BLOCK)].fill(last);
         }
@@ -74,18 +76,21 @@ impl<const GRADIENT: bool> WithSimd for Block<'_, GRADIENT> {
             for part in &attractor.field.parts {
                 let placed = part.placed(attractor);
                 match &part.kind {
-                    Kind::Ellipsoidal(kind) => {
-                        add_ellipsoidal::<S, GRADIENT>(simd, kind, &placed, count, fresh, room);
+                    PartFieldKind::Ellipsoidal(kind) => {
+                        add_ellipsoidal::<S, GRADIENT>(simd, kind, &placed, count, fresh, workspace);
                     }
-                    Kind::Polyhedral(kind) => add_polyhedral::<GRADIENT>(kind, &placed, points, fresh, room),
+                    PartFieldKind::Polyhedral(kind) => {
+                        add_polyhedral::<GRADIENT>(kind, &placed, points, fresh, workspace)
+                    }
                 }
                 fresh = false;
             }
         }
-        // No finite number times zero is anything but zero.
+        // 0 * x is NaN exactly when x is not finite, so that the sum of these products is zero only if all
+        // results are finite.
         let zero = Lanes::<S>::splat(simd, 0.0);
         let mut sum = zero;
-        for column in &room.out[..width(GRADIENT)] {
+        for column in &workspace.out[..width(GRADIENT)] {
             for block in Lanes::<S>::blocks(simd, &column[..count.next_multiple_of(BLOCK)]) {
                 sum = block.mul_add(zero, sum);
             }
@@ -96,13 +101,14 @@ impl<const GRADIENT: bool> WithSimd for Block<'_, GRADIENT> {
     }
 }
 
-/// Point by point: the lanes are at work within each. The first part of all replaces what the columns had.
+/// Adds the gravity of a polyhedron point by point; the lanes are used within each point. The first part of
+/// the first body overwrites the columns.
 fn add_polyhedral<const GRADIENT: bool>(
     polyhedral: &Polyhedral,
     (position, turn): &(Vec3, Mat3),
     points: &[[f64; 3]],
     fresh: bool,
-    room: &mut Room,
+    workspace: &mut Workspace,
 ) {
     for (k, point) in points.iter().enumerate() {
         let x = turn * (Vec3::from(*point) - position);
@@ -111,7 +117,7 @@ fn add_polyhedral<const GRADIENT: bool>(
         f.gradient = turn.tr_mul(&(f.gradient * turn));
         let all = if GRADIENT && polyhedral.is_surface(&x) { [f64::NAN; 10] } else { columns(&f) };
         let wanted = if GRADIENT { &all[4..] } else { &all[..4] };
-        for (column, value) in room.out.iter_mut().zip(wanted) {
+        for (column, value) in workspace.out.iter_mut().zip(wanted) {
             column[k] = if fresh { *value } else { column[k] + value };
         }
     }
@@ -124,37 +130,46 @@ fn add_ellipsoidal<S: Simd, const GRADIENT: bool>(
     (position, turn): &(Vec3, Mat3),
     count: usize,
     fresh: bool,
-    room: &mut Room,
+    workspace: &mut Workspace,
 ) {
     let lanes = BLOCK / Lanes::<S>::PER_BLOCK;
     let centre = splat_vector(simd, position);
     let (mut nearest, mut farthest) = (Lanes::splat(simd, f64::INFINITY), Lanes::splat(simd, 0.0));
     for block in 0..count.div_ceil(lanes) {
-        let x = load_vector(simd, &room.points, block);
+        let x = load_vector(simd, &workspace.points, block);
         let from = ellipsoidal.in_unit(turned(minus(x, centre), turn));
         let level = ellipsoidal.level(dot(from, from));
         (nearest, farthest) = (nearest.min(level), farthest.max(level));
-        level.store(&mut room.levels, block);
+        level.store(&mut workspace.levels, block);
         for i in 0..3 {
-            from[i].store(&mut room.local[i], block);
+            from[i].store(&mut workspace.local[i], block);
         }
     }
     let nearest = nearest.reduce_min();
     if nearest == farthest.reduce_max() {
         let blocks = 0..count.div_ceil(lanes);
-        let Room { local, out, .. } = room;
+        let Workspace { local, out, .. } = workspace;
         return evaluate::<S, GRADIENT>(simd, ellipsoidal, nearest as usize, turn, local, blocks, fresh, out);
     }
-    let runs = sort(&room.levels[..count], lanes, &mut room.order);
-    for (sorted, local) in room.sorted.iter_mut().zip(&room.local) {
-        let order = &room.order[..runs[MOST_FORMS - 1].end.next_multiple_of(lanes)];
+    let runs = sort(&workspace.levels[..count], lanes, &mut workspace.order);
+    for (sorted, local) in workspace.sorted.iter_mut().zip(&workspace.local) {
+        let order = &workspace.order[..runs[MOST_FORMS - 1].end.next_multiple_of(lanes)];
         sorted.iter_mut().zip(order).for_each(|(to, from)| *to = local[*from as usize]);
     }
     for (level, Range { start, end }) in runs.into_iter().enumerate() {
         let blocks = start / lanes..end.div_ceil(lanes);
-        evaluate::<S, GRADIENT>(simd, ellipsoidal, level, turn, &room.sorted, blocks, true, &mut room.found);
-        for (column, found) in room.out.iter_mut().zip(&room.found).take(width(GRADIENT)) {
-            for (place, found) in room.order[start..end].iter().zip(&found[start..end]) {
+        evaluate::<S, GRADIENT>(
+            simd,
+            ellipsoidal,
+            level,
+            turn,
+            &workspace.sorted,
+            blocks,
+            true,
+            &mut workspace.found,
+        );
+        for (column, found) in workspace.out.iter_mut().zip(&workspace.found).take(width(GRADIENT)) {
+            for (place, found) in workspace.order[start..end].iter().zip(&found[start..end]) {
                 let sum = &mut column[*place as usize];
                 *sum = if fresh { *found } else { *sum + found };
             }
@@ -162,7 +177,7 @@ fn add_ellipsoidal<S: Simd, const GRADIENT: bool>(
     }
 }
 
-/// What there is at blocks of lanes, by one form: in place of what the columns had, or added to it.
+/// Evaluates one form of the field at blocks of lanes, and overwrites the columns or adds to them.
 #[expect(clippy::too_many_arguments)]
 #[inline(always)]
 fn evaluate<S: Simd, const GRADIENT: bool>(
@@ -188,7 +203,8 @@ fn evaluate<S: Simd, const GRADIENT: bool>(
     }
 }
 
-/// The order that brings the points of a level together, and their range. Each level fills whole lanes, by its first point.
+/// Returns the range of each form's points after grouping, and writes the order that groups them. Each group
+/// fills whole lanes with copies of its first point.
 fn sort(levels: &[f64], lanes: usize, order: &mut [u16]) -> [Range<usize>; MOST_FORMS] {
     let mut runs = [const { 0..0_usize }; MOST_FORMS];
     levels.iter().for_each(|level| runs[*level as usize].end += 1);

@@ -1,17 +1,21 @@
-//! The gravity of a body: the sum over its parts, at points anywhere.
+//! The gravity of a body at points anywhere: the sum over its parts.
 
+use super::ellipsoidal::{turned, turned_back};
 use super::{Anywhere, Ellipsoidal, PolyhedralField};
 use crate::error::Result;
+use crate::interrupt::InterruptCheck;
+use crate::math::lanes::{Lanes, minus};
 use crate::math::{Mat3, Vec3};
-use crate::patience::Patience;
 use crate::shape::{Body, Part, Polyhedron, Shape};
-use pulp::Arch;
+use pulp::{Arch, Simd};
 
-/// A body's gravity in its own frame.
+/// The gravity of a body in its own frame.
 #[derive(Debug, Clone)]
 pub struct BodyField {
     /// The body's name.
     pub name: String,
+    /// G times the body's mass.
+    pub gm: f64,
     pub(super) parts: Vec<PartField>,
 }
 
@@ -19,26 +23,28 @@ pub struct BodyField {
 #[derive(Debug, Clone)]
 pub(super) struct PartField {
     pub position: Vec3,
-    /// Turns the body's vectors into those of the frame in which the part's axes are sorted.
+    /// Whether the part is at the body's centre.
+    centred: bool,
+    /// Rotation from the body frame into the frame in which the part's axes are sorted.
     pub turn: Mat3,
-    pub kind: Kind,
+    pub kind: PartFieldKind,
 }
 
 #[derive(Debug, Clone)]
-pub(super) enum Kind {
-    /// A point too.
+pub(super) enum PartFieldKind {
+    /// An ellipsoid, a sphere or a point.
     Ellipsoidal(Box<Ellipsoidal>),
     Polyhedral(Box<Polyhedral>),
 }
 
-/// A body's gravity where the body is.
+/// The gravity of a body at its position and attitude.
 #[derive(Debug, Clone, Copy)]
 pub struct Attractor<'a> {
     /// The gravity in the body's frame.
     pub field: &'a BodyField,
     /// The body's centre in the frame of the points.
     pub position: Vec3,
-    /// Turns the body's vectors into that frame.
+    /// Rotation from the body frame into the frame of the points.
     pub rotation: Mat3,
 }
 
@@ -51,37 +57,88 @@ pub(super) struct Polyhedral {
 }
 
 impl BodyField {
-    /// Of a body, with a gravitational constant.
+    /// Prepares the gravity of a body.
     pub fn new(
         body: &Body,
         gravitational_constant: f64,
         arch: Arch,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<Self> {
         let mut parts = Vec::with_capacity(body.parts().len());
         for part in body.parts() {
-            parts.push(PartField::new(part, gravitational_constant * part.mass, arch, patience)?);
+            parts.push(PartField::new(part, gravitational_constant * part.mass, arch, interrupt)?);
         }
-        Ok(Self { name: body.name.clone(), parts })
+        Ok(Self { name: body.name.clone(), gm: gravitational_constant * body.mass, parts })
+    }
+
+    /// Returns whether the field outside the body is that of its mass at its centre, whatever its attitude.
+    pub fn is_central(&self) -> bool {
+        self.parts.iter().all(|part| {
+            part.centred && matches!(&part.kind, PartFieldKind::Ellipsoidal(kind) if kind.is_central())
+        })
+    }
+
+    /// Returns g at points of the body frame outside the body, without the contribution of polyhedra, which
+    /// [`Self::polyhedra_outside`] returns.
+    #[inline(always)]
+    pub fn field_outside<S: Simd>(&self, y: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
+        let mut sum = [y[0].constant(0.0); 3];
+        for part in &self.parts {
+            let PartFieldKind::Ellipsoidal(kind) = &part.kind else { continue };
+            let own = part.field_outside(kind, y);
+            for k in 0..3 {
+                sum[k] = sum[k] + own[k];
+            }
+        }
+        sum
+    }
+
+    /// Returns the contribution of the body's polyhedra to g at a point of the body frame.
+    pub fn polyhedra_outside(&self, y: &Vec3) -> Vec3 {
+        let mut sum = Vec3::zeros();
+        for part in &self.parts {
+            if let PartFieldKind::Polyhedral(kind) = &part.kind {
+                sum += part.turn.tr_mul(&kind.at(&(part.turn * (y - part.position))).field);
+            }
+        }
+        sum
+    }
+
+    /// Returns whether the body has polyhedra.
+    pub fn has_polyhedra(&self) -> bool {
+        self.parts.iter().any(|part| matches!(part.kind, PartFieldKind::Polyhedral(_)))
     }
 }
 
 impl PartField {
-    fn new(part: &Part, gm: f64, arch: Arch, patience: &mut Patience) -> Result<Self> {
+    fn new(part: &Part, gm: f64, arch: Arch, interrupt: &mut InterruptCheck) -> Result<Self> {
         let canonical = match &part.shape {
             Shape::Ellipsoid(ellipsoid) => ellipsoid.canonical(),
             Shape::Polyhedron(_) | Shape::Point => Mat3::identity(),
         };
         let kind = if let Shape::Polyhedron(polyhedron) = &part.shape {
-            let anywhere = Anywhere::new(polyhedron, arch, patience)?;
-            Kind::Polyhedral(Box::new(Polyhedral { gm, polyhedron: polyhedron.clone(), anywhere }))
+            let anywhere = Anywhere::new(polyhedron, arch, interrupt)?;
+            PartFieldKind::Polyhedral(Box::new(Polyhedral { gm, polyhedron: polyhedron.clone(), anywhere }))
         } else {
-            Kind::Ellipsoidal(Box::new(Ellipsoidal::new(&part.shape, gm)))
+            PartFieldKind::Ellipsoidal(Box::new(Ellipsoidal::new(&part.shape, gm)))
         };
-        Ok(Self { position: part.position(), turn: canonical * part.rotation().transpose(), kind })
+        let (position, turn) = (part.position(), canonical * part.rotation().transpose());
+        Ok(Self { position, centred: position == Vec3::zeros(), turn, kind })
     }
 
-    /// The part's centre in the frame of the points, and what turns that frame's vectors into its own.
+    /// Returns g of an ellipsoidal part at points of the body frame outside.
+    #[inline(always)]
+    fn field_outside<S: Simd>(&self, kind: &Ellipsoidal, y: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
+        let (c, p) = (|value| y[0].constant(value), &self.position);
+        let y = if self.centred { y } else { minus(y, [c(p.x), c(p.y), c(p.z)]) };
+        if kind.is_central() {
+            return kind.central_field(y);
+        }
+        turned_back(kind.at(turned(y, &self.turn)).field, &self.turn)
+    }
+
+    /// Returns the part's centre in the frame of the points, and the rotation from that frame into the part's
+    /// frame.
     pub fn placed(&self, attractor: &Attractor<'_>) -> (Vec3, Mat3) {
         (attractor.position + attractor.rotation * self.position, self.turn * attractor.rotation.transpose())
     }
@@ -91,12 +148,13 @@ impl PartField {
 const ON_SURFACE: f64 = 1e-14;
 
 impl Polyhedral {
-    /// Whether a point of the polyhedron's frame is on its surface, where the gradient jumps and is infinite on edges.
+    /// Returns whether a point of the polyhedron's frame is on its surface, where the gradient jumps and is
+    /// infinite on edges.
     pub fn is_surface(&self, x: &Vec3) -> bool {
         self.polyhedron.distance(x) <= ON_SURFACE * self.polyhedron.circumradius()
     }
 
-    /// At one point of the polyhedron's frame.
+    /// Returns the field at a point of the polyhedron's frame.
     pub fn at(&self, x: &Vec3) -> PolyhedralField {
         let f = self.anywhere.at(x);
         PolyhedralField {
@@ -108,7 +166,7 @@ impl Polyhedral {
     }
 }
 
-/// Phi, g and the six of dg/dx, in the order of [`super::Gravity`].
+/// Returns Phi, g and the six numbers of dg/dx, in the order of [`super::Gravity`].
 pub(super) fn columns(f: &PolyhedralField) -> [f64; 10] {
     let (g, m) = (&f.field, &f.gradient);
     let [xx, xy, xz, yy, yz, zz] = [m[(0, 0)], m[(0, 1)], m[(0, 2)], m[(1, 1)], m[(1, 2)], m[(2, 2)]];

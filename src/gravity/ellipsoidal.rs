@@ -1,9 +1,11 @@
-//! The gravity of a homogeneous ellipsoid, sphere or point at many points anywhere: outside, on the surface and inside.
+//! The gravity of a homogeneous ellipsoid, sphere or point at many points anywhere: outside, on the surface
+//! and inside.
 //!
-//! Inside, kappa is zero: Phi = GM/2 sum_i (a_i^2 - x_i^2) R_i and g_i = -GM x_i R_i with constant R_i, and the gradient is
-//! -GM diag(R_i), of the trace -4 pi G rho. Outside see [`super::PointField::bend`].
+//! Inside, kappa is zero: Phi = GM/2 sum_i (a_i^2 - x_i^2) R_i and g_i = -GM x_i R_i with constant R_i, and
+//! the gradient is -GM diag(R_i), of the trace -4 pi G rho. Outside see
+//! [`super::PointField::gradient_factors`].
 
-use super::{FarCut, FarSeries, Near, bent};
+use super::{FarCut, FarSeries, Near, gradient_from_factors};
 use crate::math::Mat3;
 use crate::math::lanes::{Lanes, dot};
 use crate::shape::{Ellipsoid, Shape};
@@ -21,7 +23,7 @@ pub struct Gravity<S: Simd> {
 }
 
 impl<S: Simd> Gravity<S> {
-    /// With another one in the lanes where the square is not below a bound.
+    /// Takes the other value in the lanes where the square is at least a bound.
     #[inline(always)]
     fn replaced(mut self, square: Lanes<S>, from: Lanes<S>, other: Self) -> Self {
         self.potential = square.if_less(from, self.potential, other.potential);
@@ -35,48 +37,55 @@ impl<S: Simd> Gravity<S> {
     }
 }
 
-/// A shape of a mass, ready for points of the frame of its sorted axes, a >= b >= c.
+/// The gravity of a shape with a mass, evaluated at points of the frame of its sorted axes, a >= b >= c.
 #[derive(Debug, Clone)]
 pub struct Ellipsoidal {
-    /// Of length, a power of two; all below is in this unit.
+    /// One over the unit of length, a power of two; all other numbers are in this unit.
     inverse_unit: f64,
     /// GM over the first three powers of the unit.
     scales: [f64; 3],
+    /// GM.
+    gm: f64,
+    /// Whether the field outside is that of a point.
+    central: bool,
     series: FarSeries,
-    /// The forms of the field, and the squares of the distances from which on they hold, from the nearest.
+    /// The forms of the field, each with the square of the distance from which on it is used, from the
+    /// nearest.
     pub(super) forms: Vec<(f64, Form)>,
 }
 
-/// How the field is computed.
+/// The form in which the field is evaluated.
 #[derive(Debug, Clone, Copy)]
 pub enum Form {
-    /// By Carlson's integrals.
+    /// Carlson's integrals.
     Near(Near),
-    /// By the series.
+    /// The far series.
     Far(FarCut),
-    /// That of a point, by numbers that stay in range at any distance.
+    /// The field of a point, with numbers that stay in range at any distance.
     Point,
 }
 
-/// The square of the distance from which on only a point's field is left, and sixth powers leave the range of doubles.
+/// The square of the distance from which on only the field of a point is left, and sixth powers leave the
+/// range of doubles.
 const POINT_FROM: f64 = 1e100;
 
-/// What the series may leave out.
+/// The largest truncation error of the series.
 const TOLERANCE: f64 = 1e-17;
 
-/// Bounds of kappa, in squares of the longest semi-axis, from which on Carlson's integrals may take fewer steps.
+/// The values of kappa, in squares of the longest semi-axis, from which on Carlson's integrals take fewer
+/// steps.
 const NEAR: [f64; 1] = [0.5];
 
-/// Numbers of terms of the series, each of which serves from some distance on. Few of them: points of different forms share no
-/// lanes, and terms cost little. Nine terms are the most that need but one of Newton's steps.
+/// The numbers of terms of the series, each of which is used from some distance on. There are few of them,
+/// since points of different forms share no lanes and terms cost little. Nine terms are the most that need
+/// only one Newton step.
 const TERMS: [u32; 3] = [27, 9, 3];
 
-/// The most forms that a shape has.
+/// The largest number of forms of a shape.
 pub(super) const MOST_FORMS: usize = 1 + NEAR.len() + TERMS.len() + 1;
 
 impl Ellipsoidal {
-    /// Of an ellipsoid, a sphere or a point, by the product of the gravitational constant and its mass; a polyhedron counts as a
-    /// point.
+    /// Prepares the gravity of an ellipsoid, a sphere or a point; a polyhedron counts as a point.
     pub fn new(shape: &Shape, gm: f64) -> Self {
         let unit = shape.natural_unit();
         let shape = shape.scaled(1.0 / unit);
@@ -86,11 +95,16 @@ impl Ellipsoidal {
             Shape::Polyhedron(_) | Shape::Point => vec![(0.0, Form::Point)],
         };
         let scales = [gm / unit, gm / unit / unit, gm / unit / unit / unit];
-        Self { inverse_unit: 1.0 / unit, scales, series, forms }
+        let central = match &shape {
+            Shape::Ellipsoid(ellipsoid) => ellipsoid.sorted()[0] == ellipsoid.sorted()[2],
+            Shape::Polyhedron(_) | Shape::Point => true,
+        };
+        Self { inverse_unit: 1.0 / unit, scales, gm, central, series, forms }
     }
 
-    /// Gravity at points of the frame of the sorted axes: in each lane by the form that its own distance needs, so that what a lane
-    /// gets does not depend on the others. Results that are not used cost nothing. A point mass wants points away from it.
+    /// Returns the gravity at points of the frame of the sorted axes. Each lane uses the form that its own
+    /// distance needs, so that its result does not depend on the other lanes. Results that are not used cost
+    /// nothing. For a point mass the points must be away from it.
     #[inline(always)]
     pub fn at<S: Simd>(&self, x: [Lanes<S>; 3]) -> Gravity<S> {
         let x = self.in_unit(x);
@@ -100,7 +114,7 @@ impl Ellipsoidal {
         let mut found = Gravity { potential: zero, field: [zero; 3], gradient: [zero; 6] };
         for (index, &(from, form)) in self.forms.iter().enumerate() {
             let to = self.forms.get(index + 1).map_or(f64::INFINITY, |next| next.0);
-            // The first form has what is no number.
+            // The first form takes the lanes whose distance is not a number.
             if to <= nearest || (index > 0 && from > farthest) {
                 continue;
             }
@@ -109,12 +123,27 @@ impl Ellipsoidal {
         found
     }
 
-    /// Whether it is a point's.
+    /// Returns whether this is the gravity of a point.
     pub fn is_point(&self) -> bool {
         matches!(self.forms[0].1, Form::Point)
     }
 
-    /// The place of the form that a point at a distance needs.
+    /// Returns whether the field outside is that of a point.
+    #[inline(always)]
+    pub fn is_central(&self) -> bool {
+        self.central
+    }
+
+    /// The field of a point with this mass, -GM x / |x|^3, at points whose distance from it has a sixth power
+    /// within the range of doubles.
+    #[inline(always)]
+    pub fn central_field<S: Simd>(&self, x: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
+        let square = dot(x, x);
+        let strength = x[0].constant(-self.gm) / (square * square.sqrt());
+        [strength * x[0], strength * x[1], strength * x[2]]
+    }
+
+    /// Returns the index of the form that a point at a distance needs.
     #[inline(always)]
     pub(super) fn level<S: Simd>(&self, distance_square: Lanes<S>) -> Lanes<S> {
         let c = |value| distance_square.constant(value);
@@ -131,7 +160,7 @@ impl Ellipsoidal {
         [x[0] * unit, x[1] * unit, x[2] * unit]
     }
 
-    /// By a form, at points in the unit.
+    /// Evaluates one form at points in the unit of length.
     #[inline(always)]
     pub(super) fn by<S: Simd>(&self, form: Form, x: [Lanes<S>; 3]) -> Gravity<S> {
         let (potential, field, outside) = match form {
@@ -143,16 +172,16 @@ impl Ellipsoidal {
             Form::Point => return self.point(x),
         };
         let zero = x[0].constant(0.0);
-        let (n, bend) = field.bend(x);
+        let (n, factor) = field.gradient_factors(x);
         // In the centre there is no normal.
-        let bend = zero.if_less(outside, bend, zero);
+        let factor = zero.if_less(outside, factor, zero);
         let rd = field.rd;
         let [one, minus_two, three] = [self.scales[0], -self.scales[1], self.scales[2]];
         let (one, minus_two, three) = (x[0].constant(one), x[0].constant(minus_two), x[0].constant(three));
         Gravity {
             potential: one * potential,
             field: [minus_two * rd[0] * x[0], minus_two * rd[1] * x[1], minus_two * rd[2] * x[2]],
-            gradient: bent(n, three * bend, [three * rd[0], three * rd[1], three * rd[2]]),
+            gradient: gradient_from_factors(n, three * factor, [three * rd[0], three * rd[1], three * rd[2]]),
         }
     }
 
@@ -171,7 +200,7 @@ impl Ellipsoidal {
         Gravity {
             potential,
             field: [pull * u[0], pull * u[1], pull * u[2]],
-            gradient: bent(u, c(3.0) * tide, [tide; 3]),
+            gradient: gradient_from_factors(u, c(3.0) * tide, [tide; 3]),
         }
     }
 }
@@ -191,7 +220,7 @@ fn forms(ellipsoid: &Ellipsoid, series: &FarSeries) -> Vec<(f64, Form)> {
         if let Some(cut) = series.cut_for(kappa, TOLERANCE)
             && !matches!(forms.last(), Some((_, Form::Far(last))) if *last == cut)
         {
-            // Where the series holds, Carlson's integrals are not needed.
+            // Where the series is valid, Carlson's integrals are not needed.
             forms.retain(|(from, _)| *from < longest + kappa);
             forms.push((longest + kappa, Form::Far(cut)));
         }
@@ -201,12 +230,12 @@ fn forms(ellipsoid: &Ellipsoid, series: &FarSeries) -> Vec<(f64, Form)> {
 }
 
 impl<S: Simd> Gravity<S> {
-    /// Turned by a matrix and its transpose, into the frame from which the matrix turns vectors into the present one.
+    /// Rotates field and gradient into the frame from which the matrix rotates vectors into the present one.
     #[inline(always)]
     pub fn turned_back(self, m: &Mat3) -> Self {
         let g = self.gradient;
         let c = |value| self.potential.constant(value);
-        // Rows of the gradient times the matrix, and the transpose times that.
+        // The gradient is multiplied by the matrix, and the transposed matrix by the result.
         let rows = [[g[0], g[1], g[2]], [g[1], g[3], g[4]], [g[2], g[4], g[5]]];
         let mut right = rows;
         for i in 0..3 {
@@ -220,13 +249,13 @@ impl<S: Simd> Gravity<S> {
     }
 }
 
-/// The matrix times a vector.
+/// Returns the matrix times a vector.
 #[inline(always)]
 pub fn turned<S: Simd>(v: [Lanes<S>; 3], m: &Mat3) -> [Lanes<S>; 3] {
     turned_back(v, &m.transpose())
 }
 
-/// The transposed matrix times a vector.
+/// Returns the transposed matrix times a vector.
 #[inline(always)]
 pub fn turned_back<S: Simd>(v: [Lanes<S>; 3], m: &Mat3) -> [Lanes<S>; 3] {
     let mut out = v;

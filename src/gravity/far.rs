@@ -1,54 +1,54 @@
 //! The field away from the body: a power series in u = 1/(kappa + mean a^2).
 //!
 //! With m the mean of the a_i^2, d_i = a_i^2 - m, and sbar = kappa + m, every integral of the field is
-//! int_sbar^inf dT / (sqrt(T^3 + e2 T + e3) ...), since the d_i add up to zero; e2, e3 are their symmetric functions.
-//! Expanding in 1/T gives
+//! int_sbar^inf dT / (sqrt(T^3 + e2 T + e3) ...), since the d_i add up to zero; e2, e3 are their symmetric
+//! functions. Expanding in 1/T gives
 //!
 //!   R_i = u^(3/2) sum_n 3 k_n / (2n + 3) u^n,   k = coefficients of (1 + e2 z^2 + e3 z^3)^(-1/2) / (1 + d_i z),
 //!   R_F = u^(1/2) sum_n h_n / (2n + 1) u^n,     h = coefficients of (1 + e2 z^2 + e3 z^3)^(-1/2),
 //!
-//! with coefficients that belong to the body alone, and R_j - R_i has (d_i - d_j)/((1 + d_i z)(1 + d_j z)) for its last
-//! factor: exact for nearly equal axes. The series converge for max |d_i| < sbar, geometrically.
+//! with coefficients that belong to the body alone, and R_j - R_i has (d_i - d_j)/((1 + d_i z)(1 + d_j z))
+//! for its last factor: exact for nearly equal axes. The series converge for max |d_i| < sbar, geometrically.
 //!
 //! sbar is a root of a cubic; with w = r^2/sbar it reads w = 1 + w^2 (p + q w), p = (e2 + sum d_i x_i^2)/r^4,
-//! q = (e3 - sum d_j d_k x_i^2)/r^6, both small at a distance, where Newton's iteration from their series converges
-//! at once.
+//! q = (e3 - sum d_j d_k x_i^2)/r^6, both small at a distance, where Newton's iteration from their series
+//! converges at once.
 
 use super::{FieldKernel, PointField};
 use crate::math::lanes::{Lanes, dot, polynomials};
 use crate::shape::Shape;
 use pulp::Simd;
 
-/// Most terms a series may have; beyond, [`super::Near`] is faster.
+/// The largest number of terms of a series; beyond it [`super::Near`] is faster.
 const MAX_TERMS: usize = 28;
 
-/// The coefficients of one body.
+/// The coefficients of one body's series.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FarSeries {
     deviation: [f64; 3],
-    /// As [`FieldKernel::square_differences`].
+    /// The values of [`FieldKernel::square_differences`].
     differences: [f64; 3],
     e2: f64,
     e3: f64,
     mean: f64,
-    /// Coefficients in u, beyond the leading 1 of R_1, of: (R_1 u^(-3/2) - 1) / u, (R_2 - R_1) u^(-5/2),
-    /// (R_3 - R_1) u^(-5/2).
+    /// Coefficients by powers of u, beyond the leading 1 of R_1, of (R_1 u^(-3/2) - 1) / u, (R_2 - R_1)
+    /// u^(-5/2) and (R_3 - R_1) u^(-5/2).
     rd: [[f64; 3]; MAX_TERMS],
-    /// Coefficients of R_ij u^(-5/2), in the order of [`FieldKernel::second`].
-    second: [[f64; 3]; MAX_TERMS],
+    /// Coefficients of R_ij u^(-5/2), in the order of [`FieldKernel::second_integrals`].
+    second_integrals: [[f64; 3]; MAX_TERMS],
     /// Coefficients of (R_F u^(-1/2) - 1) / u^2.
     rf: [[f64; 1]; MAX_TERMS],
 }
 
 impl FarSeries {
-    /// For a shape; a point and a sphere have a series of one term.
+    /// Computes the series of a shape; a point and a sphere have a series of one term.
     pub fn new(shape: &Shape) -> Self {
         let [a, b, c] = match shape {
             Shape::Ellipsoid(e) => e.sorted(),
-            // A polyhedron has no such series; nothing asks for it.
+            // A polyhedron has no such series; nothing evaluates it.
             Shape::Polyhedron(_) | Shape::Point => [0.0; 3],
         };
-        // Differences of squares as products: exact for nearly equal axes.
+        // Differences of squares are formed as products, exact for nearly equal axes.
         let (ab, bc, ca) = ((a - b) * (a + b), (b - c) * (b + c), (c - a) * (c + a));
         let d = [(ab - ca) / 3.0, (bc - ab) / 3.0, (ca - bc) / 3.0];
         let e2 = d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
@@ -76,22 +76,25 @@ impl FarSeries {
                 let next = k1.get(n + 1).copied().unwrap_or(0.0);
                 [next, ab * k12[n], -ca * k13[n]].map(|k| k * coefficient(n + 1))
             }),
-            second: std::array::from_fn(|n| [k23[n], k13[n], k12[n]].map(|k| k * coefficient(n + 1))),
+            second_integrals: std::array::from_fn(|n| {
+                [k23[n], k13[n], k12[n]].map(|k| k * coefficient(n + 1))
+            }),
             rf: std::array::from_fn(|n| [h.get(n + 2).map_or(0.0, |h| h / (2 * n + 5) as f64)]),
         }
     }
 
-    /// How much of the series meets a relative tolerance wherever kappa >= `kappa_min`, or `None` where that takes too
-    /// many terms.
+    /// Returns how many terms of the series meet a relative tolerance wherever kappa >= `kappa_min`, or
+    /// `None` where that takes too many.
     pub fn cut_for(&self, kappa_min: f64, tolerance: f64) -> Option<FarCut> {
         let deviation = self.deviation.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         let ratio = deviation / (kappa_min.max(0.0) + self.mean);
         if deviation == 0.0 {
             return Some(FarCut::default());
         }
-        // The coefficients of z^n are below (n + 1) max|d|^n; the factor 3/(2n + 3) makes up for the n + 1.
+        // The coefficients of z^n are below (n + 1) max|d|^n; the factor 3/(2n + 3) compensates the n + 1.
         let terms = (tolerance.max(1e-17).ln() / ratio.ln()).ceil();
-        // The start is good to 654 ratio^6, and a step of Newton's takes an error e to 1.3 ratio e^2.
+        // The starting value is accurate to 654 ratio^6, and a Newton step reduces an error e to 1.3 ratio
+        // e^2.
         let newton = match ratio {
             r if r < 0.022 => 1,
             r if r < 0.08 => 2,
@@ -101,21 +104,21 @@ impl FarSeries {
         (ratio < 0.25 && terms < MAX_TERMS as f64).then_some(FarCut { terms: terms as usize, newton })
     }
 
-    /// From which kappa on so many terms meet a relative tolerance; it may be below zero.
+    /// Returns the kappa from which on this many terms meet a relative tolerance; it may be below zero.
     pub fn kappa_from(&self, terms: u32, tolerance: f64) -> f64 {
         let deviation = self.deviation.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
-        // A little less than the ratio at which one term more is needed.
+        // This is a little less than the ratio at which one more term is needed.
         deviation / (tolerance.powf(1.0 / f64::from(terms)) * (1.0 - 1e-9)) - self.mean
     }
 
-    /// The kernel with that much of the series.
+    /// Returns the kernel with the terms of a cut.
     #[inline]
     pub fn cut(&self, cut: FarCut) -> Far<'_> {
         Far { series: self, cut }
     }
 }
 
-/// Coefficients of (1 + e2 z^2 + e3 z^3)^(-1/2), from P h' = -P' h / 2.
+/// Returns the coefficients of (1 + e2 z^2 + e3 z^3)^(-1/2), by the recurrence from P h' = -P' h / 2.
 fn inverse_root_series(e2: f64, e3: f64) -> [f64; MAX_TERMS] {
     let mut h = [0.0; MAX_TERMS];
     h[0] = 1.0;
@@ -128,14 +131,14 @@ fn inverse_root_series(e2: f64, e3: f64) -> [f64; MAX_TERMS] {
     h
 }
 
-/// Numbers of terms and of Newton's steps that a distance needs; the default is the monopole.
+/// The numbers of terms and of Newton steps that a distance needs; the default is the monopole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FarCut {
     terms: usize,
     newton: u32,
 }
 
-/// A series of which the terms of a [`FarCut`] are summed.
+/// A series with the cut that says which of its terms are summed.
 #[derive(Debug, Clone, Copy)]
 pub struct Far<'a> {
     series: &'a FarSeries,
@@ -143,7 +146,7 @@ pub struct Far<'a> {
 }
 
 impl Far<'_> {
-    /// w - 1 with w = r^2 / (kappa + mean a^2), and 1/r^2.
+    /// Returns w - 1 with w = r^2 / (kappa + mean a^2), and 1/r^2.
     #[inline(always)]
     fn root<S: Simd, const N: usize>(&self, squares: [Lanes<S, N>; 3]) -> (Lanes<S, N>, Lanes<S, N>) {
         let [xx, yy, zz] = squares;
@@ -159,7 +162,7 @@ impl Far<'_> {
             * inverse
             * inverse
             * inverse;
-        // Lagrange's series of the root, to fifth order in p ~ sqrt(q).
+        // The starting value is Lagrange's series of the root, to fifth order in p ~ sqrt(q).
         let pure = p.mul_add(p.mul_add(p.mul_add(p.mul_add(c(42.0), c(14.0)), c(5.0)), c(2.0)), c(1.0));
         let mixed = p.mul_add(p.mul_add(p.mul_add(c(84.0), c(21.0)), c(5.0)), c(1.0));
         let mut eta = p.mul_add(pure, q * q.mul_add(p.mul_add(c(28.0), c(3.0)), mixed));
@@ -170,7 +173,7 @@ impl Far<'_> {
             // The derivative of f is 1 - d.
             let d = w * (slope + slope + q * w);
             let correction = if self.cut.newton == 1 {
-                // The reciprocal of 1 - d; d is so small that (1 + d) (1 + d^2) (1 + d^4) is exact to round-off.
+                // d is so small that (1 + d) (1 + d^2) (1 + d^4) equals 1 / (1 - d) to round-off.
                 let d2 = d * d;
                 let d4 = d2 * d2;
                 let partial = d.mul_add(d2, d) + d2;
@@ -183,7 +186,7 @@ impl Far<'_> {
         (eta, inverse)
     }
 
-    /// s_i = 1/u + d_i.
+    /// Returns s_i = 1/u + d_i.
     #[inline(always)]
     fn squares<S: Simd, const N: usize>(&self, u: Lanes<S, N>) -> [Lanes<S, N>; 3] {
         let [d1, d2, d3] = self.series.deviation;
@@ -191,8 +194,9 @@ impl Far<'_> {
         [sbar + u.constant(d1), sbar + u.constant(d2), sbar + u.constant(d3)]
     }
 
-    /// R_i - 1/r^3, what the field has beyond that of a point, and the differences of the R_i, to their own last digits. With
-    /// w = r^2 u the former is ((w^3 - 1) / (w^(3/2) + 1) + w^(3/2) (R_i/u^(3/2) - 1)) / r^3.
+    /// Returns R_i - 1/r^3, the excess of the field over that of a point, and the differences of the R_i,
+    /// accurate to their own last digits. With w = r^2 u the former is ((w^3 - 1) / (w^(3/2) + 1) + w^(3/2)
+    /// (R_i/u^(3/2) - 1)) / r^3.
     #[inline(always)]
     pub fn excess_field<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> PointField<S, N> {
         let (eta, inverse) = self.root([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
@@ -213,7 +217,8 @@ impl Far<'_> {
         }
     }
 
-    /// Phi r - 1, 1/r and the field. With v = sqrt(w): Phi r - 1 = -(v-1)^2 (v+2)/2 + 3/2 v (R_F/u^(1/2) - 1) - v^3/2 sum x_i^2/r^2 (R_i/u^(3/2) - 1).
+    /// Returns Phi r - 1, 1/r and the field. With v = sqrt(w): Phi r - 1 = -(v-1)^2 (v+2)/2 + 3/2 v
+    /// (R_F/u^(1/2) - 1) - v^3/2 sum x_i^2/r^2 (R_i/u^(3/2) - 1).
     #[inline(always)]
     fn share<S: Simd, const N: usize>(
         &self,
@@ -231,7 +236,7 @@ impl Far<'_> {
         let rf = u * u * rf;
         let beyond = [u * first, u * (first + second), u * (first + third)];
         let weighted = dot(squares, beyond) * inverse;
-        // v - 1 = eta / (v + 1)
+        // v - 1 = eta / (v + 1) has no cancellation.
         let v_minus_one = eta / (v + c(1.0));
         let excess =
             c(-0.5) * v_minus_one * v_minus_one * (v + c(2.0)) + c(1.5) * v * rf + c(-0.5) * v * w * weighted;
@@ -243,7 +248,7 @@ impl Far<'_> {
         (excess, near, PointField { rd, rd_difference, squares: self.squares(u) })
     }
 
-    /// Phi of a unit GM and the field.
+    /// Returns Phi of a unit GM and the field.
     #[inline(always)]
     pub fn potential_and_field<S: Simd, const N: usize>(
         &self,
@@ -272,15 +277,18 @@ impl FieldKernel for Far<'_> {
     }
 
     #[inline(always)]
-    fn second<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> (PointField<S, N>, [Lanes<S, N>; 3]) {
+    fn second_integrals<S: Simd, const N: usize>(
+        &self,
+        x: [Lanes<S, N>; 3],
+    ) -> (PointField<S, N>, [Lanes<S, N>; 3]) {
         let (eta, inverse) = self.root([x[0] * x[0], x[1] * x[1], x[2] * x[2]]);
         let c = |value| eta.constant(value);
         let u = (eta + c(1.0)) * inverse;
         let cube = u * u.sqrt();
         let fifth = cube * u;
-        // The monopole's cut has no terms, and the first of these is not zero.
+        // The monopole's cut has no terms, but the first term of these integrals is not zero.
         let terms = self.cut.terms.max(1);
-        let [r23, r31, r12] = polynomials(&self.series.second[..terms], u);
+        let [r23, r31, r12] = polynomials(&self.series.second_integrals[..terms], u);
         let second = [fifth * r23, fifth * r31, fifth * r12];
         let [first, ..] = polynomials(&self.series.rd[..self.cut.terms], u);
         let first = fifth.mul_add(first, cube);

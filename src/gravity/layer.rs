@@ -1,20 +1,21 @@
 //! A body as a layer on its circumscribed sphere: points that attract like the body from outside.
 //!
-//! Functions that are harmonic in a sphere about a body have over the body the means that they have over the sphere with the
-//! density
+//! Functions that are harmonic in a sphere about a body have over the body the same means as over the sphere
+//! with the density
 //!
 //!   sum_n (2n + 1) sum_m M_nm S_nm(u),
 //!
-//! M_nm the means of the solid harmonics of x/R over the body (Green 1828). Cut at degree N it carries all harmonics to that
-//! degree, and Gauss-Legendre in z times equal angles is exact for products of two such degrees. The points' attraction
-//! equals the body's to (R/r)^(N + 1): of the layer's terms and those of 1/|x - y| only such are lost whose degrees add up to
-//! more than 2 N + 1. The sum has terms of nearly one sign, so that no distance costs digits.
+//! where M_nm are the means of the solid harmonics of x/R over the body (Green 1828). A layer of degree N
+//! reproduces all harmonics to that degree, and Gauss-Legendre in z times equal angles is exact for products
+//! of two such degrees. The points' attraction equals the body's to (R/r)^(N + 1): only products of the
+//! layer's terms with those of 1/|x - y| are lost whose degrees add up to more than 2 N + 1. The sum has
+//! terms of nearly one sign, so that no distance costs digits.
 
 use crate::error::Result;
+use crate::interrupt::InterruptCheck;
 use crate::math::harmonics::HarmonicSeries;
 use crate::math::lanes::{BLOCK, Lanes, Total, dot, splat_vector, total_vector};
 use crate::math::{Mat3, Vec3, harmonics};
-use crate::patience::Patience;
 use crate::shape::Polyhedron;
 use gauss_quad::GaussLegendre;
 use pulp::{Arch, Simd, WithSimd};
@@ -28,21 +29,26 @@ pub struct Layer {
     pub points: [Vec<f64>; 3],
     /// Weights.
     pub weights: Vec<f64>,
-    /// Number of points that carry weight.
+    /// The number of points with a weight.
     pub count: usize,
 }
 
 impl Layer {
-    /// Highest degree of a layer.
+    /// The highest degree of a layer.
     pub const MAX_DEGREE: usize = 60;
 
-    /// Of a polyhedron.
-    pub fn new(polyhedron: &Polyhedron, degree: usize, arch: Arch, patience: &mut Patience) -> Result<Self> {
-        let moments = polyhedron.harmonic_moments(degree, arch, patience)?;
+    /// Computes the layer of a polyhedron.
+    pub fn new(
+        polyhedron: &Polyhedron,
+        degree: usize,
+        arch: Arch,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Self> {
+        let moments = polyhedron.harmonic_moments(degree, arch, interrupt)?;
         Ok(Self::from_moments(&moments, polyhedron.circumradius(), degree, arch))
     }
 
-    /// From the means of the solid harmonics of x / radius, at least up to the degree.
+    /// Computes the layer from the means of the solid harmonics of x / radius, at least up to the degree.
     pub fn from_moments(moments: &[f64], radius: f64, degree: usize, arch: Arch) -> Self {
         let latitudes = NonZeroUsize::new(degree + 1).unwrap_or(NonZeroUsize::MIN);
         let rule = GaussLegendre::new(latitudes);
@@ -72,7 +78,7 @@ impl Layer {
         Self { points, weights, count }
     }
 
-    /// Phi and g per unit GM at a point outside the sphere, and dg/dx.
+    /// Returns Phi, g and dg/dx per unit GM at a point outside the sphere.
     pub fn at(&self, arch: Arch, x: &Vec3) -> (f64, Vec3, Mat3) {
         arch.dispatch(Attraction { layer: self, x })
     }

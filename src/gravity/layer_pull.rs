@@ -1,40 +1,41 @@
-//! How the pull of a polyhedron on a distant point differs from that of a point mass.
+//! The difference between the pull of a polyhedron on a distant point and that of a point mass.
 
 use super::{Facets, Layer};
 use crate::error::Result;
-use crate::math::Vec3;
+use crate::interrupt::InterruptCheck;
 use crate::math::harmonics;
-use crate::patience::Patience;
+use crate::math::matrix::cross_times;
+use crate::math::{Mat3, Vec3};
 use crate::shape::Polyhedron;
 use pulp::Arch;
 
-/// Degrees of the layers.
+/// The degrees of the layers.
 const DEGREES: [usize; 3] = [24, 12, 6];
 
-/// What a layer leaves out, relative to the quadrupole.
+/// The truncation error of a layer, relative to the quadrupole.
 const TOLERANCE: f64 = 1e-15;
 
-/// The polyhedron's field less that of its mass at its centre, and its moment about the centre, by the points of its layers: each
-/// point's field less that of its mass at the centre and less the dipole there, as in [`super::BodyPull`]. The dipoles of all
-/// points cancel.
+/// The excess of the polyhedron's field over that of its mass at its centre, and its moment about the centre,
+/// from the points of its layers: for each point its field without that of its mass at the centre and without
+/// the dipole there, as in [`super::BodyPull`]. The dipoles of all points cancel.
 #[derive(Debug, Clone)]
 pub struct LayerPull {
     polyhedron: Polyhedron,
     facets: Facets,
-    /// Layers and the largest 1/|x|^2 at which they are used, from the nearest.
+    /// The layers, each with the largest 1/|x|^2 at which it is used, from the nearest.
     layers: Vec<(f64, Layer)>,
 }
 
 impl LayerPull {
-    /// Computes the moments that [`Self::new`] takes, which are kept with the shape.
-    pub fn moments(polyhedron: &Polyhedron, patience: &mut Patience) -> Result<()> {
-        polyhedron.harmonic_moments(DEGREES[0], Arch::Scalar, patience).map(drop)
+    /// Computes the moments that [`Self::new`] needs, which are cached with the shape.
+    pub fn moments(polyhedron: &Polyhedron, interrupt: &mut InterruptCheck) -> Result<()> {
+        polyhedron.harmonic_moments(DEGREES[0], Arch::Scalar, interrupt).map(drop)
     }
 
-    /// Of a polyhedron. The results are the same on every machine.
+    /// Prepares a polyhedron. The results are the same on every machine.
     pub fn new(polyhedron: &Polyhedron) -> Self {
         let arch = Arch::Scalar;
-        let moments = polyhedron.harmonic_moments(DEGREES[0], arch, &mut Patience::endless());
+        let moments = polyhedron.harmonic_moments(DEGREES[0], arch, &mut InterruptCheck::never());
         let radius = polyhedron.circumradius();
         let layer = |degree: usize| {
             let from = radius * TOLERANCE.powf(-1.0 / (degree - 1) as f64);
@@ -45,7 +46,7 @@ impl LayerPull {
         Self { polyhedron: polyhedron.clone(), facets: Facets::new(polyhedron, 1.0), layers }
     }
 
-    /// As [`super::ExtendedPull::at`].
+    /// Returns the excess and the moment as [`super::ExtendedPull::at`].
     pub fn at(&self, x: &Vec3, inverse_square: f64, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
         let Some((_, layer)) = self.layers.iter().rev().find(|(from, _)| inverse_square <= *from) else {
             if self.polyhedron.contains(x) {
@@ -69,5 +70,33 @@ impl LayerPull {
             moment += p * (h * weight);
         }
         Some((excess * inverse_cube, x.cross(&moment) * inverse_cube))
+    }
+
+    /// Returns the derivatives as [`super::ExtendedPull::jacobian`] does. With P = sum of w p h/|x|^3 over
+    /// the points p of a layer, whose dipole vanishes, -x cross g is -x cross P; and with s = |x - p|/|x| and
+    /// h5 = s^-5 - 1 the derivative of P is sum of w p (3 p (1 + h5) - 3 x h5)^T/|x|^5.
+    pub fn jacobian(&self, x: &Vec3) -> (Mat3, Mat3) {
+        let square = x.norm_squared();
+        let inverse_square = 1.0 / square;
+        let Some((_, layer)) = self.layers.iter().rev().find(|(from, _)| inverse_square <= *from) else {
+            let at = self.facets.at(Arch::Scalar, x);
+            return (at.gradient, at.field.cross_matrix() - cross_times(x, &at.gradient));
+        };
+        let (mut moment, mut by_place) = (Vec3::zeros(), Mat3::zeros());
+        for k in 0..layer.count {
+            let p = Vec3::new(layer.points[0][k], layer.points[1][k], layer.points[2][k]);
+            let q = p.dot(&(p - 2.0 * x)) * inverse_square;
+            let s = (1.0 + q).sqrt();
+            let (s2, s3) = (1.0 + q, (1.0 + q) * s);
+            let e = q / (1.0 + s);
+            let h = -e * (1.0 + s + s2) / s3;
+            let h5 = -e * (1.0 + s + s2 + s3 + s2 * s2) / (s2 * s3);
+            let weighted = p * layer.weights[k];
+            moment += weighted * h;
+            by_place += weighted * (p * (1.0 + h5) - x * h5).transpose() * (3.0 * inverse_square);
+        }
+        let inverse_cube = inverse_square / square.sqrt();
+        let turning = (moment.cross_matrix() - cross_times(x, &by_place)) * inverse_cube;
+        (layer.at(Arch::Scalar, x).2, turning)
     }
 }

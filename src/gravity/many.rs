@@ -1,10 +1,10 @@
-//! The gravity of bodies at many points, in blocks over the cores.
+//! The gravity of bodies at many points, in blocks that are spread over the cores.
 
-use super::block::{Block, Room, width};
-use super::body_field::{Attractor, Kind, PartField};
+use super::block::{BlockGravity, Workspace, width};
+use super::body_field::{Attractor, PartField, PartFieldKind};
 use crate::error::{Error, Result, require_finite};
+use crate::interrupt::{InterruptCheck, UNITS};
 use crate::math::Vec3;
-use crate::patience::{Patience, UNITS};
 use pulp::Arch;
 use rayon::prelude::*;
 
@@ -63,7 +63,7 @@ impl Points<'_> {
         attractors: &[Attractor<'_>],
         wanted: Wanted<'_>,
         arch: Arch,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         let parts = attractors.iter().flat_map(|attractor| &attractor.field.parts);
         let work: usize = parts.map(PartField::work).sum();
@@ -71,25 +71,25 @@ impl Points<'_> {
         let mut jobs = jobs(self.coordinates, wanted, length);
         let group = (GROUP_WORK / (work * length).max(1)).max(1);
         for jobs in jobs.chunks_mut(group) {
-            patience.spend(UNITS / 2, 0.0)?;
-            let room = || Room::new(length.min(self.coordinates.len() / 3));
-            // What is done sooner than threads wake.
+            interrupt.charge(UNITS / 2, 0.0)?;
+            let workspace = || Workspace::new(length.min(self.coordinates.len() / 3));
+            // Work this short is finished sooner than other threads wake.
             let bad = if jobs.len() * length * work < 2000 {
-                let mut room = room();
-                jobs.iter_mut().find_map(|job| job.run(attractors, arch, &mut room))
+                let mut workspace = workspace();
+                jobs.iter_mut().find_map(|job| job.run(attractors, arch, &mut workspace))
             } else {
-                let run = |room: &mut Room, job: &mut Job<'_>| job.run(attractors, arch, room);
-                jobs.par_iter_mut().map_init(room, run).flatten().min()
+                let run = |workspace: &mut Workspace, job: &mut Job<'_>| job.run(attractors, arch, workspace);
+                jobs.par_iter_mut().map_init(workspace, run).flatten().min()
             };
             if let Some(index) = bad {
-                return Err(self.complaint(attractors, index));
+                return Err(self.invalid_point(attractors, index));
             }
         }
         Ok(())
     }
 
-    /// Why there is no finite result at a point.
-    fn complaint(&self, attractors: &[Attractor<'_>], index: usize) -> Error {
+    /// Returns the error for a point at which the gravity is not finite.
+    fn invalid_point(&self, attractors: &[Attractor<'_>], index: usize) -> Error {
         let x = Vec3::from_column_slice(&self.coordinates[3 * index..][..3]);
         let what = self.label(index);
         if let Err(error) = require_finite(&what, x.as_slice()) {
@@ -101,11 +101,13 @@ impl Points<'_> {
             for part in &attractor.field.parts {
                 let (position, turn) = part.placed(attractor);
                 match &part.kind {
-                    Kind::Ellipsoidal(point) if point.is_point() && x == position => {
+                    PartFieldKind::Ellipsoidal(point) if point.is_point() && x == position => {
                         let expected = format!("one away from the point mass of {name}");
                         return Error::invalid(what, value, expected);
                     }
-                    Kind::Polyhedral(polyhedral) if polyhedral.is_surface(&(turn * (x - position))) => {
+                    PartFieldKind::Polyhedral(polyhedral)
+                        if polyhedral.is_surface(&(turn * (x - position))) =>
+                    {
                         let expected = format!(
                             "one off the surface of {name}, where the gradient jumps and is infinite on edges"
                         );
@@ -119,7 +121,7 @@ impl Points<'_> {
         Error::invalid(what, value, expected)
     }
 
-    /// The place of a point as the caller counts it.
+    /// Returns the index of a point as the caller counts it.
     fn label(&self, index: usize) -> String {
         let mut rest = index + self.before;
         let mut places: Vec<String> = Vec::new();
@@ -137,16 +139,16 @@ impl Points<'_> {
 }
 
 impl PartField {
-    /// Work at a point, in facets.
+    /// Returns the work at a point, in facets.
     fn work(&self) -> usize {
         match &self.kind {
-            Kind::Ellipsoidal(_) => 4,
-            Kind::Polyhedral(polyhedral) => polyhedral.polyhedron.faces().len(),
+            PartFieldKind::Ellipsoidal(_) => 4,
+            PartFieldKind::Polyhedral(polyhedral) => polyhedral.polyhedron.faces().len(),
         }
     }
 }
 
-/// A block of points and the places of its results.
+/// A block of points and the arrays for its results.
 struct Job<'a> {
     start: usize,
     points: &'a [f64],
@@ -165,21 +167,21 @@ fn jobs<'a>(coordinates: &'a [f64], wanted: Wanted<'a>, length: usize) -> Vec<Jo
 }
 
 impl Job<'_> {
-    /// Computes the results, and gives the place of the first point that has none.
-    fn run(&mut self, attractors: &[Attractor<'_>], arch: Arch, room: &mut Room) -> Option<usize> {
+    /// Computes the results. Returns the index of the first point whose result is not finite.
+    fn run(&mut self, attractors: &[Attractor<'_>], arch: Arch, workspace: &mut Workspace) -> Option<usize> {
         let points = self.points.as_chunks::<3>().0;
         let (finite, width) = match &mut self.wanted {
             Wanted::Field(potential, field) => {
-                let finite = arch.dispatch(Block::<false> { attractors, points, room });
-                let [phi, x, y, z, ..] = &room.out;
+                let finite = arch.dispatch(BlockGravity::<false> { attractors, points, workspace });
+                let [phi, x, y, z, ..] = &workspace.out;
                 potential.copy_from_slice(&phi[..points.len()]);
                 let g = field.as_chunks_mut::<3>().0.iter_mut().zip(x).zip(y).zip(z);
                 g.for_each(|(((g, x), y), z)| *g = [*x, *y, *z]);
                 (finite, width(false))
             }
             Wanted::Gradient(gradient) => {
-                let finite = arch.dispatch(Block::<true> { attractors, points, room });
-                let out = &room.out;
+                let finite = arch.dispatch(BlockGravity::<true> { attractors, points, workspace });
+                let out = &workspace.out;
                 for (k, matrix) in gradient.as_chunks_mut::<9>().0.iter_mut().enumerate() {
                     let [xx, xy, xz, yy, yz, zz] = [0, 1, 2, 3, 4, 5].map(|column| out[column][k]);
                     *matrix = [xx, xy, xz, xy, yy, yz, xz, yz, zz];
@@ -190,7 +192,7 @@ impl Job<'_> {
         if finite {
             return None;
         }
-        let bad = |k: &usize| room.out[..width].iter().any(|column| !column[*k].is_finite());
+        let bad = |k: &usize| workspace.out[..width].iter().any(|column| !column[*k].is_finite());
         (0..points.len()).find(bad).map(|place| self.start + place)
     }
 }

@@ -1,18 +1,19 @@
-//! The potential and field of one homogeneous body, exact, at many points at a time: exterior of an ellipsoid,
-//! anywhere of a polyhedron ([`Facets`], and [`Layer`] far away).
+//! The exact potential and field of one homogeneous body, at many points at a time: of an ellipsoid outside,
+//! and of a polyhedron anywhere ([`Facets`], and [`Layer`] far away).
 //!
-//! Takes points in the body's canonical frame (a >= b >= c) and gives, per unit GM, the potential Phi (positive) and
-//! the field g = grad Phi. With kappa the largest root of sum x_i^2/(a_i^2 + kappa) = 1 (the paper's `eq:kappa_eq`),
-//! s_i = a_i^2 + kappa and R_i = R_D(s_j, s_k; s_i),
+//! Takes points in the body's canonical frame (a >= b >= c) and gives, per unit GM, the potential Phi
+//! (positive) and the field g = grad Phi. With kappa the largest root of sum x_i^2/(a_i^2 + kappa) = 1 (the
+//! paper's `eq:kappa_eq`), s_i = a_i^2 + kappa and R_i = R_D(s_j, s_k; s_i),
 //!
 //! Phi = 1/2 sum_i (s_i - x_i^2) R_i,    g_i = -x_i R_i,
 //!
-//! which are the numbers of MacMillan's formulas (the paper's `eq:Potential_elliptic`, `eq:Oblate_spheroid` and its
-//! appendix) without their 0/0 when axes are equal; 3 R_F = sum_i s_i R_i has been used, so that Phi is a sum of
-//! terms that are all positive.
+//! which are the numbers of MacMillan's formulas (the paper's `eq:Potential_elliptic`, `eq:Oblate_spheroid`
+//! and its appendix) without their 0/0 when axes are equal. The identity 3 R_F = sum_i s_i R_i has been used,
+//! so that Phi is a sum of positive terms.
 //!
-//! Two ways to the same numbers: [`Far`], a power series in 1/(kappa + mean a^2) whose coefficients belong to the body,
-//! and [`Near`], Newton's iteration for kappa and Carlson's duplication, right down to the surface.
+//! The same numbers are computed in two ways: by [`Far`], a power series in 1/(kappa + mean a^2) whose
+//! coefficients belong to the body, and by [`Near`], Newton's iteration for kappa and Carlson's duplication,
+//! right down to the surface.
 
 mod anywhere;
 mod block;
@@ -26,44 +27,56 @@ mod near;
 mod polyhedral;
 mod pull;
 
+#[doc(hidden)]
 pub use anywhere::Anywhere;
 pub use body_field::{Attractor, BodyField};
-pub use ellipsoidal::{Ellipsoidal, Gravity};
+#[doc(hidden)]
+pub use ellipsoidal::Ellipsoidal;
+pub use ellipsoidal::Gravity;
+#[doc(hidden)]
 pub use far::{Far, FarCut, FarSeries};
+#[doc(hidden)]
 pub use layer::Layer;
+#[doc(hidden)]
 pub use layer_pull::LayerPull;
 pub use many::{Points, Wanted};
+#[doc(hidden)]
 pub use near::{Near, kappa};
+#[doc(hidden)]
 pub use polyhedral::{Facets, PolyhedralField};
-pub(crate) use pull::slopes_of_point;
-pub use pull::{BodyPull, ExtendedPull};
+pub(crate) use pull::point_jacobian;
+#[doc(hidden)]
+pub use pull::{BodyChange, BodyPull, ExtendedPull};
 
 use crate::math::lanes::{INTERLEAVED, Lanes, dot};
 use pulp::Simd;
 
 /// The field at one point.
 #[derive(Clone, Copy)]
+#[doc(hidden)]
 pub struct PointField<S: Simd, const N: usize = INTERLEAVED> {
     /// R_D(s_j, s_k; s_i) for i = 1, 2, 3: the field is g_i = -x_i R_i.
     pub rd: [Lanes<S, N>; 3],
-    /// `[R_3 - R_2, R_1 - R_3, R_2 - R_1]`, by [`Far`] without cancellation: (x cross g)_1 = -x_2 x_3 (R_3 - R_2).
+    /// `[R_3 - R_2, R_1 - R_3, R_2 - R_1]`, by [`Far`] without cancellation: (x cross g)_1 = -x_2 x_3 (R_3 -
+    /// R_2).
     pub rd_difference: [Lanes<S, N>; 3],
     /// s_i = a_i^2 + kappa.
     pub squares: [Lanes<S, N>; 3],
 }
 
 impl<S: Simd, const N: usize> PointField<S, N> {
-    /// n and f of the gradient at a point outside, dg_i/dx_j = f n_i n_j - R_i delta_ij: with S = sum x_k^2/s_k^2 they are
-    /// n_i = x_i/s_i, normal to the confocal ellipsoid through the point, and f = 3/(sqrt(s_1 s_2 s_3) S).
+    /// Returns the factors n and f of the gradient at a point outside, dg_i/dx_j = f n_i n_j - R_i delta_ij.
+    /// With S = sum x_k^2/s_k^2 they are n_i = x_i/s_i, normal to the confocal ellipsoid through the point,
+    /// and f = 3/(sqrt(s_1 s_2 s_3) S).
     #[inline(always)]
-    pub fn bend(&self, x: [Lanes<S, N>; 3]) -> ([Lanes<S, N>; 3], Lanes<S, N>) {
+    pub fn gradient_factors(&self, x: [Lanes<S, N>; 3]) -> ([Lanes<S, N>; 3], Lanes<S, N>) {
         let [s1, s2, s3] = self.squares;
         let ([i1, i2, i3], inverse) = self.reciprocals();
         let n = [x[0] * i1, x[1] * i2, x[2] * i3];
         (n, s1.constant(3.0) * inverse * (s1 * s2 * s3).sqrt() / dot(n, n))
     }
 
-    /// 1/s_i, and 1/(s_1 s_2 s_3): one division serves them all.
+    /// Returns 1/s_i and 1/(s_1 s_2 s_3), which one division serves.
     #[inline(always)]
     pub fn reciprocals(&self) -> ([Lanes<S, N>; 3], Lanes<S, N>) {
         let [s1, s2, s3] = self.squares;
@@ -73,20 +86,21 @@ impl<S: Simd, const N: usize> PointField<S, N> {
         ([last * s2, last * s1, all * product], all)
     }
 
-    /// dg/dx at a point outside: xx, xy, xz, yy, yz, zz.
+    /// Returns dg/dx at a point outside: xx, xy, xz, yy, yz, zz.
     #[inline(always)]
     pub fn gradient(&self, x: [Lanes<S, N>; 3]) -> [Lanes<S, N>; 6] {
-        let (n, f) = self.bend(x);
-        bent(n, f, self.rd)
+        let (n, f) = self.gradient_factors(x);
+        gradient_from_factors(n, f, self.rd)
     }
 }
 
 impl<S: Simd, const N: usize> PointField<S, N> {
-    /// The rows of the derivative of -x cross g, with n and f of [`Self::bend`] and [`FieldKernel::square_differences`]: with Q_i the
-    /// differences of the R_i, -(x cross g)_1 = x_2 x_3 Q_1 and dQ_1/dx_j = f (a_3^2 - a_2^2) n_j / (s_2 s_3), free of cancellation
-    /// from any distance.
+    /// Returns the rows of the torque gradient, the derivative of -x cross g, with n and f from
+    /// [`Self::gradient_factors`] and the differences from [`FieldKernel::square_differences`]. With Q_i the
+    /// differences of the R_i, -(x cross g)_1 = x_2 x_3 Q_1 and dQ_1/dx_j = f (a_3^2 - a_2^2) n_j / (s_2
+    /// s_3), free of cancellation at any distance.
     #[inline(always)]
-    pub fn turning(
+    pub fn torque_gradient(
         &self,
         x: [Lanes<S, N>; 3],
         (n, f): ([Lanes<S, N>; 3], Lanes<S, N>),
@@ -103,34 +117,59 @@ impl<S: Simd, const N: usize> PointField<S, N> {
         rows
     }
 
-    /// The derivatives of the field by the semi-axes at a point outside, dg_j/da_i over a_i in row i, with n and f of [`Self::bend`] and
-    /// the R_ij of [`FieldKernel::second`]: x_j R_ij - f n_i^2 n_j for i other than j, and
-    /// x_i (3/(sqrt(s_1 s_2 s_3) s_i) - sum of R_ij) - f n_i^3.
+    /// Returns the derivatives of the potential by the semi-axes at a point outside, dPhi/da_i over a_i, with
+    /// the R_ij of [`FieldKernel::second_integrals`]: 3/2 x_i^2 R_ii - 1/2 R_i + 1/2 sum of x_k^2 R_ik, where
+    /// 3 R_ii = 3/(sqrt(s_1 s_2 s_3) s_i) - sum of R_ik, and k is each axis other than i.
     #[inline(always)]
-    pub fn by_axes(
+    pub fn potential_by_axes(
+        &self,
+        x: [Lanes<S, N>; 3],
+        second_integrals: [Lanes<S, N>; 3],
+    ) -> [Lanes<S, N>; 3] {
+        let [s1, s2, s3] = self.squares;
+        let (inverse, all) = self.reciprocals();
+        let last = s1.constant(3.0) * all * (s1 * s2 * s3).sqrt();
+        let squares = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
+        let half = s1.constant(0.5);
+        let mut out = x;
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let own = last * inverse[i] - second_integrals[j] - second_integrals[k];
+            let others = squares[j].mul_add(second_integrals[k], squares[k] * second_integrals[j]);
+            out[i] = half * (squares[i].mul_add(own, others) - self.rd[i]);
+        }
+        out
+    }
+
+    /// Returns the derivatives of the field by the semi-axes at a point outside, dg_j/da_i over a_i in row i,
+    /// with n and f from [`Self::gradient_factors`] and the R_ij of [`FieldKernel::second_integrals`]: x_j
+    /// R_ij - f n_i^2 n_j for i other than j, and x_i (3/(sqrt(s_1 s_2 s_3) s_i) - sum of R_ij) - f n_i^3.
+    #[inline(always)]
+    pub fn semi_axis_derivatives(
         &self,
         x: [Lanes<S, N>; 3],
         (n, f): ([Lanes<S, N>; 3], Lanes<S, N>),
-        second: [Lanes<S, N>; 3],
+        second_integrals: [Lanes<S, N>; 3],
     ) -> [[Lanes<S, N>; 3]; 3] {
         let (inverse, _) = self.reciprocals();
-        // 3 / (sqrt(s_1 s_2 s_3)) = f S.
+        // This is 3 / sqrt(s_1 s_2 s_3) = f S.
         let last = f * (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
         let mut rows = [x; 3];
         for i in 0..3 {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
             let falling = f * n[i] * n[i];
-            rows[i][i] = x[i] * (last * inverse[i] - second[j] - second[k]) - falling * n[i];
-            rows[i][j] = x[j] * second[k] - falling * n[j];
-            rows[i][k] = x[k] * second[j] - falling * n[k];
+            rows[i][i] =
+                x[i] * (last * inverse[i] - second_integrals[j] - second_integrals[k]) - falling * n[i];
+            rows[i][j] = x[j] * second_integrals[k] - falling * n[j];
+            rows[i][k] = x[k] * second_integrals[j] - falling * n[k];
         }
         rows
     }
 }
 
-/// f n_i n_j - R_i delta_ij: xx, xy, xz, yy, yz, zz.
+/// Returns f n_i n_j - R_i delta_ij: xx, xy, xz, yy, yz, zz.
 #[inline(always)]
-fn bent<S: Simd, const N: usize>(
+fn gradient_from_factors<S: Simd, const N: usize>(
     n: [Lanes<S, N>; 3],
     f: Lanes<S, N>,
     rd: [Lanes<S, N>; 3],
@@ -140,24 +179,29 @@ fn bent<S: Simd, const N: usize>(
 }
 
 /// Potential and field of a body of unit GM at as many points as the machine has lanes.
+#[doc(hidden)]
 pub trait FieldKernel: Copy {
-    /// The field at points of the canonical frame.
+    /// Returns the field at points of the canonical frame.
     fn field<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> PointField<S, N>;
 
-    /// The field, and `[R_23, R_31, R_12]` with (a_i^2 - a_j^2) R_ij = R_j - R_i, for equal axes too: the integrals
-    /// (3/2) int dt / (sqrt((t+a_1^2)(t+a_2^2)(t+a_3^2)) (t+a_i^2)(t+a_j^2)) from kappa on.
-    fn second<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> (PointField<S, N>, [Lanes<S, N>; 3]);
+    /// Returns the field, and `[R_23, R_31, R_12]` with (a_i^2 - a_j^2) R_ij = R_j - R_i, for equal axes too:
+    /// the integrals (3/2) int dt / (sqrt((t+a_1^2)(t+a_2^2)(t+a_3^2)) (t+a_i^2)(t+a_j^2)) from kappa to
+    /// infinity.
+    fn second_integrals<S: Simd, const N: usize>(
+        &self,
+        x: [Lanes<S, N>; 3],
+    ) -> (PointField<S, N>, [Lanes<S, N>; 3]);
 
-    /// `[a_3^2 - a_2^2, a_1^2 - a_3^2, a_2^2 - a_1^2]`, exact for nearly equal axes.
+    /// Returns `[a_3^2 - a_2^2, a_1^2 - a_3^2, a_2^2 - a_1^2]`, exact for nearly equal axes.
     fn square_differences(&self) -> [f64; 3];
 
-    /// Phi - 1/r, and the field beside it.
+    /// Returns Phi - 1/r and the field.
     fn excess_potential<S: Simd, const N: usize>(
         &self,
         x: [Lanes<S, N>; 3],
     ) -> (Lanes<S, N>, PointField<S, N>);
 
-    /// Phi.
+    /// Returns Phi.
     #[inline(always)]
     fn potential<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> Lanes<S, N> {
         x[0].constant(1.0) / dot(x, x).sqrt() + self.excess_potential(x).0

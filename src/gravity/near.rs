@@ -1,9 +1,10 @@
 //! The field at any distance, down to the surface: Newton's iteration for kappa and Carlson's duplication.
 //!
-//! kappa solves h(kappa) = 1/s(kappa) - 1 = 0 with s = sum x_i^2/(a_i^2 + kappa). 1/s is r^-2 times a weighted
-//! harmonic mean of the (a_i^2 + kappa), hence increasing and concave in kappa; and since a harmonic mean never exceeds
-//! the arithmetic one, kappa_0 = max(0, r^2 - sum a_i^2 x_i^2/r^2) lies at or below the root of an outer point. From
-//! there Newton's iterates rise monotonically to the root: no bracket can be left and no safeguard is needed.
+//! kappa solves h(kappa) = 1/s(kappa) - 1 = 0 with s = sum x_i^2/(a_i^2 + kappa). 1/s is r^-2 times a
+//! weighted harmonic mean of the (a_i^2 + kappa), hence increasing and concave in kappa; and since a harmonic
+//! mean never exceeds the arithmetic one, kappa_0 = max(0, r^2 - sum a_i^2 x_i^2/r^2) lies at or below the
+//! root of an outer point. From there Newton's iterates rise monotonically to the root: no bracket can be
+//! left and no safeguard is needed.
 
 use super::{FieldKernel, PointField};
 use crate::math::carlson::{duplications_needed, rd_triple};
@@ -12,10 +13,10 @@ use crate::math::lanes::{Lanes, dot};
 use crate::shape::Ellipsoid;
 use pulp::Simd;
 
-/// Largest number of Newton steps; the slowest points seen take 9.
+/// The largest number of Newton steps; the slowest points seen take 9.
 const MAX_NEWTON: usize = 40;
 
-/// Carlson's forms for one ellipsoid.
+/// The field of one ellipsoid by Carlson's integrals.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Near {
     squares: [f64; 3],
@@ -23,19 +24,19 @@ pub struct Near {
 }
 
 impl Near {
-    /// The kernel that is exact wherever kappa >= `kappa_min` >= 0.
+    /// Returns the kernel that is exact wherever kappa >= `kappa_min` >= 0.
     pub fn new(ellipsoid: &Ellipsoid, kappa_min: f64) -> Self {
         let squares = ellipsoid.sorted().map(|a| a * a);
         Self { squares, duplications: duplications_needed(squares.map(|s| s + kappa_min.max(0.0))) }
     }
 
-    /// Whether the shortest semi-axis is below a thirtieth of the longest.
+    /// Returns whether the shortest semi-axis is below a thirtieth of the longest.
     pub fn is_flat(&self) -> bool {
         900.0 * self.squares[2] < self.squares[0]
     }
 
-    /// Phi, the field, and 1 outside, 0 inside, where kappa is zero and Phi and R_i have the same formulas. What a lane gets
-    /// does not depend on the other ones.
+    /// Returns Phi, the field, and a mask: 1 outside and 0 inside. Inside, kappa is zero, and Phi and R_i
+    /// have the same formulas. The result in a lane does not depend on the other lanes.
     #[inline(always)]
     pub fn anywhere<S: Simd, const N: usize>(
         &self,
@@ -45,10 +46,10 @@ impl Near {
         let x2 = [x[0] * x[0], x[1] * x[1], x[2] * x[2]];
         let [a2, b2, c2] = self.squares;
         let level = x2[0].mul_add(c(1.0 / a2), x2[1].mul_add(c(1.0 / b2), x2[2] * c(1.0 / c2)));
-        // Points meant to lie on the surface may round to just inside it.
+        // Points that are meant to lie on the surface may round to just inside it.
         let surface = c(1.0 - 1e-12);
         let outside = level.if_less(surface, c(0.0), c(1.0));
-        // In place of a point inside the end of the longest axis, where the iteration is at its end.
+        // A point inside is replaced by the end of the longest axis, where the iteration has converged.
         let outer = |inner: f64, x2: Lanes<S, N>| level.if_less(surface, c(inner), x2);
         let kappa =
             root::<S, N, true>([outer(a2, x2[0]), outer(0.0, x2[1]), outer(0.0, x2[2])], self.squares);
@@ -56,7 +57,7 @@ impl Near {
         (phi, field, outside)
     }
 
-    /// Phi and the field from the squares of a point's coordinates.
+    /// Returns Phi and the field from the squares of a point's coordinates.
     #[inline(always)]
     fn phi<S: Simd, const N: usize>(&self, x2: [Lanes<S, N>; 3]) -> (Lanes<S, N>, PointField<S, N>) {
         self.beyond(x2, kappa(x2, self.squares))
@@ -77,13 +78,14 @@ impl Near {
     }
 }
 
-/// The largest root of sum x_i^2/(a_i^2 + kappa) = 1, not below zero; `x2` and `a2` are squares.
+/// Returns the largest root of sum x_i^2/(a_i^2 + kappa) = 1 that is not below zero; `x2` and `a2` are
+/// squares.
 #[inline(always)]
 pub fn kappa<S: Simd, const N: usize>(x2: [Lanes<S, N>; 3], a2: [f64; 3]) -> Lanes<S, N> {
     root::<S, N, false>(x2, a2)
 }
 
-/// The same; where lanes are `APART`, one that has come to its end waits there for the others.
+/// Solves for kappa. With `APART` a lane that has converged is kept while the others iterate.
 #[inline(always)]
 fn root<S: Simd, const N: usize, const APART: bool>(x2: [Lanes<S, N>; 3], a2: [f64; 3]) -> Lanes<S, N> {
     let c = |value| x2[0].constant(value);
@@ -101,13 +103,13 @@ fn root<S: Simd, const N: usize, const APART: bool>(x2: [Lanes<S, N>; 3], a2: [f
         let term = [x2[0] * inverse[0], x2[1] * inverse[1], x2[2] * inverse[2]];
         let s = term[0] + term[1] + term[2];
         let slope = dot(term, inverse);
-        // Newton on 1/s: (1 - 1/s) / (1/s)' = s (s - 1) / slope.
+        // Newton's step on 1/s is (1 - 1/s) / (1/s)' = s (s - 1) / slope.
         let mut step = s * (s - c(1.0)) / slope;
         if APART {
             step = c(0.0).if_less(excess, step, c(0.0));
         }
         kappa = (kappa + step).max(c(0.0));
-        // The last correction leaves an error of its own square.
+        // After the last correction the error is its square.
         excess = step.abs() - c(1e-9) * (kappa + c(a2[2]));
         if excess.reduce_max() <= 0.0 {
             break;
@@ -122,11 +124,14 @@ impl FieldKernel for Near {
         self.phi([x[0] * x[0], x[1] * x[1], x[2] * x[2]]).1
     }
 
-    /// By the derivatives of the integrals in their arguments: R_12 = -2 dR_1/ds_2.
+    /// Returns the integrals as derivatives of R_D by its arguments: R_12 = -2 dR_1/ds_2.
     #[inline(always)]
-    fn second<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> (PointField<S, N>, [Lanes<S, N>; 3]) {
+    fn second_integrals<S: Simd, const N: usize>(
+        &self,
+        x: [Lanes<S, N>; 3],
+    ) -> (PointField<S, N>, [Lanes<S, N>; 3]) {
         let field = self.field(x);
-        // What the series leaves out falls more slowly in its derivatives.
+        // The truncation error falls more slowly for derivatives, so that one more duplication is needed.
         let [first, second, _] = rd_triple(Dual::variables(field.squares), self.duplications + 1);
         let minus_two = x[0].constant(-2.0);
         (field, [minus_two * second.by[2], minus_two * first.by[2], minus_two * first.by[1]])
@@ -148,7 +153,8 @@ impl FieldKernel for Near {
         (phi - r2.constant(1.0) / r2.sqrt(), field)
     }
 
-    /// Over the middle of a flat body 1/r is many times Phi: added and taken away it would cost that many digits.
+    /// Returns the potential without splitting off 1/r, which over the middle of a flat body is many times
+    /// Phi and would cost that many digits.
     #[inline(always)]
     fn potential<S: Simd, const N: usize>(&self, x: [Lanes<S, N>; 3]) -> Lanes<S, N> {
         if self.is_flat() {

@@ -1,20 +1,20 @@
-//! The potential, field and gradient of a homogeneous polyhedron, exact, inside and outside (Werner & Scheeres 1996, Celestial
-//! Mechanics and Dynamical Astronomy 65, 313).
+//! The potential, field and gradient of a homogeneous polyhedron, exact, inside and outside (Werner &
+//! Scheeres 1996, Celestial Mechanics and Dynamical Astronomy 65, 313).
 //!
-//! With r_e and r_f from the point to the edge e and the face f, the dyads F_f = n n^T and E_e = n_A m_A^T + n_B m_B^T (n the
-//! normals, m those of the edge in its two faces, outward), per unit GM with V the volume,
+//! With r_e and r_f from the point to the edge e and the face f, the dyads F_f = n n^T and E_e = n_A m_A^T +
+//! n_B m_B^T (n the normals, m those of the edge in its two faces, outward), per unit GM with V the volume,
 //!
 //!   Phi = (1/2V) [ sum_e r_e.E_e r_e L_e - sum_f r_f.F_f r_f w_f ],
 //!   g   = (1/V) [ sum_f F_f r_f w_f - sum_e E_e r_e L_e ],    dg/dx = (1/V) [ sum_e E_e L_e - sum_f F_f w_f ],
 //!
 //!   L_e = ln (p + q + e)/(p + q - e),   tan(w_f/2) = a.(b x c) / (abc + a b.c + b c.a + c a.b).
 //!
-//! p and q are the distances of the edge's ends, e its length. Near the edge p + q - e loses its digits; with the vectors p, q it
-//! equals 2 (pq + p.q)/(p + q + e), and pq + p.q = |p x q|^2/(pq - p.q) where p.q is negative. Away from it L is a logarithm of
-//! nearly one, which [`ln_one_plus`] takes without loss.
+//! p and q are the distances of the edge's ends, e its length. Near the edge p + q - e loses its digits; with
+//! the vectors p, q it equals 2 (pq + p.q)/(p + q + e), and pq + p.q = |p x q|^2/(pq - p.q) where p.q is
+//! negative. Away from it L is a logarithm of nearly one, which [`ln_one_plus`] takes without loss.
 //!
-//! The sums cancel away from the body: at the distance r they lose (r/R)^2 of their digits. Beyond some sizes of the body
-//! [`super::Layer`] has its field with all digits.
+//! The sums cancel away from the body: at the distance r they lose (r/R)^2 of their digits. Beyond some sizes
+//! of the body [`super::Layer`] has its field with all digits.
 
 use crate::math::lanes::{BLOCK, Lanes, Total, cross, dot, load_vector, minus, splat_vector, total_vector};
 use crate::math::logarithm::{angle, ln_one_plus};
@@ -22,7 +22,8 @@ use crate::math::{Mat3, Vec3};
 use crate::shape::Polyhedron;
 use pulp::{Arch, Simd, WithSimd};
 
-/// Potential, field and gradient of unit GM, and the solid angle of the surface as seen from the point: 4 pi inside, 0 outside.
+/// Potential, field and gradient per unit GM, and the solid angle of the surface as seen from the point: 4 pi
+/// inside, 0 outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PolyhedralField {
     /// Phi, positive.
@@ -35,14 +36,15 @@ pub struct PolyhedralField {
     pub solid_angle: f64,
 }
 
-/// What of a polyhedron's field does not depend on the point, edge by edge and face by face.
+/// The precomputed, point-independent terms of a polyhedron's field, edge by edge and face by face.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Facets {
-    /// Ends (6), length, E_e (6).
+    /// For each edge its ends (6), length and E_e (6).
     edges: Vec<Vec<f64>>,
-    /// Corners (9), unit normal (3), twice the area.
+    /// For each face its corners (9), unit normal (3) and twice its area.
     faces: Vec<Vec<f64>>,
-    /// An end (3) of each edge whose faces do not lie in one plane, the vector to the other end (3), one over its square.
+    /// For each edge whose faces do not lie in one plane, an end (3), the vector to the other end (3) and one
+    /// over its square.
     sharp: Vec<Vec<f64>>,
     volume: f64,
 }
@@ -54,7 +56,7 @@ const SHARP: usize = 7;
 const FLAT: f64 = 1e-14;
 
 impl Facets {
-    /// Of a polyhedron in units of `unit`.
+    /// Precomputes the terms of a polyhedron in units of `unit`.
     pub fn new(polyhedron: &Polyhedron, unit: f64) -> Self {
         let vertices: Vec<Vec3> = polyhedron.vertices().map(|v| v / unit).collect();
         let corners = |face: u32| polyhedron.faces()[face as usize].map(|v| vertices[v as usize]);
@@ -62,7 +64,7 @@ impl Facets {
         let areas: Vec<Vec3> = all.clone().map(corners).map(|[a, b, c]| (b - a).cross(&(c - a))).collect();
         let normals: Vec<Vec3> =
             all.clone().map(corners).zip(&areas).map(|(face, area)| normal(face, area)).collect();
-        // What stands in the place of edges and faces that fill a block has no weight.
+        // Rows that fill up the last block of edges and faces have no weight.
         let (mut edges, mut sharp) = (Columns::new(EDGE), Columns::new(SHARP));
         for edge in polyhedron.edges() {
             let [a, b] = edge.ends.map(|v| vertices[v as usize]);
@@ -92,24 +94,26 @@ impl Facets {
         }
     }
 
-    /// Distance of a point from the nearest edge whose faces do not lie in one plane: there alone the exterior potential is singular.
+    /// Returns the distance of a point from the nearest edge whose faces do not lie in one plane; only there
+    /// is the exterior potential singular.
     pub fn edge_distance(&self, arch: Arch, x: &Vec3) -> f64 {
         arch.dispatch(NearestEdge { facets: self, x })
     }
 
-    /// Everything at a point.
+    /// Returns potential, field, gradient and solid angle at a point.
     pub fn at(&self, arch: Arch, x: &Vec3) -> PolyhedralField {
         arch.dispatch(Evaluation::<true> { facets: self, x })
     }
 
-    /// All but the gradient, which is zero.
+    /// Returns potential, field and solid angle, with a gradient of zeros.
     pub fn field(&self, arch: Arch, x: &Vec3) -> PolyhedralField {
         arch.dispatch(Evaluation::<false> { facets: self, x })
     }
 }
 
-/// The normal of a face from its area. That of a thin one has lost digits to rounding, and is to be across its edges with all digits:
-/// the edges' dyads, which are large, then cancel as the face's own smallness asks.
+/// Returns the normal of a face from its area vector. For a thin face, whose area vector has lost digits to
+/// rounding, the normal is made perpendicular to its edges with all digits: the large dyads of the edges then
+/// cancel as accurately as the small face requires.
 fn normal([a, b, c]: [Vec3; 3], area: &Vec3) -> Vec3 {
     let [first, second, third] = [b - a, c - b, a - c];
     let longest = [second, third]
@@ -119,7 +123,7 @@ fn normal([a, b, c]: [Vec3; 3], area: &Vec3) -> Vec3 {
     across.normalize()
 }
 
-/// Lists side by side.
+/// Columns of numbers of equal length.
 struct Columns(Vec<Vec<f64>>);
 
 impl Columns {
@@ -131,7 +135,7 @@ impl Columns {
         self.0.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
     }
 
-    /// What fills the last block is the first row once more.
+    /// Fills the last block with copies of the first row.
     fn filled(mut self) -> Vec<Vec<f64>> {
         for column in &mut self.0 {
             let first = column.first().copied().unwrap_or(0.0);
@@ -172,12 +176,13 @@ impl<const GRADIENT: bool> WithSimd for Evaluation<'_, GRADIENT> {
             let (pp, qq) = (dot(p, p).sqrt(), dot(q, q).sqrt());
             let (product, scalar) = (pp * qq, dot(p, q));
             let across = cross(p, minus(q, p));
-            // z of ln(1 + z): e (p + q + e)/(pq + p.q), or the same with pq + p.q = |p x q|^2/(pq - p.q).
+            // The argument z of ln(1 + z) is e (p + q + e)/(pq + p.q), with pq + p.q = |p x q|^2/(pq - p.q)
+            // where p.q is negative.
             let sum = product + scalar.abs();
             let over = length * (pp + qq + length);
             let (over, under) =
                 (scalar.if_less(c(0.0), over * sum, over), scalar.if_less(c(0.0), dot(across, across), sum));
-            // On the edge itself the logarithm is infinite, and what it is multiplied by is zero.
+            // On the edge itself the logarithm is infinite, and its factor is zero.
             let under = under.max(over.mul_add(c(LEAST), c(f64::MIN_POSITIVE)));
             let log = ln_one_plus(over, under);
             let [xx, xy, xz] = load_vector(simd, &edges[7..], block);
@@ -244,7 +249,7 @@ impl WithSimd for NearestEdge<'_> {
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let (x, sharp) = (splat_vector(simd, self.x), &self.facets.sharp);
         let c = |value| Lanes::splat(simd, value);
-        // Minus the square: lanes know a maximum.
+        // Squares are negated, since lanes have a maximum only.
         let mut nearest = c(f64::NEG_INFINITY);
         for block in 0..sharp[0].len() / BLOCK * Lanes::<S>::PER_BLOCK {
             let from: [Lanes<S>; 3] = minus(x, load_vector(simd, &sharp[0..], block));
@@ -258,5 +263,5 @@ impl WithSimd for NearestEdge<'_> {
     }
 }
 
-/// The least ratio whose logarithm is taken: beyond, a point is on the edge.
+/// The least ratio whose logarithm is taken: beyond it, a point is on the edge.
 const LEAST: f64 = 1e-60;

@@ -1,45 +1,47 @@
-//! How the pull of one body on a distant point differs from that of a point mass.
+//! The difference between the pull of one body on a distant point and that of a point mass.
 
 use super::{FarCut, FarSeries, FieldKernel, LayerPull, Near};
 use crate::error::Result;
+use crate::interrupt::InterruptCheck;
+use crate::math::difference::{STEP, WEIGHTS};
 use crate::math::lanes::Lanes;
 use crate::math::matrix::{cross_times, times, transposed_times};
 use crate::math::rotation::{turned, turned_back};
 use crate::math::{Mat3, Vec3};
-use crate::patience::Patience;
-use crate::shape::{Body, Ellipsoid, Place, Shape};
+use crate::shape::{Body, Ellipsoid, PartDerivative, Placement, Shape};
 use pulp::Scalar;
 
-/// Size of what the series leaves out, relative to the field of a point.
+/// The truncation error of the series, relative to the field of a point.
 const TOLERANCE: f64 = 1e-17;
 
-/// Size of what is beyond the quadrupole, relative to it, where it is left out.
+/// The size of the terms beyond the quadrupole, relative to it, at which they are left out.
 const BEYOND_QUADRUPOLE: f64 = 1e-16;
 
-/// The body's field less that of its mass at its centre, and its moment about the centre. Neither loses digits at any distance.
+/// The excess of the body's field over that of its mass at its centre, and its moment about the centre.
+/// Neither loses digits at any distance.
 #[derive(Debug, Clone)]
 pub struct ExtendedPull {
     ellipsoid: Ellipsoid,
-    /// (a_i^2 less their mean) / 5, along the body's axes: the quadrupole per unit mass.
+    /// The quadrupole per unit mass, (a_i^2 - their mean) / 5, along the body's axes.
     quadrupole: Vec3,
-    /// The largest 1/|x|^2 at which the quadrupole is enough.
+    /// The largest 1/|x|^2 at which the quadrupole suffices.
     quadrupole_to: f64,
     series: FarSeries,
-    /// A bound below kappa at the last nearer point, and how much of the series it needs.
+    /// A lower bound of kappa at the last near point, and the terms of the series that it needs.
     known: Option<(f64, Option<FarCut>)>,
 }
 
 impl ExtendedPull {
-    /// Of a shape; none of a point, and none of a sphere, whose field is that of a point.
+    /// Prepares a shape; `None` for a point and for a sphere, whose field is that of a point.
     pub fn new(shape: &Shape) -> Option<Self> {
         Self::of_ellipsoid(shape).filter(|pull| pull.quadrupole.amax() > 0.0)
     }
 
-    /// Of an ellipsoid, also one with equal axes; none of another shape.
+    /// Prepares an ellipsoid, also one with equal axes; `None` for another shape.
     pub fn of_ellipsoid(shape: &Shape) -> Option<Self> {
         let Shape::Ellipsoid(ellipsoid) = shape else { return None };
         let [a, b, c] = ellipsoid.semi_axes();
-        // Differences of squares as products: exact for nearly equal axes.
+        // Differences of squares are formed as products, exact for nearly equal axes.
         let (ab, bc, ca) = ((a - b) * (a + b), (b - c) * (b + c), (c - a) * (c + a));
         let quadrupole = Vec3::new(ab - ca, bc - ab, ca - bc) / 15.0;
         // The next moment is smaller by the deviation of the squares over |x|^2.
@@ -48,8 +50,8 @@ impl ExtendedPull {
         Some(Self { ellipsoid: *ellipsoid, quadrupole, quadrupole_to, series, known: None })
     }
 
-    /// At a point `x` of the body frame with the given 1/|x|^2 and 1/|x|^3, for a strength in place of GM: g + x/|x|^3, and x cross g.
-    /// `None` inside the body.
+    /// Returns g + x/|x|^3 and x cross g at a point `x` of the body frame with the given 1/|x|^2 and 1/|x|^3,
+    /// for a strength in place of GM; `None` inside the body.
     #[inline(always)]
     pub fn at(
         &mut self,
@@ -59,7 +61,8 @@ impl ExtendedPull {
         strength: f64,
     ) -> Option<(Vec3, Vec3)> {
         if inverse_square < self.quadrupole_to {
-            // grad of 3/2 x.Dx / |x|^5, with the factors that are known first side by side.
+            // This is the gradient of 3/2 x.Dx / |x|^5, where factors that are known early are multiplied
+            // first.
             let fifth = 3.0 * strength * inverse_cube * inverse_square;
             let dx = self.quadrupole.component_mul(x);
             let bend = x.dot(&dx) * (2.5 * inverse_square * fifth);
@@ -90,39 +93,39 @@ impl ExtendedPull {
         Some((turned_back(&canonical, &force), turned_back(&canonical, &moment)))
     }
 
-    /// At a point `x` of the body frame outside: dg/dx, and the derivative of -x cross g, per unit GM.
-    pub fn slopes(&mut self, x: &Vec3) -> (Mat3, Mat3) {
+    /// Returns dg/dx, and the derivative of -x cross g, per unit GM at a point `x` of the body frame outside.
+    pub fn jacobian(&mut self, x: &Vec3) -> (Mat3, Mat3) {
         let canonical = self.ellipsoid.canonical();
         let x = turned(&canonical, x);
         let [a, ..] = self.ellipsoid.sorted();
         let lanes = [x.x, x.y, x.z].map(|value| Lanes::splat(Scalar, value));
-        let (gradient, turning) = match self.cut(x.norm_squared() - a * a) {
-            Some(cut) => slopes_at(self.series.cut(cut), lanes),
-            None => slopes_at(Near::new(&self.ellipsoid, 0.0), lanes),
+        let (gradient, torque_gradient) = match self.cut(x.norm_squared() - a * a) {
+            Some(cut) => jacobian_at(self.series.cut(cut), lanes),
+            None => jacobian_at(Near::new(&self.ellipsoid, 0.0), lanes),
         };
         let back = |slope: Mat3| times(&transposed_times(&canonical, &slope), &canonical);
-        (back(gradient), back(turning))
+        (back(gradient), back(torque_gradient))
     }
 
-    /// At a point `x` of the body frame outside: the derivatives of g by the semi-axes, per unit GM.
-    pub fn by_axes(&mut self, x: &Vec3) -> [Vec3; 3] {
+    /// Returns the derivatives of g by the semi-axes, per unit GM at a point `x` of the body frame outside.
+    pub fn semi_axis_derivatives(&mut self, x: &Vec3) -> [Vec3; 3] {
         let canonical = self.ellipsoid.canonical();
         let x = turned(&canonical, x);
         let [a, b, c] = self.ellipsoid.sorted();
         let lanes = [x.x, x.y, x.z].map(|value| Lanes::splat(Scalar, value));
         let rows = match self.cut(x.norm_squared() - a * a) {
-            Some(cut) => by_axes_at(self.series.cut(cut), lanes),
-            None => by_axes_at(Near::new(&self.ellipsoid, 0.0), lanes),
+            Some(cut) => semi_axis_derivatives_at(self.series.cut(cut), lanes),
+            None => semi_axis_derivatives_at(Near::new(&self.ellipsoid, 0.0), lanes),
         };
         let by = transposed_times(&canonical, &(Mat3::from_diagonal(&Vec3::new(a, b, c)) * rows));
         let by = times(&by, &canonical);
         [0, 1, 2].map(|axis| by.row(axis).transpose())
     }
 
-    /// How much of the series a distance needs, where kappa >= `kappa_min`. It depends on the binary exponent alone, so that
-    /// results do not depend on what was asked before.
+    /// Returns the terms of the series that a distance needs, where kappa >= `kappa_min`. They depend on the
+    /// binary exponent alone, so that results do not depend on what was asked before.
     fn cut(&mut self, kappa_min: f64) -> Option<FarCut> {
-        // The double with the same exponent and no fraction: a power of two.
+        // This is the double with the same exponent and no fraction: a power of two.
         let floor = f64::from_bits(kappa_min.max(0.0).to_bits() >> 52 << 52);
         match self.known {
             Some((known, cut)) if known == floor => cut,
@@ -135,48 +138,52 @@ impl ExtendedPull {
     }
 }
 
-fn slopes_at(kernel: impl FieldKernel, x: [Lanes<Scalar>; 3]) -> (Mat3, Mat3) {
+fn jacobian_at(kernel: impl FieldKernel, x: [Lanes<Scalar>; 3]) -> (Mat3, Mat3) {
     let field = kernel.field(x);
     let [xx, xy, xz, yy, yz, zz] = field.gradient(x).map(Lanes::first);
-    let turning =
-        field.turning(x, field.bend(x), kernel.square_differences()).map(|row| row.map(Lanes::first));
-    (Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz), Mat3::from(turning).transpose())
+    let torque_gradient = field
+        .torque_gradient(x, field.gradient_factors(x), kernel.square_differences())
+        .map(|row| row.map(Lanes::first));
+    (Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz), Mat3::from(torque_gradient).transpose())
 }
 
-/// Over each semi-axis, a row of them.
-fn by_axes_at(kernel: impl FieldKernel, x: [Lanes<Scalar>; 3]) -> Mat3 {
-    let (field, second) = kernel.second(x);
-    let rows = field.by_axes(x, field.bend(x), second).map(|row| row.map(Lanes::first));
+/// Returns the derivatives divided by each semi-axis, one row for each of them.
+fn semi_axis_derivatives_at(kernel: impl FieldKernel, x: [Lanes<Scalar>; 3]) -> Mat3 {
+    let (field, second_integrals) = kernel.second_integrals(x);
+    let rows = field
+        .semi_axis_derivatives(x, field.gradient_factors(x), second_integrals)
+        .map(|row| row.map(Lanes::first));
     Mat3::from(rows).transpose()
 }
 
-/// The slopes of the field of a point, which turns nothing.
-pub(crate) fn slopes_of_point(x: &Vec3) -> (Mat3, Mat3) {
+/// Returns the Jacobian of the field of a point, whose torque is zero.
+pub(crate) fn point_jacobian(x: &Vec3) -> (Mat3, Mat3) {
     let r = x.norm();
     let u = x / r;
     ((3.0 * u * u.transpose() - Mat3::identity()) / r / r / r, Mat3::zeros())
 }
 
-/// The same of a body: of an ordinary one that of its shape, of a composite or a polyhedron the sum over its parts.
+/// The excess of a body's pull over that of a point mass: that of its shape for an ordinary body, and the sum
+/// over the parts for a composite or a polyhedron.
 #[derive(Debug, Clone)]
 pub enum BodyPull {
-    /// Of one shape, in the body's own frame.
+    /// One shape, in the body's own frame.
     Ordinary(Box<ExtendedPull>),
-    /// Of several parts, or of a polyhedron.
+    /// Several parts, or a polyhedron.
     Composite(Vec<PartPull>),
 }
 
-/// A part's share in the pull of its body.
+/// The contribution of a part to the pull of its body.
 #[derive(Debug, Clone)]
 pub struct PartPull {
-    /// Of the body's mass.
+    /// The share of the part in the body's mass.
     share: f64,
-    place: Place,
+    place: Placement,
     radius: f64,
     extended: Option<Extended>,
 }
 
-/// The pull of a part that is no point.
+/// The pull of a part with extent.
 #[derive(Debug, Clone)]
 enum Extended {
     Ellipsoid(Box<ExtendedPull>),
@@ -198,25 +205,25 @@ impl Extended {
         }
     }
 
-    fn slopes(&mut self, x: &Vec3) -> Option<(Mat3, Mat3)> {
+    fn jacobian(&mut self, x: &Vec3) -> (Mat3, Mat3) {
         match self {
-            Self::Ellipsoid(pull) => Some(pull.slopes(x)),
-            Self::Polyhedron(_) => None,
+            Self::Ellipsoid(pull) => pull.jacobian(x),
+            Self::Polyhedron(pull) => pull.jacobian(x),
         }
     }
 }
 
 impl BodyPull {
-    /// Computes the moments of polyhedra that [`Self::new`] takes, which are kept with the shapes.
-    pub fn moments(body: &Body, patience: &mut Patience) -> Result<()> {
+    /// Computes the moments of polyhedra that [`Self::new`] needs, which are cached with the shapes.
+    pub fn moments(body: &Body, interrupt: &mut InterruptCheck) -> Result<()> {
         let mut parts = body.parts().iter();
         parts.try_for_each(|part| match &part.shape {
-            Shape::Polyhedron(polyhedron) => LayerPull::moments(polyhedron, patience),
+            Shape::Polyhedron(polyhedron) => LayerPull::moments(polyhedron, interrupt),
             _ => Ok(()),
         })
     }
 
-    /// Of a body; none of one whose field is that of a point.
+    /// Prepares a body; `None` for one whose field is that of a point.
     pub fn new(body: &Body) -> Option<Self> {
         if let [part] = body.parts()
             && part.place.is_none()
@@ -226,14 +233,14 @@ impl BodyPull {
         }
         let parts = body.parts().iter().map(|part| PartPull {
             share: part.mass / body.mass,
-            place: Place { position: part.position(), rotation: part.rotation() },
+            place: Placement { position: part.position(), rotation: part.rotation() },
             radius: part.shape.circumradius(),
             extended: Extended::new(&part.shape),
         });
         Some(Self::Composite(parts.collect()))
     }
 
-    /// As [`ExtendedPull::at`].
+    /// Returns the excess and the moment as [`ExtendedPull::at`].
     #[inline(always)]
     pub fn at(
         &mut self,
@@ -251,47 +258,110 @@ impl BodyPull {
         }
     }
 
-    /// As [`ExtendedPull::slopes`]; none of a polyhedron.
-    pub fn slopes(&mut self, x: &Vec3) -> Option<(Mat3, Mat3)> {
+    /// Returns the derivatives as [`ExtendedPull::jacobian`] does.
+    pub fn jacobian(&mut self, x: &Vec3) -> (Mat3, Mat3) {
         let parts = match self {
-            Self::Ordinary(pull) => return Some(pull.slopes(x)),
+            Self::Ordinary(pull) => return pull.jacobian(x),
             Self::Composite(parts) => parts,
         };
-        let (mut gradient, mut turning) = (Mat3::zeros(), Mat3::zeros());
+        let (mut gradient, mut torque_gradient) = (Mat3::zeros(), Mat3::zeros());
         for part in parts {
             let (p, turn) = (part.place.position, part.place.rotation);
             let from = turned_back(&turn, &(x - p));
-            let (own, own_turning) = match &mut part.extended {
-                Some(extended) => extended.slopes(&from)?,
-                None => slopes_of_point(&from),
+            let (own, own_torque_gradient) = match &mut part.extended {
+                Some(extended) => extended.jacobian(&from),
+                None => point_jacobian(&from),
             };
             let own = turn * own * turn.transpose() * part.share;
             gradient += own;
-            turning += turn * own_turning * turn.transpose() * part.share - cross_times(&p, &own);
+            torque_gradient +=
+                turn * own_torque_gradient * turn.transpose() * part.share - cross_times(&p, &own);
         }
-        Some((gradient, turning))
+        (gradient, torque_gradient)
+    }
+
+    /// Returns the derivatives of the result of [`Self::at`] for a strength of one by a change of the body,
+    /// whose mass is given. They are differences of eighth order: the pull loses no digits at any distance.
+    pub fn by_change(
+        &mut self,
+        change: &BodyChange,
+        mass: f64,
+        x: &Vec3,
+        inverse_square: f64,
+        inverse_cube: f64,
+    ) -> [Vec3; 2] {
+        let step = STEP * change.size();
+        let mut sums = [Vec3::zeros(); 2];
+        for (k, weight) in (1..).zip(WEIGHTS) {
+            for sign in [1.0, -1.0] {
+                let by = sign * f64::from(k) * step;
+                let changed = match (change, &mut *self) {
+                    (BodyChange::Scale, pull) => {
+                        // The change is in units of the length that grows.
+                        let s = 1.0 + by;
+                        pull.at(&(x / s), inverse_square * s * s, inverse_cube * s * s * s, 1.0)
+                            .map(|(excess, moment)| (excess / (s * s), moment / s))
+                    }
+                    (BodyChange::Part(derivative), Self::Composite(parts)) => {
+                        let mut sum = Some((Vec3::zeros(), Vec3::zeros()));
+                        for (index, part) in parts.iter_mut().enumerate() {
+                            let own = (part.place, part.share);
+                            (part.place, part.share) = derivative.changed(index, &own.0, own.1, mass, by);
+                            let share = part.at(x, inverse_square, inverse_cube);
+                            (part.place, part.share) = own;
+                            sum = sum.zip(share).map(|(a, b)| (a.0 + b.0, a.1 + b.1));
+                        }
+                        sum
+                    }
+                    (BodyChange::Part(_), Self::Ordinary(_)) => None,
+                };
+                let (excess, moment) = changed.unwrap_or_default();
+                sums[0] += excess * (sign * weight / step);
+                sums[1] += moment * (sign * weight / step);
+            }
+        }
+        sums
+    }
+}
+
+/// A change of a body that changes its own field.
+#[derive(Debug, Clone)]
+pub enum BodyChange {
+    /// A change of all lengths by a factor.
+    Scale,
+    /// A change of a number of a part of a composite.
+    Part(PartDerivative),
+}
+
+impl BodyChange {
+    /// Returns the natural size of the number that changes.
+    fn size(&self) -> f64 {
+        match self {
+            Self::Scale => 1.0,
+            Self::Part(derivative) => derivative.size,
+        }
     }
 }
 
 impl PartPull {
-    /// The sum over all parts.
+    /// Returns the sum over all parts.
     fn sum(parts: &mut [Self], x: &Vec3, inverse_square: f64, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
         let (mut excess, mut moment) = (Vec3::zeros(), Vec3::zeros());
         for part in parts {
-            let (field, turning) = part.at(x, inverse_square, inverse_cube)?;
+            let (field, own_moment) = part.at(x, inverse_square, inverse_cube)?;
             excess += field;
-            moment += turning;
+            moment += own_moment;
         }
         Some((excess, moment))
     }
 
-    /// The part's field less that of its mass at the body's centre and less the dipole there, and its moment about that centre
-    /// less the dipole's: the dipoles of all parts cancel.
+    /// Returns the excess of the part's field over that of its mass at the body's centre and the dipole
+    /// there, and its moment about that centre without the dipole's: the dipoles of all parts cancel.
     ///
-    /// With p the part's place, q = p.(p - 2x)/|x|^2, s = sqrt(1 + q) and e = s - 1 = q/(1 + s), its point mass has
-    /// |x|^3/|x-p|^3 = s^-3 = 1 + h with h = -e (1 + s + s^2)/s^3, and h = -3/2 q + k with
-    /// k = e^2 (3/2 s^3 + 3 s^2 + 2 s + 1)/s^3: no term is a difference of nearly equal numbers. Its field less that at the centre
-    /// and the dipole is then -(x (k - 3/2 |p|^2/|x|^2) - p h)/|x|^3, its moment h x cross p/|x|^3.
+    /// With p the part's position, q = p.(p - 2x)/|x|^2, s = sqrt(1 + q) and e = s - 1 = q/(1 + s), its point
+    /// mass has |x|^3/|x-p|^3 = s^-3 = 1 + h with h = -e (1 + s + s^2)/s^3, and h = -3/2 q + k with k = e^2
+    /// (3/2 s^3 + 3 s^2 + 2 s + 1)/s^3: no term is a difference of nearly equal numbers. The excess of its
+    /// field is then -(x (k - 3/2 |p|^2/|x|^2) - p h)/|x|^3, and its moment h x cross p/|x|^3.
     fn at(&mut self, x: &Vec3, inverse_square: f64, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
         let p = self.place.position;
         let from = x - p;
@@ -309,11 +379,11 @@ impl PartPull {
         let mut moment = x.cross(&p) * (h * inverse_cube);
         if let Some(extended) = &mut self.extended {
             let turn = &self.place.rotation;
-            let (field, turning) =
+            let (field, own_moment) =
                 extended.at(&turned_back(turn, &from), inverse_square / s2, inverse_cube / s3)?;
             let field = turned(turn, &field);
             excess += field;
-            moment += turned(turn, &turning) + p.cross(&field);
+            moment += turned(turn, &own_moment) + p.cross(&field);
         }
         Some((excess * self.share, moment * self.share))
     }

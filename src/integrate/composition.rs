@@ -1,40 +1,55 @@
-//! Compositions of two flows that are each solved exactly.
+//! Compositions of two flows, each of which is solved exactly.
 //!
-//! The schemes are symmetric, and symplectic where both flows are. S. Blanes, F. Casas, A. Farres, J. Laskar, J. Makazaga
-//! & A. Murua (2013), Appl. Numer. Math. 68, 58: for A + epsilon B, ABA(8,6,4) has errors of the size
-//! epsilon h^8 + epsilon^2 h^6 + epsilon^3 h^4, and ABA(10,6,4) epsilon h^10 in the first of these.
+//! The schemes are symmetric, and symplectic where both flows are. S. Blanes, F. Casas, A. Farres, J. Laskar,
+//! J. Makazaga & A. Murua (2013), Appl. Numer. Math. 68, 58: for A + epsilon B, ABA(8,6,4) has errors of the
+//! size epsilon h^8 + epsilon^2 h^6 + epsilon^3 h^4; in ABA(10,6,4) the first of these is epsilon h^10.
 
 use crate::error::Result;
+use crate::interrupt::InterruptCheck;
 use crate::names::Named;
-use crate::patience::Patience;
 
-/// Two flows over a vector `high` + `low`.
+/// The two flows of a splitting, which act on a vector `high` + `low`.
 pub trait Flows {
-    /// Called between steps, before a step of size `step`. May allocate.
-    fn prepare(&mut self, time: f64, y: &[f64], step: f64, patience: &mut Patience) -> Result<()>;
+    /// Prepares a step of size `step` from an accepted vector. It may allocate, and is called between steps
+    /// only.
+    fn prepare(&mut self, time: f64, y: &[f64], step: f64, interrupt: &mut InterruptCheck) -> Result<()>;
 
-    /// The large part, A.
-    fn drift(&mut self, size: f64, high: &mut [f64], low: &mut [f64], patience: &mut Patience) -> Result<()>;
+    /// Advances the vector by the flow of the large part, A.
+    fn drift(
+        &mut self,
+        size: f64,
+        high: &mut [f64],
+        low: &mut [f64],
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()>;
 
-    /// The small part, B, which does not change what it depends on. Gives the number of evaluations that it took.
-    fn kick(&mut self, size: f64, high: &mut [f64], low: &mut [f64], patience: &mut Patience) -> Result<u64>;
+    /// Advances the vector by the flow of the small part, B, which does not change the numbers that it
+    /// depends on. Returns the number of evaluations that it took.
+    fn kick(
+        &mut self,
+        size: f64,
+        high: &mut [f64],
+        low: &mut [f64],
+        interrupt: &mut InterruptCheck,
+    ) -> Result<u64>;
 
-    /// Brings an accepted vector back onto its constraints.
+    /// Projects an accepted vector back onto its constraints.
     fn restore(&mut self, high: &mut [f64], low: &mut [f64]);
 }
 
-/// A symmetric composition of drifts and kicks: fractions of a step up to its middle, which are mirrored there. The last drift
-/// of an even number of kicks, and the last kick of an odd number, stand alone.
+/// A symmetric composition of drifts and kicks, as fractions of a step up to its middle; the second half
+/// mirrors the first. With an even number of kicks the last drift is at the middle, with an odd number the
+/// last kick is.
 #[derive(Debug)]
 pub struct Composition {
     drifts: &'static [f64],
     kicks: &'static [f64],
 }
 
-/// Half a kick, a drift, half a kick: second order.
+/// Half a kick, a drift and half a kick: second order.
 pub static KICK_DRIFT_KICK: Composition = Composition { drifts: &[0.0, 1.0], kicks: &[0.5] };
 
-/// Half a drift, a kick, half a drift: second order.
+/// Half a drift, a kick and half a drift: second order.
 static LEAPFROG: Composition = Composition { drifts: &[0.5], kicks: &[1.0] };
 
 /// ABA(8,6,4).
@@ -72,8 +87,9 @@ static ABA1064: Composition = Composition {
 
 /// A composition for a large and a small part, by the name that scripts use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Scheme {
-    /// Half a drift, a kick, half a drift: second order.
+    /// Half a drift, a kick and half a drift: second order.
     Leapfrog,
     /// ABA(8,6,4): seven kicks.
     Aba864,
@@ -88,7 +104,7 @@ impl Named for Scheme {
 }
 
 impl Scheme {
-    /// Its fractions.
+    /// Returns the fractions of the scheme.
     pub fn composition(self) -> &'static Composition {
         match self {
             Self::Leapfrog => &LEAPFROG,
@@ -99,24 +115,24 @@ impl Scheme {
 }
 
 impl Composition {
-    /// One step. Gives the number of evaluations.
+    /// Takes one step. Returns the number of evaluations.
     pub fn step(
         &self,
         flows: &mut impl Flows,
         size: f64,
         high: &mut [f64],
         low: &mut [f64],
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<u64> {
         let kicks = self.drifts.len() + self.kicks.len() - 1;
         let mut evaluations = 0;
         for k in 0..=kicks {
             let drift = self.drifts[k.min(kicks - k)];
             if drift != 0.0 {
-                flows.drift(size * drift, high, low, patience)?;
+                flows.drift(size * drift, high, low, interrupt)?;
             }
             if k < kicks {
-                evaluations += flows.kick(size * self.kicks[k.min(kicks - 1 - k)], high, low, patience)?;
+                evaluations += flows.kick(size * self.kicks[k.min(kicks - 1 - k)], high, low, interrupt)?;
             }
         }
         Ok(evaluations)

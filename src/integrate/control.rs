@@ -1,5 +1,5 @@
-//! Step size control: proportional-integral, after Gustafsson (1991), ACM Trans. Math. Softw. 17, 533, with the limits of
-//! Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, section II.4.
+//! Proportional-integral control of the step size, after Gustafsson (1991), ACM Trans. Math. Softw. 17, 533,
+//! with the limits of Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, section II.4.
 
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -17,17 +17,19 @@ pub struct Tolerance {
 }
 
 impl Tolerance {
-    /// Smallest sum of the two: below it the estimate of a step's error is its own round-off, and shorter steps only add more.
-    /// At it the steps' own errors are below what rounding leaves at random over some 1e5 steps.
+    /// The smallest sum of both tolerances. Below it the error estimate of a step is its own round-off, and
+    /// shorter steps only add more. At this tolerance the truncation errors are smaller than the random
+    /// rounding errors over some 1e5 steps.
     pub const FLOOR: f64 = 6e-16;
 
-    /// The tolerance of [`super::VERNER96`] for steps whose own errors are below what rounding leaves: in exact arithmetic the
-    /// energy of Kepler orbits of any eccentricity would drift by 2e-21 a step. Rounding makes it walk by 5e-18 times the
-    /// root of the number of steps, and, from some 1e5 steps on, drift by up to 4e-20 a step.
+    /// The tolerance of [`super::VERNER96`] at which truncation errors are below round-off: in exact
+    /// arithmetic the energy of Kepler orbits of any eccentricity would drift by 2e-21 a step. Rounding makes
+    /// the energy walk by 5e-18 times the root of the number of steps and, from some 1e5 steps on, drift by
+    /// up to 4e-20 a step.
     pub const TO_ROUNDOFF: Self = Self { relative: 2e-13, absolute: 0.0 };
 
-    /// Refuses what is not between 0 and 1, and two zeros. Where the sum is below [`Self::FLOOR`] the relative part is raised
-    /// to it.
+    /// Checks that both numbers lie between 0 and 1 and that not both are zero. Where their sum is below
+    /// [`Self::FLOOR`] the relative part is raised to reach it.
     pub fn new(relative: f64, absolute: f64) -> Result<Self> {
         for (name, value) in [("rtol", relative), ("atol", absolute)] {
             if !(0.0..1.0).contains(&value) {
@@ -39,7 +41,7 @@ impl Tolerance {
         }
         let mut raised = relative.max(Self::FLOOR - absolute);
         if raised + absolute < Self::FLOOR {
-            // Rounded up, so that a tolerance that has been raised is not raised again.
+            // The sum is rounded up, so that a tolerance that has been raised once is not raised again.
             raised = raised.next_up();
         }
         Ok(Self { relative: raised, absolute })
@@ -84,15 +86,15 @@ impl Default for Controller {
 }
 
 impl Controller {
-    /// Before the first step.
+    /// Returns the controller before the first step.
     pub fn new() -> Self {
         Self { previous: 1.0, after_rejection: false }
     }
 
-    /// Factor for the next step after one with this error; remembers it.
+    /// Returns the factor from an accepted step with this error to the next step, and remembers the error.
     pub fn accepted(&mut self, error: f64, error_order: u32) -> f64 {
         let exponent = 1.0 / f64::from(error_order + 1);
-        // An error of exactly zero (free motion) says nothing about how far one may go.
+        // An error of exactly zero (free motion) does not tell how long the next step may be.
         let error = error.max(1e-10);
         let factor = SAFETY * error.powf(-PROPORTIONAL * exponent) * self.previous.powf(INTEGRAL * exponent);
         let limit = if self.after_rejection { 1.0 } else { GROW };
@@ -101,7 +103,7 @@ impl Controller {
         factor.clamp(SHRINK, limit)
     }
 
-    /// Factor for the next attempt after one with this error.
+    /// Returns the factor from a rejected attempt with this error to the next attempt.
     pub fn rejected(&mut self, error: f64, error_order: u32) -> f64 {
         self.after_rejection = true;
         let exponent = 1.0 / f64::from(error_order + 1);

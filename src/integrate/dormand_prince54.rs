@@ -1,7 +1,8 @@
 //! The pair of Dormand and Prince of orders 5 and 4, with its interpolant of order 4.
 //!
-//! Dormand & Prince (1980), J. Comput. Appl. Math. 6, 19; interpolant of Hairer, Norsett & Wanner, Solving Ordinary
-//! Differential Equations I, section II.6 (their program DOPRI5). Stage 6 is the rate at the step's end.
+//! Dormand & Prince (1980), J. Comput. Appl. Math. 6, 19; interpolant of Hairer, Norsett & Wanner, Solving
+//! Ordinary Differential Equations I, section II.6 (their program DOPRI5). Stage 6 is the rate at the step's
+//! end.
 
 use super::tableau::{Interpolant, Tableau};
 
@@ -61,7 +62,7 @@ static B: [f64; 7] = [
     0.0,
 ];
 
-/// What rounding to doubles drops of `A`.
+/// The parts of the coefficients `a` that rounding to doubles drops.
 static A_LOW: [&[f64]; 7] = [
     &[],
     &[-1.11022e-17],
@@ -72,7 +73,7 @@ static A_LOW: [&[f64]; 7] = [
     &[4.62593e-18, 0.0, -3.34164e-18, 3.70074e-17, -1.78055e-17, -6.60847e-18],
 ];
 
-/// What rounding to doubles drops of `B`.
+/// The parts of the weights `b` that rounding to doubles drops.
 static B_LOW: [f64; 7] = [4.62593e-18, 0.0, -3.34164e-18, 3.70074e-17, -1.78055e-17, -6.60847e-18, 0.0];
 
 static B_HAT: [f64; 7] = [

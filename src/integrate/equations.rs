@@ -1,32 +1,34 @@
-//! What an integrator asks of equations of motion, and an evaluation of them.
+//! The interface between an integrator and its equations, and one evaluation of them.
 
 use super::control::Tolerance;
 use crate::error::{Error, Refusal, Result};
-use crate::patience::Patience;
+use crate::interrupt::InterruptCheck;
 use pulp::Arch;
 
-/// What an integrator needs to know of its equations.
+/// The equations that an integrator solves.
 pub trait Equations {
-    /// The instructions to sum stages with.
+    /// Returns the instructions with which stages are summed.
     fn arch(&self) -> Arch {
         Arch::default()
     }
 
-    /// Parts in which the rates of change are evaluated, so that the caller can be asked between them.
+    /// Returns the number of parts in which the rates of change are evaluated, so that interrupts can be
+    /// checked between them.
     fn parts(&self) -> usize {
         1
     }
 
-    /// Units of work of a part, for [`Patience`].
+    /// Returns the units of work of one part, for [`InterruptCheck`].
     fn work(&self) -> u64 {
         1
     }
 
-    /// Called between steps, before a step of size `step` from an accepted vector. May allocate.
-    fn prepare(&mut self, time: f64, y: &[f64], step: f64, patience: &mut Patience) -> Result<()>;
+    /// Prepares a step of size `step` from an accepted vector. It may allocate, and is called between steps
+    /// only.
+    fn prepare(&mut self, time: f64, y: &[f64], step: f64, interrupt: &mut InterruptCheck) -> Result<()>;
 
-    /// A part of the evaluation of the rates of change at a trial vector; the last part leaves them in `rate`. `Err` says why
-    /// they cannot be had there, and whether to try the step shorter.
+    /// Evaluates one part of the rates of change at a trial vector; the last part leaves the rates in `rate`.
+    /// An error says why there are none, and whether a shorter step may help.
     fn derivative(
         &mut self,
         part: usize,
@@ -35,26 +37,28 @@ pub trait Equations {
         rate: &mut [f64],
     ) -> std::result::Result<(), Refusal>;
 
-    /// How many numbers of the vector, its first ones, the rates of change depend on. The others are quadratures.
+    /// Returns how many numbers of the vector the rates of change depend on. These come first; the others are
+    /// quadratures.
     fn dependent(&self, dimension: usize) -> usize {
         dimension
     }
 
-    /// Leaves the rates of the quadratures at the time and the vector of the last evaluation in `rate`. Called only where they count.
+    /// Writes the rates of the quadratures at the time and the vector of the last evaluation into `rate`. It
+    /// is called only for stages whose rates have a weight.
     fn quadratures(&mut self, _time: f64, _y: &[f64], _rate: &mut [f64]) {}
 
-    /// Size of a difference `v` at `y` in units of the tolerance.
+    /// Returns the size of a difference `v` at `y` in units of the tolerance.
     fn norm(&mut self, y: &[f64], v: &[f64], tolerance: &Tolerance) -> f64;
 
-    /// Brings an accepted vector back onto its constraints.
+    /// Projects an accepted vector back onto its constraints.
     fn restore(&mut self, high: &mut [f64], low: &mut [f64]);
 }
 
-/// Why an evaluation or an attempt was not made to its end.
+/// Why an evaluation or an attempt was not completed.
 pub(super) enum Unmade {
-    /// The equations refuse; a shorter step may do.
+    /// The equations cannot be evaluated there; a shorter step may help.
     Refused(&'static str),
-    /// The caller does not want to go on, or the equations cannot.
+    /// The caller has interrupted the run, or the equations failed for good.
     Ended(Error),
 }
 
@@ -68,7 +72,7 @@ impl From<Refusal> for Unmade {
 }
 
 impl Unmade {
-    /// The error that ends the integration, made from the reason of a refusal.
+    /// Returns the error that ends the integration, made from the reason of a refusal.
     pub fn error(self, of: impl FnOnce(&str) -> Error) -> Error {
         match self {
             Self::Refused(reason) => of(reason),
@@ -77,17 +81,18 @@ impl Unmade {
     }
 }
 
-/// The rates of change at a trial vector, with those of the quadratures where the stage counts.
+/// Evaluates the rates of change at a trial vector, and those of the quadratures where the stage has a
+/// weight.
 pub(super) fn evaluate(
     equations: &mut impl Equations,
     time: f64,
     y: &[f64],
     rate: &mut [f64],
     counts: bool,
-    patience: &mut Patience,
+    interrupt: &mut InterruptCheck,
 ) -> std::result::Result<(), Unmade> {
     for part in 0..equations.parts() {
-        patience.spend(equations.work(), time).map_err(Unmade::Ended)?;
+        interrupt.charge(equations.work(), time).map_err(Unmade::Ended)?;
         equations.derivative(part, time, y, rate)?;
     }
     if counts {

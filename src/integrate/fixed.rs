@@ -1,12 +1,12 @@
-//! Steps of one size by a composition of flows.
+//! Steps of fixed size by a composition of flows.
 
 use super::composition::{Composition, Flows};
 use super::memory::{Memory, Statistics};
 use crate::error::{Error, Result};
+use crate::interrupt::InterruptCheck;
 use crate::math::compensated::Compensated;
-use crate::patience::Patience;
 
-/// An integration with a fixed step.
+/// An integration with steps of fixed size.
 #[derive(Debug, Clone)]
 pub struct FixedStepper {
     composition: &'static Composition,
@@ -22,7 +22,7 @@ pub struct FixedStepper {
 }
 
 impl FixedStepper {
-    /// At a time and a vector `high` + `low`, with steps of size `size` above zero.
+    /// Starts at a time and a vector `high` + `low`, with steps of a size above zero.
     pub fn new(
         composition: &'static Composition,
         size: f64,
@@ -59,12 +59,12 @@ impl FixedStepper {
         (&self.high, &self.low)
     }
 
-    /// Time and vector at which the last step began, also one that was not taken to its end.
+    /// Returns the time and the vector at which the last step began, whether or not it was completed.
     pub fn last(&self) -> (Compensated, &[f64], &[f64]) {
         (self.last_time, &self.last_high, &self.last_low)
     }
 
-    /// Size of that step, negative for a run backwards.
+    /// Returns the size of that step, negative for a run backwards.
     pub fn last_size(&self) -> f64 {
         self.last_size
     }
@@ -82,25 +82,25 @@ impl FixedStepper {
         self.statistics
     }
 
-    /// Takes the last step again, with other flows beside the same motion.
-    pub fn again(&self, flows: &mut impl Flows, patience: &mut Patience) -> Result<()> {
+    /// Repeats the last step with other flows, which follow the same motion.
+    pub fn again(&self, flows: &mut impl Flows, interrupt: &mut InterruptCheck) -> Result<()> {
         let (mut high, mut low) = (self.last_high.clone(), self.last_low.clone());
-        flows.prepare(self.last_time.value(), &high, self.last_size, patience)?;
-        self.composition.step(flows, self.last_size, &mut high, &mut low, patience).map(drop)
+        flows.prepare(self.last_time.value(), &high, self.last_size, interrupt)?;
+        self.composition.step(flows, self.last_size, &mut high, &mut low, interrupt).map(drop)
     }
 
-    /// Adds evaluations made on this integration's behalf.
+    /// Adds evaluations that were made on behalf of this integration.
     pub fn count(&mut self, evaluations: u64) {
         self.statistics.evaluations += evaluations;
     }
 
-    /// What decides how the integration goes on.
+    /// Returns what decides how the integration goes on.
     pub fn memory(&self) -> Memory {
         Memory {
             time: [self.time.high, self.time.low],
             high: self.high.clone(),
             low: self.low.clone(),
-            // The size belongs to the set-up.
+            // The step size belongs to the integrator's settings.
             next: 0.0,
             previous_error: 1.0,
             after_rejection: false,
@@ -108,7 +108,7 @@ impl FixedStepper {
         }
     }
 
-    /// Goes on from where another stepper of the same composition and step was.
+    /// Continues from the memory of a stepper with the same composition and step.
     pub fn recall(&mut self, memory: &Memory) {
         self.time = Compensated { high: memory.time[0], low: memory.time[1] };
         self.high.copy_from_slice(&memory.high);
@@ -116,18 +116,18 @@ impl FixedStepper {
         self.statistics = memory.statistics;
     }
 
-    /// Puts the integration to a time and a vector.
+    /// Moves the integration to a time and a vector.
     pub fn place(&mut self, time: f64, y: &[f64]) {
         self.time = Compensated::new(time);
         self.high.copy_from_slice(y);
         self.low.fill(0.0);
     }
 
-    /// One step towards `end`; only a step that would pass it is cut short. A step that is not taken to its end leaves the
-    /// integration at its start.
-    pub fn step(&mut self, flows: &mut impl Flows, end: f64, patience: &mut Patience) -> Result<()> {
+    /// Takes one step towards `end`; only a step that would pass it is cut short. A step that is not
+    /// completed leaves the integration at its start.
+    pub fn step(&mut self, flows: &mut impl Flows, end: f64, interrupt: &mut InterruptCheck) -> Result<()> {
         let remaining = (end - self.time.high) - self.time.low;
-        // A remainder that differs from the step by the rounding of the end is the step.
+        // A remainder that differs from the step only by the rounding of `end` counts as a whole step.
         let arrives = remaining.abs() <= self.size * (1.0 + 1e-9);
         let size = if arrives { remaining } else { self.size.copysign(remaining) };
         let time = self.time();
@@ -139,8 +139,8 @@ impl FixedStepper {
         self.last_size = size;
         self.last_high.copy_from_slice(&self.high);
         self.last_low.copy_from_slice(&self.low);
-        flows.prepare(time, &self.high, size, patience)?;
-        match self.composition.step(flows, size, &mut self.high, &mut self.low, patience) {
+        flows.prepare(time, &self.high, size, interrupt)?;
+        match self.composition.step(flows, size, &mut self.high, &mut self.low, interrupt) {
             Ok(evaluations) => self.statistics.evaluations += evaluations,
             Err(error) => {
                 self.high.copy_from_slice(&self.last_high);

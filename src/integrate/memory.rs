@@ -1,4 +1,4 @@
-//! What an archive keeps of an integration.
+//! The state of an integration that an archive keeps.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +13,7 @@ pub struct Statistics {
     pub evaluations: u64,
 }
 
-/// Everything that decides how an integration goes on; the layout belongs to the archive's version.
+/// Everything that decides how an integration goes on. Its layout belongs to the version of the archive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
     /// Time and what rounding dropped of it.

@@ -1,4 +1,5 @@
-//! Integrators of ordinary differential equations: tableaux, step control, dense output, compositions, roots.
+//! Integrators of ordinary differential equations: tableaux, step control, dense output, compositions, event
+//! detection.
 //!
 //! Takes anything that is [`Equations`] or [`Flows`]; gives steps. Knows no physics.
 
@@ -6,6 +7,7 @@ mod composition;
 mod control;
 mod dormand_prince54;
 mod equations;
+mod event_detection;
 mod fixed;
 mod memory;
 mod roots;
@@ -18,18 +20,38 @@ mod verner76;
 mod verner87;
 mod verner98;
 
-pub use composition::{Composition, Flows, KICK_DRIFT_KICK, Scheme};
-pub use control::{Controller, Tolerance};
+pub use composition::Scheme;
+#[doc(hidden)]
+pub use composition::{Composition, Flows, KICK_DRIFT_KICK};
+#[doc(hidden)]
+pub use control::Controller;
+pub use control::Tolerance;
+#[doc(hidden)]
 pub use dormand_prince54::DORMAND_PRINCE54;
+#[doc(hidden)]
 pub use equations::Equations;
+#[doc(hidden)]
+pub use event_detection::{POINTS, counts, sample_fractions, zeros};
+#[doc(hidden)]
 pub use fixed::FixedStepper;
-pub use memory::{Memory, Statistics};
-pub use roots::{extremum, root};
+#[doc(hidden)]
+pub use memory::Memory;
+pub use memory::Statistics;
+#[doc(hidden)]
+pub use roots::{extremum, first_fall, polynomial_roots, root};
+#[doc(hidden)]
 pub use segment::{MAX_TERMS, Segment};
+#[doc(hidden)]
 pub use step::Step;
+#[doc(hidden)]
 pub use stepper::Stepper;
+#[doc(hidden)]
 pub use tableau::{Interpolant, Tableau};
+#[doc(hidden)]
 pub use verner65::VERNER65;
+#[doc(hidden)]
 pub use verner76::VERNER76;
+#[doc(hidden)]
 pub use verner87::VERNER87;
+#[doc(hidden)]
 pub use verner98::{VERNER96, VERNER98};

@@ -2,9 +2,10 @@
 //!
 //! R. P. Brent (1973), Algorithms for Minimization without Derivatives, chapters 4 and 5.
 
-/// The root between `a` and `b`, where the function has the values `fa` and `fb` of opposite sign, to the last bits.
+/// Returns the root between `a` and `b`, where the function has values `fa` and `fb` of opposite sign, to the
+/// last bits.
 ///
-/// The values at the ends are taken as given, so that intervals which share an end agree about its sign.
+/// The values at the ends are taken as given, so that intervals with a common end agree about the sign there.
 pub fn root<E>(
     mut f: impl FnMut(f64) -> Result<f64, E>,
     (mut a, mut fa): (f64, f64),
@@ -55,9 +56,37 @@ pub fn root<E>(
     Ok(b)
 }
 
-/// The place and the value of the minimum between `a` and `b` of a function with one minimum there.
+/// The simple roots from -1 to 1, in rising order, of a polynomial of the eighth degree at most, by those of its derivative.
+pub fn polynomial_roots(polynomial: &[f64], found: &mut dyn FnMut(f64)) {
+    let degree = polynomial.iter().rposition(|c| *c != 0.0).unwrap_or(0);
+    let polynomial = &polynomial[..=degree];
+    let value = |t: f64| polynomial.iter().rev().fold(0.0, |sum, c| sum * t + c);
+    let (mut ends, mut count) = ([-1.0; 10], 1);
+    if degree > 1 {
+        let mut slope = [0.0; 8];
+        for (k, out) in slope[..degree].iter_mut().enumerate() {
+            *out = (k + 1) as f64 * polynomial[k + 1];
+        }
+        polynomial_roots(&slope[..degree], &mut |t| {
+            ends[count] = t;
+            count += 1;
+        });
+    }
+    ends[count] = 1.0;
+    for pair in ends[..=count].windows(2) {
+        let [a, b] = [(pair[0], value(pair[0])), (pair[1], value(pair[1]))];
+        if a.1 * b.1 < 0.0 || (b.1 == 0.0 && a.1 != 0.0) {
+            let Ok(t) = root(|t| Ok::<_, std::convert::Infallible>(value(t)), a, b);
+            found(t);
+        }
+    }
+}
+
+/// Returns the abscissa and the value of the minimum between `a` and `b` of a function that has one minimum
+/// there.
 ///
-/// Stops as soon as the value is below zero: what is asked is whether the function gets there.
+/// The search stops as soon as a value is below zero, since callers only ask whether the function becomes
+/// negative.
 pub fn extremum<E>(mut f: impl FnMut(f64) -> Result<f64, E>, a: f64, b: f64) -> Result<(f64, f64), E> {
     const GOLDEN: f64 = 0.381_966_011_250_105_15;
     let (mut a, mut b) = (a, b);
@@ -67,7 +96,7 @@ pub fn extremum<E>(mut f: impl FnMut(f64) -> Result<f64, E>, a: f64, b: f64) -> 
     let (mut d, mut e): (f64, f64) = (0.0, 0.0);
     for _ in 0..80 {
         let middle = 0.5 * (a + b);
-        // At the minimum the value is flat: half the digits of the place give all of the value.
+        // The function is flat at its minimum: half the digits of the abscissa give all digits of the value.
         let tolerance = 1e-9 * x.abs() + 1e-12;
         if fx < 0.0 || (x - middle).abs() <= 2.0 * tolerance - 0.5 * (b - a) {
             break;
@@ -115,4 +144,40 @@ pub fn extremum<E>(mut f: impl FnMut(f64) -> Result<f64, E>, a: f64, b: f64) -> 
         }
     }
     Ok((x, fx))
+}
+
+/// Equal intervals in which [`first_fall`] looks at a function, which may have one extremum in each of them.
+const LOOKS: usize = 8;
+
+/// The part of an interval after its start and before its end where the function is looked at too.
+const NEAR: f64 = 1e-3;
+
+/// The first root between 0 and `end` of a function that is not negative at 0, and a place behind it where
+/// the function is negative.
+pub fn first_fall<E>(mut f: impl FnMut(f64) -> Result<f64, E>, end: f64) -> Result<Option<(f64, f64)>, E> {
+    let place = |k: usize| match k {
+        1 => NEAR * end,
+        k if k == LOOKS + 1 => (1.0 - NEAR) * end,
+        k if k > LOOKS => end,
+        k => k.saturating_sub(1) as f64 / LOOKS as f64 * end,
+    };
+    let (mut before, mut last) = (None, (0.0, f(0.0)?.max(0.0)));
+    for k in 1..LOOKS + 3 {
+        let next = (place(k), f(place(k))?);
+        // Between three values of which the middle one is the least there is a minimum.
+        if let Some((from, above)) = before
+            && last.1 < above
+            && last.1 <= next.1
+        {
+            let (lowest, value): (f64, f64) = extremum(&mut f, from, next.0)?;
+            if value < 0.0 {
+                return Ok(Some((root(&mut f, (from, above), (lowest, value))?, lowest)));
+            }
+        }
+        if next.1 < 0.0 {
+            return Ok(Some((root(&mut f, last, next)?, next.0)));
+        }
+        (before, last) = (Some(last), next);
+    }
+    Ok(None)
 }

@@ -7,21 +7,21 @@ pub const MAX_TERMS: usize = 12;
 
 /// The solution over one step: y(t + theta h) = y + theta h sum_k c_k T_k(2 theta - 1).
 ///
-/// Takes 8 (terms + 2) bytes for every number of the vector: 96 at most.
+/// It takes 8 (terms + 2) bytes for every number of the vector: 96 at most.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {
-    /// Where the step begins.
+    /// The time at which the step begins.
     pub(super) time: Compensated,
     /// Its size, negative for a run backwards.
     pub(super) size: f64,
     pub(super) high: Vec<f64>,
     pub(super) low: Vec<f64>,
-    /// c_0 of the whole vector, then c_1, ...
+    /// The coefficients: c_0 of the whole vector, then c_1, and so on.
     pub(super) coefficients: Vec<f64>,
 }
 
 impl Segment {
-    /// Room for a vector of this length and a polynomial of that many coefficients.
+    /// Allocates for a vector of this length and a polynomial of `terms` coefficients.
     pub fn new(dimension: usize, terms: usize) -> Self {
         Self {
             time: Compensated::default(),
@@ -32,8 +32,8 @@ impl Segment {
         }
     }
 
-    /// Makes it that of another step: its start, its size, the vector there with what rounding dropped of it, and the coefficients,
-    /// by their order and the number of the vector.
+    /// Overwrites the segment with another step: its start and size, the vector there in two parts, and a
+    /// function that returns a coefficient by its order and the index of the number.
     pub fn refill(
         &mut self,
         (time, size): (f64, f64),
@@ -50,7 +50,7 @@ impl Segment {
         }
     }
 
-    /// The coefficients: c_0 of the whole vector, then c_1, and so on.
+    /// Returns the coefficients: c_0 of the whole vector, then c_1, and so on.
     pub fn coefficients(&self) -> &[f64] {
         &self.coefficients
     }
@@ -65,7 +65,7 @@ impl Segment {
         self.time_at(1.0)
     }
 
-    /// The vector at which it begins, and what rounding dropped of it.
+    /// Returns the vector at the start, and the part of it that rounding dropped.
     pub fn start_vector(&self) -> (&[f64], &[f64]) {
         (&self.high, &self.low)
     }
@@ -75,7 +75,7 @@ impl Segment {
         self.size
     }
 
-    /// Memory that its numbers take.
+    /// Returns the memory that the numbers take, in bytes.
     pub fn bytes(&self) -> usize {
         8 * (self.high.len() + self.low.len() + self.coefficients.len())
     }
@@ -92,12 +92,12 @@ impl Segment {
         ((time - self.time.high) - self.time.low) / self.size
     }
 
-    /// The vector at a fraction of the step. Allocates nothing.
+    /// Writes the vector at a fraction of the step. Allocates nothing.
     pub fn at(&self, theta: f64, out: &mut [f64]) {
         let dimension = self.high.len();
         let basis = self.basis(theta);
         out.fill(0.0);
-        // The small terms first.
+        // Small terms are added first.
         for (value, row) in basis.iter().zip(self.coefficients.chunks_exact(dimension)).rev() {
             out.iter_mut().zip(row).for_each(|(o, c)| *o += value * c);
         }
@@ -106,7 +106,7 @@ impl Segment {
         }
     }
 
-    /// The factors of the coefficients at a fraction of the step.
+    /// Returns the factors of the coefficients at a fraction of the step.
     pub fn basis(&self, theta: f64) -> [f64; MAX_TERMS] {
         let mut basis = [0.0; MAX_TERMS];
         let x = 2.0 * theta - 1.0;
@@ -118,13 +118,13 @@ impl Segment {
         basis
     }
 
-    /// The rate of change of the vector at a fraction of the step. Allocates nothing.
+    /// Writes the rate of change of the vector at a fraction of the step. Allocates nothing.
     ///
     /// With x = 2 theta - 1 the derivative of theta T_k(x) is T_k(x) + 2 theta k U_(k-1)(x).
     pub fn rate(&self, theta: f64, out: &mut [f64]) {
         let x = 2.0 * theta - 1.0;
         let (mut previous, mut present) = (x, 1.0);
-        // U_(k-2) and U_(k-1).
+        // These hold U_(k-2) and U_(k-1).
         let (mut before, mut second) = (-1.0, 0.0);
         out.fill(0.0);
         for (k, row) in self.coefficients.chunks_exact(self.high.len()).enumerate() {
@@ -135,18 +135,19 @@ impl Segment {
         }
     }
 
-    /// One number of the vector where the basis was taken, the same as of [`Self::at`].
+    /// Returns one number of the vector at the fraction for which the basis was computed, with the same bits
+    /// as [`Self::at`].
     pub fn number(&self, basis: &[f64; MAX_TERMS], index: usize) -> f64 {
         let column = self.coefficients[index..].iter().step_by(self.high.len());
         let sum = basis[..self.terms()].iter().zip(column).rev().fold(0.0, |sum, (value, c)| sum + value * c);
         self.high[index] + (self.low[index] + sum)
     }
 
-    /// Bounds of how fast numbers of the vector change with the fraction of the step, anywhere in it: of the lengths of the first
-    /// three derivatives of the `count` numbers from `index` on.
+    /// Returns bounds, anywhere in the step, of the lengths of the first three derivatives by the fraction of
+    /// the step, for the `count` numbers from `index` on.
     ///
-    /// The derivatives of theta T_k(2 theta - 1) are largest at the end: 1 + 2 k^2, 4 k^2 (k^2 + 2) / 3 and
-    /// 4 k^2 (k^2 - 1) (2 k^2 + 7) / 15.
+    /// The derivatives of theta T_k(2 theta - 1) are largest at the end: 1 + 2 k^2, 4 k^2 (k^2 + 2) / 3 and 4
+    /// k^2 (k^2 - 1) (2 k^2 + 7) / 15.
     pub fn rates(&self, index: usize, count: usize) -> [f64; 3] {
         let mut rates = [0.0; 3];
         for (k, row) in self.coefficients.chunks_exact(self.high.len()).enumerate() {
@@ -164,7 +165,8 @@ impl Segment {
         self.coefficients.len() / self.high.len().max(1)
     }
 
-    /// Moves the end by a difference and what is before it by its share, linear in time.
+    /// Adds a difference that grows linearly with time, from the share `from` of it at the start to the share
+    /// `to` at the end.
     pub fn tilt(&mut self, from: f64, to: f64, difference: &[f64]) {
         for (index, difference) in difference.iter().enumerate() {
             self.low[index] += from * difference;

@@ -1,11 +1,11 @@
-//! A look at the last step.
+//! A view of the last step: its ends and stages.
 
 use super::tableau::Tableau;
 use crate::math::rows::{LargestChanges, stride};
 use pulp::Arch;
 use std::ops::Range;
 
-/// An accepted step by its ends and stages.
+/// An accepted step with its ends and stages.
 #[derive(Debug, Clone, Copy)]
 pub struct Step<'a> {
     pub(super) tableau: &'static Tableau,
@@ -21,7 +21,7 @@ pub struct Step<'a> {
 }
 
 impl Step<'_> {
-    /// The rates of change at the step's start.
+    /// Returns the rates of change at the step's start.
     pub fn first_rates(&self) -> &[f64] {
         &self.rates[..self.start.len()]
     }
@@ -31,14 +31,15 @@ impl Step<'_> {
         self.tableau
     }
 
-    /// By how much the rates of change of a range of numbers differ from the first ones at most, at the pair's own stages. `out` has
-    /// the [`Self::stride`] as its length, and what it holds elsewhere means nothing.
+    /// Writes, for a range of numbers, the largest difference of their rates of change at the pair's own
+    /// stages from those at the start. `out` has the length [`Self::stride`]; its other numbers are
+    /// unspecified.
     pub fn changes(&self, arch: Arch, range: Range<usize>, out: &mut [f64]) {
         let rows = &self.rates[..self.tableau.stages * self.stride()];
         arch.dispatch(LargestChanges { rows, range, out });
     }
 
-    /// Length of the rows that the rates are kept in.
+    /// Returns the length of the rows in which the rates are kept.
     pub fn stride(&self) -> usize {
         stride(self.start.len())
     }

@@ -1,4 +1,4 @@
-//! One integration: takes adaptive steps, keeps what rounding drops, interpolates.
+//! An adaptive integration: it takes steps with error control, keeps what rounding drops, and interpolates.
 
 mod start;
 
@@ -9,11 +9,11 @@ use super::segment::Segment;
 use super::step::Step;
 use super::tableau::Tableau;
 use crate::error::{Error, Result};
+use crate::interrupt::InterruptCheck;
 use crate::math::compensated::Compensated;
 use crate::math::rows::{Advance, InOnePart, InTwoParts, Sums, Term, WeightedRows, stride, whole};
-use crate::patience::Patience;
 
-/// The state of an integration. Numbers only: two steppers that are equal go on equally.
+/// The state of an integration. It holds numbers only: two steppers that are equal go on equally.
 #[derive(Debug, Clone)]
 pub struct Stepper {
     tableau: &'static Tableau,
@@ -21,35 +21,35 @@ pub struct Stepper {
     time: Compensated,
     high: Vec<f64>,
     low: Vec<f64>,
-    /// Size of the next step; zero before the first.
+    /// The size of the next step; zero before the first.
     next: f64,
     controller: Controller,
-    /// Both before the last step.
+    /// The planned size and the controller before the last step.
     before: (f64, Controller),
     statistics: Statistics,
-    /// Rates of the stages, one after the other.
+    /// The rates of the stages, one row after the other.
     stages: Vec<f64>,
     /// Whether stage 0 holds the rate at the present vector.
     fresh: bool,
-    /// The non-zero weights of every stage, and at the end those of the solution.
+    /// The non-zero weights of every stage, followed by those of the solution.
     terms: Vec<Vec<Term>>,
-    /// Whether a stage has a weight in the solution or in its interpolant.
+    /// For each stage, whether it has a weight in the solution or in its interpolant.
     counts: Vec<bool>,
-    /// The vector of the last step's start in both its parts, of the length of a row.
+    /// The vector at the last step's start in both its parts, padded to the length of a row.
     from: [Vec<f64>; 2],
     trial: Vec<f64>,
-    /// The low part of a step's end.
+    /// The low part of the vector at a step's end.
     tail: Vec<f64>,
-    /// The last step: where it began, how long it was, and its polynomial once that was asked for.
+    /// The last step: its start, its size, and its polynomial once that has been asked for.
     last: Segment,
-    /// Stages of it that have been computed.
+    /// The number of stages of the last step that have been computed.
     known: usize,
-    /// Whether the polynomial has been formed.
+    /// Whether the polynomial of the last step has been formed.
     formed: bool,
 }
 
 impl Stepper {
-    /// At a time and a vector `high` + `low`.
+    /// Starts at a time and a vector `high` + `low`.
     pub fn new(
         tableau: &'static Tableau,
         tolerance: Tolerance,
@@ -92,7 +92,7 @@ impl Stepper {
         (&self.high, &self.low)
     }
 
-    /// What decides how the integration goes on.
+    /// Returns what decides how the integration goes on.
     pub fn memory(&self) -> Memory {
         Memory {
             time: [self.time.high, self.time.low],
@@ -117,8 +117,8 @@ impl Stepper {
         self.known = 0;
     }
 
-    /// Starts anew at a time and a vector with nothing remembered but the counts: what follows depends on the arguments
-    /// alone. The first step is tried with the size `next`.
+    /// Starts anew at a time and a vector and remembers nothing but the counts, so that what follows depends
+    /// on the arguments alone. The first step is tried with the size `next`.
     pub fn restart(&mut self, time: Compensated, high: &[f64], low: &[f64], next: f64) {
         self.time = time;
         self.high.copy_from_slice(high);
@@ -128,7 +128,7 @@ impl Stepper {
         self.known = 0;
     }
 
-    /// Puts the integration to a time and a vector near the present one; the planned step size stays.
+    /// Moves the integration to a time and a vector near the present ones; the planned step size stays.
     pub fn place(&mut self, time: f64, y: &[f64]) {
         self.time = Compensated::new(time);
         self.high.copy_from_slice(y);
@@ -141,27 +141,33 @@ impl Stepper {
         self.statistics
     }
 
-    /// One accepted step towards `end`, never beyond it. Where it is interrupted the integration stays at its start.
-    pub fn step(&mut self, equations: &mut impl Equations, end: f64, patience: &mut Patience) -> Result<()> {
+    /// Takes one accepted step towards `end`, never beyond it. An interrupted step leaves the integration at
+    /// its start.
+    pub fn step(
+        &mut self,
+        equations: &mut impl Equations,
+        end: f64,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
         let direction = if end >= self.time() { 1.0 } else { -1.0 };
         self.fresh = false;
         self.before = (self.next, self.controller);
         if self.next == 0.0 {
-            self.next = self.first_step(equations, direction, end, patience)?;
+            self.next = self.first_step(equations, direction, end, interrupt)?;
         }
         self.next = self.next.abs() * direction;
         loop {
             let (size, cut) = self.fit(end);
-            // All that is left may be as short as the time's rounding, and is gone all the same.
+            // The remainder may be as short as the rounding of the time; it is then taken all the same.
             if size != self.remaining(end) {
                 self.refuse_tiny(size, "the error tolerance cannot be met")?;
             }
-            equations.prepare(self.time(), &self.high, size, patience)?;
-            match self.attempt(equations, size, patience) {
+            equations.prepare(self.time(), &self.high, size, interrupt)?;
+            match self.attempt(equations, size, interrupt) {
                 Ok(error) if error <= 1.0 => {
                     self.accept(equations, size, end);
                     let factor = self.controller.accepted(error, self.tableau.error_order);
-                    // A step cut short to end somewhere says nothing against the size that was planned.
+                    // A step that was cut short to end at `end` does not reduce the planned size.
                     self.next =
                         if cut { self.next.abs().max(size.abs() * factor) } else { size.abs() * factor };
                     self.next *= direction;
@@ -181,7 +187,7 @@ impl Stepper {
         }
     }
 
-    /// Takes the last step back. What it was made of stays until the next one.
+    /// Takes the last step back. Its stages stay until the next step.
     pub fn retreat(&mut self) {
         self.time = self.last.time;
         self.high.copy_from_slice(&self.last.high);
@@ -190,7 +196,8 @@ impl Stepper {
         self.statistics.steps -= 1;
     }
 
-    /// Takes the last step back and plans it half as long; refuses where that no longer advances the time.
+    /// Takes the last step back and plans it half as long. Returns an error where that no longer advances the
+    /// time.
     pub fn shorten(&mut self, reason: &str) -> Result<()> {
         self.retreat();
         self.statistics.rejected += 1;
@@ -199,7 +206,7 @@ impl Stepper {
         self.refuse_tiny(self.next, reason)
     }
 
-    /// The last step by its ends and stages.
+    /// Returns the last step with its ends and stages.
     pub fn last(&self) -> Step<'_> {
         Step {
             tableau: self.tableau,
@@ -211,26 +218,31 @@ impl Stepper {
         }
     }
 
-    /// The vector at a time within the last step.
+    /// Returns the vector at a time within the last step.
     pub fn interpolate(
         &mut self,
         equations: &mut impl Equations,
         time: f64,
         out: &mut [f64],
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        let segment = self.segment(equations, patience)?;
+        let segment = self.segment(equations, interrupt)?;
         segment.at(segment.fraction(time), out);
         Ok(())
     }
 
-    /// The last step as a polynomial. Computes the interpolant's stages when first asked for in a step.
-    pub fn segment(&mut self, equations: &mut impl Equations, patience: &mut Patience) -> Result<&Segment> {
+    /// Returns the last step as a polynomial. The stages of the interpolant are computed when first asked for
+    /// in a step.
+    pub fn segment(
+        &mut self,
+        equations: &mut impl Equations,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<&Segment> {
         if self.known == 0 {
             return Err(Error::invalid("number of steps", 0, "a step before its interpolation"));
         }
         if !self.formed {
-            self.complete_stages(equations, patience)?;
+            self.complete_stages(equations, interrupt)?;
             let dimension = self.high.len();
             equations.arch().dispatch(Sums {
                 weights: self.tableau.interpolant.weights,
@@ -244,12 +256,16 @@ impl Stepper {
         Ok(&self.last)
     }
 
-    /// The last step as the polynomial that [`Self::segment`] has formed.
+    /// Returns the polynomial of the last step that [`Self::segment`] has formed.
     pub fn piece(&self) -> &Segment {
         &self.last
     }
 
-    fn complete_stages(&mut self, equations: &mut impl Equations, patience: &mut Patience) -> Result<()> {
+    fn complete_stages(
+        &mut self,
+        equations: &mut impl Equations,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
         let dimension = self.high.len();
         while self.known < self.tableau.a.len() {
             let stage = self.known;
@@ -258,7 +274,7 @@ impl Stepper {
             let rates = &mut self.stages[stage * stride(dimension)..][..dimension];
             self.statistics.evaluations += 1;
             let counts = self.counts[stage];
-            evaluate(equations, time, &self.trial[..dimension], rates, counts, patience).map_err(
+            evaluate(equations, time, &self.trial[..dimension], rates, counts, interrupt).map_err(
                 |unmade| {
                     unmade.error(|reason| Error::StepSizeTooSmall {
                         time,
@@ -276,7 +292,8 @@ impl Stepper {
         (end - self.time.high) - self.time.low
     }
 
-    /// The planned step, shortened to end at `end` or stretched a little to avoid a tiny remainder.
+    /// Returns the planned step, shortened to end at `end` or stretched a little to avoid a tiny remainder,
+    /// and whether it arrives there.
     fn fit(&self, end: f64) -> (f64, bool) {
         let remaining = self.remaining(end);
         if self.next.abs() >= remaining.abs() {
@@ -297,12 +314,13 @@ impl Stepper {
         }
     }
 
-    /// Computes the stages and the trial vector's increments; gives the error in units of the tolerance, or why there is none.
+    /// Computes the stages and the increments of the trial vector. Returns the error in units of the
+    /// tolerance, or why there is none.
     fn attempt(
         &mut self,
         equations: &mut impl Equations,
         size: f64,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> std::result::Result<f64, Unmade> {
         let dimension = self.high.len();
         let time = self.time();
@@ -316,7 +334,7 @@ impl Stepper {
         let first = usize::from(self.fresh);
         self.known = first;
         let work = equations.work() * self.tableau.stages as u64;
-        let quick = equations.parts() == 1 && patience.affords(work);
+        let quick = equations.parts() == 1 && interrupt.try_charge(work);
         for stage in first..self.tableau.stages {
             self.fill_trial(equations, stage, size);
             let rates = &mut self.stages[stage * stride(dimension)..][..dimension];
@@ -328,7 +346,7 @@ impl Stepper {
                     equations.quadratures(at, trial, rates);
                 }
             } else {
-                evaluate(equations, at, trial, rates, self.counts[stage], patience)?;
+                evaluate(equations, at, trial, rates, self.counts[stage], interrupt)?;
             }
             self.fresh = true;
             self.known = stage + 1;
@@ -342,14 +360,14 @@ impl Stepper {
             }
         }
         if !quick {
-            // The norm takes about as long as a part.
-            patience.spend(equations.work(), time).map_err(Unmade::Ended)?;
+            // The norm takes about as long as one part of an evaluation.
+            interrupt.charge(equations.work(), time).map_err(Unmade::Ended)?;
         }
         let error = equations.norm(&self.high, &self.trial[..dimension], &self.tolerance);
         if error.is_finite() { Ok(error) } else { Err(Unmade::Refused("the error estimate is not finite")) }
     }
 
-    /// y + size sum_j a_ij k_j, of the numbers that matter.
+    /// Writes y + size sum_j a_ij k_j for the numbers that the rates depend on.
     fn fill_trial(&mut self, equations: &impl Equations, stage: usize, size: f64) {
         let numbers = whole(equations.dependent(self.high.len()));
         let advance = advance(&self.terms[stage], &self.stages, &self.from, numbers, size);
@@ -375,7 +393,7 @@ impl Stepper {
     }
 }
 
-/// A step from a vector along the rates of stages, of its first numbers.
+/// Builds the step from a vector along the rates of the stages, for the vector's first numbers.
 fn advance<'a>(
     terms: &'a [Term],
     rates: &'a [f64],

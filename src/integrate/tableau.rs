@@ -7,40 +7,42 @@ use crate::math::rows::Term;
 pub struct Tableau {
     /// Name with orders.
     pub name: &'static str,
-    /// Order of the solution that is carried on.
+    /// Order of the solution with which the integration continues.
     pub order: u32,
-    /// Order of the one it is compared with.
+    /// Order of the comparison solution.
     pub error_order: u32,
     /// Stages of the pair.
     pub stages: usize,
-    /// Nodes, those of the interpolant's stages included.
+    /// Nodes, including those of the interpolant's stages.
     pub c: &'static [f64],
     /// Row i holds the coefficients of the earlier stages in stage i.
     pub a: &'static [&'static [f64]],
-    /// What rounding to doubles drops of the pair's rows: left out, it would be the same error in every step, and grow with
-    /// their number and not with its root.
+    /// The parts of the pair's coefficients that rounding to doubles drops. Left out, they would make the
+    /// same error in every step, which grows with the number of steps and not with its root.
     pub a_low: &'static [&'static [f64]],
     /// Weights of the solution.
     pub b: &'static [f64],
-    /// What rounding to doubles drops of them.
+    /// The parts of the weights that rounding to doubles drops.
     pub b_low: &'static [f64],
-    /// Weights of the comparison.
+    /// Weights of the comparison solution.
     pub b_hat: &'static [f64],
     /// Continuous extension.
     pub interpolant: Interpolant,
-    /// How far a path x with dx/dt = v, dv/dt = a may bend within a step of size h. With a_0 the acceleration at the first stage,
-    /// its interpolant and the interpolant's own stages lie no further from the chord between the step's ends than
+    /// How far a path x with dx/dt = v, dv/dt = a may depart from its chord within a step of size h. With a_0
+    /// the acceleration at the first stage, the interpolant and the positions of its own stages lie no
+    /// further from the chord between the step's ends than
     ///
     /// h^2 ( |a_0| / 8 + spread\[0\] max |a_j - a_0| + spread\[1\] max |a_k - a_0| ),
     ///
-    /// j over the stages of the pair, k over those of the interpolant alone. Since a stage's velocity is v + h sum_j a_ij a_j, the
-    /// interpolant is x + theta h v + h^2 sum_j D_j(theta) a_j with D_j = sum_i b_i(theta) a_ij, and the two numbers are the largest
-    /// sums of |D_j(theta) - theta D_j(1)| over the stages of either kind; the same of the stages' own places.
+    /// with j over the stages of the pair and k over those of the interpolant alone. The velocity at a stage
+    /// is v + h sum_j a_ij a_j, so that the interpolant is x + theta h v + h^2 sum_j D_j(theta) a_j with D_j
+    /// = sum_i b_i(theta) a_ij. The two numbers are the largest sums of |D_j(theta) - theta D_j(1)| over the
+    /// stages of either kind, for the interpolant and for the stages' own positions.
     pub spread: [f64; 2],
 }
 
 impl Tableau {
-    /// The non-zero weights of every stage, and at the end those of the solution.
+    /// Returns the non-zero weights of every stage, followed by those of the solution.
     pub(super) fn terms(&self) -> Vec<Vec<Term>> {
         let nonzero = |weights: &[f64], low: &[f64]| {
             let term = |(row, &weight): (usize, &f64)| Term {
@@ -55,7 +57,7 @@ impl Tableau {
         stages.chain([nonzero(self.b, self.b_low)]).collect()
     }
 
-    /// Of every stage whether it has a weight in the solution or in its interpolant.
+    /// Returns, for each stage, whether it has a weight in the solution or in its interpolant.
     pub(super) fn counts(&self) -> Vec<bool> {
         let weighted = |stage: usize| {
             let within = self.interpolant.weights.get(stage).is_some_and(|row| row.iter().any(|w| *w != 0.0));
@@ -70,14 +72,16 @@ impl Tableau {
 pub struct Interpolant {
     /// Order.
     pub order: u32,
-    /// Row i: w_0, w_1, ... in b_i = theta sum_k w_k T_k(2 theta - 1), T_k Chebyshev's polynomials.
+    /// Row i holds w_0, w_1, ... in b_i = theta sum_k w_k T_k(2 theta - 1), with T_k the Chebyshev
+    /// polynomials.
     ///
-    /// In powers of theta the coefficients are of order 1e4 and cancel; in this basis they are of order one.
+    /// In powers of theta the coefficients would be of order 1e4 and cancel; in this basis they are of order
+    /// one.
     pub weights: &'static [&'static [f64]],
 }
 
 impl Interpolant {
-    /// Number of coefficients of every b_i.
+    /// Returns the number of coefficients of every b_i.
     pub fn terms(&self) -> usize {
         self.weights.iter().map(|row| row.len()).max().unwrap_or(0)
     }

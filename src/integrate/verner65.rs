@@ -1,10 +1,11 @@
 //! Verner's "most efficient" Runge-Kutta pair of orders 6 and 5.
 //!
-//! J. H. Verner (2010), Numer. Algor. 53, 383; coefficients as published by the author. Stages 0-8 are the pair. The 6
-//! further stages serve the interpolant only, of order 6 by repeated Hermite-Birkhoff interpolation (Enright, Jackson,
-//! Norsett & Thomsen 1986, ACM Trans. Math. Softw. 12, 193): the cubic through the step's two ends gives rates inside the
-//! step, these a quartic, and so on, each polynomial raising the order by one. Their places are those at which the error
-//! inside a step of Kepler's problem, in units of the step's own, is least.
+//! J. H. Verner (2010), Numer. Algor. 53, 383; coefficients as published by the author. Stages 0-8 are the
+//! pair. The 6 further stages serve the interpolant only. It has order 6 by repeated Hermite-Birkhoff
+//! interpolation (Enright, Jackson, Norsett & Thomsen 1986, ACM Trans. Math. Softw. 12, 193): the cubic
+//! through the step's two ends gives rates inside the step, these give a quartic, and so on, and each
+//! polynomial raises the order by one. The nodes of these stages minimise the error inside a step of Kepler's
+//! problem relative to the error of the step itself.
 
 use super::tableau::{Interpolant, Tableau};
 
@@ -173,7 +174,7 @@ static B: [f64; 9] = [
     0.0,
 ];
 
-/// What rounding to doubles drops of `A`.
+/// The parts of the coefficients `a` that rounding to doubles drops.
 static A_LOW: [&[f64]; 9] = [
     &[],
     &[2.22045e-18],
@@ -186,7 +187,7 @@ static A_LOW: [&[f64]; 9] = [
     &[3.01672e-18, 0.0, 0.0, 2.77399e-17, 1.89114e-17, -2.97415e-17, -1.2443e-14, -1.30205e-15],
 ];
 
-/// What rounding to doubles drops of `B`.
+/// The parts of the weights `b` that rounding to doubles drops.
 static B_LOW: [f64; 9] =
     [3.01672e-18, 0.0, 0.0, 2.77399e-17, 1.89114e-17, -2.97415e-17, -1.2443e-14, -1.30205e-15, 0.0];
 

@@ -1,10 +1,11 @@
 //! Verner's "most efficient" Runge-Kutta pair of orders 7 and 6.
 //!
-//! J. H. Verner (2010), Numer. Algor. 53, 383; coefficients as published by the author. Stages 0-9 are the pair. The 11
-//! further stages serve the interpolant only, of order 7 by repeated Hermite-Birkhoff interpolation (Enright, Jackson,
-//! Norsett & Thomsen 1986, ACM Trans. Math. Softw. 12, 193): the cubic through the step's two ends gives rates inside the
-//! step, these a quartic, and so on, each polynomial raising the order by one. Their places are those at which the error
-//! inside a step of Kepler's problem, in units of the step's own, is least.
+//! J. H. Verner (2010), Numer. Algor. 53, 383; coefficients as published by the author. Stages 0-9 are the
+//! pair. The 11 further stages serve the interpolant only. It has order 7 by repeated Hermite-Birkhoff
+//! interpolation (Enright, Jackson, Norsett & Thomsen 1986, ACM Trans. Math. Softw. 12, 193): the cubic
+//! through the step's two ends gives rates inside the step, these give a quartic, and so on, and each
+//! polynomial raises the order by one. The nodes of these stages minimise the error inside a step of Kepler's
+//! problem relative to the error of the step itself.
 
 use super::tableau::{Interpolant, Tableau};
 
@@ -288,7 +289,7 @@ static B: [f64; 10] = [
     0.0,
 ];
 
-/// What rounding to doubles drops of `A`.
+/// The parts of the coefficients `a` that rounding to doubles drops.
 static A_LOW: [&[f64]; 10] = [
     &[],
     &[-1.04083e-19],
@@ -302,7 +303,7 @@ static A_LOW: [&[f64]; 10] = [
     &[-6.82177e-16, 0.0, -4.37179e-15, -5.96947e-15, 6.33536e-16, 2.94671e-16, 1.03217e-16],
 ];
 
-/// What rounding to doubles drops of `B`.
+/// The parts of the weights `b` that rounding to doubles drops.
 static B_LOW: [f64; 10] = [
     1.45766e-18,
     0.0,

@@ -1,7 +1,8 @@
 //! Verner's "most efficient" Runge-Kutta pair of orders 9 and 8, with the interpolant of order 9.
 //!
-//! J. H. Verner (2010), Numer. Algor. 53, 383; coefficients RKV98.IIa.Efficient as published by the author. Stages 0-15 are
-//! the pair. Stages 16-25 serve the interpolant only; stage 16 is the rate at the step's end, the next step's stage 0.
+//! J. H. Verner (2010), Numer. Algor. 53, 383; coefficients RKV98.IIa.Efficient as published by the author.
+//! Stages 0-15 are the pair. Stages 16-25 serve the interpolant only; stage 16 is the rate at the step's end,
+//! the next step's stage 0.
 
 use super::tableau::{Interpolant, Tableau};
 
@@ -21,14 +22,16 @@ pub static VERNER98: Tableau = Tableau {
     spread: [0.82, 0.253],
 };
 
-/// The same with a comparison of order 6, for errors far below what doubles can tell of the pair's own.
+/// Verner's pair with a comparison solution of order 6, for errors far below what doubles can tell of the
+/// pair's own estimate.
 ///
-/// That one estimates to 1e-16 of the rates or so, times weights of which the largest is 2.6: where steps are to err by 1e-19 it
-/// is noise. The part of the rates that goes with the sixth power of the time within a step is still well above it,
-/// and tells how far the step is from the next singularity, as the last coefficient does in IAS15 (Rein & Spiegel 2015, Mon. Not.
-/// R. Astron. Soc. 446, 1424). It is h sum_i p_i k_i, where p is the polynomial of degree 6 in the nodes that is orthogonal, over
-/// the stages 0 and 8 to 14, to those of lower degree, with sum_i p_i^2 = 1. The stages are of order 5, so that b - p
-/// has order 6.
+/// The estimate of the pair itself is accurate to about 1e-16 of the rates, times weights of at most 2.6:
+/// where steps are to err by 1e-19 it is noise. The part of the rates that varies with the sixth power of the
+/// time within a step is still well above noise, and tells how far the step is from the nearest singularity,
+/// as the last coefficient does in IAS15 (Rein & Spiegel 2015, Mon. Not. R. Astron. Soc. 446, 1424). That
+/// part is h sum_i p_i k_i, where p is the polynomial of degree 6 in the nodes that is orthogonal to all
+/// lower degrees over the stages 0 and 8 to 14, with sum_i p_i^2 = 1. The stages are of order 5, so that b -
+/// p has order 6.
 pub static VERNER96: Tableau = Tableau {
     name: "Verner 9(6)",
     order: 9,
@@ -438,7 +441,7 @@ static B: [f64; 16] = [
     0.0,
 ];
 
-/// What rounding to doubles drops of `A`.
+/// The parts of the coefficients `a` that rounding to doubles drops.
 static A_LOW: [&[f64]; 16] = [
     &[],
     &[2.00284e-18],
@@ -526,7 +529,7 @@ static A_LOW: [&[f64]; 16] = [
     ],
 ];
 
-/// What rounding to doubles drops of `B`.
+/// The parts of the weights `b` that rounding to doubles drops.
 static B_LOW: [f64; 16] = [
     3.66808e-20,
     0.0,
@@ -565,7 +568,7 @@ static B_HAT: [f64; 16] = [
     0.048342313738239583143767267,
 ];
 
-/// b - p of [`VERNER96`].
+/// The comparison weights b - p of [`VERNER96`].
 static B_HAT_6: [f64; 16] = [
     -0.19101893146897886527252455,
     0.0,

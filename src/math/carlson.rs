@@ -6,12 +6,12 @@
 
 use super::dual::Number;
 
-/// The three R_D of one point of an ellipsoid's field, for s1 >= s2 >= s3 > 0:
+/// Returns the three R_D integrals of an ellipsoid's field at one point, for s1 >= s2 >= s3 > 0:
 /// `[R_D(s2,s3;s1), R_D(s3,s1;s2), R_D(s1,s2;s3)]`.
 ///
-/// The two smaller ones come from `duplications` duplication steps, shared; the largest from
-/// R_D + R_D + R_D = 3 / sqrt(s1 s2 s3), which is then free of cancellation.
-/// [`duplications_needed`] tells how many steps full precision takes.
+/// The two smaller ones are computed by `duplications` shared duplication steps. The largest follows from the
+/// identity R_D + R_D + R_D = 3 / sqrt(s1 s2 s3), which is free of cancellation in this order.
+/// [`duplications_needed`] returns the number of steps that full precision takes.
 #[inline(always)]
 pub fn rd_triple<N: Number>(s: [N; 3], duplications: u32) -> [N; 3] {
     let c = |value| s[0].constant(value);
@@ -69,10 +69,11 @@ fn rd_series<N: Number>(x: N, y: N, z: N) -> N {
     series * inverse / mean.sqrt()
 }
 
-/// Duplication steps after which the series' remainder is below round-off for arguments as spread as
-/// `s` (largest first) and for all that are less spread.
+/// Returns the number of duplication steps after which the remainder of the series is below round-off, for
+/// arguments whose spread is at most that of `s` (largest first).
 pub fn duplications_needed(s: [f64; 3]) -> u32 {
-    // The remainder is about 3/2 delta^8, delta the largest relative distance from the mean.
+    // The remainder is about 3/2 delta^8, where delta is the largest relative distance of an argument from
+    // the mean.
     const ENOUGH: f64 = 0.009;
     let [mut x, mut y, mut z] = s;
     let mut steps = 0;

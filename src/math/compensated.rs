@@ -28,20 +28,20 @@ pub fn two_product(a: f64, b: f64) -> (f64, f64) {
     (product, a.mul_add(b, -product))
 }
 
-/// Adds to a number in two parts.
+/// Adds an increment to a number that is held as a high and a low part.
 #[inline(always)]
 pub fn add(high: &mut f64, low: &mut f64, change: f64) {
     let (sum, error) = two_sum(*high, change);
     let tail = error + *low;
-    // The tail is the smaller one.
+    // After two_sum the tail is the smaller of the two summands, as the fast two-sum requires.
     *high = sum + tail;
     *low = tail - (*high - sum);
 }
 
-/// Adds multiples of numbers to as many numbers in two parts, as [`add`] does.
+/// Adds multiples of three numbers to three numbers that are held in two parts, as [`add`] does.
 #[inline(always)]
 pub fn add_each<const N: usize>(high: &mut [f64; N], low: &mut [f64; N], size: f64, changes: &[f64; N]) {
-    // Read first and written last, so that they are added side by side.
+    // All sums are read first and written last, so that the compiler adds them side by side.
     let (mut sums, mut tails) = (*high, *low);
     for c in 0..N {
         add(&mut sums[c], &mut tails[c], size * changes[c]);
@@ -49,7 +49,7 @@ pub fn add_each<const N: usize>(high: &mut [f64; N], low: &mut [f64; N], size: f
     (*high, *low) = (sums, tails);
 }
 
-/// Adds multiples of numbers to as many numbers in two parts, as [`add`] does.
+/// Adds multiples of numbers to equally many numbers that are held in two parts, as [`add`] does.
 #[inline(always)]
 pub fn add_all<S: Simd>(simd: S, high: &mut [f64], low: &mut [f64], size: f64, changes: &[f64]) {
     let (high, high_rest) = S::as_mut_simd_f64s(&mut high[..changes.len()]);
@@ -78,12 +78,12 @@ pub struct Compensated {
 }
 
 impl Compensated {
-    /// An exact starting value.
+    /// Wraps a value that is exact: the low part is zero.
     pub fn new(value: f64) -> Self {
         Self { high: value, low: 0.0 }
     }
 
-    /// The difference of two numbers without rounding.
+    /// Returns the difference of two numbers without rounding.
     pub fn difference(a: f64, b: f64) -> Self {
         let (high, low) = two_sum(a, -b);
         Self { high, low }
@@ -93,7 +93,7 @@ impl Compensated {
     #[inline(always)]
     pub fn add(&mut self, increment: f64) {
         let (high, low) = two_sum(self.high, increment);
-        // Renormalise, so that the high part is always the nearest double.
+        // The number is renormalised, so that the high part is always the nearest double.
         let (high, low) = two_sum(high, low + self.low);
         self.high = high;
         self.low = low;
@@ -105,7 +105,7 @@ impl Compensated {
     }
 }
 
-/// Sum of an iterator, as if in twice the working precision.
+/// Returns the sum of an iterator as if it were formed in twice the working precision.
 pub fn sum(values: impl IntoIterator<Item = f64>) -> f64 {
     let mut total = Compensated::default();
     for value in values {

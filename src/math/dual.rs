@@ -1,16 +1,17 @@
-//! Lanes with their derivatives by three variables, for formulas that are written for any number.
+//! Dual numbers over lanes: values with their derivatives by three variables, for formulas that are generic
+//! in the number type.
 
 use super::lanes::Lanes;
 use pulp::Simd;
 use std::ops::{Add, Div, Mul, Sub};
 
-/// What a formula asks of its numbers.
+/// The operations that a formula needs of its numbers.
 pub trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
-    /// A constant beside this number.
+    /// Returns a constant of the same kind as this number.
     fn constant(self, value: f64) -> Self;
-    /// `self * b + c`.
+    /// Returns `self * b + c`.
     fn mul_add(self, b: Self, c: Self) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
@@ -33,7 +34,7 @@ impl<S: Simd, const N: usize> Number for Lanes<S, N> {
     }
 }
 
-/// A number and its derivatives.
+/// A number and its derivatives by three variables.
 #[derive(Clone, Copy)]
 pub struct Dual<S: Simd, const N: usize> {
     /// The number.
@@ -43,7 +44,7 @@ pub struct Dual<S: Simd, const N: usize> {
 }
 
 impl<S: Simd, const N: usize> Dual<S, N> {
-    /// The three variables themselves.
+    /// Returns the three variables themselves as dual numbers.
     #[inline(always)]
     pub fn variables(values: [Lanes<S, N>; 3]) -> [Self; 3] {
         let (zero, one) = (values[0].constant(0.0), values[0].constant(1.0));
@@ -55,7 +56,8 @@ impl<S: Simd, const N: usize> Dual<S, N> {
         all
     }
 
-    /// A number whose derivatives are these, and those of another one, times factors.
+    /// Applies the chain rule: returns the number whose derivatives are those of `self` and of another one,
+    /// each times its factor.
     #[inline(always)]
     fn chain(value: Lanes<S, N>, a: Self, by_a: Lanes<S, N>, b: Self, by_b: Lanes<S, N>) -> Self {
         let mut by = a.by;

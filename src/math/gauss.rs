@@ -1,27 +1,28 @@
-//! Gauss's nodes of an interval: quadrature, and the polynomial through values at them.
+//! Gauss-Legendre quadrature on an interval, and the polynomial through values at its nodes.
 //!
-//! On [0, 1], with P_k Legendre's polynomials of x = 2 c - 1 and b_j the weights, the polynomial of the lowest degree that is one at the
-//! node j and zero at the others is l_j = b_j sum_k (2 k + 1) P_k(x_j) P_k(x), and the integral of P_k from 0 to c is
-//! (P_(k+1) - P_(k-1)) / (2 (2 k + 1)), that of P_0 is c.
+//! On [0, 1], let P_k be the Legendre polynomials of x = 2 c - 1 and b_j the weights. The polynomial of
+//! lowest degree that is one at node j and zero at the others is l_j = b_j sum_k (2 k + 1) P_k(x_j) P_k(x).
+//! The integral of P_k from 0 to c is (P_(k+1) - P_(k-1)) / (2 (2 k + 1)) for k > 0, and c for P_0.
 
 use gauss_quad::GaussLegendre;
 use std::num::NonZeroUsize;
 
-/// Nodes with their weights and integrals.
+/// The nodes of a rule with their weights and the integrals of the Lagrange polynomials.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gauss {
-    /// Nodes in [0, 1].
+    /// The nodes, in [0, 1].
     pub nodes: Vec<f64>,
-    /// The integrals of the l_j from 0 to 1.
+    /// The weights: integrals of the l_j from 0 to 1.
     pub weights: Vec<f64>,
-    /// Row i: the integrals of the l_j from 0 to the node i. These are the coefficients of the collocation method of order 2 n.
+    /// Row i holds the integrals of the l_j from 0 to node i: the coefficients of the collocation method of
+    /// order 2 n.
     pub integrals: Vec<Vec<f64>>,
-    /// b_j (2 k + 1) P_k(x_j), by j.
+    /// The factors b_j (2 k + 1) P_k(x_j), in row j.
     legendre: Vec<Vec<f64>>,
 }
 
 impl Gauss {
-    /// So many nodes.
+    /// Computes the rule with `count` nodes.
     pub fn new(count: NonZeroUsize) -> Self {
         let rule = GaussLegendre::new(count);
         let mut both: Vec<_> = rule.nodes().copied().zip(rule.weights().copied()).collect();
@@ -45,7 +46,8 @@ impl Gauss {
         }
     }
 
-    /// The factors of values at the nodes in the value of their polynomial at c, which may lie outside of [0, 1].
+    /// Writes the weights with which values at the nodes add up to the value of their polynomial at c, which
+    /// may lie outside of [0, 1].
     pub fn factors(&self, c: f64, out: &mut [f64]) {
         let x = 2.0 * c - 1.0;
         out.fill(0.0);
@@ -57,8 +59,8 @@ impl Gauss {
     }
 }
 
-/// P_0, ..., P_n at x.
-fn legendre(x: f64, n: usize) -> Vec<f64> {
+/// Returns the Legendre polynomials P_0, ..., P_n at x.
+pub fn legendre(x: f64, n: usize) -> Vec<f64> {
     let mut all = vec![1.0];
     for k in 0..n {
         let before = if k == 0 { 0.0 } else { all[k - 1] };
@@ -67,7 +69,7 @@ fn legendre(x: f64, n: usize) -> Vec<f64> {
     all
 }
 
-/// P_(k+1) from those before it.
+/// Returns P_(k+1) by the recurrence from P_(k-1) and P_k.
 fn next(k: usize, x: f64, before: f64, present: f64) -> f64 {
     ((2 * k + 1) as f64 * x * present - k as f64 * before) / (k + 1) as f64
 }

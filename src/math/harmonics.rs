@@ -1,7 +1,8 @@
 //! Solid harmonics, many points at a time.
 //!
-//! S_nm is |x|^n times the real spherical harmonic in Schmidt's semi-normalisation, m from -n to n (sines below zero), so that
-//! the addition theorem is P_n(u . v) = sum_m S_nm(u) S_nm(v) for unit vectors and no S_nm exceeds |x|^n. They are made by
+//! S_nm is |x|^n times the real spherical harmonic in Schmidt's semi-normalisation, m from -n to n (sines
+//! below zero), so that the addition theorem is P_n(u . v) = sum_m S_nm(u) S_nm(v) for unit vectors and no
+//! S_nm exceeds |x|^n. They are made by
 //!
 //!   S_nn  = sqrt((2n - 1)/(2n)) (x S_{n-1,n-1} - y S_{n-1,1-n}),   S_n,-n likewise with (x, y) turned,   S_11 = x,
 //!   S_nm  = [(2n - 1) z S_{n-1,m} - sqrt((n-1)^2 - m^2) |x|^2 S_{n-2,m}] / sqrt(n^2 - m^2).
@@ -9,17 +10,17 @@
 use super::lanes::{Lanes, Total, dot};
 use pulp::{Simd, WithSimd};
 
-/// Number of harmonics up to a degree.
+/// Returns the number of harmonics up to a degree.
 pub const fn count(degree: usize) -> usize {
     (degree + 1) * (degree + 1)
 }
 
-/// Place of S_nm in a list of harmonics.
+/// Returns the index of S_nm in a list of harmonics.
 pub const fn place(n: usize, m: isize) -> usize {
     (n * n + n).wrapping_add_signed(m)
 }
 
-/// All harmonics up to a degree, in the order of [`place`].
+/// Computes all harmonics up to a degree, in the order of [`place`].
 #[inline(always)]
 fn harmonics<S: Simd>(x: [Lanes<S>; 3], degree: usize, out: &mut [Lanes<S>]) {
     let c = |value| x[0].constant(value);
@@ -56,13 +57,14 @@ fn harmonics<S: Simd>(x: [Lanes<S>; 3], degree: usize, out: &mut [Lanes<S>]) {
     }
 }
 
-/// Sums of weights times harmonics, added to `sums`. The points are in whole blocks.
+/// Computes sums of weights times harmonics over points and adds them to `sums`. The points come in whole
+/// blocks.
 pub struct WeightedHarmonics<'a> {
     /// Coordinates.
     pub points: [&'a [f64]; 3],
     /// Weights.
     pub weights: &'a [f64],
-    /// Up to this degree.
+    /// The highest degree.
     pub degree: usize,
     /// The sums, in the order of [`place`].
     pub sums: &'a mut [f64],
@@ -89,15 +91,15 @@ impl WithSimd for WeightedHarmonics<'_> {
     }
 }
 
-/// Sums of coefficients times harmonics at single points.
+/// Evaluates a series of harmonics, sum of coefficient times S_nm, at every point.
 pub struct HarmonicSeries<'a> {
     /// Coordinates, in whole blocks.
     pub points: [&'a [f64]; 3],
     /// Coefficients, in the order of [`place`].
     pub coefficients: &'a [f64],
-    /// Up to this degree.
+    /// The highest degree.
     pub degree: usize,
-    /// The sums, as many as points.
+    /// The values of the series, one for each point.
     pub out: &'a mut [f64],
 }
 

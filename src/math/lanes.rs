@@ -18,7 +18,7 @@ pub const WIDEST: usize = 8;
 /// Which instructions the hot loops use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum VectorPath {
-    /// The widest that this machine has.
+    /// The widest instructions that this machine has.
     #[default]
     Auto,
     /// One lane, no fused multiply-add: the same bits on every machine.
@@ -46,13 +46,13 @@ impl Named for VectorPath {
 }
 
 impl VectorPath {
-    /// Every path that this machine can run, the portable one first.
+    /// Returns every path that this machine can run, the portable one first.
     pub fn available() -> Vec<Self> {
         let paths = Self::NAMES.iter().map(|&(_, path)| path).filter(|&path| path != Self::Auto);
         paths.filter(|path| path.arch().is_some()).collect()
     }
 
-    /// The dispatcher of this path, or `None` where the machine lacks it.
+    /// Returns the dispatcher of this path, or `None` where the machine lacks its instructions.
     pub fn arch(self) -> Option<Arch> {
         match self {
             Self::Auto => Some(Arch::new()),
@@ -70,7 +70,7 @@ impl VectorPath {
     }
 }
 
-/// The instructions for a few doubles that are alone in a register: narrower ones, where these fill half of it at most.
+/// Returns narrower instructions where `count` doubles fill at most half of a register, and `arch` otherwise.
 pub fn few(arch: Arch, count: usize) -> Arch {
     match (arch, count) {
         #[cfg(target_arch = "x86_64")]
@@ -79,7 +79,8 @@ pub fn few(arch: Arch, count: usize) -> Arch {
     }
 }
 
-/// Registers that are worked on side by side unless more are named, so that the latency of one hides behind the other's work.
+/// The number of registers that are processed side by side by default, so that the latency of one hides
+/// behind the work on the others.
 pub const INTERLEAVED: usize = 2;
 
 /// A block of doubles with the arithmetic operators: `N` registers.
@@ -90,23 +91,23 @@ pub struct Lanes<S: Simd, const N: usize = INTERLEAVED> {
 }
 
 impl<S: Simd, const N: usize> Lanes<S, N> {
-    /// The same value in every lane.
+    /// Returns a block with the same value in every lane.
     #[inline(always)]
     pub fn splat(simd: S, value: f64) -> Self {
         Self { simd, raw: [simd.splat_f64s(value); N] }
     }
 
-    /// How many of these make up [`BLOCK`] doubles.
+    /// How many such blocks make up [`BLOCK`] doubles.
     pub const PER_BLOCK: usize = BLOCK / (N * S::F64_LANES);
 
-    /// The block with this number of a slice of whole blocks.
+    /// Loads the block with this index from a slice of whole blocks.
     #[inline(always)]
     pub fn load(simd: S, values: &[f64], block: usize) -> Self {
         let (registers, _) = S::as_simd_f64s(values);
         Self { simd, raw: registers.as_chunks::<N>().0[block] }
     }
 
-    /// The blocks of a slice whose length is a multiple of [`BLOCK`].
+    /// Iterates over the blocks of a slice whose length is a multiple of [`BLOCK`].
     #[inline(always)]
     pub fn blocks(simd: S, values: &[f64]) -> impl Iterator<Item = Self> {
         let (registers, _) = S::as_simd_f64s(values);
@@ -116,20 +117,20 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
         )
     }
 
-    /// Writes the block with this number into a slice of whole blocks.
+    /// Writes the block to this index of a slice of whole blocks.
     #[inline(always)]
     pub fn store(self, values: &mut [f64], block: usize) {
         let (registers, _) = S::as_mut_simd_f64s(values);
         registers[N * block..][..N].copy_from_slice(&self.raw);
     }
 
-    /// A constant beside this block.
+    /// Returns a block of the same kind with a constant in every lane.
     #[inline(always)]
     pub fn constant(self, value: f64) -> Self {
         Self::splat(self.simd, value)
     }
 
-    /// `self * b + c`, fused where the path has it.
+    /// Returns `self * b + c`, fused where the path has the instruction.
     #[inline(always)]
     pub fn mul_add(mut self, b: Self, c: Self) -> Self {
         for k in 0..N {
@@ -147,7 +148,7 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
         self
     }
 
-    /// The larger of two, lane by lane.
+    /// Returns the larger of two blocks, lane by lane.
     #[inline(always)]
     pub fn max(mut self, other: Self) -> Self {
         for k in 0..N {
@@ -156,7 +157,7 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
         self
     }
 
-    /// The smaller of two, lane by lane.
+    /// Returns the smaller of two blocks, lane by lane.
     #[inline(always)]
     pub fn min(mut self, other: Self) -> Self {
         for k in 0..N {
@@ -174,7 +175,7 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
         self
     }
 
-    /// `then` where `self < than`, and `otherwise` in the other lanes.
+    /// Selects lane by lane: `then` where `self < than`, and `otherwise` elsewhere.
     #[inline(always)]
     pub fn if_less(mut self, than: Self, then: Self, otherwise: Self) -> Self {
         for k in 0..N {
@@ -184,7 +185,7 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
         self
     }
 
-    /// Largest lane.
+    /// Returns the largest lane.
     #[inline(always)]
     pub fn reduce_max(self) -> f64 {
         let mut largest = self.raw[0];
@@ -194,13 +195,13 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
         self.simd.reduce_max_f64s(largest)
     }
 
-    /// Smallest lane.
+    /// Returns the smallest lane.
     #[inline(always)]
     pub fn reduce_min(self) -> f64 {
         self.simd.reduce_min_f64s(self.simd.min_f64s(self.raw[0], self.raw[1]))
     }
 
-    /// The value of a block that has the same value in all lanes.
+    /// Returns the value of a block that has the same value in all lanes.
     #[inline(always)]
     pub fn first(self) -> f64 {
         self.simd.reduce_min_f64s(self.raw[0])
@@ -255,7 +256,8 @@ impl<S: Simd, const N: usize> Neg for Lanes<S, N> {
     }
 }
 
-/// A running sum: one register, to which the registers of a block are added in turn; its lanes are added at the end.
+/// A running sum in one register, to which the registers of a block are added in turn. Its lanes are added at
+/// the end.
 #[derive(Clone, Copy)]
 pub struct Total<S: Simd> {
     simd: S,
@@ -263,13 +265,13 @@ pub struct Total<S: Simd> {
 }
 
 impl<S: Simd> Total<S> {
-    /// Zero.
+    /// Returns a sum of zero.
     #[inline(always)]
     pub fn zero(simd: S) -> Self {
         Self { simd, raw: simd.splat_f64s(0.0) }
     }
 
-    /// Adds a block.
+    /// Adds a block to the sum.
     #[inline(always)]
     pub fn add<const N: usize>(&mut self, a: Lanes<S, N>) {
         for k in 0..N {
@@ -277,7 +279,7 @@ impl<S: Simd> Total<S> {
         }
     }
 
-    /// Adds the products of two blocks.
+    /// Adds the products of two blocks to the sum.
     #[inline(always)]
     pub fn add_product<const N: usize>(&mut self, a: Lanes<S, N>, b: Lanes<S, N>) {
         for k in 0..N {
@@ -285,17 +287,18 @@ impl<S: Simd> Total<S> {
         }
     }
 
-    /// The sum.
+    /// Returns the sum over all lanes.
     #[inline(always)]
     pub fn value(self) -> f64 {
         self.simd.reduce_sum_f64s(self.raw)
     }
 }
 
-// Within kernels there are no closures over arrays (`map`, `from_fn`): those are compiled on their own, without the
-// instructions of the path, and called.
+// Kernels contain no closures over arrays (`map`, `from_fn`): the compiler would compile those separately,
+// without the instructions of the path, and call them.
 
-/// Horner's rule for several polynomials at once, coefficients in ascending powers; an empty list is zero.
+/// Evaluates several polynomials at once by Horner's rule. Coefficients are in ascending powers; an empty
+/// list is zero.
 #[inline(always)]
 pub fn polynomials<S: Simd, const N: usize, const K: usize>(
     coefficients: &[[f64; K]],
@@ -310,13 +313,13 @@ pub fn polynomials<S: Simd, const N: usize, const K: usize>(
     sums
 }
 
-/// The same vector in every lane.
+/// Returns a vector that is the same in every lane.
 #[inline(always)]
 pub fn splat_vector<S: Simd, const N: usize>(simd: S, v: &Vec3) -> [Lanes<S, N>; 3] {
     [Lanes::splat(simd, v.x), Lanes::splat(simd, v.y), Lanes::splat(simd, v.z)]
 }
 
-/// The vectors of a block of three lists of coordinates.
+/// Loads a block of vectors from three lists of coordinates.
 #[inline(always)]
 pub fn load_vector<S: Simd, const N: usize>(simd: S, lists: &[Vec<f64>], block: usize) -> [Lanes<S, N>; 3] {
     [
@@ -326,25 +329,25 @@ pub fn load_vector<S: Simd, const N: usize>(simd: S, lists: &[Vec<f64>], block: 
     ]
 }
 
-/// Difference.
+/// Returns the difference of two vectors.
 #[inline(always)]
 pub fn minus<S: Simd, const N: usize>(a: [Lanes<S, N>; 3], b: [Lanes<S, N>; 3]) -> [Lanes<S, N>; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// Vector product.
+/// Returns the vector product.
 #[inline(always)]
 pub fn cross<S: Simd, const N: usize>(a: [Lanes<S, N>; 3], b: [Lanes<S, N>; 3]) -> [Lanes<S, N>; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Scalar product.
+/// Returns the scalar product.
 #[inline(always)]
 pub fn dot<S: Simd, const N: usize>(a: [Lanes<S, N>; 3], b: [Lanes<S, N>; 3]) -> Lanes<S, N> {
     a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
-/// A vector of sums.
+/// Returns the vector of three sums.
 #[inline(always)]
 pub fn total_vector<S: Simd>(v: [Total<S>; 3]) -> Vec3 {
     Vec3::new(v[0].value(), v[1].value(), v[2].value())

@@ -1,13 +1,13 @@
-//! The logarithm and the angle of a ratio, many at a time, to their own last digits.
+//! The logarithm and the angle of a ratio, for many numbers at a time, accurate to the last digits.
 //!
-//! Both are reduced to a short range about zero, where one division gives the argument of a polynomial: Chebyshev's
-//! approximations of (atanh s / s - 1) / s^2 and (atan t / t - 1) / t^2, good to 5e-18.
+//! Both are reduced to a short range about zero, where one division gives the argument of a polynomial: a
+//! Chebyshev approximation of (atanh s / s - 1) / s^2 or of (atan t / t - 1) / t^2, good to 5e-18.
 
 use super::lanes::Lanes;
 use pulp::Simd;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LN_2, PI, SQRT_2};
 
-/// In s^2 up to ((sqrt 2 - 1) / (sqrt 2 + 1))^2.
+/// Coefficients by powers of s^2, for s^2 up to ((sqrt 2 - 1) / (sqrt 2 + 1))^2.
 const ATANH: [f64; 7] = [
     0.333333333333333484,
     0.199999999999497216,
@@ -18,7 +18,7 @@ const ATANH: [f64; 7] = [
     0.0730829271244431099,
 ];
 
-/// In t^2 up to tan(pi/8)^2.
+/// Coefficients by powers of t^2, for t^2 up to tan(pi/8)^2.
 const ATAN: [f64; 11] = [
     -0.333333333333333302,
     0.199999999999955165,
@@ -33,7 +33,7 @@ const ATAN: [f64; 11] = [
     -0.0191754047111049338,
 ];
 
-/// x (1 + x^2 p(x^2)).
+/// Returns x (1 + x^2 p(x^2)).
 #[inline(always)]
 fn odd<S: Simd, const N: usize>(x: Lanes<S>, coefficients: &[f64; N]) -> Lanes<S> {
     let z = x * x;
@@ -44,18 +44,19 @@ fn odd<S: Simd, const N: usize>(x: Lanes<S>, coefficients: &[f64; N]) -> Lanes<S
     (x * z).mul_add(sum, x)
 }
 
-/// ln(1 + z) of z = `over` / `under`, from zero to 2^250; 2 atanh(z / (2 + z)) after division by a power of two.
+/// Returns ln(1 + z) for z = `over` / `under` between zero and 2^250, as 2 atanh(z / (2 + z)) after division
+/// by a power of two.
 #[inline(always)]
 pub fn ln_one_plus<S: Simd>(over: Lanes<S>, under: Lanes<S>) -> Lanes<S> {
     let c = |value| over.constant(value);
-    // The power p with 1 + z between p / sqrt 2 and p sqrt 2, and k = log2 p.
+    // `power` is the power of two p with p / sqrt 2 <= 1 + z <= p sqrt 2, and `exponent` is log2 p.
     let (mut power, mut exponent) = (c(1.0), c(0.0));
     let beyond = |power: f64| SQRT_2 * power - 1.0;
     if (over - under * c(beyond(2.0))).reduce_max() > 0.0 {
         for k in (1..8).rev() {
             let step = f64::from(1u32 << k);
             let next = power * c(step.exp2());
-            // Above the middle below `next` in the logarithm.
+            // The logarithm is above the middle of the interval below `next`.
             let least = next.mul_add(c(0.5 * SQRT_2), c(-1.0)) * under;
             power = least.if_less(over, next, power);
             exponent = least.if_less(over, exponent + c(step), exponent);
@@ -70,13 +71,14 @@ pub fn ln_one_plus<S: Simd>(over: Lanes<S>, under: Lanes<S>) -> Lanes<S> {
     exponent.mul_add(c(LN_2), two_atanh + two_atanh)
 }
 
-/// The angle between -pi and pi of the point (x, y), `atan2(y, x)`; zero at the origin.
+/// Returns `atan2(y, x)`: the angle of the point (x, y), between -pi and pi, and zero at the origin.
 #[inline(always)]
 pub fn angle<S: Simd>(y: Lanes<S>, x: Lanes<S>) -> Lanes<S> {
     let c = |value| x.constant(value);
     let zero = c(0.0);
     let (height, width) = (y.abs(), x.abs());
-    // Into the lowest eighth of the circle, then to within an eighth of pi of the axis.
+    // The point is reflected into the lowest eighth of the circle, and then turned to within pi/8 of the
+    // axis.
     let (low, long) = (width.if_less(height, width, height), width.max(height));
     let bound = long * c(SQRT_2 - 1.0);
     let over = bound.if_less(low, low - long, low);

@@ -1,26 +1,27 @@
-//! Products of 3 x 3 matrices in line. The general ones of `nalgebra` are calls of loops.
+//! Inlined products of 3 x 3 matrices, and their inverse. The generic products of `nalgebra` compile to calls of
+//! loops, and its inverse to code for matrices of every size.
 
 use super::{Mat3, Vec3};
 
-/// A B.
+/// Returns A B.
 #[inline(always)]
 pub fn times(a: &Mat3, b: &Mat3) -> Mat3 {
     entries(|i, j| a[(i, 0)] * b[(0, j)] + a[(i, 1)] * b[(1, j)] + a[(i, 2)] * b[(2, j)])
 }
 
-/// A B^T.
+/// Returns A B^T.
 #[inline(always)]
 pub fn times_transposed(a: &Mat3, b: &Mat3) -> Mat3 {
     entries(|i, j| a[(i, 0)] * b[(j, 0)] + a[(i, 1)] * b[(j, 1)] + a[(i, 2)] * b[(j, 2)])
 }
 
-/// A^T B.
+/// Returns A^T B.
 #[inline(always)]
 pub fn transposed_times(a: &Mat3, b: &Mat3) -> Mat3 {
     entries(|i, j| a[(0, i)] * b[(0, j)] + a[(1, i)] * b[(1, j)] + a[(2, i)] * b[(2, j)])
 }
 
-/// \[v\]x A: the vector product of v and every column.
+/// Returns \[v\]x A: the vector products of v and every column.
 #[inline(always)]
 pub fn cross_times(v: &Vec3, a: &Mat3) -> Mat3 {
     entries(|i, j| {
@@ -29,13 +30,21 @@ pub fn cross_times(v: &Vec3, a: &Mat3) -> Mat3 {
     })
 }
 
-/// A \[v\]x: the vector product of every row and v.
+/// Returns A \[v\]x: the vector products of every row and v.
 #[inline(always)]
 pub fn times_cross(a: &Mat3, v: &Vec3) -> Mat3 {
     entries(|i, j| {
         let (k, l) = ((j + 1) % 3, (j + 2) % 3);
         a[(i, k)] * v[l] - a[(i, l)] * v[k]
     })
+}
+
+/// The inverse; `None` of a matrix whose determinant is zero.
+pub fn inverse(a: &Mat3) -> Option<Mat3> {
+    let [x, y, z] = [0, 1, 2].map(|row| a.row(row).transpose());
+    let adjugate = Mat3::from_columns(&[y.cross(&z), z.cross(&x), x.cross(&y)]);
+    let determinant = x.dot(&y.cross(&z));
+    (determinant != 0.0).then(|| adjugate / determinant)
 }
 
 #[inline(always)]

@@ -1,21 +1,40 @@
-//! Mathematics without physics: vectors, rotations, Carlson's integrals, exact sums, splines, solid harmonics, lanes and rows (SIMD).
+//! Mathematics without physics: vectors, rotations, Carlson's integrals, exact sums, splines, solid
+//! harmonics, lanes and rows (SIMD).
 //!
 //! Takes and gives plain numbers and `nalgebra` vectors.
 
+#[doc(hidden)]
 pub mod carlson;
+#[doc(hidden)]
 pub mod compensated;
+#[doc(hidden)]
+pub mod difference;
+#[doc(hidden)]
 pub mod dual;
+#[doc(hidden)]
 pub mod gauss;
+#[doc(hidden)]
 pub mod harmonics;
+#[doc(hidden)]
 pub mod lanes;
+#[doc(hidden)]
 pub mod logarithm;
+#[doc(hidden)]
 pub mod matrix;
+#[doc(hidden)]
 pub mod monomials;
 pub mod rotation;
+#[doc(hidden)]
 pub mod rows;
+#[doc(hidden)]
 pub mod spline;
+#[doc(hidden)]
 pub mod stumpff;
+#[doc(hidden)]
 pub mod triangle;
+
+#[doc(inline)]
+pub use lanes::VectorPath;
 
 /// A vector of three doubles.
 pub type Vec3 = nalgebra::Vector3<f64>;

@@ -7,7 +7,7 @@ use super::{Mat3, Vec3};
 use nalgebra::{Quaternion, UnitQuaternion};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Rotation matrix of a quaternion `[w, x, y, z]` of any non-zero length.
+/// Returns the rotation matrix of a quaternion `[w, x, y, z]` of any non-zero length.
 #[inline]
 pub fn matrix(q: [f64; 4]) -> Mat3 {
     let [w, x, y, z] = q;
@@ -29,21 +29,30 @@ pub fn matrix(q: [f64; 4]) -> Mat3 {
     )
 }
 
-/// The product of a matrix and a vector. The general one of `nalgebra` is not put in line.
+/// Returns the product of a matrix and a vector. It is inlined, which the generic product of `nalgebra` is
+/// not.
 #[inline(always)]
 pub fn turned(m: &Mat3, v: &Vec3) -> Vec3 {
     let row = |i: usize| m[(i, 0)] * v.x + m[(i, 1)] * v.y + m[(i, 2)] * v.z;
     Vec3::new(row(0), row(1), row(2))
 }
 
-/// The product of a transposed matrix and a vector: the turn back.
+/// Returns the product of a transposed matrix and a vector: the inverse rotation.
 #[inline(always)]
 pub fn turned_back(m: &Mat3, v: &Vec3) -> Vec3 {
     let column = |i: usize| m[(0, i)] * v.x + m[(1, i)] * v.y + m[(2, i)] * v.z;
     Vec3::new(column(0), column(1), column(2))
 }
 
-/// Hamilton's product: the turn `q` and then the turn `p`.
+/// Returns the unit quaternion of a rotation vector.
+pub fn exponential(v: &Vec3) -> [f64; 4] {
+    let half = 0.5 * v.norm();
+    // For a small angle sin(h)/h equals one to round-off.
+    let share = if half > 1e-9 { 0.5 * half.sin() / half } else { 0.5 };
+    [half.cos(), share * v.x, share * v.y, share * v.z]
+}
+
+/// Returns Hamilton's product: the rotation `q` followed by the rotation `p`.
 #[inline]
 pub fn product(p: [f64; 4], q: [f64; 4]) -> [f64; 4] {
     [
@@ -54,13 +63,13 @@ pub fn product(p: [f64; 4], q: [f64; 4]) -> [f64; 4] {
     ]
 }
 
-/// The quaternion scaled to length one.
+/// Returns the quaternion scaled to length one.
 pub fn normalised(q: [f64; 4]) -> [f64; 4] {
     let unit = UnitQuaternion::from_quaternion(Quaternion::new(q[0], q[1], q[2], q[3]));
     [unit.w, unit.i, unit.j, unit.k]
 }
 
-/// Rate of the attitude for a spin in the body frame: dq/dt = q (0, spin) / 2.
+/// Returns the rate of the attitude for a spin in the body frame: dq/dt = q (0, spin) / 2.
 #[inline]
 pub fn quaternion_rate(q: [f64; 4], spin: Vec3) -> [f64; 4] {
     let [w, x, y, z] = q;
@@ -68,24 +77,25 @@ pub fn quaternion_rate(q: [f64; 4], spin: Vec3) -> [f64; 4] {
     [-x * a - y * b - z * c, w * a + y * c - z * b, w * b + z * a - x * c, w * c + x * b - y * a]
 }
 
-/// The unit quaternion of the Tait-Bryan angles (phi, theta, psi).
+/// Returns the unit quaternion of the Tait-Bryan angles (phi, theta, psi).
 pub fn from_tait_bryan(angles: [f64; 3]) -> [f64; 4] {
     let unit = UnitQuaternion::from_euler_angles(angles[0], angles[1], angles[2]);
     [unit.w, unit.i, unit.j, unit.k]
 }
 
-/// The Tait-Bryan angles of a quaternion: phi and psi in (-pi, pi], theta in [-pi/2, pi/2].
+/// Returns the Tait-Bryan angles of a quaternion: phi and psi in (-pi, pi], theta in [-pi/2, pi/2].
 ///
-/// They are formed from the sum and the difference of phi and psi. So even near a pole of the angles they give the
-/// attitude of the quaternion to round-off.
+/// They are formed from the sum and the difference of phi and psi, so that the angles give the attitude of
+/// the quaternion to round-off even near their pole.
 pub fn to_tait_bryan(q: [f64; 4]) -> [f64; 3] {
     let [w, x, y, z] = q;
-    // With C, S = cos, sin of theta/2: (C - S) (cos, sin)((phi + psi)/2), and (C + S) (cos, sin)((phi - psi)/2).
+    // With C and S the cosine and sine of theta/2, these pairs are (C - S) (cos, sin)((phi + psi)/2) and (C +
+    // S) (cos, sin)((phi - psi)/2).
     let (sum_cos, sum_sin, difference_cos, difference_sin) = (w - y, x + z, w + y, x - z);
     let (minus, plus) = (sum_cos.hypot(sum_sin), difference_cos.hypot(difference_sin));
     let theta = 2.0 * plus.atan2(minus) - FRAC_PI_2;
     let (half_sum, half_difference) = (sum_sin.atan2(sum_cos), difference_sin.atan2(difference_cos));
-    // At a pole only one of the two is defined; the whole turn goes to psi.
+    // At a pole only one of sum and difference is defined; psi takes the whole rotation.
     if minus < 1e-15 * plus {
         [0.0, theta, principal(-2.0 * half_difference)]
     } else if plus < 1e-15 * minus {
@@ -95,7 +105,7 @@ pub fn to_tait_bryan(q: [f64; 4]) -> [f64; 3] {
     }
 }
 
-/// The angle in (-pi, pi].
+/// Returns the angle in (-pi, pi].
 fn principal(angle: f64) -> f64 {
     if angle > PI {
         angle - TAU
@@ -106,7 +116,7 @@ fn principal(angle: f64) -> f64 {
     }
 }
 
-/// Rotation matrix of the Tait-Bryan angles, the paper's `eq:RotationMatrix`.
+/// Returns the rotation matrix of the Tait-Bryan angles, the paper's `eq:RotationMatrix`.
 #[inline]
 pub fn tait_bryan_matrix(angles: [f64; 3]) -> Mat3 {
     let ((sf, cf), (st, ct), (sp, cp)) = (angles[0].sin_cos(), angles[1].sin_cos(), angles[2].sin_cos());
@@ -123,7 +133,7 @@ pub fn tait_bryan_matrix(angles: [f64; 3]) -> Mat3 {
     )
 }
 
-/// Rates of the Tait-Bryan angles for a spin in the body frame, the paper's `eq:DiffEq_phi`,
+/// Returns the rates of the Tait-Bryan angles for a spin in the body frame, the paper's `eq:DiffEq_phi`,
 /// `eq:DiffEq_theta` and `eq:DiffEq_psi`; singular where cos(theta) = 0.
 #[inline]
 pub fn tait_bryan_rate(angles: [f64; 3], spin: Vec3) -> [f64; 3] {

@@ -1,31 +1,32 @@
-//! Rows of doubles, one number of a vector in each column: weighted sums and largest changes, a register of columns at a time.
+//! Rows of doubles, each holding one vector: weighted sums of rows and largest changes between them, a
+//! register of columns at a time.
 
 use super::compensated::two_sum_in;
 use super::lanes::WIDEST;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
-/// Registers of a row that are summed side by side.
+/// The number of registers of a row that are summed side by side.
 const COLUMNS: usize = 4;
 
-/// As many numbers as fill registers.
+/// Rounds a length up to whole registers.
 pub fn whole(length: usize) -> usize {
     length.next_multiple_of(WIDEST)
 }
 
-/// From one row to the next: whole registers, and an odd number of them. Of rows that lie a power of two apart a processor takes one
-/// for another.
+/// Returns the distance from one row to the next: an odd number of whole registers. Rows that lie a power of
+/// two apart would compete for the same cache lines.
 pub fn stride(length: usize) -> usize {
     (length.div_ceil(WIDEST) | 1) * WIDEST
 }
 
-/// Largest differences of rows from the first one, in the columns of a range.
+/// Computes, for the columns of a range, the largest difference of any row from the first one.
 pub struct LargestChanges<'a> {
     /// Rows, one after the other, each of the length of `out`, a [`stride`].
     pub rows: &'a [f64],
-    /// The columns that are wanted.
+    /// The columns that are computed.
     pub range: Range<usize>,
-    /// The differences; the numbers in other columns mean nothing.
+    /// The differences. The numbers in other columns are unspecified.
     pub out: &'a mut [f64],
 }
 
@@ -51,18 +52,18 @@ impl WithSimd for LargestChanges<'_> {
     }
 }
 
-/// A term of a weighted sum of rows.
+/// One term of a weighted sum of rows.
 #[derive(Debug, Clone, Copy)]
 pub struct Term {
-    /// The row.
+    /// The index of the row.
     pub row: usize,
     /// Its weight.
     pub weight: f64,
-    /// What rounding dropped of the weight.
+    /// The part of the weight that rounding to a double dropped.
     pub low: f64,
 }
 
-/// Weighted sums of rows, by the weights and by their low parts.
+/// A weighted sum of rows, formed separately with the weights and with their low parts.
 pub struct WeightedRows<'a> {
     /// The terms of the sum.
     pub terms: &'a [Term],
@@ -73,7 +74,7 @@ pub struct WeightedRows<'a> {
 }
 
 impl WeightedRows<'_> {
-    /// Both sums of a group of registers.
+    /// Returns both sums for a group of registers.
     #[inline(always)]
     fn sums<S: Simd, const N: usize>(&self, simd: S, column: usize) -> [[S::f64s; N]; 2] {
         let rows = S::as_simd_f64s(self.rows).0;
@@ -91,18 +92,19 @@ impl WeightedRows<'_> {
     }
 }
 
-/// A vector in two parts, to which a step of a size along the sums is added. All have as many numbers, which fill registers.
+/// A step from a vector in two parts along weighted sums. All of them have equally many numbers, which fill
+/// whole registers.
 pub struct Advance<'a> {
-    /// The sums.
+    /// The weighted sums.
     pub rows: WeightedRows<'a>,
-    /// What is added to.
+    /// The high and the low part of the vector at the start.
     pub from: [&'a [f64]; 2],
     /// Size of the step.
     pub size: f64,
 }
 
 impl Advance<'_> {
-    /// What is added to the high and to the low part of a group of registers.
+    /// Returns what is added to the high and to the low part of a group of registers.
     #[inline(always)]
     fn changes<S: Simd, const N: usize>(&self, simd: S, column: usize) -> [[S::f64s; N]; 2] {
         let size = simd.splat_f64s(self.size);
@@ -116,7 +118,7 @@ impl Advance<'_> {
     }
 }
 
-/// The result of [`Advance`] in one part.
+/// Writes the result of [`Advance`] as one vector.
 pub struct InOnePart<'a>(pub Advance<'a>, pub &'a mut [f64]);
 
 impl InOnePart<'_> {
@@ -142,7 +144,7 @@ impl WithSimd for InOnePart<'_> {
     }
 }
 
-/// The result of [`Advance`] in two parts, without fused operations beside the sums.
+/// Writes the result of [`Advance`] as a high and a low part, without fused operations beside the sums.
 pub struct InTwoParts<'a>(pub Advance<'a>, pub [&'a mut [f64]; 2]);
 
 impl InTwoParts<'_> {
@@ -171,24 +173,26 @@ impl WithSimd for InTwoParts<'_> {
     }
 }
 
-/// Of the registers that so many numbers fill: those in whole groups, and all.
+/// Returns how many registers lie in whole groups, and how many there are in all, for a vector of this
+/// length.
 #[inline(always)]
 fn groups<S: Simd>(length: usize) -> (usize, usize) {
     let all = length / S::F64_LANES;
     (all - all % COLUMNS, all)
 }
 
-/// Weighted sums of rows of any length, one after the other, without fused operations: the same bits on every path.
+/// Computes weighted sums of rows of any length without fused operations, so that every path gives the same
+/// bits.
 pub struct Sums<'a> {
-    /// Of every row the weights in all sums; behind those given there are zeros.
+    /// For each row its weights in all sums. A row without a weight for a sum has weight zero there.
     pub weights: &'a [&'a [f64]],
     /// Rows, one after the other.
     pub rows: &'a [f64],
-    /// From one row to the next.
+    /// The distance from one row to the next.
     pub stride: usize,
     /// The sums, one after the other.
     pub out: &'a mut [f64],
-    /// How many numbers of a row count.
+    /// The length of a row.
     pub length: usize,
 }
 

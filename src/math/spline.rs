@@ -2,16 +2,17 @@
 
 use crate::error::{Error, Result, require_finite};
 
-/// The cubic spline with two continuous derivatives whose first two and last two pieces are of one polynomial ("not a knot").
+/// The cubic spline with two continuous derivatives and the "not a knot" end condition: the first two pieces
+/// are one polynomial, and so are the last two.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spline<const W: usize> {
     places: Vec<f64>,
-    /// Coefficients of every piece by powers of the distance from its first place.
+    /// Coefficients of every piece, by powers of the distance from its first abscissa.
     pieces: Vec<[[f64; W]; 4]>,
 }
 
 impl<const W: usize> Spline<W> {
-    /// Through values at four or more rising places; `what` names these in errors.
+    /// Interpolates values at four or more increasing abscissae; `what` names these in errors.
     pub fn new(what: &str, places: &[f64], values: &[[f64; W]]) -> Result<Self> {
         let n = places.len();
         if n < 4 || values.len() != n {
@@ -47,12 +48,12 @@ impl<const W: usize> Spline<W> {
         Ok(Self { places: places.to_vec(), pieces })
     }
 
-    /// First and last place.
+    /// Returns the first and the last abscissa.
     pub fn range(&self) -> (f64, f64) {
         (self.places[0], self.places[self.places.len() - 1])
     }
 
-    /// Value and first derivative; outside the range those of the nearest piece.
+    /// Returns the value and the first derivative. Outside of the range the nearest piece is extrapolated.
     pub fn at(&self, place: f64) -> ([f64; W], [f64; W]) {
         let after = self.places.partition_point(|p| *p <= place);
         let index = after.clamp(1, self.pieces.len()) - 1;
@@ -65,7 +66,8 @@ impl<const W: usize> Spline<W> {
     }
 }
 
-/// First derivatives at the places, from the widths and slopes of the chords: a tridiagonal system, solved by elimination.
+/// Returns the first derivatives at the abscissae from the widths and slopes of the chords, by eliminating in
+/// a tridiagonal system.
 fn slopes(width: &[f64], chord: &[f64]) -> Vec<f64> {
     let n = width.len() + 1;
     let last = n - 1;

@@ -12,8 +12,9 @@ pub struct TriangleNode {
     pub weight: f64,
 }
 
-/// The conical product rule of n^2 points (Stroud 1971, section 2.8), from Gauss-Legendre both ways: exact for polynomials of
-/// degree 2 n - 2, since towards one vertex the width 1 - u takes one degree of the 2 n - 1.
+/// Returns the conical product rule of n^2 points (Stroud 1971, section 2.8), made of Gauss-Legendre rules in
+/// both directions. It is exact for polynomials of degree 2 n - 2: towards one vertex the width 1 - u uses up
+/// one degree of the 2 n - 1.
 pub fn rule(n: usize) -> Vec<TriangleNode> {
     let gauss = GaussLegendre::new(NonZeroUsize::new(n.max(1)).unwrap_or(NonZeroUsize::MIN));
     let points = || gauss.nodes().zip(gauss.weights()).map(|(&u, &weight)| (0.5 * (1.0 + u), 0.5 * weight));

@@ -1,34 +1,57 @@
 //! The derivatives of force and torques by the semi-axes of either body, at constant masses.
 //!
-//! Of the body that is integrated over: with s = 1 on its surface and 0 in its centre, partial integration over the body gives for the mean of any
-//! harmonic h that `d<h>/da_i = (a_i/5) <d^2 h/dy_i^2>'`, `<.>'` the mean by a density in proportion to 1 - s^2. By Ferrers' potentials that
-//! one stands on the focal ellipse too, in proportion to (1 - x^2/(a^2-c^2) - y^2/(b^2-c^2))^(3/2). There is no 0/0 for equal axes. With
-//! T the third derivatives of the field body's potential along the axis e_i,
+//! For the body that is integrated over, with s = 1 on its surface and 0 in its centre, partial integration
+//! over the body gives for the mean of any harmonic h that `d<h>/da_i = (a_i/5) <d^2 h/dy_i^2>'`, where
+//! `<.>'` is the mean with a density in proportion to 1 - s^2. By Ferrers' potentials this mean can be taken
+//! over the focal ellipse, with a density in proportion to (1 - x^2/(a^2-c^2) - y^2/(b^2-c^2))^(3/2). There
+//! is no 0/0 for equal axes. With T the third derivatives of the field body's potential along the axis e_i,
 //!
 //! ```text
 //! dF/da_i = (a_i/5) <T e_i e_i>',   dM/da_i = (a_i/5) <z x T e_i e_i + 2 e_i x H e_i>'.
 //! ```
 //!
-//! Those of the field body have no 0/0 either, see [`PointField::by_axes`](crate::gravity::PointField::by_axes).
+//! The derivatives by the axes of the field body have no 0/0 either, see
+//! [`PointField::semi_axis_derivatives`](crate::gravity::PointField::semi_axis_derivatives).
 //!
 //! The field body's torque follows from M + N + o x F = 0.
 
 use super::gradient::ABREAST;
 use super::jacobian::Turns;
-use super::means::Place;
+use super::means::NodePositions;
 use super::rule::Kernel;
-use super::{Balance, BodyGravity, Interaction, Pair, Pose, Roles};
+use super::{Balance, Interaction, Pair, PartGravity, Pose, Roles};
+use crate::error::Result;
 use crate::gravity::FieldKernel;
+use crate::interrupt::InterruptCheck;
 use crate::math::lanes::{Lanes, Total};
 use crate::math::rotation::turned;
 use crate::math::{Mat3, Vec3};
 use crate::quadrature::Nodes;
 use pulp::{Arch, Simd, WithSimd};
 
-/// Derivatives of the loads by the semi-axes of the first and of the second body, per unit G m_first m_second.
-pub type AxisSlopes = [[Interaction; 3]; 2];
+/// The derivatives of the loads by the lengths of the first and of the second body at fixed masses, per unit
+/// G m_first m_second.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShapeDerivatives {
+    /// The derivatives by the semi-axes of an ellipsoid; zero for other shapes.
+    pub axes: [[Interaction; 3]; 2],
+    /// The derivatives by a factor of all lengths of a polyhedron; zero for other shapes.
+    pub scale: [Interaction; 2],
+}
 
-/// Loads of nothing.
+impl ShapeDerivatives {
+    /// Returns the derivatives for two points, which are zero.
+    pub(super) fn none() -> Self {
+        Self { axes: [[NONE; 3]; 2], scale: [NONE; 2] }
+    }
+
+    /// Returns the derivatives with a function applied to all loads.
+    pub(super) fn map(&self, of: impl Fn(Interaction) -> Interaction) -> Self {
+        Self { axes: self.axes.map(|body| body.map(&of)), scale: self.scale.map(&of) }
+    }
+}
+
+/// Loads of zero.
 const NONE: Interaction = Interaction {
     force_on_first: Vec3::new(0.0, 0.0, 0.0),
     torque_first: Vec3::new(0.0, 0.0, 0.0),
@@ -36,46 +59,58 @@ const NONE: Interaction = Interaction {
 };
 
 impl Pair {
-    /// Derivatives by the semi-axes with the rule in force, after [`Self::prepare_jacobian`]; zero of points. Allocates nothing.
-    pub fn axis_slopes(&self, pose: &Pose) -> AxisSlopes {
-        let (Some(rule), Some(nodes)) = (&self.rule, &self.axis_nodes) else { return [[NONE; 3]; 2] };
+    /// Returns the derivatives by the lengths of both shapes with the rule in use, after
+    /// [`Self::prepare_jacobian`]; zero for points. Allocates nothing.
+    pub fn shape_derivatives(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<ShapeDerivatives> {
+        if self.is_faceted() {
+            return self.faceted_lengths(pose, interrupt);
+        }
+        let mut out = ShapeDerivatives::none();
+        if let Some(multipole) = &self.multipole {
+            let found = multipole.shape_derivatives(&self.scaled(pose));
+            out.axes = found.axes.map(|body| body.map(|loads| self.loads_in_unit(&loads, 1)));
+            out.scale = found.scale.map(|loads| self.loads_in_unit(&loads, 0));
+            return Ok(out);
+        }
+        let (Some(rule), Some(nodes)) = (&self.rule, &self.axis_nodes) else { return Ok(out) };
         let pose = self.scaled(pose);
         let [field, set] = self.field_and_set(rule);
         let roles = self.roles(rule.integrated, &pose);
         let (arch, nodes) = (self.arch, &*nodes.nodes);
-        let slopes = match &rule.kernel {
-            Kernel::Near(near) => slopes(arch, *near, nodes, [field, set], &roles),
-            Kernel::Far(cut) => slopes(arch, field.series.cut(*cut), nodes, [field, set], &roles),
-            // Polyhedra have been refused.
-            Kernel::Facets | Kernel::Layer(_) => return [[NONE; 3]; 2],
+        let derivatives = match &rule.kernel {
+            Kernel::Near(near) => sum_derivatives(arch, *near, nodes, [field, set], &roles),
+            Kernel::Far(cut) => sum_derivatives(arch, field.series.cut(*cut), nodes, [field, set], &roles),
+            // Kernels of polyhedra were handled above, by [`Pair::is_faceted`].
+            Kernel::Facets | Kernel::Layer(_) => return Ok(out),
         };
         let turns = Turns::new(rule.integrated, &pose, &roles, [field, set]);
-        let inverse = 1.0 / self.unit;
-        let square = inverse * inverse;
-        let mut out = [[NONE; 3]; 2];
         for (which, body) in [field, set].into_iter().enumerate() {
             let place = if which == 1 { rule.integrated } else { 1 - rule.integrated };
-            for axis in 0..3 {
-                // From the canonical order of the axes to that of the body's frame.
-                let row = (0..3).find(|&row| body.canonical[(row, axis)] != 0.0).unwrap_or(axis);
-                let loads = turns.in_bodies(&slopes[which][row]);
-                out[place][axis] = Interaction {
-                    force_on_first: loads.force_on_first * (square * inverse),
-                    torque_first: loads.torque_first * square,
-                    torque_second: loads.torque_second * square,
-                };
+            for (axis, row) in body.rows_of_axes().into_iter().enumerate() {
+                out.axes[place][axis] = self.loads_in_unit(&turns.in_bodies(&derivatives[which][row]), 1);
             }
         }
-        out
+        Ok(out)
+    }
+
+    /// Converts loads divided by a power of a length from the pair's unit of length to that of the bodies.
+    pub(super) fn loads_in_unit(&self, loads: &Interaction, lengths: i32) -> Interaction {
+        let inverse = self.unit.powi(-lengths) / self.unit;
+        Interaction {
+            force_on_first: loads.force_on_first * (inverse / self.unit),
+            torque_first: loads.torque_first * inverse,
+            torque_second: loads.torque_second * inverse,
+        }
     }
 }
 
-/// Of the field body and of the one that is integrated over, along their canonical axes.
-fn slopes(
+/// Returns the derivatives for the field body and for the one that is integrated over, along their canonical
+/// axes.
+fn sum_derivatives(
     arch: Arch,
     kernel: impl FieldKernel,
     nodes: &Nodes,
-    [field, set]: [&BodyGravity; 2],
+    [field, set]: [&PartGravity; 2],
     roles: &Roles,
 ) -> [[Balance; 3]; 2] {
     let focal = set.focal_axes();
@@ -92,7 +127,7 @@ fn slopes(
             let balance = &mut balance[i];
             let mut means = [zero; 3];
             for m in 0..3 {
-                let by = &sums.by_axes[m];
+                let by = &sums.semi_axis_derivatives[m];
                 means[m] = match which {
                     0 => Vec3::new(by[(i, 0)], by[(i, 1)], by[(i, 2)]) * of_field[i],
                     _ => contract(&sums.third[m], &e) * factor,
@@ -109,7 +144,8 @@ fn slopes(
     all
 }
 
-/// T e e of a symmetric tensor without traces, by its components 000, 001, 002, 011, 012, 111 and 112.
+/// Returns T e e for a symmetric, trace-free tensor, given by its components 000, 001, 002, 011, 012, 111 and
+/// 112.
 fn contract(t: &[f64; 7], e: &Vec3) -> Vec3 {
     let [t000, t001, t002, t011, t012, t111, t112] = *t;
     let (t022, t122, t222) = (-t000 - t011, -t001 - t111, -t002 - t112);
@@ -131,23 +167,27 @@ struct AxisSum<'a, K> {
     arms: [Vec3; 2],
 }
 
-struct Sums {
-    /// Means by 1 - s^2 of T, T y_1 and T y_2.
+struct AxisMeans {
+    /// The means of T, T y_1 and T y_2 with the density 1 - s^2.
     third: [[f64; 7]; 3],
-    /// Such mean of H.
+    /// The mean of H with that density.
     gradient: Mat3,
     /// Means of dg_j/da_i over a_i, in row i, and of these times y_1 and y_2.
-    by_axes: [Mat3; 3],
+    semi_axis_derivatives: [Mat3; 3],
 }
 
 impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
-    type Output = Sums;
+    type Output = AxisMeans;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Sums {
+    fn with_simd<S: Simd>(self, simd: S) -> AxisMeans {
         let zero = Total::zero(simd);
-        let mut running =
-            Running { thirds: [[zero; 7]; 3], gradients: [zero; 5], axes: [[zero; 9]; 3], whole: zero };
+        let mut running = AxisAccumulator {
+            thirds: [[zero; 7]; 3],
+            gradients: [zero; 5],
+            axes: [[zero; 9]; 3],
+            whole: zero,
+        };
         let registers = self.nodes.weights.len() / S::F64_LANES;
         let (whole, rest) = (registers / ABREAST, registers % ABREAST);
         for k in 0..whole {
@@ -156,15 +196,19 @@ impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
         for k in 0..rest / 2 {
             running.add::<_, 2>(simd, &self, ABREAST * whole + 2 * k);
         }
-        let Running { thirds, gradients, axes, whole } = running;
+        let AxisAccumulator { thirds, gradients, axes, whole } = running;
         let all = 1.0 / whole.value();
-        let mut sums = Sums { third: [[0.0; 7]; 3], gradient: Mat3::zeros(), by_axes: [Mat3::zeros(); 3] };
+        let mut sums = AxisMeans {
+            third: [[0.0; 7]; 3],
+            gradient: Mat3::zeros(),
+            semi_axis_derivatives: [Mat3::zeros(); 3],
+        };
         for m in 0..3 {
             for k in 0..7 {
                 sums.third[m][k] = thirds[m][k].value() * all;
             }
             for k in 0..9 {
-                sums.by_axes[m][(k / 3, k % 3)] = axes[m][k].value();
+                sums.semi_axis_derivatives[m][(k / 3, k % 3)] = axes[m][k].value();
             }
         }
         let mut h = [0.0; 5];
@@ -177,19 +221,19 @@ impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
     }
 }
 
-/// The sums while they are made.
-struct Running<S: Simd> {
+/// The running sums over the nodes.
+struct AxisAccumulator<S: Simd> {
     thirds: [[Total<S>; 7]; 3],
     gradients: [Total<S>; 5],
     axes: [[Total<S>; 9]; 3],
     whole: Total<S>,
 }
 
-impl<S: Simd> Running<S> {
-    /// Adds the nodes of `N` registers from one on.
+impl<S: Simd> AxisAccumulator<S> {
+    /// Adds the nodes of `N` registers, starting from one.
     #[inline(always)]
     fn add<K: FieldKernel, const N: usize>(&mut self, simd: S, sum: &AxisSum<'_, K>, register: usize) {
-        let place: Place<S, 2, N> = Place::new(simd, &sum.origin, &sum.arms);
+        let place: NodePositions<S, 2, N> = NodePositions::new(simd, &sum.origin, &sum.arms);
         let (nodes, from) = (sum.nodes, register * S::F64_LANES);
         let [u, v] =
             [Lanes::load(simd, &nodes.points[0][from..], 0), Lanes::load(simd, &nodes.points[1][from..], 0)];
@@ -197,8 +241,8 @@ impl<S: Simd> Running<S> {
         let w = weight.constant(0.0);
         let x = place.of([u, v, w]);
         let c = |value: f64| weight.constant(value);
-        let (field, second) = sum.kernel.second(x);
-        let (n, f) = field.bend(x);
+        let (field, second_integrals) = sum.kernel.second_integrals(x);
+        let (n, f) = field.gradient_factors(x);
         let (inverse, _) = field.reciprocals();
         let square = [n[0] * n[0], n[1] * n[1], n[2] * n[2]];
         let level = square[0] + square[1] + square[2];
@@ -220,13 +264,13 @@ impl<S: Simd> Running<S> {
             f * n2 * c(3.0) * i2 + h22 * n2 * (common - i2 - i2 - i2),
             f * n3 * i2 + h22 * n3 * (common - i2 - i2 - i3),
         ];
-        let fn_ = [f * n[0], f * n[1], f * n[2]];
+        let f_n = [f * n[0], f * n[1], f * n[2]];
         let gradient = [
-            fn_[0] * n[0] - field.rd[0],
-            fn_[1] * n[1] - field.rd[1],
-            fn_[0] * n[1],
-            fn_[0] * n[2],
-            fn_[1] * n[2],
+            f_n[0] * n[0] - field.rd[0],
+            f_n[1] * n[1] - field.rd[1],
+            f_n[0] * n[1],
+            f_n[0] * n[2],
+            f_n[1] * n[2],
         ];
         let density = weight * (c(1.0) - u * u - v * v);
         self.whole.add(density);
@@ -239,11 +283,11 @@ impl<S: Simd> Running<S> {
         for k in 0..5 {
             self.gradients[k].add_product(density, gradient[k]);
         }
-        let by_axes = field.by_axes(x, (n, f), second);
+        let semi_axis_derivatives = field.semi_axis_derivatives(x, (n, f), second_integrals);
         let shares = [weight, weight * u, weight * v];
         for m in 0..3 {
             for k in 0..9 {
-                self.axes[m][k].add_product(shares[m], by_axes[k / 3][k % 3]);
+                self.axes[m][k].add_product(shares[m], semi_axis_derivatives[k / 3][k % 3]);
             }
         }
     }

@@ -1,29 +1,29 @@
-//! The choice of a pair's rule, made between steps: by bounds where the bodies are well apart, by comparing rules where
-//! they are close, with hysteresis so that it does not flutter.
+//! The choice of a pair's rule, made between steps: by bounds where the bodies are well apart, by comparing
+//! rules where they are close, with hysteresis against frequent changes.
 
 use super::rule::{Kernel, Rule, RuleMemory};
-use super::store::Carrier;
+use super::store::NodeKind;
 use super::{Interaction, Method, Pair, Pose};
 use crate::error::{Error, Result};
 use crate::gravity::Near;
+use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
 use crate::math::rotation::{turned, turned_back};
-use crate::patience::Patience;
 use crate::quadrature::{Order, closest_confocal, focal_vectors, guess_degree};
 
-/// Highest polynomial degree of a rule; beyond it the pair counts as not converged.
+/// The highest polynomial degree of a rule; beyond it the pair counts as not converged.
 pub const MAX_RULE_DEGREE: usize = 400;
-/// Degrees that close bodies are tried with.
+/// The degrees that are tried for close bodies.
 const LADDER: [usize; 16] = [8, 12, 16, 20, 26, 34, 44, 56, 72, 92, 118, 150, 192, 244, 312, MAX_RULE_DEGREE];
-/// A rule stays in use while it has at most this many degrees more than needed.
+/// A rule stays in use while its degree exceeds the needed one by at most this much.
 const SLACK: usize = 3;
-/// A kernel is made for separations down to this share of the smallest one foreseen.
+/// A kernel is prepared for separations down to this share of the smallest one that is predicted.
 pub(super) const MARGIN: f64 = 0.9;
-/// Two rules never agree better than this.
+/// The best agreement that two rules can have.
 const ROUND_OFF: f64 = 4e-15;
 
 impl Pair {
-    /// The rule in force as an archive keeps it.
+    /// Returns the rule in use in the form that an archive keeps.
     pub fn memory(&self) -> Option<RuleMemory> {
         self.rule.as_ref().map(|rule| RuleMemory {
             integrated: rule.integrated as u8,
@@ -33,8 +33,8 @@ impl Pair {
         })
     }
 
-    /// Puts a rule in force again.
-    pub fn recall(&mut self, memory: Option<&RuleMemory>, patience: &mut Patience) -> Result<()> {
+    /// Puts a rule from an archive in use again.
+    pub fn recall(&mut self, memory: Option<&RuleMemory>, interrupt: &mut InterruptCheck) -> Result<()> {
         let Some(memory) = memory else {
             self.rule = None;
             return Ok(());
@@ -45,14 +45,14 @@ impl Pair {
         }
         let order = Order { gauss: gauss as usize, angles: angles as usize };
         let integrated = usize::from(memory.integrated);
-        let kernel = self.kernel_of(integrated, memory.valid_from, patience)?;
-        let carrier = self.carrier(integrated, order);
-        let nodes = self.nodes.get(order, carrier, &self.bodies[integrated], self.arch, patience)?;
+        let kernel = self.kernel_of(integrated, memory.valid_from, interrupt)?;
+        let node_kind = self.node_kind(integrated, order);
+        let nodes = self.nodes.get(order, node_kind, &self.bodies[integrated], self.arch, interrupt)?;
         self.rule = Some(Rule {
             integrated,
             order,
             degree: memory.degree as usize,
-            carrier,
+            node_kind,
             points: nodes.len(),
             nodes,
             begins: Vec::new(),
@@ -62,7 +62,7 @@ impl Pair {
         Ok(())
     }
 
-    /// Puts the rule in force that another object of the same pair has in force.
+    /// Uses the rule that another object of the same pair uses.
     pub fn copy_rule(&mut self, from: &Self) {
         self.rule.clone_from(&from.rule);
     }
@@ -72,9 +72,10 @@ impl Pair {
         self.rule = None;
     }
 
-    /// Chooses the rule for a pose and for all separations down to (1 - `closing`) of it. May allocate: call it
-    /// between steps. Asks while it compares rules and makes a polyhedron's.
-    pub fn prepare(&mut self, pose: &Pose, closing: f64, patience: &mut Patience) -> Result<()> {
+    /// Chooses the rule for a pose and for all separations down to (1 - `closing`) of it. It may allocate and
+    /// is called between steps only. It checks for interrupts while it compares rules and computes those of
+    /// polyhedra.
+    pub fn prepare(&mut self, pose: &Pose, closing: f64, interrupt: &mut InterruptCheck) -> Result<()> {
         if let Some(from) = self.diverges(pose) {
             return Err(Error::NotConverged {
                 what: format!("{} between {} and {}", self.method, self.bodies[0].name, self.bodies[1].name),
@@ -91,12 +92,12 @@ impl Pair {
         scaled.separation *= 1.0 - closing;
         let reach = scaled.separation.norm();
         if self.bodies.iter().any(|body| body.polyhedron().is_some()) {
-            return self.prepare_faceted(&scaled, reach, patience);
+            return self.prepare_faceted(&scaled, reach, interrupt);
         }
         match (self.fixed, self.by_bounds(&scaled)) {
             (Some(order), choice) => {
                 let (integrated, [degree, _]) = choice.unwrap_or_else(|| self.by_guess(&scaled));
-                self.adopt(integrated, degree, order, reach, patience)
+                self.adopt(integrated, degree, order, reach, interrupt)
             }
             (None, Some((integrated, degrees))) => {
                 let kept = self.rule.as_ref().filter(|rule| self.suits(rule, integrated, degrees));
@@ -104,13 +105,13 @@ impl Pair {
                     || (degrees[0], self.order(integrated, degrees)),
                     |rule| (rule.degree, rule.order),
                 );
-                self.adopt(integrated, degree, order, reach, patience)
+                self.adopt(integrated, degree, order, reach, interrupt)
             }
-            (None, None) => self.by_comparison(&scaled, reach, patience),
+            (None, None) => self.by_comparison(&scaled, reach, interrupt),
         }
     }
 
-    /// Whether a rule stays in use where these degrees are needed.
+    /// Returns whether a rule stays in use where these degrees are needed.
     fn suits(&self, rule: &Rule, integrated: usize, [degree, radial]: [usize; 2]) -> bool {
         let gauss = |more: usize| self.order(integrated, [degree + more, radial + more]).gauss;
         rule.integrated == integrated
@@ -118,12 +119,13 @@ impl Pair {
             && (gauss(0)..=gauss(SLACK)).contains(&rule.order.gauss)
     }
 
-    /// The body to integrate over and the degrees, of all directions and in the radius, where bounds give them.
+    /// Returns the body to integrate over, with the degrees in all directions and in the radius, where bounds
+    /// give them.
     fn by_bounds(&mut self, pose: &Pose) -> Option<(usize, [usize; 2])> {
         let needed = [0, 1].map(|integrated| {
             let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
             let Some(ellipsoid) = set.ellipsoid() else {
-                // The surface method integrates over a surface wherever there is one.
+                // The surface method integrates over a surface wherever a body has one.
                 return (self.method == Method::Focal || field.ellipsoid().is_none()).then_some([0; 2]);
             };
             let (rotation, separation) = match integrated {
@@ -141,7 +143,8 @@ impl Pair {
         self.cheaper(needed, pose.separation.norm())
     }
 
-    /// The body to integrate over and a first guess of the degrees, by the rate of the confocal family.
+    /// Returns the body to integrate over, with a first guess of the degrees by the rate of the confocal
+    /// family.
     fn by_guess(&self, pose: &Pose) -> (usize, [usize; 2]) {
         let degrees = |integrated: usize| {
             let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
@@ -155,7 +158,7 @@ impl Pair {
         self.cheaper([degrees(0), degrees(1)], pose.separation.norm()).unwrap_or((0, [MAX_RULE_DEGREE; 2]))
     }
 
-    /// The lower of two degrees; the body in use stays unless the other one is clearly better.
+    /// Returns the body with the lower degree; the body in use stays unless the other one is clearly better.
     fn cheaper(&self, degrees: [Option<[usize; 2]>; 2], reach: f64) -> Option<(usize, [usize; 2])> {
         let in_use = self.rule.as_ref().map(|rule| rule.integrated);
         let cost = |integrated: usize| {
@@ -167,8 +170,9 @@ impl Pair {
         degrees[integrated].map(|degrees| (integrated, degrees))
     }
 
-    /// Whether the torque on the field's body keeps its digits. It is made from differences of the R_i, which agree
-    /// more the further away a point is in sizes of that body; only the far kernel has them without cancellation.
+    /// Returns whether the torque on the field body keeps its digits. It is made from differences of the R_i,
+    /// which agree the more the further away a point is in sizes of that body; only the far kernel has them
+    /// without cancellation.
     fn turns(&self, integrated: usize, reach: f64) -> bool {
         const SIZES: f64 = 30.0;
         let size = self.bodies[1 - integrated].shape.circumradius();
@@ -176,7 +180,7 @@ impl Pair {
     }
 
     /// Raises the degree until a rule agrees with a finer one.
-    fn by_comparison(&mut self, pose: &Pose, reach: f64, patience: &mut Patience) -> Result<()> {
+    fn by_comparison(&mut self, pose: &Pose, reach: f64, interrupt: &mut InterruptCheck) -> Result<()> {
         let (integrated, [guess, _]) = self.by_guess(pose);
         let in_use = self.rule.as_ref().filter(|rule| rule.integrated == integrated).map(|rule| rule.degree);
         let mut level = LADDER
@@ -184,23 +188,24 @@ impl Pair {
             .position(|&d| d >= in_use.unwrap_or(guess))
             .unwrap_or(LADDER.len() - 2)
             .min(LADDER.len() - 2);
-        self.adopt_degree(integrated, LADDER[level], reach, patience)?;
-        let mut coarse = self.asking(pose, patience)?;
+        self.adopt_degree(integrated, LADDER[level], reach, interrupt)?;
+        let mut coarse = self.asking(pose, interrupt)?;
         while level + 1 < LADDER.len() {
-            self.adopt_degree(integrated, LADDER[level + 1], reach, patience)?;
-            let fine = self.asking(pose, patience)?;
+            self.adopt_degree(integrated, LADDER[level + 1], reach, interrupt)?;
+            let fine = self.asking(pose, interrupt)?;
             let difference = self.difference(&fine, &coarse);
             if difference <= self.tolerance.max(ROUND_OFF) {
-                // Step down only where the next coarser rule has a good margin, so that the choice does not flutter.
+                // The degree is lowered only where the next coarser rule has a good margin, so that the
+                // choice does not alternate.
                 let lower = if difference < 1e-3 * self.tolerance { level.saturating_sub(1) } else { level };
                 let degree = if lower < level
-                    && self.agrees(integrated, LADDER[lower], pose, reach, &fine, patience)?
+                    && self.agrees(integrated, LADDER[lower], pose, reach, &fine, interrupt)?
                 {
                     LADDER[lower]
                 } else {
                     LADDER[level]
                 };
-                return self.adopt_degree(integrated, degree, reach, patience);
+                return self.adopt_degree(integrated, degree, reach, interrupt);
             }
             coarse = fine;
             level += 1;
@@ -227,35 +232,35 @@ impl Pair {
         pose: &Pose,
         reach: f64,
         fine: &Interaction,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<bool> {
-        self.adopt_degree(integrated, degree, reach, patience)?;
-        Ok(self.difference(&self.asking(pose, patience)?, fine) <= 0.1 * self.tolerance)
+        self.adopt_degree(integrated, degree, reach, interrupt)?;
+        Ok(self.difference(&self.asking(pose, interrupt)?, fine) <= 0.1 * self.tolerance)
     }
 
     fn order(&self, integrated: usize, degrees: [usize; 2]) -> Order {
-        order_for(self.carriers[integrated], degrees)
+        order_for(self.node_kinds[integrated], degrees)
     }
 
-    /// Puts the rule in force that is exact to one degree in all directions.
+    /// Puts the rule in use that is exact to one degree in all directions.
     fn adopt_degree(
         &mut self,
         integrated: usize,
         degree: usize,
         reach: f64,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        self.adopt(integrated, degree, self.order(integrated, [degree; 2]), reach, patience)
+        self.adopt(integrated, degree, self.order(integrated, [degree; 2]), reach, interrupt)
     }
 
-    /// Puts a rule in force, with a kernel for separations down to a little below `reach`.
+    /// Puts a rule in use, with a kernel for separations down to a little below `reach`.
     pub(super) fn adopt(
         &mut self,
         integrated: usize,
         degree: usize,
         order: Order,
         reach: f64,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         if let Some(rule) = &self.rule
             && rule.integrated == integrated
@@ -264,21 +269,22 @@ impl Pair {
         {
             return Ok(());
         }
-        let carrier = self.carrier(integrated, order);
-        let nodes = self.nodes.get(order, carrier, &self.bodies[integrated], self.arch, patience)?;
+        let node_kind = self.node_kind(integrated, order);
+        let nodes = self.nodes.get(order, node_kind, &self.bodies[integrated], self.arch, interrupt)?;
         // Two spheres attract like points at any distance.
         let field = &self.bodies[1 - integrated];
         let everywhere = nodes.len() == 1 && field.focal_axes()[0] == 0.0 && field.polyhedron().is_none();
         let valid_from = if everywhere { 0.0 } else { MARGIN * reach };
-        let kernel = self.kernel_of(integrated, valid_from, patience)?;
+        let kernel = self.kernel_of(integrated, valid_from, interrupt)?;
         let (points, begins) = (nodes.len(), Vec::new());
         self.rule =
-            Some(Rule { integrated, order, degree, carrier, nodes, points, begins, kernel, valid_from });
+            Some(Rule { integrated, order, degree, node_kind, nodes, points, begins, kernel, valid_from });
         Ok(())
     }
 
-    /// Largest difference of two evaluations: of the force relative to its size; of the torques relative to theirs, or
-    /// to a hundredth of the force times the body's radius where symmetry makes them small.
+    /// Returns the largest difference of two evaluations: of the force relative to its size, and of the
+    /// torques relative to theirs, or to a hundredth of the force times the body's radius where symmetry
+    /// makes them small.
     fn difference(&self, one: &Interaction, other: &Interaction) -> f64 {
         let force = one.force_on_first.norm();
         let torque = |a: &Vec3, b: &Vec3, body: usize| {
@@ -300,7 +306,7 @@ impl Pair {
         self.kernel_from(integrated, distance - radius)
     }
 
-    /// The same for points down to a distance from the field body's centre.
+    /// Returns the kernel for points down to a distance from the field body's centre.
     pub(super) fn kernel_from(&self, integrated: usize, closest: f64) -> Kernel {
         let field = &self.bodies[1 - integrated];
         let closest = closest.max(0.0);
@@ -312,12 +318,13 @@ impl Pair {
     }
 }
 
-/// The order of a rule on a carrier that is exact to a degree over the angle and to one along the radius.
-pub(super) fn order_for(carrier: Carrier, [degree, radial]: [usize; 2]) -> Order {
-    match carrier {
-        Carrier::Pressures => Order::surface(degree),
-        // The density is of degree 2, the field's moments are by one higher than the potential's.
-        Carrier::Surface(_) => Order::surface(degree + 3),
+/// Returns the order of a rule that is exact to a degree over the angle and to another one along the radius.
+pub(super) fn order_for(node_kind: NodeKind, [degree, radial]: [usize; 2]) -> Order {
+    match node_kind {
+        NodeKind::SurfacePotential => Order::surface(degree),
+        // The density has degree 2, and the moments of the field have one degree more than those of the
+        // potential.
+        NodeKind::SurfaceField(_) => Order::surface(degree + 3),
         _ => Order::focal([degree, radial]),
     }
 }

@@ -19,7 +19,8 @@ impl<const DERIVATIVES: usize> Derivatives<DERIVATIVES> {
             let (lower, own) = values.split_at_mut(offset(d));
             let (below, lowest) = (&lower[offset(d - 1)..], &lower[offset(d.max(2) - 2)..]);
             for Row { power, rest, start } in rows(d) {
-                // Without one y or z the row above has the monomial, without two of them the one above that.
+                // The recurrence refers to the row above for a monomial without one y or z, and to the one
+                // above that for a monomial without two of them.
                 let (above, second) =
                     (start.wrapping_sub(rest), start.wrapping_sub(2 * rest).wrapping_add(1));
                 let i = power as f64;

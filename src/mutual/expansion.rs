@@ -1,33 +1,36 @@
-//! The mutual expansion to a total degree N of bodies of any shape, by the moments of their mass.
+//! The mutual expansion to a total degree N for bodies of any shape, by the moments of their mass.
 //!
-//! With p_d(k) the mean of (y.k)^d / d! over a body, a homogeneous polynomial whose coefficients are the moments over factorials,
+//! With p_d(k) the mean of (y.k)^d / d! over a body, a homogeneous polynomial whose coefficients are the
+//! moments over factorials,
 //!
 //!   U = sum p_d^A(-grad) p_e^B(grad) 1/r,   d + e <= N.
 //!
-//! The polynomials are turned into inertial axes, each linear form of the body's axes put in by Horner's rule. A body's turn by
-//! dtheta changes p by dtheta . (dp/dk x k), from which the torques come. It converges where r exceeds the sum of both
-//! circumscribed radii.
+//! The polynomials are rotated into inertial axes, where each linear form of the body's axes is substituted
+//! by Horner's rule. A rotation of the body by dtheta changes p by dtheta . (dp/dk x k), which gives the
+//! torques. The series converges where r exceeds the sum of both circumscribed radii.
 
 use super::derivatives::Derivatives;
 use super::{Interaction, Method, Pose};
+use crate::interrupt::InterruptCheck;
 use crate::math::monomials::{add, count, exponents, offset, position, rows};
 use crate::math::{Mat3, Vec3};
-use crate::patience::Patience;
 use crate::shape::Shape;
 
-/// Monomials of the highest degree, and of all degrees, of three variables.
+/// The number of monomials of the highest degree, and that of all degrees, of three variables.
 const MONOMIALS: usize = count(Method::BEYOND);
 const ALL: usize = offset(Method::BEYOND + 1);
 
-/// p_0 to p_N, one after the other.
+/// The polynomials p_0 to p_N, one after the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Polynomials([f64; ALL]);
+pub(super) struct Polynomials([f64; ALL]);
 
 /// The expansion of one pair.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Expansion {
     degree: usize,
-    bodies: [Polynomials; 2],
+    pub bodies: [Polynomials; 2],
+    /// The semi-axes of the bodies that are ellipsoids.
+    pub semi_axes: [Option<[f64; 3]>; 2],
     /// Sum of the circumscribed radii.
     pub reach: f64,
 }
@@ -37,16 +40,30 @@ impl Expansion {
         Self {
             degree,
             bodies: [first, second].map(|shape| Polynomials::moments(shape, degree + 2)),
+            semi_axes: [first, second].map(|shape| match shape {
+                Shape::Ellipsoid(ellipsoid) => Some(ellipsoid.semi_axes()),
+                _ => None,
+            }),
             reach: first.circumradius() + second.circumradius(),
         }
     }
 
-    /// The same to a total degree higher by two, which the moments suffice for once.
+    /// Returns the expansion to a total degree higher by two, for which the moments suffice once.
     pub fn next(&self) -> Self {
         Self { degree: self.degree + 2, ..self.clone() }
     }
 
-    /// Force and torques.
+    /// Returns the expansion for bodies with other moments.
+    pub fn with_moments(&self, bodies: [Polynomials; 2]) -> Self {
+        Self { bodies, ..self.clone() }
+    }
+
+    /// The total degree.
+    pub fn degree(&self) -> usize {
+        self.degree
+    }
+
+    /// Returns force and torques.
     pub fn interaction(&self, pose: &Pose) -> Interaction {
         let scale = pose.separation.norm();
         let (a, b) = self.turned(pose, scale);
@@ -75,7 +92,7 @@ impl Expansion {
         }
     }
 
-    /// The mutual potential U (positive) per unit G m m.
+    /// Returns the mutual potential U (positive) per unit G m m.
     pub fn mutual_potential(&self, pose: &Pose) -> f64 {
         let scale = pose.separation.norm();
         let (a, b) = self.turned(pose, scale);
@@ -90,8 +107,9 @@ impl Expansion {
         sum / scale
     }
 
-    /// Both bodies' polynomials along inertial axes, in units of the separation; those of the first in minus k.
-    fn turned(&self, pose: &Pose, scale: f64) -> (Polynomials, Polynomials) {
+    /// Returns both bodies' polynomials along inertial axes, in units of the separation; those of the first
+    /// body are in -k.
+    pub fn turned(&self, pose: &Pose, scale: f64) -> (Polynomials, Polynomials) {
         (
             self.bodies[0].turned(&pose.rotation_first, -1.0 / scale, self.degree),
             self.bodies[1].turned(&pose.rotation_second, 1.0 / scale, self.degree),
@@ -116,7 +134,8 @@ impl Polynomials {
             Shape::Point => put(&|e| if e == [0; 3] { 1.0 } else { 0.0 }),
             Shape::Ellipsoid(ellipsoid) => {
                 let axes = ellipsoid.semi_axes();
-                // 3 / (n + 3) times the mean over the sphere, (i-1)!! (j-1)!! (l-1)!! / (n+1)!! for even exponents.
+                // The moment is 3 / (n + 3) times the mean over the sphere, (i-1)!! (j-1)!! (l-1)!! / (n+1)!!
+                // for even exponents.
                 let odd = |n: usize| (1..n).step_by(2).map(|k| k as f64).product::<f64>();
                 put(&|e| {
                     if e.iter().any(|n| n % 2 == 1) {
@@ -128,8 +147,10 @@ impl Polynomials {
                 });
             }
             Shape::Polyhedron(polyhedron) => {
-                // Whoever has a caller to ask computed them before; endless patience has no end that would be an error.
-                let means = polyhedron.monomial_means(degree, &mut Patience::endless()).unwrap_or_default();
+                // The means were computed before, where an interrupt could be checked. This check cannot
+                // interrupt, so that the call cannot fail.
+                let means =
+                    polyhedron.monomial_means(degree, &mut InterruptCheck::never()).unwrap_or_default();
                 let radius = polyhedron.circumradius();
                 put(&|e| {
                     let n: usize = e.iter().sum();
@@ -141,11 +162,23 @@ impl Polynomials {
         Self(all)
     }
 
-    fn of(&self, d: usize) -> &[f64] {
+    /// Returns the coefficients multiplied by factors that depend on their exponents.
+    pub fn weighted(&self, factor: impl Fn([usize; 3]) -> f64) -> Self {
+        let mut out = *self;
+        for d in 0..=Method::BEYOND {
+            for (i, j) in exponents(d) {
+                out.0[offset(d) + position(d, i, j)] *= factor([i, j, d - i - j]);
+            }
+        }
+        out
+    }
+
+    pub fn of(&self, d: usize) -> &[f64] {
         &self.0[offset(d)..offset(d + 1)]
     }
 
-    /// The polynomials of k along the outer axes, times powers of a factor: k along the body's axes is R^T k.
+    /// Returns the polynomials of k along the outer axes, times powers of a factor: k along the body's axes
+    /// is R^T k.
     fn turned(&self, rotation: &Mat3, factor: f64, degree: usize) -> Self {
         let [u, v, w] = [0, 1, 2].map(|axis| rotation.column(axis) * factor);
         let mut powers = [[0.0; MONOMIALS]; Method::BEYOND + 1];
@@ -155,7 +188,7 @@ impl Polynomials {
         }
         let mut out = Self([0.0; ALL]);
         for d in 0..=degree {
-            // sum_i u^i sum_j v^j c_ij w^(d-i-j), from the highest powers down.
+            // The sum sum_i u^i sum_j v^j c_ij w^(d-i-j) is formed from the highest powers down.
             let own = self.of(d);
             let mut outer = [0.0; MONOMIALS];
             for i in (0..=d).rev() {
@@ -179,7 +212,7 @@ impl Polynomials {
     }
 }
 
-/// A polynomial times a linear form.
+/// Returns a polynomial times a linear form.
 fn times_form(p: &[f64; MONOMIALS], degree: usize, form: &Vec3) -> [f64; MONOMIALS] {
     let mut out = [0.0; MONOMIALS];
     for row in rows(degree) {
@@ -192,7 +225,7 @@ fn times_form(p: &[f64; MONOMIALS], degree: usize, form: &Vec3) -> [f64; MONOMIA
     out
 }
 
-fn product(p: &[f64], d: usize, q: &[f64], e: usize) -> [f64; MONOMIALS] {
+pub(super) fn product(p: &[f64], d: usize, q: &[f64], e: usize) -> [f64; MONOMIALS] {
     let mut out = [0.0; MONOMIALS];
     for (a, (i, j)) in p.iter().zip(exponents(d)) {
         for (b, (k, l)) in q.iter().zip(exponents(e)) {
@@ -202,8 +235,8 @@ fn product(p: &[f64], d: usize, q: &[f64], e: usize) -> [f64; MONOMIALS] {
     out
 }
 
-/// The component dp/dk_j k_l - dp/dk_l k_j, with (i, j, l) in cyclic order.
-fn variation(p: &[f64], degree: usize, i: usize) -> [f64; MONOMIALS] {
+/// Returns the component dp/dk_j k_l - dp/dk_l k_j, with (i, j, l) in cyclic order.
+pub(super) fn variation(p: &[f64], degree: usize, i: usize) -> [f64; MONOMIALS] {
     let (j, l) = ((i + 1) % 3, (i + 2) % 3);
     let mut out = [0.0; MONOMIALS];
     for (c, (x, y)) in p.iter().zip(exponents(degree)) {

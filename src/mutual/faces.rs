@@ -1,15 +1,16 @@
-//! The paper's surface integrals over the faces of a polyhedron in the closed field of an ellipsoid, a sphere or a point: force
-//! (Eq. 2), torque (Eq. 3) and mutual potential (Eq. 4).
+//! The paper's surface integrals over the faces of a polyhedron in the closed field of an ellipsoid, a sphere
+//! or a point: force (Eq. 2), torque (Eq. 3) and mutual potential (Eq. 4).
 //!
-//! On a face the normal n is constant; with (.) the sum over the nodes of all faces, of shares of areas over the volume V,
+//! On a face the normal n is constant; with (.) the sum over the nodes of all faces, of shares of areas over
+//! the volume V,
 //!
 //!   F = (Phi n),    M = (Phi y cross n),    U = (1/3) (Phi y.n - |y|^2/2 g.n).
 //!
-//! As over an ellipsoid (see [`super::surface`]) the constant and the linear part of the monopole's potential about the centre are
-//! integrated in closed form, and the monopole exerts no torque on its own body.
+//! As over an ellipsoid (see [`super::surface`]) the constant and the linear part of the monopole's potential
+//! about the centre are integrated in closed form, and the monopole exerts no torque on its own body.
 
 use super::surface::{BeyondLinear, flux, place};
-use super::{Balance, BodyGravity, Roles};
+use super::{Balance, PartGravity, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
 use crate::math::lanes::{BLOCK, Lanes, Total, cross, dot, load_vector, splat_vector, total_vector};
@@ -22,26 +23,33 @@ use std::ops::Range;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Faces<'a> {
     pub polyhedron: &'a Polyhedron,
-    pub field: &'a BodyGravity,
+    pub field: &'a PartGravity,
     pub roles: &'a Roles,
-    /// So many digits of the force are to be right.
+    /// The number of digits of the force that are to be correct.
     pub digits: usize,
     pub arch: Arch,
 }
 
 impl<'a> Faces<'a> {
-    /// The cells for the force and the torques.
+    /// Returns the cells for the force and the torques.
     #[inline]
     pub fn cells(&self, range: &Range<usize>) -> Cells<'a, impl FnMut(&Vec3) -> f64 + use<'a>> {
         self.cells_by(2, self.digits, range)
     }
 
-    /// The cells for the mutual potential, which takes the field as well.
+    /// Returns the cells for the mutual potential, which integrates the field as well.
     #[inline]
     pub fn energy_cells(&self, range: &Range<usize>) -> Cells<'a, impl FnMut(&Vec3) -> f64 + use<'a>> {
-        /// The digits are those that the force takes, which turn out to be some less than those of the tolerance.
+        /// The additional digits for the energy: `digits` holds those that the force needs, which are
+        /// somewhat fewer than those of the tolerance.
         const MORE: usize = 2;
         self.cells_by(1, self.digits + MORE, range)
+    }
+
+    /// The cells for the derivatives of force and torques, which take the field.
+    #[inline]
+    pub fn gradient_cells(&self, range: &Range<usize>) -> Cells<'a, impl FnMut(&Vec3) -> f64 + use<'a>> {
+        self.cells_by(1, self.digits, range)
     }
 
     fn cells_by(
@@ -62,7 +70,8 @@ impl<'a> Faces<'a> {
     }
 }
 
-/// The share of the cells of a range in force and torques. What is in closed form belongs to the first.
+/// Returns the contribution of a range of cells to force and torques. Terms in closed form belong to the
+/// first cell.
 pub(super) fn force_and_torque(
     kernel: impl FieldKernel,
     nodes: &Nodes,
@@ -82,27 +91,33 @@ pub(super) fn force_and_torque(
     }
 }
 
-/// The share of the cells of a range in the paper's U of Eq. (4) per unit G m m: a positive number, minus the potential energy.
+/// Returns the contribution of a range of cells to the paper's U of Eq. (4) per unit G m m: a positive
+/// number, minus the potential energy.
 pub(super) fn mutual_potential(
     kernel: impl FieldKernel,
     nodes: &Nodes,
     faces: Faces<'_>,
     range: &Range<usize>,
 ) -> f64 {
-    faces.arch.dispatch(EnergySum { kernel, nodes, faces, range })
+    faces.arch.dispatch(FaceEnergySum { kernel, nodes, faces, range })
 }
 
-/// The blocks of lanes that hold the rule of a cell.
+/// Returns the blocks of lanes that hold the rule of a cell.
 #[inline(always)]
-fn blocks<S: Simd>(cell: &Cell) -> Range<usize> {
+pub(super) fn blocks<S: Simd>(cell: &Cell) -> Range<usize> {
     let (start, points) = (Nodes::triangle(cell.points), cell.points * cell.points);
     let start = start / BLOCK * Lanes::<S>::PER_BLOCK;
     start..start + (points * Lanes::<S>::PER_BLOCK).div_ceil(BLOCK)
 }
 
-/// The points of a block, and their weights as shares of the volume.
+/// Returns the points of a block, and their weights as shares of the volume.
 #[inline(always)]
-fn points<S: Simd>(simd: S, nodes: &Nodes, cell: &Cell, block: usize) -> ([Lanes<S>; 3], Lanes<S>) {
+pub(super) fn points<S: Simd>(
+    simd: S,
+    nodes: &Nodes,
+    cell: &Cell,
+    block: usize,
+) -> ([Lanes<S>; 3], Lanes<S>) {
     let shares = load_vector(simd, &nodes.points, block);
     let weight = Lanes::load(simd, &nodes.weights, block) * Lanes::splat(simd, cell.share);
     let mut y = [Lanes::splat(simd, 0.0); 3];
@@ -122,18 +137,18 @@ struct PressureSum<'a, K> {
     range: &'a Range<usize>,
 }
 
-/// The sums of a part of the potential, in the polyhedron's frame.
-struct Sums {
+/// The sums for one part of the potential, in the polyhedron's frame.
+struct FaceSums {
     force: Vec3,
     torque: Vec3,
 }
 
 impl<K: FieldKernel> WithSimd for PressureSum<'_, K> {
-    /// The sums of the monopole and of the rest.
-    type Output = [Sums; 2];
+    /// The sums for the monopole and for the rest of the potential.
+    type Output = [FaceSums; 2];
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> [Sums; 2] {
+    fn with_simd<S: Simd>(self, simd: S) -> [FaceSums; 2] {
         let roles = self.faces.roles;
         let origin = splat_vector(simd, &roles.origin);
         let beyond_linear = BeyondLinear::new(simd, roles);
@@ -157,20 +172,20 @@ impl<K: FieldKernel> WithSimd for PressureSum<'_, K> {
             }
         }
         [
-            Sums { force: total_vector(force[0]), torque: total_vector(torque[0]) },
-            Sums { force: total_vector(force[1]), torque: total_vector(torque[1]) },
+            FaceSums { force: total_vector(force[0]), torque: total_vector(torque[0]) },
+            FaceSums { force: total_vector(force[1]), torque: total_vector(torque[1]) },
         ]
     }
 }
 
-struct EnergySum<'a, K> {
+struct FaceEnergySum<'a, K> {
     kernel: K,
     nodes: &'a Nodes,
     faces: Faces<'a>,
     range: &'a Range<usize>,
 }
 
-impl<K: FieldKernel> WithSimd for EnergySum<'_, K> {
+impl<K: FieldKernel> WithSimd for FaceEnergySum<'_, K> {
     type Output = f64;
 
     #[inline(always)]

@@ -1,96 +1,125 @@
-//! The choice of the rule of a pair with a polyhedron, made between steps.
+//! The choice of the rule for a pair with a polyhedron, made between steps.
 //!
-//! - A point or a sphere beside it: the polyhedron's field at the centre.
-//! - Well apart: the polyhedron's layer in the other's field. The layer's degree follows from the rate at which the other's
-//!   potential converges in the polyhedron's circumscribed sphere, as over an ellipsoid's surface.
-//! - Near: its faces, in cells that shrink towards the other body, with as many points as make two rules agree.
+//! - Beside a point or a sphere, the polyhedron's field at its centre is taken.
+//! - Far apart, the polyhedron's layer is taken in the other's field. The degree of the layer follows from
+//!   the rate at which the other's potential converges in the polyhedron's circumscribed sphere, as over an
+//!   ellipsoid's surface.
+//! - Near, its faces are divided into cells that shrink towards the other body, with as many points as make
+//!   two rules agree.
 //!
-//! The field of a polyhedron is exact by its facets near by; from a distance it is that of its layer, without the facets'
-//! cancellation, and cheaper where there are many.
+//! Near the body, the field of a polyhedron is computed exactly from its facets. From a distance it is that
+//! of its layer, without the facets' cancellation, and cheaper where there are many.
 
 use super::choice::MARGIN;
 use super::rule::Kernel;
-use super::store::Carrier;
-use super::{BodyGravity, Interaction, Pair, Pose};
+use super::store::NodeKind;
+use super::{Interaction, Pair, PartGravity, Pose};
 use crate::error::{Error, Result};
+use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
-use crate::patience::Patience;
 use crate::quadrature::{Division, Order, layer_degree};
 use std::ops::Range;
 
-/// The digits that the cells are made for, and how much finer the rule is that tells their error.
+/// The range of digits for which cells are made, and how many more digits the rule has that measures their
+/// error.
 const FEWEST: usize = 2;
-const MOST_DIGITS: usize = 22;
-const FINER: usize = 2;
-/// Two rules never agree better than this.
+pub(super) const MOST_DIGITS: usize = 22;
+pub(super) const FINER: usize = 2;
+/// The best agreement that two rules can have.
 const ROUND_OFF: f64 = 2e-14;
-/// Most evaluations of a facet at a point that one sum over the faces may take: a second or two.
-const MOST: u64 = 100_000_000;
-/// A facet's field at a point takes this many times what a point of a layer takes.
+/// A sum whose terms cancel has no more digits than rounding permits: where a finer pair of rules differs by
+/// no less than this share of the coarser pair's difference, and by less than `CANCELLED`, the sum has the
+/// digits that it can have.
+const SETTLED: f64 = 0.3;
+const CANCELLED: f64 = 1e-12;
+/// The largest number of evaluations of a facet at a point in one sum over the faces: a second or two.
+pub(super) const MOST: u64 = 100_000_000;
+/// The work of a facet's field at a point, in that of a point of a layer.
 const FACET: usize = 8;
-/// Sizes of the body beyond which its facets lose digits.
-const FACETS_TELL: f64 = 4.0;
+/// The distance, in sizes of the body, beyond which its facets lose digits.
+const FACETS_LOSE_DIGITS: f64 = 4.0;
 
 impl Pair {
     /// Chooses the rule; see [`Pair::prepare`].
-    pub(super) fn prepare_faceted(&mut self, pose: &Pose, reach: f64, patience: &mut Patience) -> Result<()> {
-        let round = |k: usize| self.bodies[k].polyhedron().is_none() && self.bodies[k].focal_axes()[0] == 0.0;
-        if let Some(integrated) = (0..2).find(|&k| round(k)) {
-            return self.adopt(integrated, 0, Order { gauss: 1, angles: 1 }, reach, patience);
+    pub(super) fn prepare_faceted(
+        &mut self,
+        pose: &Pose,
+        reach: f64,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        let is_spherical =
+            |k: usize| self.bodies[k].polyhedron().is_none() && self.bodies[k].focal_axes()[0] == 0.0;
+        if let Some(integrated) = (0..2).find(|&k| is_spherical(k)) {
+            return self.adopt(integrated, 0, Order { gauss: 1, angles: 1 }, reach, interrupt);
         }
+        self.prepare_over_polyhedron(pose, reach, interrupt)
+    }
+
+    /// Chooses the rule over a polyhedron, also beside a sphere.
+    pub(super) fn prepare_over_polyhedron(
+        &mut self,
+        pose: &Pose,
+        reach: f64,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
         let cost = |k: usize| self.layer(k, reach).map(|degree| (degree, k));
         if let Some((degree, integrated)) = [cost(0), cost(1)].into_iter().flatten().min() {
             let kept = self.rule.as_ref().filter(|rule| {
-                rule.carrier == Carrier::Layer
+                rule.node_kind == NodeKind::Layer
                     && rule.integrated == integrated
                     && (degree..=degree + 2).contains(&rule.degree)
             });
             let degree = kept.map_or(degree, |rule| rule.degree);
-            return self.adopt(integrated, degree, layer(degree), reach, patience);
+            return self.adopt(integrated, degree, layer(degree), reach, interrupt);
         }
-        self.over_faces(pose, reach, patience)
+        self.over_faces(pose, reach, interrupt)
     }
 
-    /// The degree of the layer of a body in the field of the other one, where they are far enough apart.
+    /// Returns the degree of the layer of a body in the field of the other one, where they are far enough
+    /// apart.
     fn layer(&self, integrated: usize, reach: f64) -> Option<usize> {
         let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
         let radius = set.polyhedron()?.circumradius();
-        // The layer's points are outside the other body.
+        // The layer's points must be outside the other body.
         if MARGIN * reach <= radius + field.shape.circumradius() {
             return None;
         }
         layer_degree((reach - field.shape.focal_reach()) / radius, self.tolerance)
     }
 
-    /// Raises the digits that the cells of the faces are made for until a rule agrees with a finer one.
-    fn over_faces(&mut self, pose: &Pose, reach: f64, patience: &mut Patience) -> Result<()> {
-        let faces = |body: &BodyGravity| body.polyhedron().map(|p| p.faces().len());
-        // The body with fewer points: the other one's field is exact.
+    /// Raises the digits for which the cells are made until a rule agrees with a finer one.
+    fn over_faces(&mut self, pose: &Pose, reach: f64, interrupt: &mut InterruptCheck) -> Result<()> {
+        let faces = |body: &PartGravity| body.polyhedron().map(|p| p.faces().len());
+        // The body with fewer faces is integrated over: the field of the other one is exact.
         let integrated = match [faces(&self.bodies[0]), faces(&self.bodies[1])] {
             [Some(first), Some(second)] => usize::from(second < first),
             [None, _] => 1,
             _ => 0,
         };
-        let used = self.rule.as_ref().filter(|r| r.integrated == integrated && r.carrier == Carrier::Faces);
+        let used =
+            self.rule.as_ref().filter(|r| r.integrated == integrated && r.node_kind == NodeKind::Faces);
         let first = (-self.tolerance.log10()).ceil().clamp(FEWEST as f64, MOST_DIGITS as f64) as usize;
         let mut digits = used.map_or(first, |rule| rule.degree);
         let (mut coarse, mut difference) = (None, f64::INFINITY);
+        let mut settled = false;
         while digits + FINER <= MOST_DIGITS {
-            let Some(own) = coarse.or(self.by_cells(integrated, digits, pose, reach, patience)?) else {
+            let Some(own) = coarse.or(self.by_cells(integrated, digits, pose, reach, interrupt)?) else {
                 break;
             };
-            let Some(fine) = self.by_cells(integrated, digits + FINER, pose, reach, patience)? else {
+            let Some(fine) = self.by_cells(integrated, digits + FINER, pose, reach, interrupt)? else {
                 break;
             };
-            difference = self.change(&fine, &own);
-            if difference <= self.tolerance.max(ROUND_OFF) {
+            let last = std::mem::replace(&mut difference, self.change(&fine, &own));
+            settled |= difference >= SETTLED * last;
+            let permitted = if settled { CANCELLED } else { ROUND_OFF };
+            if difference <= self.tolerance.max(permitted) {
                 if difference < 1e-2 * self.tolerance && digits > FEWEST {
-                    let lower = self.by_cells(integrated, digits - 1, pose, reach, patience)?;
+                    let lower = self.by_cells(integrated, digits - 1, pose, reach, interrupt)?;
                     if lower.is_some_and(|lower| self.change(&lower, &fine) <= 0.1 * self.tolerance) {
                         return Ok(());
                     }
                 }
-                return self.divided(integrated, digits, pose, reach, patience).map(drop);
+                return self.divided(integrated, digits, pose, reach, interrupt).map(drop);
             }
             coarse = Some(fine);
             digits += FINER;
@@ -104,11 +133,11 @@ impl Pair {
         Err(self.not_converged(integrated, pose, &why))
     }
 
-    fn too_many(&self) -> String {
+    pub(super) fn too_many(&self) -> String {
         format!("the tolerance {:e} takes more than {:e} evaluations of a face", self.tolerance, MOST as f64)
     }
 
-    fn not_converged(&self, integrated: usize, pose: &Pose, why: &str) -> Error {
+    pub(super) fn not_converged(&self, integrated: usize, pose: &Pose, why: &str) -> Error {
         let [set, field] = [integrated, 1 - integrated].map(|body| &self.bodies[body].name);
         Error::NotConverged {
             what: format!("quadrature over the faces of {set}, beside {field},"),
@@ -119,17 +148,17 @@ impl Pair {
         }
     }
 
-    /// The pieces of the energy, where the rule in force goes over faces.
+    /// Returns the pieces of the energy, where the rule in use integrates over faces.
     pub(super) fn pieces_of_faces(
         &self,
         pose: &Pose,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<Option<Vec<Range<usize>>>> {
         let Some(rule) = &self.rule else { return Ok(None) };
         let roles = self.roles(rule.integrated, pose);
         let Some(faces) = self.faces(rule, &roles) else { return Ok(None) };
         let division =
-            faces.energy_cells(&Self::ALL).divide(self.work_of_node(rule) as u64, MOST, patience)?;
+            faces.energy_cells(&Self::ALL).divide(self.work_of_node(rule) as u64, MOST, interrupt)?;
         let Some(Division { begins, .. }) = division else {
             return Err(self.not_converged(rule.integrated, pose, &self.too_many()));
         };
@@ -138,44 +167,47 @@ impl Pair {
         Ok(Some(starts.zip(ends).map(|(start, end)| start..end).collect()))
     }
 
-    /// The interaction by the cells for so many digits, which are left in force; none where they are too many.
+    /// Returns the interaction by the cells for this many digits, which stay in use; `None` where they are
+    /// too many.
     fn by_cells(
         &mut self,
         integrated: usize,
         digits: usize,
         pose: &Pose,
         reach: f64,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<Option<Interaction>> {
-        if !self.divided(integrated, digits, pose, reach, patience)? {
+        if !self.divided(integrated, digits, pose, reach, interrupt)? {
             return Ok(None);
         }
-        self.asking(pose, patience).map(Some)
+        self.asking(pose, interrupt).map(Some)
     }
 
-    /// Puts the rule over the faces for so many digits in force, in pieces; false where it takes too many points.
+    /// Puts the rule over the faces for this many digits in use, in pieces. Returns false where it takes too
+    /// many points.
     fn divided(
         &mut self,
         integrated: usize,
         digits: usize,
         pose: &Pose,
         reach: f64,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<bool> {
         let order = Order { gauss: digits, angles: digits };
-        self.adopt(integrated, digits, order, reach, patience)?;
+        self.adopt(integrated, digits, order, reach, interrupt)?;
         let roles = self.roles(integrated, pose);
         let Some(rule) = &self.rule else { return Ok(false) };
         let Some(faces) = self.faces(rule, &roles) else { return Ok(false) };
         let cells = faces.cells(&Self::ALL);
-        let division = cells.divide(self.work_of_node(rule) as u64, MOST, patience)?;
+        let division = cells.divide(self.work_of_node(rule) as u64, MOST, interrupt)?;
         if let (Some(rule), Some(division)) = (&mut self.rule, &division) {
             (rule.points, rule.begins) = (division.points, division.begins.clone());
         }
         Ok(division.is_some())
     }
 
-    /// Largest difference of two evaluations: of the force, and of the torques by the body's radius, relative to the force.
+    /// Returns the largest difference of two evaluations: of the force, and of the torques over the body's
+    /// radius, relative to the force.
     pub(super) fn change(&self, one: &Interaction, other: &Interaction) -> f64 {
         let force = one.force_on_first.norm();
         let torque =
@@ -188,21 +220,23 @@ impl Pair {
         )) / force
     }
 
-    /// The points that stand for the body that is integrated over.
-    pub(super) fn carrier(&self, integrated: usize, order: Order) -> Carrier {
+    /// Returns the kind of nodes for the body that is integrated over.
+    pub(super) fn node_kind(&self, integrated: usize, order: Order) -> NodeKind {
         match self.bodies[integrated].polyhedron() {
-            None => self.carriers[integrated],
-            Some(_) if order.gauss == order.angles => Carrier::Faces,
-            Some(_) => Carrier::Layer,
+            // Beside a polyhedron a sphere or a point is represented by its centre, whatever the method.
+            None if self.bodies[1 - integrated].polyhedron().is_some() => NodeKind::Centre,
+            None => self.node_kinds[integrated],
+            Some(_) if order.gauss == order.angles => NodeKind::Faces,
+            Some(_) => NodeKind::Layer,
         }
     }
 
-    /// The form of the field body's field down to a separation.
+    /// Returns the kernel of the field body's field down to a separation.
     pub(super) fn kernel_of(
         &self,
         integrated: usize,
         valid_from: f64,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<Kernel> {
         let (field, set) = (&self.bodies[1 - integrated], &self.bodies[integrated]);
         let closest = valid_from - set.polyhedron().map_or(0.0, |p| p.circumradius());
@@ -217,14 +251,14 @@ impl Pair {
         let Some(degree) = layer_degree(rate, 0.1 * self.tolerance) else { return Ok(Kernel::Facets) };
         let order = layer(degree);
         let points = order.gauss * order.angles;
-        if rate < FACETS_TELL && points > FACET * polyhedron.faces().len() {
+        if rate < FACETS_LOSE_DIGITS && points > FACET * polyhedron.faces().len() {
             return Ok(Kernel::Facets);
         }
-        Ok(Kernel::Layer(field.layer(degree, self.arch, patience)?))
+        Ok(Kernel::Layer(field.layer(degree, self.arch, interrupt)?))
     }
 }
 
-/// The order of a layer.
+/// Returns the order of a layer.
 fn layer(degree: usize) -> Order {
     Order { gauss: degree + 1, angles: 2 * degree + 1 }
 }

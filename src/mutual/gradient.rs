@@ -1,7 +1,9 @@
-//! The derivatives of force and torques as means of the other body's field gradient, over the nodes of [`super::means`].
+//! The derivatives of force and torques as means of the other body's field gradient, over the nodes of
+//! [`super::means`].
 //!
-//! With x = o + z, z = sum_k e_k y_k the arm of a node, g the field and H = dg/dx, the force on the body that is integrated over
-//! is `F = <g>`, its torque `M = <z x g>` and that of the field body `N = <-x x g>`. A step of o by do and a turn of the arms by alpha give
+//! With x = o + z, z = sum_k e_k y_k the arm of a node, g the field and H = dg/dx, the force on the body that
+//! is integrated over is `F = <g>`, its torque `M = <z x g>` and that of the field body `N = <-x x g>`. A
+//! displacement of o by do and a rotation of the arms by alpha give
 //!
 //! ```text
 //! dF = <H> do + <H (alpha x z)>,
@@ -9,73 +11,89 @@
 //! dN = <dn/dx> do + <dn/dx (alpha x z)>,   n = -x x g,
 //! ```
 //!
-//! so that the means of H, H y_k, H y_k y_l, dn/dx and dn/dx y_k are all that is summed. From a distance n is much smaller than
-//! |x| |g|: with Q_i the differences of the R_i, n_1 = x_2 x_3 Q_1 and dQ_1/dx_j = f n_2 n_3 n_j (a_3^2 - a_2^2) / (x_2 x_3) in the
-//! notation of [`crate::gravity::PointField::bend`], no digits are lost.
+//! so that only the means of H, H y_k, H y_k y_l, dn/dx and dn/dx y_k are needed. From a distance n is much
+//! smaller than |x| |g|. With Q_i the differences of the R_i, n_1 = x_2 x_3 Q_1 and dQ_1/dx_j = f n_2 n_3 n_j
+//! (a_3^2 - a_2^2) / (x_2 x_3) in the notation of [`crate::gravity::PointField::gradient_factors`], no digits
+//! are lost.
 
-use super::means::{Place, load};
+use super::means::{NodePositions, load};
 use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::lanes::{Total, total_vector};
 use crate::math::matrix::{cross_times, times_cross};
+use crate::math::rotation::turned;
 use crate::math::{Mat3, Vec3};
 use crate::quadrature::{Nodes, Stretch};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::AddAssign;
 
-/// Registers that are worked on side by side.
+/// The number of registers that are processed side by side.
 pub(super) const ABREAST: usize = 4;
 
 /// Loads and their derivatives, in the field body's canonical frame.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Slopes {
+pub(super) struct CanonicalJacobian {
     pub balance: Balance,
-    /// Of the force, with the place.
-    pub force_by_place: Mat3,
-    /// Of the force, with a turn of the body that is integrated over. The torque's with the place is the transposed of it.
-    pub force_by_turn: Mat3,
-    /// Of the torque, with such a turn.
-    pub torque_by_turn: Mat3,
-    /// Of the field body's torque, with the place.
-    pub field_by_place: Mat3,
-    /// Of the field body's torque, with a turn of the body that is integrated over.
-    pub field_by_turn: Mat3,
+    /// Derivative of the force by the position.
+    pub force_by_position: Mat3,
+    /// Derivative of the force by a rotation of the body that is integrated over. That of the torque by the
+    /// position is its transpose.
+    pub force_by_rotation: Mat3,
+    /// Derivative of the torque by a rotation of the body that is integrated over.
+    pub torque_by_rotation: Mat3,
+    /// Derivative of the field body's torque by the position.
+    pub field_by_position: Mat3,
+    /// Derivative of the field body's torque by a rotation of the body that is integrated over.
+    pub field_by_rotation: Mat3,
+    /// Derivative of the loads by a factor of all lengths of the body that is integrated over, at its mass.
+    pub by_scale: Balance,
 }
 
-/// The means over nodes whose coordinates `semi_axes` turn into the body's canonical frame. M = (D + 1) (D + 2) / 2.
-pub(super) fn slopes<const D: usize, const M: usize>(
+/// Returns the loads and their derivatives; `node_scales` are the factors from the nodes' coordinates to the
+/// body's canonical frame. M = (D + 1) (D + 2) / 2.
+pub(super) fn canonical_jacobian<const D: usize, const M: usize>(
     arch: Arch,
     kernel: impl FieldKernel,
     nodes: &Nodes,
-    semi_axes: [f64; D],
+    node_scales: [f64; D],
     roles: &Roles,
-) -> Slopes {
-    let axes: [Vec3; D] = std::array::from_fn(|k| roles.turn.column(k) * semi_axes[k]);
+) -> CanonicalJacobian {
+    let axes: [Vec3; D] = std::array::from_fn(|k| roles.turn.column(k) * node_scales[k]);
     let origin = roles.origin;
     let sums = nodes.sum(|nodes| arch.dispatch(GradientSum::<_, D, M> { kernel, nodes, origin, axes }));
-    let mut slopes = Slopes {
+    let mut jacobian = CanonicalJacobian {
         balance: Balance { force: sums.force, torque: Vec3::zeros(), torque_field: sums.torque_field },
-        force_by_place: sums.gradient[0],
-        force_by_turn: Mat3::zeros(),
-        torque_by_turn: Mat3::zeros(),
-        field_by_place: sums.turning[0],
-        field_by_turn: Mat3::zeros(),
+        force_by_position: sums.gradient[0],
+        force_by_rotation: Mat3::zeros(),
+        torque_by_rotation: Mat3::zeros(),
+        field_by_position: sums.torque_gradient[0],
+        field_by_rotation: Mat3::zeros(),
+        by_scale: Balance { force: Vec3::zeros(), torque: Vec3::zeros(), torque_field: Vec3::zeros() },
     };
     let mut second = 1 + D;
     for k in 0..D {
         let pull = &sums.moment[k];
-        slopes.balance.torque += axes[k].cross(pull);
-        slopes.force_by_turn -= times_cross(&sums.gradient[1 + k], &axes[k]);
-        slopes.field_by_turn -= times_cross(&sums.turning[1 + k], &axes[k]);
-        // (alpha x e) x g.
-        slopes.torque_by_turn += axes[k] * pull.transpose() - Mat3::from_diagonal_element(axes[k].dot(pull));
+        jacobian.balance.torque += axes[k].cross(pull);
+        jacobian.force_by_rotation -= times_cross(&sums.gradient[1 + k], &axes[k]);
+        jacobian.field_by_rotation -= times_cross(&sums.torque_gradient[1 + k], &axes[k]);
+        jacobian.by_scale.force += turned(&sums.gradient[1 + k], &axes[k]);
+        jacobian.by_scale.torque_field += turned(&sums.torque_gradient[1 + k], &axes[k]);
+        // This is the term (alpha x e) x g.
+        jacobian.torque_by_rotation +=
+            axes[k] * pull.transpose() - Mat3::from_diagonal_element(axes[k].dot(pull));
         for l in k..D {
             let product = times_cross(&cross_times(&axes[k], &sums.gradient[second]), &axes[l]);
-            slopes.torque_by_turn -= if l == k { product } else { product + product.transpose() };
+            jacobian.torque_by_rotation -= if l == k { product } else { product + product.transpose() };
+            jacobian.by_scale.torque += axes[k].cross(&turned(&sums.gradient[second], &axes[l]));
+            if l > k {
+                jacobian.by_scale.torque += axes[l].cross(&turned(&sums.gradient[second], &axes[k]));
+            }
             second += 1;
         }
     }
-    slopes
+    // The arms grow too.
+    jacobian.by_scale.torque += jacobian.balance.torque;
+    jacobian
 }
 
 struct GradientSum<'a, K, const D: usize, const M: usize> {
@@ -85,7 +103,7 @@ struct GradientSum<'a, K, const D: usize, const M: usize> {
     axes: [Vec3; D],
 }
 
-struct Sums<const D: usize, const M: usize> {
+struct GradientMeans<const D: usize, const M: usize> {
     /// Mean of g.
     force: Vec3,
     /// Means of y_k g.
@@ -95,32 +113,34 @@ struct Sums<const D: usize, const M: usize> {
     /// Means of H, of H y_k, and of H y_k y_l with l not below k.
     gradient: [Mat3; M],
     /// Means of dn/dx, and of dn/dx y_k in the first D of the others.
-    turning: [Mat3; M],
+    torque_gradient: [Mat3; M],
 }
 
-impl<const D: usize, const M: usize> AddAssign for Sums<D, M> {
+impl<const D: usize, const M: usize> AddAssign for GradientMeans<D, M> {
     fn add_assign(&mut self, other: Self) {
         self.force += other.force;
         self.torque_field += other.torque_field;
         self.moment.iter_mut().zip(other.moment).for_each(|(sum, more)| *sum += more);
-        let matrices = self.gradient.iter_mut().chain(&mut self.turning);
-        matrices.zip(other.gradient.into_iter().chain(other.turning)).for_each(|(sum, more)| *sum += more);
+        let matrices = self.gradient.iter_mut().chain(&mut self.torque_gradient);
+        matrices
+            .zip(other.gradient.into_iter().chain(other.torque_gradient))
+            .for_each(|(sum, more)| *sum += more);
     }
 }
 
 impl<K: FieldKernel, const D: usize, const M: usize> WithSimd for GradientSum<'_, K, D, M> {
-    type Output = Sums<D, M>;
+    type Output = GradientMeans<D, M>;
 
-    /// With several registers side by side, as in [`super::means`].
+    /// Processes several registers side by side, as in [`super::means`].
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Sums<D, M> {
+    fn with_simd<S: Simd>(self, simd: S) -> GradientMeans<D, M> {
         let zero = Total::zero(simd);
-        let mut running = Running {
+        let mut running = GradientAccumulator {
             force: [zero; 3],
             moments: [[zero; 3]; D],
             torque: [zero; 3],
             gradients: [[zero; 5]; M],
-            turnings: [[zero; 9]; M],
+            torque_gradients: [[zero; 9]; M],
         };
         let registers = self.nodes.weights.len() / S::F64_LANES;
         let (whole, rest) = (registers / ABREAST, registers % ABREAST);
@@ -130,7 +150,7 @@ impl<K: FieldKernel, const D: usize, const M: usize> WithSimd for GradientSum<'_
         for k in 0..rest / 2 {
             running.add::<_, 2>(simd, &self, ABREAST * whole + 2 * k);
         }
-        let (mut moment, mut gradient, mut turning) =
+        let (mut moment, mut gradient, mut torque_gradient) =
             ([Vec3::zeros(); D], [Mat3::zeros(); M], [Mat3::zeros(); M]);
         for k in 0..D {
             moment[k] = -total_vector(running.moments[k]);
@@ -147,25 +167,25 @@ impl<K: FieldKernel, const D: usize, const M: usize> WithSimd for GradientSum<'_
         }
         for m in 0..=D {
             for c in 0..9 {
-                turning[m][(c / 3, c % 3)] = running.turnings[m][c].value();
+                torque_gradient[m][(c / 3, c % 3)] = running.torque_gradients[m][c].value();
             }
         }
         let torque_field = total_vector(running.torque);
-        Sums { force: -total_vector(running.force), moment, torque_field, gradient, turning }
+        GradientMeans { force: -total_vector(running.force), moment, torque_field, gradient, torque_gradient }
     }
 }
 
-/// The sums while they are made.
-struct Running<S: Simd, const D: usize, const M: usize> {
+/// The running sums over the nodes.
+struct GradientAccumulator<S: Simd, const D: usize, const M: usize> {
     force: [Total<S>; 3],
     moments: [[Total<S>; 3]; D],
     torque: [Total<S>; 3],
     gradients: [[Total<S>; 5]; M],
-    turnings: [[Total<S>; 9]; M],
+    torque_gradients: [[Total<S>; 9]; M],
 }
 
-impl<S: Simd, const D: usize, const M: usize> Running<S, D, M> {
-    /// Adds the nodes of `N` registers from one on.
+impl<S: Simd, const D: usize, const M: usize> GradientAccumulator<S, D, M> {
+    /// Adds the nodes of `N` registers, starting from one.
     #[inline(always)]
     fn add<K: FieldKernel, const N: usize>(
         &mut self,
@@ -173,19 +193,19 @@ impl<S: Simd, const D: usize, const M: usize> Running<S, D, M> {
         sum: &GradientSum<'_, K, D, M>,
         register: usize,
     ) {
-        let place: Place<S, D, N> = Place::new(simd, &sum.origin, &sum.axes);
+        let place: NodePositions<S, D, N> = NodePositions::new(simd, &sum.origin, &sum.axes);
         let (y, weight) = load(simd, &sum.nodes, register);
         let x = place.of(y);
         let field = sum.kernel.field(x);
-        let (n, f) = field.bend(x);
-        let fn_ = [f * n[0], f * n[1], f * n[2]];
-        // Trace zero leaves five numbers: xx, yy, xy, xz, yz.
+        let (n, f) = field.gradient_factors(x);
+        let f_n = [f * n[0], f * n[1], f * n[2]];
+        // The trace is zero, so that five numbers suffice: xx, yy, xy, xz, yz.
         let gradient = [
-            fn_[0] * n[0] - field.rd[0],
-            fn_[1] * n[1] - field.rd[1],
-            fn_[0] * n[1],
-            fn_[0] * n[2],
-            fn_[1] * n[2],
+            f_n[0] * n[0] - field.rd[0],
+            f_n[1] * n[1] - field.rd[1],
+            f_n[0] * n[1],
+            f_n[0] * n[2],
+            f_n[1] * n[2],
         ];
         let mut share = [weight; M];
         let mut next = 1 + D;
@@ -201,7 +221,7 @@ impl<S: Simd, const D: usize, const M: usize> Running<S, D, M> {
                 self.gradients[m][i].add_product(share[m], gradient[i]);
             }
         }
-        let turning = field.turning(x, (n, f), sum.kernel.square_differences());
+        let torque_gradient = field.torque_gradient(x, (n, f), sum.kernel.square_differences());
         for i in 0..3 {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
             let pull = x[i] * field.rd[i];
@@ -212,7 +232,7 @@ impl<S: Simd, const D: usize, const M: usize> Running<S, D, M> {
             self.torque[i].add_product(weight * x[j], x[k] * field.rd_difference[i]);
             for m in 0..=D {
                 for c in 0..3 {
-                    self.turnings[m][3 * i + c].add_product(share[m], turning[i][c]);
+                    self.torque_gradients[m][3 * i + c].add_product(share[m], torque_gradient[i][c]);
                 }
             }
         }

@@ -1,38 +1,41 @@
-//! The derivatives of a pair's force and torques with respect to its pose.
+//! The derivatives of a pair's force and torques by its pose.
 
 use super::choice::order_for;
-use super::gradient::{Slopes, slopes};
+use super::gradient::{CanonicalJacobian, canonical_jacobian};
 use super::rule::{GradientNodes, Kernel, Rule};
-use super::store::Carrier;
-use super::{Balance, BodyGravity, Interaction, Method, Pair, Pose, Roles};
-use crate::error::{Error, Result};
+use super::store::NodeKind;
+use super::{Balance, Interaction, Pair, PartGravity, Pose, Roles};
+use crate::error::Result;
 use crate::gravity::FieldKernel;
+use crate::interrupt::InterruptCheck;
 use crate::math::Mat3;
 use crate::math::matrix::{times, times_cross, times_transposed, transposed_times};
 use crate::math::rotation::{turned, turned_back};
-use crate::patience::Patience;
+use crate::quadrature::Nodes;
 
 /// Derivatives of force and torques of a pair, per unit G m_first m_second.
 ///
-/// With U the mutual potential (positive), r the separation and v_1, v_2 rotation vectors in the body frames, R -> R exp(v), the
-/// force on the first body is -dU/dr and the torques are dU/dv_1 and dU/dv_2. So three blocks say what the others are: the
-/// force's by the rotations are minus the transposed of the torques' by the separation, and rotations of different bodies commute.
+/// With U the mutual potential (positive), r the separation and v_1, v_2 rotation vectors in the body frames,
+/// R -> R exp(v), the force on the first body is -dU/dr and the torques are dU/dv_1 and dU/dv_2. Three blocks
+/// therefore follow from the others: those of the force by the rotations are minus the transposes of those of
+/// the torques by the separation, and rotations of different bodies commute.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jacobian {
-    /// Force and torques themselves.
+    /// The force and the torques.
     pub loads: Interaction,
-    /// Of the force on the first body, inertial, with the separation.
+    /// Derivative of the force on the first body, inertial, by the separation.
     pub force_by_separation: Mat3,
-    /// Of the torque on either body, in its frame, with the separation.
+    /// Derivatives of the torque on either body, in its frame, by the separation.
     pub torque_by_separation: [Mat3; 2],
-    /// Of the torque on either body with its own rotation.
+    /// Derivatives of the torque on either body by its own rotation.
     pub torque_by_rotation: [Mat3; 2],
-    /// Of the torque on the first body with the rotation of the second; that of the second with the first's is the transposed.
+    /// Derivative of the torque on the first body by the rotation of the second; that of the second by the
+    /// first's is the transpose.
     pub torque_first_by_second: Mat3,
 }
 
 impl Jacobian {
-    /// Of two points.
+    /// Returns the derivatives for two points.
     pub(super) fn monopole(pose: &Pose) -> Self {
         let r = pose.separation.norm();
         let u = pose.separation / r;
@@ -46,32 +49,33 @@ impl Jacobian {
         }
     }
 
-    /// From the means over a body in the field body's canonical frame.
-    pub(super) fn from_slopes(
-        slopes: &Slopes,
+    /// Converts the means over a body from the field body's canonical frame.
+    pub(super) fn from_canonical(
+        canonical: &CanonicalJacobian,
         integrated: usize,
         pose: &Pose,
         roles: &Roles,
-        bodies: [&BodyGravity; 2],
+        bodies: [&PartGravity; 2],
     ) -> Self {
-        let s = slopes;
+        let s = canonical;
         let turns = Turns::new(integrated, pose, roles, bodies);
         let Turns { of_set, of_field, to_inertial, .. } = &turns;
         let sign = if turns.first { 1.0 } else { -1.0 };
         let loads = turns.in_bodies(&s.balance);
         let torque_set = if turns.first { loads.torque_first } else { loads.torque_second };
-        // The place is the separation for the second body in the field of the first, minus the separation otherwise.
+        // The position is the separation for the second body in the field of the first, and minus the
+        // separation otherwise.
         let by_separation = |slope: &Mat3| times_transposed(slope, to_inertial) * -sign;
-        let set_by_separation = transposed_times(of_set, &by_separation(&s.force_by_turn.transpose()));
-        let field_by_separation = transposed_times(of_field, &by_separation(&s.field_by_place));
-        let field_by_set = transposed_times(of_field, &times(&s.field_by_turn, of_set));
-        // The torque in a frame that turns with the body.
+        let set_by_separation = transposed_times(of_set, &by_separation(&s.force_by_rotation.transpose()));
+        let field_by_separation = transposed_times(of_field, &by_separation(&s.field_by_position));
+        let field_by_set = transposed_times(of_field, &times(&s.field_by_rotation, of_set));
+        // The torque is expressed in a frame that rotates with the body.
         let set_by_set =
-            transposed_times(of_set, &times(&s.torque_by_turn, of_set)) + torque_set.cross_matrix();
-        // A turn of the field body moves the other one back.
-        let back = times_cross(&s.field_by_place, &roles.origin) - s.field_by_turn;
+            transposed_times(of_set, &times(&s.torque_by_rotation, of_set)) + torque_set.cross_matrix();
+        // A rotation of the field body moves the other one in the opposite sense.
+        let back = times_cross(&s.field_by_position, &roles.origin) - s.field_by_rotation;
         let field_by_field = transposed_times(of_field, &times(&back, of_field));
-        let force_by_separation = -times_transposed(&times(to_inertial, &s.force_by_place), to_inertial);
+        let force_by_separation = -times_transposed(&times(to_inertial, &s.force_by_position), to_inertial);
         let in_order = |set, field| if integrated == 0 { [set, field] } else { [field, set] };
         Self {
             loads,
@@ -82,7 +86,7 @@ impl Jacobian {
         }
     }
 
-    /// The same in units of length that are smaller by a factor.
+    /// Converts to units of length that are smaller by a factor.
     pub(super) fn in_unit(mut self, unit: f64) -> Self {
         self.loads.force_on_first /= unit * unit;
         self.loads.torque_first /= unit;
@@ -97,8 +101,8 @@ impl Jacobian {
         self
     }
 
-    /// The whole: rows are the force on the first body, the torque on the first and that on the second; columns are the separation
-    /// and the rotations of the first and the second.
+    /// Returns the whole matrix: rows are the force on the first body, the torque on the first and that on
+    /// the second; columns are the separation and the rotations of the first and the second.
     pub fn rows(&self) -> [[f64; 9]; 9] {
         let [first, second] = &self.torque_by_separation;
         let blocks = [
@@ -110,7 +114,8 @@ impl Jacobian {
     }
 }
 
-/// The turns from the frames of the bodies into the field body's canonical one, and from there into the inertial one.
+/// The rotations from the frames of the bodies into the field body's canonical frame, and from there into the
+/// inertial frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Turns {
     pub of_set: Mat3,
@@ -121,7 +126,7 @@ pub(super) struct Turns {
 }
 
 impl Turns {
-    pub fn new(integrated: usize, pose: &Pose, roles: &Roles, [field, set]: [&BodyGravity; 2]) -> Self {
+    pub fn new(integrated: usize, pose: &Pose, roles: &Roles, [field, set]: [&PartGravity; 2]) -> Self {
         let first = integrated == 0;
         let rotation = if first { &pose.rotation_second } else { &pose.rotation_first };
         Self {
@@ -132,7 +137,7 @@ impl Turns {
         }
     }
 
-    /// Loads in the field body's canonical frame as those of the first and the second body.
+    /// Converts loads in the field body's canonical frame to those of the first and the second body.
     #[inline(always)]
     pub fn in_bodies(&self, balance: &Balance) -> Interaction {
         let force = turned(&self.to_inertial, &balance.force);
@@ -150,85 +155,97 @@ impl Turns {
 }
 
 impl Pair {
-    /// Chooses the nodes for [`Self::jacobian`] with the rule in force. May allocate: call it after [`Self::prepare`].
+    /// Chooses the nodes for [`Self::jacobian`] with the rule in use. It may allocate: call it after
+    /// [`Self::prepare`].
     ///
-    /// The paper's integrals over pressures take the means of the gradient over the same surface, by [`crate::quadrature::Nodes::surface`].
-    pub fn prepare_jacobian(&mut self, patience: &mut Patience) -> Result<()> {
-        if self.bodies.iter().any(|body| body.polyhedron().is_some()) && self.method != Method::Point {
-            let body = self.bodies.iter().find(|body| body.polyhedron().is_some());
-            let name = body.map_or("", |body| body.name.as_str());
-            return Err(Error::invalid(
-                "derivatives",
-                format!("of the gravity of {name}, a polyhedron"),
-                "ellipsoids and points",
-            ));
+    /// Where the paper's integrals of the potential are in use, the means of the gradient are taken over the
+    /// same surface, by [`crate::quadrature::Nodes::surface`].
+    ///
+    /// With a polyhedron the nodes are chosen for the given pose, and `lengths` says whether
+    /// [`Self::shape_derivatives`] will be called.
+    pub fn prepare_jacobian(
+        &mut self,
+        pose: &Pose,
+        lengths: bool,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        if self.is_faceted() {
+            return self.prepare_faceted_jacobian(pose, lengths, interrupt);
         }
         let Some(rule) = &self.rule else { return Ok(()) };
-        let (integrated, order, carrier) = (rule.integrated, rule.order, rule.carrier);
+        let (integrated, order, node_kind) = (rule.integrated, rule.order, rule.node_kind);
         if self.gradient_nodes.as_ref().is_some_and(|n| n.integrated == integrated && n.order == order) {
             return Ok(());
         }
         let set = &self.bodies[integrated];
-        let smooth = match carrier {
-            Carrier::Pressures => Carrier::Surface(set.semi_axes()),
+        let smooth = match node_kind {
+            NodeKind::SurfacePotential => NodeKind::SurfaceField(set.semi_axes()),
             other => other,
         };
-        // Semi-axes act by the focal ellipse.
-        let flat = match carrier {
-            Carrier::FocalEllipse(_) => carrier,
-            _ if set.focal_axes()[0] > 0.0 => Carrier::FocalEllipse(0.0),
-            _ => Carrier::Centre,
+        // Derivatives by semi-axes are taken over the focal ellipse.
+        let flat = match node_kind {
+            NodeKind::FocalEllipse(_) => node_kind,
+            _ if set.focal_axes()[0] > 0.0 => NodeKind::FocalEllipse(0.0),
+            _ => NodeKind::Centre,
         };
         let (own, degree) = (rule.nodes.clone(), rule.degree);
         let mut nodes = |wanted| {
-            let nodes = if wanted == carrier {
+            let nodes = if wanted == node_kind {
                 own.clone()
             } else {
-                self.nodes.get(order_for(wanted, [degree; 2]), wanted, set, self.arch, patience)?
+                self.nodes.get(order_for(wanted, [degree; 2]), wanted, set, self.arch, interrupt)?
             };
-            Ok(Some(GradientNodes { integrated, order, carrier: wanted, nodes }))
+            Ok(Some(GradientNodes { integrated, order, node_kind: wanted, nodes }))
         };
         (self.gradient_nodes, self.axis_nodes) = (nodes(smooth)?, nodes(flat)?);
         Ok(())
     }
 
-    /// Derivatives of force and torques with the rule in force, after [`Self::prepare_jacobian`]. Allocates nothing.
-    pub fn jacobian(&self, pose: &Pose) -> Jacobian {
+    /// Returns the derivatives of force and torques with the rule in use, after [`Self::prepare_jacobian`].
+    /// Allocates nothing.
+    pub fn jacobian(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<Jacobian> {
+        if self.is_faceted() {
+            return self.faceted_jacobian(pose, interrupt);
+        }
         let scaled = self.scaled(pose);
         if let Some(multipole) = &self.multipole {
-            return multipole.jacobian(&scaled).in_unit(self.unit);
+            return Ok(multipole.jacobian(&scaled).in_unit(self.unit));
         }
         let jacobian = match (&self.rule, &self.gradient_nodes) {
             (Some(rule), Some(nodes)) => self.jacobian_by(rule, nodes, &scaled),
             _ => Jacobian::monopole(&scaled),
         };
-        jacobian.in_unit(self.unit)
+        Ok(jacobian.in_unit(self.unit))
     }
 
     fn jacobian_by(&self, rule: &Rule, nodes: &GradientNodes, pose: &Pose) -> Jacobian {
         let [field, set] = self.field_and_set(rule);
         let roles = self.roles(rule.integrated, pose);
-        let slopes = match &rule.kernel {
-            Kernel::Near(near) => self.slopes(*near, nodes, set, &roles),
-            Kernel::Far(cut) => self.slopes(field.series.cut(*cut), nodes, set, &roles),
-            // Polyhedra have been refused.
-            Kernel::Facets | Kernel::Layer(_) => {
-                self.slopes(field.series.cut(Default::default()), nodes, set, &roles)
+        let canonical = match &rule.kernel {
+            Kernel::Near(near) => self.canonical_jacobian(*near, nodes.node_kind, &nodes.nodes, set, &roles),
+            Kernel::Far(cut) => {
+                self.canonical_jacobian(field.series.cut(*cut), nodes.node_kind, &nodes.nodes, set, &roles)
             }
+            // Kernels of polyhedra were handled above, by [`Pair::is_faceted`].
+            Kernel::Facets | Kernel::Layer(_) => return Jacobian::monopole(pose),
         };
-        Jacobian::from_slopes(&slopes, rule.integrated, pose, &roles, [field, set])
+        Jacobian::from_canonical(&canonical, rule.integrated, pose, &roles, [field, set])
     }
 
-    fn slopes(
+    pub(super) fn canonical_jacobian(
         &self,
         kernel: impl FieldKernel,
-        nodes: &GradientNodes,
-        set: &BodyGravity,
+        node_kind: NodeKind,
+        nodes: &Nodes,
+        set: &PartGravity,
         roles: &Roles,
-    ) -> Slopes {
-        match nodes.carrier {
-            Carrier::Surface(semi_axes) => slopes::<3, 10>(self.arch, kernel, &nodes.nodes, semi_axes, roles),
-            _ => slopes::<2, 6>(self.arch, kernel, &nodes.nodes, set.focal_axes(), roles),
+    ) -> CanonicalJacobian {
+        match node_kind {
+            NodeKind::SurfaceField(semi_axes) => {
+                canonical_jacobian::<3, 10>(self.arch, kernel, nodes, semi_axes, roles)
+            }
+            NodeKind::Layer => canonical_jacobian::<3, 10>(self.arch, kernel, nodes, [1.0; 3], roles),
+            _ => canonical_jacobian::<2, 6>(self.arch, kernel, nodes, set.focal_axes(), roles),
         }
     }
 }

@@ -1,64 +1,68 @@
-//! A part of one body and a part of another: their pair, with lever arms.
+//! The pair of a part of one body and a part of another, with the parts' positions in their bodies.
 
-use super::{AxisSlopes, BodyGravity, Interaction, Jacobian, Method, Pair, Pose, Store};
+use super::{Interaction, Jacobian, Method, Pair, PartGravity, Pose, ShapeDerivatives, Store};
 use crate::error::Result;
+use crate::interrupt::InterruptCheck;
 use crate::math::rotation::{turned, turned_back};
 use crate::math::{Mat3, Vec3};
-use crate::patience::Patience;
 use crate::quadrature::Order;
-use crate::shape::{Body, Part, Place, Shape};
+use crate::shape::{Body, Part, PartDerivative, Placement, Shape};
 use pulp::Arch;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Nothing is gained by a smaller tolerance of a force.
+/// The least tolerance of a force; a smaller one gains nothing.
 const ROUND_OFF: f64 = 1e-16;
 
-/// Two parts of two bodies. All that is asked of it is in terms of the bodies: their pose, their centres, their masses.
+/// The pair of two parts of two bodies. Its methods take and return quantities of the bodies: their pose, the
+/// loads about their centres, per unit of their masses.
 #[derive(Debug, Clone)]
 pub struct Link {
     /// The pair of the shapes.
     pub pair: Pair,
-    /// What the parts are of their bodies; none for two ordinary bodies.
-    arms: Option<Box<Arms>>,
+    /// The parts' positions in their bodies; `None` for two ordinary bodies.
+    offsets: Option<Box<PartOffsets>>,
+    /// One over the masses of the bodies.
+    inverse_masses: [f64; 2],
 }
 
 #[derive(Debug, Clone)]
-struct Arms {
-    /// The numbers of the parts in their bodies.
+struct PartOffsets {
+    /// The indices of the parts in their bodies.
     parts: [usize; 2],
-    /// Product of the parts' shares of the masses of their bodies.
+    /// The product of the parts' shares of the masses of their bodies.
     share: f64,
-    places: [Option<Place>; 2],
+    places: [Option<Placement>; 2],
 }
 
-/// How two bodies may move in the time that a rule is chosen for.
+/// The predicted motion of two bodies in the time for which a rule is chosen.
 #[derive(Debug, Clone, Copy)]
 pub struct Foreseen {
     /// The least separation of their centres.
     pub reach: f64,
-    /// By how much each turns, in rad.
+    /// The angle by which each body rotates, in rad.
     pub turns: [f64; 2],
     /// The factor by which they would have to grow to touch; infinite where it is not known.
     pub growth: f64,
 }
 
-/// Two parts are nearer to each other than the rule in force holds.
+/// The error that two parts are nearer to each other than the rule in use is valid for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TooNear {
     /// Separation of the parts' centres.
     pub separation: f64,
-    /// The least at which the rule holds.
+    /// The least separation for which the rule is valid.
     pub valid_from: f64,
 }
 
 impl Link {
-    /// The parts of two bodies that make links; one of each where the bodies count as points.
+    /// Returns the numbers of parts of two bodies that make links; one each where the bodies count as points.
     pub fn parts_of(bodies: [&Body; 2], method: Method) -> [usize; 2] {
         if method == Method::Point { [1; 2] } else { bodies.map(|body| body.parts().len()) }
     }
 
-    /// The link of two parts, by their places in the bodies. `tolerance` is relative to the force between the bodies.
+    /// Makes the link of two parts, given by their indices in the bodies. `tolerance` is relative to the
+    /// force between the bodies.
     pub fn new(
         bodies: [&Body; 2],
         parts: [usize; 2],
@@ -68,47 +72,50 @@ impl Link {
         arch: Arch,
         store: &Arc<Store>,
     ) -> Self {
-        let pair = |[first, second]: [BodyGravity; 2], tolerance| {
+        let pair = |[first, second]: [PartGravity; 2], tolerance| {
             Pair::new(first, second, method, tolerance, fixed, arch)
         };
+        let inverse_masses = bodies.map(|body| 1.0 / body.mass);
         if method == Method::Point {
-            let points = bodies.map(|body| BodyGravity::new(&body.name, &Shape::Point, store));
-            return Self { pair: pair(points, tolerance), arms: None };
+            let points = bodies.map(|body| PartGravity::new(&body.name, &Shape::Point, store));
+            return Self { pair: pair(points, tolerance), offsets: None, inverse_masses };
         }
         let [first, second] = [0, 1].map(|k| &bodies[k].parts()[parts[k]]);
         let gravity =
             [gravity(bodies[0], parts[0], first, store), gravity(bodies[1], parts[1], second, store)];
         if first.place.is_none() && second.place.is_none() {
-            return Self { pair: pair(gravity, tolerance), arms: None };
+            return Self { pair: pair(gravity, tolerance), offsets: None, inverse_masses };
         }
-        // The forces of voids and of what they are cut from cancel, but their errors do not.
+        // The forces of voids and of the matter around them cancel, but their errors do not.
         let terms = bodies.map(|body| body.mass_without_signs() / body.mass);
         let tolerance = (tolerance / (terms[0] * terms[1])).max(tolerance.min(ROUND_OFF));
         let share = (first.mass / bodies[0].mass) * (second.mass / bodies[1].mass);
-        let arms = Box::new(Arms { parts, share, places: [first.place, second.place] });
-        Self { pair: pair(gravity, tolerance), arms: Some(arms) }
+        let offsets = Box::new(PartOffsets { parts, share, places: [first.place, second.place] });
+        Self { pair: pair(gravity, tolerance), offsets: Some(offsets), inverse_masses }
     }
 
-    /// Chooses the rule for a pose, and for what is foreseen from there. May allocate: call it between steps.
+    /// Chooses the rule for a pose, and for the predicted motion from there. It may allocate and is called
+    /// between steps only.
     pub fn prepare(
         &mut self,
         pose: &Pose,
         foreseen: Option<&Foreseen>,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         let own = self.pose(pose);
         let closing = foreseen.map_or(0.0, |foreseen| self.closing(pose, &own, foreseen));
-        self.pair.prepare(&own, closing, patience)
+        self.pair.prepare(&own, closing, interrupt)
     }
 
-    /// How much of the parts' separation may close without overlap.
+    /// Returns the share of the parts' separation that may close without overlap.
     fn closing(&self, pose: &Pose, own: &Pose, foreseen: &Foreseen) -> f64 {
         let distance = own.separation.norm();
         let (mut reach, mut growth) = (foreseen.reach, foreseen.growth);
-        if let Some(arms) = &self.arms {
+        if let Some(offsets) = &self.offsets {
             // A chord is no longer than its arc, nor than two radii.
             let swing = |body: usize| {
-                foreseen.turns[body].min(2.0) * arms.places[body].map_or(0.0, |place| place.position.norm())
+                foreseen.turns[body].min(2.0)
+                    * offsets.places[body].map_or(0.0, |place| place.position.norm())
             };
             reach = distance - (pose.separation.norm() - foreseen.reach) - swing(0) - swing(1);
             growth = f64::INFINITY;
@@ -123,12 +130,12 @@ impl Link {
         (1.0 - (reach / distance).max(touching)).clamp(0.0, 0.5)
     }
 
-    /// Whether the parts are nearer to each other than the rule in force holds.
+    /// Returns whether the parts are nearer to each other than the rule in use is valid for.
     #[inline(always)]
     pub fn too_near(&self, pose: &Pose) -> Option<TooNear> {
-        let separation = match &self.arms {
+        let separation = match &self.offsets {
             None => pose.separation.norm(),
-            Some(arms) => arms.separation(pose).norm(),
+            Some(offsets) => offsets.separation(pose).norm(),
         };
         if self.pair.covers(separation) {
             return None;
@@ -136,94 +143,120 @@ impl Link {
         Some(TooNear { separation, valid_from: self.pair.valid_from() })
     }
 
-    /// Force on the bodies' centres and torques about them, with the rule in force: the share of this link in the whole of the
-    /// two bodies.
+    /// Returns the contribution of this link to the force on the bodies' centres and the torques about them,
+    /// with the rule in use.
     pub fn interaction(&self, pose: &Pose) -> Interaction {
         self.interaction_of(pose, Pair::ALL)
     }
 
-    /// The share of a piece of [`Pair::pieces`].
+    /// Returns the contribution of one of the [`Pair::pieces`].
     pub fn interaction_of(&self, pose: &Pose, nodes: Range<usize>) -> Interaction {
-        match &self.arms {
+        match &self.offsets {
             None => self.pair.interaction_of(pose, nodes),
-            Some(arms) => arms.about_centres(pose, self.pair.interaction_of(&arms.pose(pose), nodes)),
+            Some(offsets) => {
+                offsets.about_centres(pose, self.pair.interaction_of(&offsets.pose(pose), nodes))
+            }
         }
     }
 
     /// Chooses the nodes for [`Self::jacobian`]; see [`Pair::prepare_jacobian`].
-    pub fn prepare_jacobian(&mut self, patience: &mut Patience) -> Result<()> {
-        self.pair.prepare_jacobian(patience)
+    pub fn prepare_jacobian(
+        &mut self,
+        pose: &Pose,
+        lengths: bool,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        self.pair.prepare_jacobian(&self.pose(pose), lengths, interrupt)
     }
 
-    /// The share of this link in the derivatives of force and torques of the bodies.
+    /// Returns the derivatives of force and torques of the parts, about their own centres.
     #[inline]
-    pub fn jacobian(&self, pose: &Pose) -> Jacobian {
-        match &self.arms {
-            None => self.pair.jacobian(pose),
-            Some(arms) => arms.jacobian_about_centres(pose, &self.pair.jacobian(&arms.pose(pose))),
+    pub fn jacobian_of_parts(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<Jacobian> {
+        match &self.offsets {
+            None => self.pair.jacobian(pose, interrupt),
+            Some(offsets) => self.pair.jacobian(&offsets.pose(pose), interrupt),
         }
     }
 
-    /// The share of this link in the derivatives of the bodies' loads by the semi-axes of its parts.
-    pub fn axis_slopes(&self, pose: &Pose) -> AxisSlopes {
-        match &self.arms {
-            None => self.pair.axis_slopes(pose),
-            Some(arms) => self
-                .pair
-                .axis_slopes(&arms.pose(pose))
-                .map(|body| body.map(|loads| arms.about_centres(pose, loads))),
+    /// Returns the contribution of this link to the derivatives of force and torques of the bodies, from the
+    /// derivatives of the parts.
+    #[inline]
+    pub fn about_centres(&self, pose: &Pose, parts: &Jacobian) -> Jacobian {
+        self.offsets.as_ref().map_or(*parts, |offsets| offsets.jacobian_about_centres(pose, parts))
+    }
+
+    /// Returns the contribution of this link to the derivatives of the bodies' loads by a number of a part of
+    /// the first (0) or the second (1) body, from the derivatives of the parts by the pose; per unit G
+    /// m_first m_second at fixed masses.
+    pub fn by_part(&self, pose: &Pose, parts: &Jacobian, which: usize, by: &PartDerivative) -> Interaction {
+        match &self.offsets {
+            None => parts.loads.times(by.mass * self.inverse_masses[which]),
+            Some(offsets) => offsets.by_part(pose, parts, which, by),
         }
     }
 
-    /// The numbers of the parts in their bodies; none of two ordinary bodies.
+    /// Returns what this link contributes to the derivatives of the bodies' loads by the lengths of its
+    /// parts.
+    pub fn shape_derivatives(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<ShapeDerivatives> {
+        match &self.offsets {
+            None => self.pair.shape_derivatives(pose, interrupt),
+            Some(offsets) => {
+                let parts = self.pair.shape_derivatives(&offsets.pose(pose), interrupt)?;
+                Ok(parts.map(|loads| offsets.about_centres(pose, loads)))
+            }
+        }
+    }
+
+    /// Returns the indices of the parts in their bodies; `None` for two ordinary bodies.
     pub fn parts(&self) -> Option<[usize; 2]> {
-        self.arms.as_ref().map(|arms| arms.parts)
+        self.offsets.as_ref().map(|offsets| offsets.parts)
     }
 
-    /// As [`Pair::points`].
+    /// Returns the number of points as [`Pair::points`].
     pub fn points(&self, pose: &Pose) -> Option<usize> {
         self.pair.points(&self.pose(pose))
     }
 
-    /// The pair of two ordinary bodies, whose interaction is this.
+    /// Returns the pair of two ordinary bodies, whose interaction is that of this link.
     #[inline]
     pub fn ordinary(&self) -> Option<&Pair> {
-        self.arms.is_none().then_some(&self.pair)
+        self.offsets.is_none().then_some(&self.pair)
     }
 
-    /// As [`Pair::left_out`], of this link's share in the force between the bodies.
-    pub fn left_out(&self, pose: &Pose) -> Option<f64> {
-        match &self.arms {
-            None => self.pair.left_out(pose),
-            Some(arms) => Some(arms.share.abs() * self.pair.left_out(&arms.pose(pose))?),
+    /// Returns the truncation error as [`Pair::truncation_error`], for this link's contribution to the force
+    /// between the bodies.
+    pub fn truncation_error(&self, pose: &Pose) -> Option<f64> {
+        match &self.offsets {
+            None => self.pair.truncation_error(pose),
+            Some(offsets) => Some(offsets.share.abs() * self.pair.truncation_error(&offsets.pose(pose))?),
         }
     }
 
-    /// The share of this link in the potential energy per unit G m m.
+    /// Returns the contribution of this link to the potential energy per unit G m m.
     pub fn potential_energy(&self, pose: &Pose) -> f64 {
         self.potential_energy_of(pose, Pair::ALL)
     }
 
-    /// As [`Pair::energy_pieces`].
-    pub fn energy_pieces(&self, pose: &Pose, patience: &mut Patience) -> Result<Vec<Range<usize>>> {
-        self.pair.energy_pieces(&self.pose(pose), patience)
+    /// Returns the pieces of the energy as [`Pair::energy_pieces`].
+    pub fn energy_pieces(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<Vec<Range<usize>>> {
+        self.pair.energy_pieces(&self.pose(pose), interrupt)
     }
 
-    /// The share of a piece of [`Self::energy_pieces`].
+    /// Returns the contribution of one of the [`Self::energy_pieces`].
     pub fn potential_energy_of(&self, pose: &Pose, nodes: Range<usize>) -> f64 {
-        match &self.arms {
+        match &self.offsets {
             None => self.pair.potential_energy_of(pose, nodes),
-            Some(arms) => arms.share * self.pair.potential_energy_of(&arms.pose(pose), nodes),
+            Some(offsets) => offsets.share * self.pair.potential_energy_of(&offsets.pose(pose), nodes),
         }
     }
 
     fn pose(&self, pose: &Pose) -> Pose {
-        self.arms.as_ref().map_or(*pose, |arms| arms.pose(pose))
+        self.offsets.as_ref().map_or(*pose, |offsets| offsets.pose(pose))
     }
 }
 
-impl Arms {
-    /// The vector from the first part's centre to the second's.
+impl PartOffsets {
+    /// Returns the vector from the first part's centre to the second's.
     #[inline(never)]
     fn separation(&self, pose: &Pose) -> Vec3 {
         let mut separation = pose.separation;
@@ -248,11 +281,11 @@ impl Arms {
         own
     }
 
-    /// From the parts' centres and frames to those of the bodies.
+    /// Converts loads about the parts' centres to those about the bodies' centres, in the bodies' frames.
     #[inline]
     fn about_centres(&self, pose: &Pose, parts: Interaction) -> Interaction {
         let force = parts.force_on_first * self.share;
-        let about = |place: &Option<Place>, rotation, torque: Vec3, force: Vec3| match place {
+        let about = |place: &Option<Placement>, rotation, torque: Vec3, force: Vec3| match place {
             None => torque * self.share,
             Some(place) => {
                 turned(&place.rotation, &torque) * self.share
@@ -267,8 +300,9 @@ impl Arms {
     }
 }
 
-impl Arms {
-    /// The same of derivatives. The parts' separation changes with the bodies' turns by A_i = dr/dv_i = +-R_i [p_i]x.
+impl PartOffsets {
+    /// Converts derivatives likewise. The parts' separation changes with the bodies' rotations by A_i =
+    /// dr/dv_i = +-R_i [p_i]x.
     fn jacobian_about_centres(&self, pose: &Pose, parts: &Jacobian) -> Jacobian {
         let rotations = [&pose.rotation_first, &pose.rotation_second];
         let signs = [1.0, -1.0];
@@ -303,10 +337,45 @@ impl Arms {
     }
 }
 
-/// What of a part's gravity does not depend on the state, with the name that errors use.
-fn gravity(body: &Body, index: usize, part: &Part, store: &Arc<Store>) -> BodyGravity {
-    if part.place.is_none() {
-        return BodyGravity::new(&body.name, &part.shape, store);
+impl PartOffsets {
+    /// With s the separation of the parts, dP the displacement of this part and phi its rotation, ds = -+R
+    /// dP, and the rotation is Q^T phi in the part's own frame, with Q the rotation from there to the body's
+    /// frame.
+    fn by_part(&self, pose: &Pose, parts: &Jacobian, which: usize, by: &PartDerivative) -> Interaction {
+        let (own, rotation, sign) = match which {
+            0 => (parts.torque_by_rotation[0], &pose.rotation_first, 1.0),
+            _ => (parts.torque_by_rotation[1], &pose.rotation_second, -1.0),
+        };
+        let crossed = parts.torque_first_by_second;
+        let (position, turn) =
+            (by.positions[self.parts[which]], self.places[which].map_or(Mat3::identity(), |p| p.rotation));
+        let mass = if self.parts[which] == by.part { by.relative_mass } else { 0.0 };
+        let step = turned(rotation, &position) * -sign;
+        let spin = turned_back(&turn, &by.turn);
+        let [first, second] = &parts.torque_by_separation;
+        let by_turn =
+            if which == 0 { [own * spin, crossed.transpose() * spin] } else { [crossed * spin, own * spin] };
+        let loads = &parts.loads;
+        let changed = Interaction {
+            force_on_first: parts.force_by_separation * step
+                - parts.torque_by_separation[which].transpose() * spin
+                + loads.force_on_first * mass,
+            torque_first: first * step + by_turn[0] + loads.torque_first * mass,
+            torque_second: second * step + by_turn[1] + loads.torque_second * mass,
+        };
+        let mut changed = self.about_centres(pose, changed);
+        let force = turned_back(rotation, &(loads.force_on_first * (sign * self.share)));
+        let torque = if which == 0 { &mut changed.torque_first } else { &mut changed.torque_second };
+        let own = if which == 0 { &loads.torque_first } else { &loads.torque_second };
+        *torque += by.turn.cross(&turned(&turn, own)) * self.share + position.cross(&force);
+        changed
     }
-    BodyGravity::new(&format!("part {index} of {}", body.name), &part.shape, store)
+}
+
+/// Returns the state-independent part of a part's gravity, with the name for errors.
+fn gravity(body: &Body, index: usize, part: &Part, store: &Arc<Store>) -> PartGravity {
+    if part.place.is_none() {
+        return PartGravity::new(&body.name, &part.shape, store);
+    }
+    PartGravity::new(&format!("part {index} of {}", body.name), &part.shape, store)
 }

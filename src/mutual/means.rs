@@ -1,17 +1,18 @@
-//! A body's attraction as the mean of the other body's g, r x g and Phi over points that stand for it.
+//! A body's attraction as the mean of the other body's g, r x g and Phi over points that represent it.
 //!
-//! All three are harmonic functions within a body that the other one does not touch. Their means over a homogeneous
-//! ellipsoid equal means over its surface or its focal ellipse alone. By the third law they are the force, torque and
-//! energy of the pair.
+//! All three are harmonic functions within a body that the other one does not touch. Their means over a
+//! homogeneous ellipsoid equal means over its surface or its focal ellipse alone. By the third law they are
+//! the force, torque and energy of the pair.
 //!
-//! Focal rule: outside itself, an ellipsoid (a >= b >= c) attracts like its focal ellipse, x^2/(a^2-c^2) + y^2/(b^2-c^2)
-//! <= 1, carrying mass in proportion to sqrt(1 - x^2/(a^2-c^2) - y^2/(b^2-c^2)): Maclaurin's theorem on confocal
-//! ellipsoids, taken to the flattest of the family.
+//! Focal rule: outside itself, an ellipsoid (a >= b >= c) attracts like its focal ellipse, x^2/(a^2-c^2) +
+//! y^2/(b^2-c^2) <= 1, carrying mass in proportion to sqrt(1 - x^2/(a^2-c^2) - y^2/(b^2-c^2)): this is
+//! Maclaurin's theorem on confocal ellipsoids, applied to the flattest one.
 //!
-//! Surface: by Green's second identity an ellipsoid attracts like its surface y = (a u, b v, c w) over the unit sphere,
-//! carrying mass in proportion to u^2/a^2 + v^2/b^2 + w^2/c^2 per solid angle; see [`Nodes::surface`]. These are the
-//! paper's surface integrals in another form. In its own, the force across a thin or small body is a difference of
-//! pressures that are nearly equal on both faces, divided by the thickness; this one has terms of one sign.
+//! Surface: by Green's second identity an ellipsoid attracts like its surface y = (a u, b v, c w) over the
+//! unit sphere, carrying mass in proportion to u^2/a^2 + v^2/b^2 + w^2/c^2 per solid angle; see
+//! [`Nodes::surface`]. These are the paper's surface integrals in another form. In the paper's form the force
+//! across a thin or small body is a difference of pressures that are nearly equal on both faces, divided by
+//! the thickness; in this form all terms have one sign.
 
 use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
@@ -21,15 +22,16 @@ use crate::quadrature::{Nodes, Stretch};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::AddAssign;
 
-/// Force and torques; `semi_axes` turn the nodes' coordinates into the body's canonical frame.
+/// Returns force and torques; `node_scales` are the factors from the nodes' coordinates to the body's
+/// canonical frame.
 pub(super) fn force_and_torque<const D: usize>(
     arch: Arch,
     kernel: impl FieldKernel,
     nodes: &Nodes,
-    semi_axes: [f64; D],
+    node_scales: [f64; D],
     roles: &Roles,
 ) -> Balance {
-    let axes = std::array::from_fn(|k| roles.turn.column(k) * semi_axes[k]);
+    let axes = std::array::from_fn(|k| roles.turn.column(k) * node_scales[k]);
     let origin = roles.origin;
     let sums = nodes.sum(|nodes| arch.dispatch(ForceSum::<_, D> { kernel, nodes, origin, axes }));
     Balance {
@@ -39,15 +41,15 @@ pub(super) fn force_and_torque<const D: usize>(
     }
 }
 
-/// Mean of Phi.
+/// Returns the mean of Phi.
 pub(super) fn mean_potential<const D: usize>(
     arch: Arch,
     kernel: impl FieldKernel,
     nodes: &Nodes,
-    semi_axes: [f64; D],
+    node_scales: [f64; D],
     roles: &Roles,
 ) -> f64 {
-    let axes = std::array::from_fn(|k| roles.turn.column(k) * semi_axes[k]);
+    let axes = std::array::from_fn(|k| roles.turn.column(k) * node_scales[k]);
     let origin = roles.origin;
     nodes.sum(|nodes| arch.dispatch(PotentialSum::<_, D> { kernel, nodes, origin, axes }))
 }
@@ -59,16 +61,16 @@ struct ForceSum<'a, K, const D: usize> {
     axes: [Vec3; D],
 }
 
-struct Sums<const D: usize> {
+struct ForceMeans<const D: usize> {
     /// Mean of g.
     force: Vec3,
-    /// Means of y_k g, y the node.
+    /// Means of y_k g, with y the node.
     moment: [Vec3; D],
     /// Mean of -x cross g.
     torque_field: Vec3,
 }
 
-impl<const D: usize> AddAssign for Sums<D> {
+impl<const D: usize> AddAssign for ForceMeans<D> {
     fn add_assign(&mut self, other: Self) {
         self.force += other.force;
         self.torque_field += other.torque_field;
@@ -77,13 +79,14 @@ impl<const D: usize> AddAssign for Sums<D> {
 }
 
 impl<K: FieldKernel, const D: usize> WithSimd for ForceSum<'_, K, D> {
-    type Output = Sums<D>;
+    type Output = ForceMeans<D>;
 
-    /// With six registers side by side, and what remains with five, four or two: the processor does not wait for itself.
+    /// Processes six registers side by side, and the remainder in fives, fours or twos, to hide the latency
+    /// of the instructions.
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Sums<D> {
+    fn with_simd<S: Simd>(self, simd: S) -> ForceMeans<D> {
         let zero = Total::zero(simd);
-        let mut running = Running { force: [zero; 3], moments: [[zero; 3]; D], torque: [zero; 3] };
+        let mut running = ForceAccumulator { force: [zero; 3], moments: [[zero; 3]; D], torque: [zero; 3] };
         let registers = self.nodes.count.div_ceil(S::F64_LANES);
         let whole = registers - registers % 6;
         for register in (0..whole).step_by(6) {
@@ -100,22 +103,22 @@ impl<K: FieldKernel, const D: usize> WithSimd for ForceSum<'_, K, D> {
             moment[k] = -total_vector(running.moments[k]);
         }
         let torque_field = total_vector(running.torque);
-        Sums { force: -total_vector(running.force), moment, torque_field }
+        ForceMeans { force: -total_vector(running.force), moment, torque_field }
     }
 }
 
-/// The sums while they are made.
-struct Running<S: Simd, const D: usize> {
+/// The running sums over the nodes.
+struct ForceAccumulator<S: Simd, const D: usize> {
     force: [Total<S>; 3],
     moments: [[Total<S>; 3]; D],
     torque: [Total<S>; 3],
 }
 
-impl<S: Simd, const D: usize> Running<S, D> {
-    /// Adds the nodes of `N` registers from one on.
+impl<S: Simd, const D: usize> ForceAccumulator<S, D> {
+    /// Adds the nodes of `N` registers, starting from one.
     #[inline(always)]
     fn add<K: FieldKernel, const N: usize>(&mut self, simd: S, sum: &ForceSum<'_, K, D>, register: usize) {
-        let place: Place<S, D, N> = Place::new(simd, &sum.origin, &sum.axes);
+        let place: NodePositions<S, D, N> = NodePositions::new(simd, &sum.origin, &sum.axes);
         let (y, weight) = load(simd, &sum.nodes, register);
         let x = place.of(y);
         let field = sum.kernel.field(x);
@@ -147,7 +150,7 @@ impl<K: FieldKernel, const D: usize> WithSimd for PotentialSum<'_, K, D> {
         let [u, v, w] = self.nodes.points;
         let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
         let weights = Lanes::blocks(simd, self.nodes.weights);
-        let place: Place<S, D> = Place::new(simd, &self.origin, &self.axes);
+        let place: NodePositions<S, D> = NodePositions::new(simd, &self.origin, &self.axes);
         let mut sum = Total::zero(simd);
         for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
             sum.add_product(weight, self.kernel.potential(place.of([u, v, w])));
@@ -156,7 +159,7 @@ impl<K: FieldKernel, const D: usize> WithSimd for PotentialSum<'_, K, D> {
     }
 }
 
-/// The nodes of `N` registers from one on, and their weights.
+/// Loads the nodes of `N` registers, starting from one, and their weights.
 #[inline(always)]
 pub(super) fn load<S: Simd, const N: usize>(
     simd: S,
@@ -171,14 +174,14 @@ pub(super) fn load<S: Simd, const N: usize>(
     (y, Lanes::load(simd, &nodes.weights[from..], 0))
 }
 
-/// Where the nodes are, from the field body's centre.
+/// Maps nodes to their positions from the field body's centre.
 #[derive(Clone, Copy)]
-pub(super) struct Place<S: Simd, const D: usize, const N: usize = INTERLEAVED> {
+pub(super) struct NodePositions<S: Simd, const D: usize, const N: usize = INTERLEAVED> {
     origin: [Lanes<S, N>; 3],
     axes: [[Lanes<S, N>; 3]; D],
 }
 
-impl<S: Simd, const D: usize, const N: usize> Place<S, D, N> {
+impl<S: Simd, const D: usize, const N: usize> NodePositions<S, D, N> {
     #[inline(always)]
     pub fn new(simd: S, origin: &Vec3, vectors: &[Vec3; D]) -> Self {
         let origin = splat_vector(simd, origin);

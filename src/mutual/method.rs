@@ -8,6 +8,7 @@ use std::str::FromStr;
 /// How the interaction of a pair is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
+#[non_exhaustive]
 pub enum Method {
     /// The paper's surface integrals.
     Surface,
@@ -22,7 +23,7 @@ pub enum Method {
 impl Method {
     /// Highest total degree of the mutual expansion.
     pub const MAX_DEGREE: usize = 16;
-    /// The degree to which what a cut leaves out is estimated from the highest one.
+    /// The degree to which the truncation error of the highest degree is estimated.
     pub(super) const BEYOND: usize = Self::MAX_DEGREE + 2;
     const EXPECTED: &str = "\"surface\", \"focal\", \"multipole:N\" with N even from 2 to 16, or \"point\"";
 }

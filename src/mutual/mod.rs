@@ -1,19 +1,22 @@
 //! Force, torques and energy of a pair of bodies.
 //!
-//! Takes the relative pose of two bodies and gives an [`Interaction`] per unit G m_first m_second. Methods: the paper's
-//! surface integrals (its Eqs. 2-4), the focal rule, the series to a degree, and points. One quadrature serves a pair: the
-//! force on the second body is minus that on the first, and both torques come from the same nodes, so that
-//! M_first + M_second + r x F_second = 0 holds to round-off.
+//! Takes the relative pose of two bodies and gives an [`Interaction`] per unit G m_first m_second. The
+//! methods are the paper's surface integrals (its Eqs. 2-4), the focal rule, the series to a degree, and
+//! points. One quadrature serves a pair: the force on the second body is minus that on the first, and both
+//! torques come from the same nodes, so that M_first + M_second + r x F_second = 0 holds to round-off.
 //!
-//! Bodies of several parts interact by their parts: a [`Link`] is the [`Pair`] of a part of one and a part of the other, with
-//! their places in the bodies. Each has its own rule.
+//! Bodies of several parts interact by their parts: a [`Link`] is the [`Pair`] of a part of one body and a
+//! part of the other, with the positions of the parts in their bodies. Each link has its own rule.
 
-mod attractor;
+mod part_gravity;
 mod axes;
 mod choice;
 mod derivatives;
 mod expansion;
+mod expansion_gradient;
+mod face_gradient;
 mod faceted;
+mod faceted_gradient;
 mod faces;
 mod gradient;
 mod jacobian;
@@ -24,23 +27,31 @@ mod multipole;
 mod pair;
 mod rule;
 mod sampled;
-mod series_slopes;
+mod series_jacobian;
 mod store;
 mod surface;
 
-pub use attractor::BodyGravity;
-pub use axes::AxisSlopes;
+#[doc(hidden)]
+pub use axes::ShapeDerivatives;
+#[doc(hidden)]
 pub use jacobian::Jacobian;
+#[doc(hidden)]
 pub use link::{Foreseen, Link, TooNear};
 pub use method::Method;
+#[doc(hidden)]
 pub use multipole::Multipole;
+#[doc(hidden)]
 pub use pair::Pair;
+#[doc(hidden)]
+pub use part_gravity::PartGravity;
+#[doc(hidden)]
 pub use rule::{Rule, RuleMemory};
+#[doc(hidden)]
 pub use store::Store;
 
 use crate::math::{Mat3, Vec3};
 
-/// Where two bodies are and how they are turned.
+/// The relative position and the rotations of two bodies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pose {
     /// The vector from the first centre to the second, inertial.
@@ -54,7 +65,7 @@ pub struct Pose {
 /// Force and torques of a pair, per unit G m_first m_second.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interaction {
-    /// Force on the first body, inertial; the second feels the opposite.
+    /// Force on the first body, inertial; the force on the second one is the opposite.
     pub force_on_first: Vec3,
     /// Torque on the first body about its centre, in its body frame.
     pub torque_first: Vec3,
@@ -62,12 +73,24 @@ pub struct Interaction {
     pub torque_second: Vec3,
 }
 
-/// One body as the integrand's field and the other as the integration set, in the field body's canonical frame.
+impl Interaction {
+    /// Returns the interaction multiplied by a factor.
+    fn times(&self, factor: f64) -> Self {
+        Self {
+            force_on_first: self.force_on_first * factor,
+            torque_first: self.torque_first * factor,
+            torque_second: self.torque_second * factor,
+        }
+    }
+}
+
+/// The relative pose of a pair for a quadrature: one body provides the field, and the other is integrated
+/// over. Vectors are in the field body's canonical frame.
 #[derive(Debug, Clone, Copy)]
 struct Roles {
     /// The vector from the field body's centre to the other's.
     origin: Vec3,
-    /// Turns the other's canonical frame into the field body's.
+    /// Rotation from the other body's canonical frame into the field body's.
     turn: Mat3,
 }
 
@@ -76,7 +99,7 @@ struct Roles {
 struct Balance {
     /// Force on the body that is integrated over.
     force: Vec3,
-    /// Torque on it about its own centre.
+    /// Torque on the body that is integrated over, about its own centre.
     torque: Vec3,
     /// Torque on the field body about its own centre.
     torque_field: Vec3,

@@ -1,13 +1,13 @@
 //! The mutual expansion to a total degree N, with the moments of homogeneous ellipsoids in closed form.
 //!
-//! The mean of exp(y . k) over an ellipsoid with spread matrix S = R diag(a^2) R^T is sum_n alpha_n (k^T S k)^n with
-//! alpha_n = 3 / ((2n+1)! (2n+3)). The mean of 1/|r + y_B - y_A| over both bodies is therefore
+//! The mean of exp(y . k) over an ellipsoid with spread matrix S = R diag(a^2) R^T is sum_n alpha_n (k^T S
+//! k)^n with alpha_n = 3 / ((2n+1)! (2n+3)). The mean of 1/|r + y_B - y_A| over both bodies is therefore
 //!
 //!   U = sum_{n,m} alpha_n alpha_m (grad^T S_A grad)^n (grad^T S_B grad)^m 1/r,
 //!
-//! cut at 2 (n + m) <= N; N = 2 is MacCullagh's formula. The force is its gradient and the torque on A comes from
-//! d(k^T S_A k) = 2 dtheta . (S_A k x k). The derivatives of 1/r follow from the recurrence of Lindsay & Krasny (2001),
-//! J. Comput. Phys. 172, 879. Other programs stop at N = 2 or 4.
+//! cut at 2 (n + m) <= N; N = 2 is MacCullagh's formula. The force is its gradient and the torque on A comes
+//! from d(k^T S_A k) = 2 dtheta . (S_A k x k). The derivatives of 1/r follow from the recurrence of Lindsay &
+//! Krasny (2001), J. Comput. Phys. 172, 879. Other programs stop at N = 2 or 4.
 
 use super::derivatives::Derivatives;
 use super::expansion::Expansion;
@@ -37,13 +37,13 @@ macro_rules! sized {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Multipole {
     half: usize,
-    squares: [Vec3; 2],
-    /// Of shapes other than ellipsoids and points.
-    general: Option<Box<Expansion>>,
+    pub(super) squares: [Vec3; 2],
+    /// The expansion by moments, for shapes other than ellipsoids and points.
+    pub(super) general: Option<Box<Expansion>>,
 }
 
 impl Multipole {
-    /// To total degree `degree`, even and at most [`Method::MAX_DEGREE`].
+    /// Prepares the expansion to total degree `degree`, even and at most [`Method::MAX_DEGREE`].
     pub fn new(first: &Shape, second: &Shape, degree: usize) -> Self {
         let squares = |s: &Shape| Vec3::from(s.semi_axes().map(|a| a * a));
         let faceted = [first, second].iter().any(|shape| matches!(shape, Shape::Polyhedron(_)));
@@ -54,28 +54,30 @@ impl Multipole {
         }
     }
 
-    /// The separation down to which the series converges, where shapes other than ellipsoids take part.
+    /// Returns the separation down to which the series converges; zero if both shapes are ellipsoids or
+    /// points.
     pub fn converges_from(&self) -> f64 {
         self.general.as_ref().map_or(0.0, |general| general.reach)
     }
 
-    /// The same to a total degree higher by two: what it has more is the first that this one leaves out.
+    /// Returns the expansion to a total degree higher by two: the additional terms are the first that this
+    /// one omits.
     pub fn next(&self) -> Self {
         let general = self.general.as_ref().map(|general| Box::new(general.next()));
         Self { half: self.half + 1, squares: self.squares, general }
     }
 
-    /// Half the total degree.
+    /// Returns half the total degree.
     pub(super) fn half(&self) -> usize {
         self.half
     }
 
-    /// Whether shapes other than ellipsoids and points take part.
+    /// Returns whether shapes other than ellipsoids and points take part.
     pub fn is_general(&self) -> bool {
         self.general.is_some()
     }
 
-    /// Force and torques.
+    /// Returns force and torques.
     pub fn interaction(&self, pose: &Pose) -> Interaction {
         if let Some(general) = &self.general {
             return general.interaction(pose);
@@ -89,7 +91,7 @@ impl Multipole {
         }
     }
 
-    /// The mutual potential U (positive) per unit G m m.
+    /// Returns the mutual potential U (positive) per unit G m m.
     pub fn mutual_potential(&self, pose: &Pose) -> f64 {
         if let Some(general) = &self.general {
             return general.mutual_potential(pose);
@@ -98,7 +100,7 @@ impl Multipole {
         sized!(self.half, potential(&spreads, &(pose.separation / scale))) / scale
     }
 
-    /// The spread matrices in units of the separation, so that no power over- or underflows.
+    /// Returns the spread matrices in units of the separation, so that no power over- or underflows.
     pub(super) fn scaled_spreads(&self, pose: &Pose) -> ([Mat3; 2], f64) {
         let scale = pose.separation.norm();
         let spread = |r: &Mat3, squares: &Vec3| {
@@ -113,14 +115,14 @@ impl Multipole {
     }
 }
 
-/// The expansion to half-degree `HALF`, with `TERMS` = HALF + 1, `MONOMIALS` those of degree 2 HALF, and `DERIVATIVES` the
-/// partial derivatives up to degree 2 HALF + 1.
+/// The expansion to half-degree `HALF`, with `TERMS` = HALF + 1, `MONOMIALS` those of degree 2 HALF, and
+/// `DERIVATIVES` the partial derivatives up to degree 2 HALF + 1.
 struct Cut<const HALF: usize, const TERMS: usize, const MONOMIALS: usize, const DERIVATIVES: usize>;
 
 impl<const HALF: usize, const TERMS: usize, const MONOMIALS: usize, const DERIVATIVES: usize>
     Cut<HALF, TERMS, MONOMIALS, DERIVATIVES>
 {
-    /// Gradient of U and the torques, inertial.
+    /// Returns the gradient of U and the torques, inertial.
     fn forces(spreads: &[Mat3; 2], x: &Vec3) -> (Vec3, [Vec3; 2]) {
         let terms = Terms::<TERMS, MONOMIALS>::new(spreads);
         let derivatives = Derivatives::<DERIVATIVES>::new(x, 2 * HALF + 1);
@@ -130,20 +132,20 @@ impl<const HALF: usize, const TERMS: usize, const MONOMIALS: usize, const DERIVA
         }
         let mut torques = [Vec3::zeros(); 2];
         for (body, torque) in torques.iter_mut().enumerate() {
-            // The second derivatives of what the body's spread is contracted with.
+            // These are the second derivatives of the term with which the body's spread is contracted.
             let mut second = [0.0; 6];
             for (s, variation) in terms.variation[body].iter().enumerate().skip(1) {
                 derivatives.add_second(&mut second, variation, 2 * s - 2);
             }
             let [xx, xy, xz, yy, yz, zz] = second;
-            // Of d(k^T S k) = 2 dtheta . (S k x k) with k k^T the second derivatives.
+            // The torque follows from d(k^T S k) = 2 dtheta . (S k x k), with k k^T the second derivatives.
             let m = 2.0 * spreads[body] * Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
             *torque = Vec3::new(m.m23 - m.m32, m.m31 - m.m13, m.m12 - m.m21);
         }
         (gradient, torques)
     }
 
-    /// U.
+    /// Returns U.
     fn potential(spreads: &[Mat3; 2], x: &Vec3) -> f64 {
         let terms = Terms::<TERMS, MONOMIALS>::new(spreads);
         let derivatives = Derivatives::<DERIVATIVES>::new(x, 2 * HALF);
@@ -151,7 +153,8 @@ impl<const HALF: usize, const TERMS: usize, const MONOMIALS: usize, const DERIVA
     }
 }
 
-/// For each half-degree s: sum_n alpha_n alpha_{s-n} A^n B^{s-n}, and its variations with A and with B.
+/// For each half-degree s the polynomial sum_n alpha_n alpha_{s-n} A^n B^{s-n}, and its variations by A and
+/// by B.
 pub(super) struct Terms<const TERMS: usize, const MONOMIALS: usize> {
     pub potential: [[f64; MONOMIALS]; TERMS],
     pub variation: [[[f64; MONOMIALS]; TERMS]; 2],
@@ -188,14 +191,14 @@ impl<const TERMS: usize, const MONOMIALS: usize> Terms<TERMS, MONOMIALS> {
 }
 
 impl<const TERMS: usize, const MONOMIALS: usize> Terms<TERMS, MONOMIALS> {
-    /// The second variations: with A twice, with A and B, or with B twice.
+    /// Returns the second variations: by A twice, by A and B, or by B twice.
     pub fn second(spreads: &[Mat3; 2], which: usize) -> [[f64; MONOMIALS]; TERMS] {
         let [raised_a, raised_b] = [2 - which, which];
         let forms = [quadratic_form(&spreads[0]), quadratic_form(&spreads[1])];
         let mut sums = [[0.0; MONOMIALS]; TERMS];
         let mut power_of_a = [0.0; MONOMIALS];
         power_of_a[0] = 1.0;
-        // (n + r)! / n! from r derivatives of A^(n + r).
+        // r derivatives of A^(n + r) give the factor (n + r)! / n!.
         let fall = |n: usize, r: usize| (n + 1..=n + r).map(|k| k as f64).product::<f64>();
         for n in 0..TERMS.saturating_sub(2) {
             let mut product = power_of_a;
@@ -227,7 +230,8 @@ const ALPHA: [f64; Method::BEYOND / 2 + 1] = {
     alpha
 };
 
-/// k^T S k in the order of [`rows`]; polynomials in k are homogeneous, of a degree known from the context.
+/// Returns k^T S k in the order of [`rows`]; polynomials in k are homogeneous, of a degree known from the
+/// context.
 fn quadratic_form(s: &Mat3) -> [f64; 6] {
     [s[(0, 0)], 2.0 * s[(0, 1)], 2.0 * s[(0, 2)], s[(1, 1)], 2.0 * s[(1, 2)], s[(2, 2)]]
 }

@@ -1,42 +1,45 @@
-//! A pair of parts with a method, evaluated with the rule in force.
+//! A pair of parts with a method, evaluated with the rule in use.
 
 use super::faces::Faces;
-use super::rule::{GradientNodes, Kernel, NodeStore, Rule};
-use super::store::Carrier;
+use super::rule::{FacetedRules, GradientNodes, Kernel, NodeStore, Rule};
+use super::store::NodeKind;
 use super::{
-    Balance, BodyGravity, Interaction, Method, Multipole, Pose, Roles, faces, means, sampled, surface,
+    Balance, Interaction, Method, Multipole, PartGravity, Pose, Roles, faces, means, sampled, surface,
 };
 use crate::error::Result;
 use crate::gravity::FieldKernel;
+use crate::interrupt::{InterruptCheck, UNITS};
 use crate::math::Vec3;
 use crate::math::matrix::times;
 use crate::math::rotation::{turned, turned_back};
-use crate::patience::{Patience, UNITS};
 use crate::quadrature::{Cell, Degrees, Order};
 use crate::shape::{Shape, growth};
 use pulp::Arch;
 use std::ops::Range;
 
-/// Two shapes and the method of their interaction. A pair of ordinary bodies is one of these; see [`super::Link`] for composites.
+/// Two shapes and the method of their interaction. Two ordinary bodies make one pair; for composites see
+/// [`super::Link`].
 #[derive(Debug, Clone)]
 pub struct Pair {
     pub(super) method: Method,
     pub(super) tolerance: f64,
     pub(super) fixed: Option<Order>,
     pub(super) arch: Arch,
-    /// Unit of length, a power of two near the size of the larger body; the bodies are in this unit.
+    /// The unit of length, a power of two near the size of the larger body. The bodies are in this unit.
     pub(super) unit: f64,
-    pub(super) bodies: [BodyGravity; 2],
-    /// What a rule over each body needs.
+    pub(super) bodies: [PartGravity; 2],
+    /// The degrees that a rule over each body needs.
     pub(super) degrees: [Degrees; 2],
-    /// The points that stand for each body where that one is integrated over.
-    pub(super) carriers: [Carrier; 2],
+    /// The kind of nodes for each body where that one is integrated over.
+    pub(super) node_kinds: [NodeKind; 2],
     pub(super) multipole: Option<Multipole>,
     pub(super) rule: Option<Rule>,
     /// The nodes over which the field's gradient is averaged, where they have been asked for.
     pub(super) gradient_nodes: Option<GradientNodes>,
-    /// Those over which derivatives by the semi-axes are.
+    /// The nodes for the derivatives by the semi-axes.
     pub(super) axis_nodes: Option<GradientNodes>,
+    /// The rules for the derivatives of a pair with a polyhedron, where they have been asked for.
+    pub(super) faceted_rules: Option<Box<FacetedRules>>,
     pub(super) nodes: NodeStore,
 }
 
@@ -44,10 +47,10 @@ impl Pair {
     /// The one piece that has all nodes of a rule.
     pub const ALL: Range<usize> = 0..usize::MAX;
 
-    /// `tolerance` is relative to the force; `fixed` overrides the choice of nodes.
+    /// Prepares a pair. `tolerance` is relative to the force; `fixed` overrides the choice of nodes.
     pub fn new(
-        first: BodyGravity,
-        second: BodyGravity,
+        first: PartGravity,
+        second: PartGravity,
         method: Method,
         tolerance: f64,
         fixed: Option<Order>,
@@ -63,11 +66,11 @@ impl Pair {
             Method::Multipole(degree) => Some(Multipole::new(&bodies[0].shape, &bodies[1].shape, degree)),
             _ => None,
         };
-        // Of an order that is prescribed all rings have the angles.
+        // With a prescribed order all rings have the same number of angles.
         let thinned = if fixed.is_none() { tolerance } else { 0.0 };
-        let carriers = [
-            carrier(method, &bodies[0], &bodies[1], thinned),
-            carrier(method, &bodies[1], &bodies[0], thinned),
+        let node_kinds = [
+            node_kind(method, &bodies[0], &bodies[1], thinned),
+            node_kind(method, &bodies[1], &bodies[0], thinned),
         ];
         let points = bodies.iter().all(|body| body.shape == Shape::Point);
         Self {
@@ -78,26 +81,27 @@ impl Pair {
             unit,
             bodies,
             degrees: [Degrees::new(tolerance), Degrees::new(tolerance)],
-            carriers,
+            node_kinds,
             multipole,
             rule: None,
             gradient_nodes: None,
             axis_nodes: None,
+            faceted_rules: None,
             nodes,
         }
     }
 
-    /// The quadrature in force, if the method has one and a state has been seen.
+    /// Returns the quadrature in use, if the method has one and a state has been seen.
     pub fn rule(&self) -> Option<&Rule> {
         self.rule.as_ref()
     }
 
-    /// The method; that of points for two points.
+    /// Returns the method; two points always have that of points.
     pub fn method(&self) -> Method {
         self.method
     }
 
-    /// The points of the rule in force at a pose.
+    /// Returns the number of points of the rule in use at a pose.
     pub fn points(&self, pose: &Pose) -> Option<usize> {
         let rule = self.rule.as_ref()?;
         let pose = self.scaled(pose);
@@ -107,7 +111,8 @@ impl Pair {
         Some(faces.unwrap_or(rule.nodes()))
     }
 
-    /// Units of work of an evaluation with the rule in force, for [`crate::patience::Patience`].
+    /// Returns the units of work of an evaluation with the rule in use, for
+    /// [`crate::interrupt::InterruptCheck`].
     pub fn work(&self) -> u64 {
         self.rule.as_ref().map_or(0, |rule| (rule.nodes() * self.work_of_node(rule)) as u64)
     }
@@ -116,20 +121,22 @@ impl Pair {
         match &rule.kernel {
             Kernel::Far(_) | Kernel::Near(_) => 1,
             Kernel::Facets => self.field_and_set(rule)[0].polyhedron().map_or(1, |p| p.faces().len()),
-            // Its points take less than nodes do.
+            // Points of a layer take less work than nodes of a rule.
             Kernel::Layer(layer) => 1 + layer.count / 4,
         }
     }
 
-    /// The nodes of the rule in force in pieces of about [`UNITS`] of work, whose interactions add up to the whole: numbers of nodes,
-    /// or of units of faces. One piece has all nodes of a rule that takes less, and of one without a polyhedron, which always does.
+    /// Returns the nodes of the rule in use in pieces of about [`UNITS`] of work, whose interactions add up
+    /// to the whole. Ranges are of nodes, or of units of faces. A rule that takes less work has one piece, as
+    /// has every rule without a polyhedron.
     pub fn pieces(&self) -> impl ExactSizeIterator<Item = Range<usize>> + use<> {
-        /// The potential at the centre, which every piece takes, has to cost little beside it.
+        /// The least number of evaluations in a piece: the potential at the centre, which every piece
+        /// evaluates, must cost little beside them.
         const FEWEST: usize = 4;
         let divisible = |rule: &&Rule| matches!(rule.kernel, Kernel::Facets | Kernel::Layer(_));
         let begins = self.rule.as_ref().map_or(Vec::new(), |rule| rule.begins.clone());
         let (length, count) = match self.rule.as_ref().filter(divisible) {
-            Some(rule) if rule.carrier != Carrier::Faces && self.work() > UNITS => {
+            Some(rule) if rule.node_kind != NodeKind::Faces && self.work() > UNITS => {
                 let length = (UNITS as usize / self.work_of_node(rule)).max(FEWEST);
                 (length, rule.nodes().div_ceil(length))
             }
@@ -142,53 +149,60 @@ impl Pair {
         (0..count).map(move |k| begin(k)..begin(k + 1))
     }
 
-    /// The same for the energy, at a pose.
-    pub fn energy_pieces(&self, pose: &Pose, patience: &mut Patience) -> Result<Vec<Range<usize>>> {
-        let faces = self.pieces_of_faces(&self.scaled(pose), patience)?;
+    /// Returns the pieces for the energy at a pose.
+    pub fn energy_pieces(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<Vec<Range<usize>>> {
+        let faces = self.pieces_of_faces(&self.scaled(pose), interrupt)?;
         Ok(faces.unwrap_or_else(|| self.pieces().collect()))
     }
 
-    /// The least separation at which the rule in force holds.
+    /// Returns the least separation at which the rule in use is valid.
     #[inline]
     pub fn valid_from(&self) -> f64 {
         self.rule.as_ref().map_or(0.0, |rule| rule.valid_from * self.unit)
     }
 
-    /// Whether the rule in force holds at this separation.
+    /// Returns whether the rule in use is valid at this separation.
     #[inline]
     pub fn covers(&self, distance: f64) -> bool {
         distance >= self.valid_from()
     }
 
-    /// The separation from which on the series converges, where it does not at a pose.
+    /// Returns the separation from which on the series converges, where it does not converge at a pose.
     pub(super) fn diverges(&self, pose: &Pose) -> Option<f64> {
         let from = self.multipole.as_ref().map_or(0.0, Multipole::converges_from) * self.unit;
         (pose.separation.norm() <= from).then_some(from)
     }
 
-    /// The separation from which on the shapes cannot touch, however they are turned.
+    /// Returns the separation from which on the shapes cannot touch, whatever their rotations.
     pub fn apart_from(&self) -> f64 {
         self.bodies.iter().map(|body| body.shape.circumradius()).sum::<f64>() * self.unit
     }
 
-    /// The factor by which both must grow to touch.
+    /// Returns whether the method integrates over a polyhedron or its field.
+    pub(super) fn is_faceted(&self) -> bool {
+        self.multipole.is_none()
+            && self.method != Method::Point
+            && self.bodies.iter().any(|body| body.polyhedron().is_some())
+    }
+
+    /// Returns the factor by which both must grow to touch.
     pub fn growth(&self, pose: &Pose) -> f64 {
         let Pose { separation, rotation_first, rotation_second } = self.scaled(pose);
         let [first, second] = &self.bodies;
         growth(&first.shape, &second.shape, &separation, &rotation_first, &rotation_second).factor
     }
 
-    /// Force and torques with the rule in force.
+    /// Returns force and torques with the rule in use.
     #[inline]
     pub fn interaction(&self, pose: &Pose) -> Interaction {
         self.interaction_of(pose, Self::ALL)
     }
 
-    /// The share of a piece of [`Pair::pieces`].
+    /// Returns the contribution of one of the [`Pair::pieces`] to force and torques.
     #[inline]
     pub fn interaction_of(&self, pose: &Pose, nodes: Range<usize>) -> Interaction {
         let f = self.scaled_interaction(&self.scaled(pose), nodes);
-        // Exact, by a power of two.
+        // The unit is a power of two, so that the scaling is exact.
         let inverse = 1.0 / self.unit;
         Interaction {
             force_on_first: f.force_on_first * inverse * inverse,
@@ -197,21 +211,21 @@ impl Pair {
         }
     }
 
-    /// The size of the two degrees after the last one of the series: of the force, and of the torques by the body's radius. None of
-    /// a method that is no series.
-    pub fn left_out(&self, pose: &Pose) -> Option<f64> {
+    /// Returns the truncation error of a series: the size of its next two degrees, as the larger of that in
+    /// the force and that in the torques over the body's radius. `None` for other methods.
+    pub fn truncation_error(&self, pose: &Pose) -> Option<f64> {
         let multipole = self.multipole.as_ref()?;
         let scaled = self.scaled(pose);
         let (more, own) = (multipole.next().interaction(&scaled), multipole.interaction(&scaled));
         Some(self.change(&more, &own) * more.force_on_first.norm() / self.unit / self.unit)
     }
 
-    /// Potential energy per unit G m m with the rule in force: negative.
+    /// Returns the potential energy per unit G m m with the rule in use: negative.
     pub fn potential_energy(&self, pose: &Pose) -> f64 {
         self.potential_energy_of(pose, Self::ALL)
     }
 
-    /// The share of a piece of [`Self::energy_pieces`].
+    /// Returns the contribution of one of the [`Self::energy_pieces`] to the potential energy.
     pub fn potential_energy_of(&self, pose: &Pose, nodes: Range<usize>) -> f64 {
         let pose = self.scaled(pose);
         let mutual_potential = match (&self.multipole, &self.rule) {
@@ -238,14 +252,14 @@ impl Pair {
         Pose { separation: pose.separation * (1.0 / self.unit), ..*pose }
     }
 
-    /// The interaction in the pair's unit of length, which asks between pieces.
-    pub(super) fn asking(&self, pose: &Pose, patience: &mut Patience) -> Result<Interaction> {
+    /// Returns the interaction in the pair's unit of length, checking for interrupts between pieces.
+    pub(super) fn asking(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<Interaction> {
         let pieces = self.pieces();
         let work = self.work() / pieces.len() as u64;
         let zero = Vec3::repeat(-0.0);
         let mut sum = Interaction { force_on_first: zero, torque_first: zero, torque_second: zero };
         for nodes in pieces {
-            patience.spend(work, 0.0)?;
+            interrupt.charge(work, 0.0)?;
             let f = self.scaled_interaction(pose, nodes);
             sum.force_on_first += f.force_on_first;
             sum.torque_first += f.torque_first;
@@ -254,7 +268,7 @@ impl Pair {
         Ok(sum)
     }
 
-    /// The share of some nodes in the interaction in the pair's unit of length.
+    /// Returns the contribution of some nodes to the interaction, in the pair's unit of length.
     pub(super) fn scaled_interaction(&self, pose: &Pose, nodes: Range<usize>) -> Interaction {
         if let Some(multipole) = &self.multipole {
             return multipole.interaction(pose);
@@ -291,7 +305,7 @@ impl Pair {
         &self,
         kernel: impl FieldKernel,
         rule: &Rule,
-        set: &BodyGravity,
+        set: &PartGravity,
         roles: &Roles,
         range: Range<usize>,
     ) -> Balance {
@@ -299,10 +313,14 @@ impl Pair {
         if let Some(faces) = self.faces(rule, roles) {
             return faces::force_and_torque(kernel, nodes, faces, &range);
         }
-        match rule.carrier {
-            Carrier::Pressures => surface::force_and_torque(arch, kernel, nodes, set.semi_axes(), roles),
-            Carrier::Layer => means::force_and_torque(arch, kernel, nodes, [1.0; 3], roles),
-            Carrier::Surface(semi_axes) => means::force_and_torque(arch, kernel, nodes, semi_axes, roles),
+        match rule.node_kind {
+            NodeKind::SurfacePotential => {
+                surface::force_and_torque(arch, kernel, nodes, set.semi_axes(), roles)
+            }
+            NodeKind::Layer => means::force_and_torque(arch, kernel, nodes, [1.0; 3], roles),
+            NodeKind::SurfaceField(semi_axes) => {
+                means::force_and_torque(arch, kernel, nodes, semi_axes, roles)
+            }
             _ => means::force_and_torque(arch, kernel, nodes, set.focal_axes(), roles),
         }
     }
@@ -311,7 +329,7 @@ impl Pair {
         &self,
         kernel: impl FieldKernel,
         rule: &Rule,
-        set: &BodyGravity,
+        set: &PartGravity,
         roles: &Roles,
         range: Range<usize>,
     ) -> f64 {
@@ -319,22 +337,24 @@ impl Pair {
         if let Some(faces) = self.faces(rule, roles) {
             return faces::mutual_potential(kernel, nodes, faces, &range);
         }
-        match rule.carrier {
-            Carrier::Pressures => surface::mutual_potential(arch, kernel, nodes, set.semi_axes(), roles),
-            Carrier::Layer => means::mean_potential(arch, kernel, nodes, [1.0; 3], roles),
-            Carrier::Surface(semi_axes) => means::mean_potential(arch, kernel, nodes, semi_axes, roles),
+        match rule.node_kind {
+            NodeKind::SurfacePotential => {
+                surface::mutual_potential(arch, kernel, nodes, set.semi_axes(), roles)
+            }
+            NodeKind::Layer => means::mean_potential(arch, kernel, nodes, [1.0; 3], roles),
+            NodeKind::SurfaceField(semi_axes) => means::mean_potential(arch, kernel, nodes, semi_axes, roles),
             _ => means::mean_potential(arch, kernel, nodes, set.focal_axes(), roles),
         }
     }
 
-    /// The faces that a rule goes over, if it does.
+    /// Returns the faces that a rule integrates over, if it does.
     pub(super) fn faces<'a>(&'a self, rule: &Rule, roles: &'a Roles) -> Option<Faces<'a>> {
         let [field, set] = self.field_and_set(rule);
-        let polyhedron = set.polyhedron().filter(|_| rule.carrier == Carrier::Faces)?;
+        let polyhedron = set.polyhedron().filter(|_| rule.node_kind == NodeKind::Faces)?;
         Some(Faces { polyhedron, field, roles, digits: rule.order.gauss, arch: self.arch })
     }
 
-    pub(super) fn field_and_set(&self, rule: &Rule) -> [&BodyGravity; 2] {
+    pub(super) fn field_and_set(&self, rule: &Rule) -> [&PartGravity; 2] {
         [&self.bodies[1 - rule.integrated], &self.bodies[rule.integrated]]
     }
 
@@ -353,20 +373,22 @@ impl Pair {
     }
 }
 
-/// The points that stand for a body in the field of the other one.
-fn carrier(method: Method, set: &BodyGravity, field: &BodyGravity, thinned: f64) -> Carrier {
-    /// The difference of the paper's pressures across the shortest axis c loses up to 1.5 epsilon (a + a') / c of the
-    /// force, a and a' the longest semi-axes of both bodies: the default tolerance at thirty.
-    const PRESSURES_TELL: f64 = 30.0;
+/// Returns the kind of nodes for a body in the field of the other one.
+fn node_kind(method: Method, set: &PartGravity, field: &PartGravity, thinned: f64) -> NodeKind {
+    /// The largest ratio of the sum of both bodies' longest semi-axes to the shortest axis for which the
+    /// potential is integrated. The difference of pressures across a shortest axis c loses up to 1.5 epsilon
+    /// (a + a') / c of the force, with a and a' the longest semi-axes: at this ratio as much as the default
+    /// tolerance.
+    const MAX_AXIS_RATIO: f64 = 30.0;
     let semi_axes = set.semi_axes();
     let [longest, _, shortest] = semi_axes;
     match (method, set.ellipsoid()) {
-        (Method::Surface, Some(_)) if longest + field.semi_axes()[0] <= PRESSURES_TELL * shortest => {
-            Carrier::Pressures
+        (Method::Surface, Some(_)) if longest + field.semi_axes()[0] <= MAX_AXIS_RATIO * shortest => {
+            NodeKind::SurfacePotential
         }
-        (Method::Surface, Some(_)) => Carrier::Surface(semi_axes),
-        _ if set.focal_axes()[0] > 0.0 => Carrier::FocalEllipse(thinned),
-        _ => Carrier::Centre,
+        (Method::Surface, Some(_)) => NodeKind::SurfaceField(semi_axes),
+        _ if set.focal_axes()[0] > 0.0 => NodeKind::FocalEllipse(thinned),
+        _ => NodeKind::Centre,
     }
 }
 

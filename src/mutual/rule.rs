@@ -1,52 +1,64 @@
-//! The quadrature of a pair: which body is integrated over, with which nodes, in which form of the other's field.
+//! The quadrature of a pair: which body is integrated over, with which nodes, and in which form of the
+//! other's field.
 
-use super::BodyGravity;
-use super::store::{Carrier, Store};
+use super::PartGravity;
+use super::store::{NodeKind, Store};
 use crate::error::Result;
 use crate::gravity::{FarCut, Layer, Near};
-use crate::patience::Patience;
+use crate::interrupt::InterruptCheck;
 use crate::quadrature::{Nodes, Order};
 use pulp::Arch;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// The quadrature in force.
+/// The quadrature in use.
 #[derive(Debug, Clone)]
 pub struct Rule {
-    /// 0 where the first body is integrated over.
+    /// The index of the body that is integrated over, 0 or 1.
     pub integrated: usize,
     /// The order of the rule.
     pub order: Order,
-    /// The polynomial degree it was made for.
+    /// The polynomial degree for which the rule was made.
     pub(super) degree: usize,
-    pub(super) carrier: Carrier,
+    pub(super) node_kind: NodeKind,
     pub(super) nodes: Arc<Nodes>,
-    /// Number of points; over faces where the rule was chosen.
+    /// The number of points; over faces, that at the pose for which the rule was chosen.
     pub(super) points: usize,
-    /// Where the second and later pieces of a sum over faces begin.
+    /// The indices at which the second and later pieces of a sum over faces begin.
     pub(super) begins: Vec<usize>,
     pub(super) kernel: Kernel,
-    /// Smallest separation that the kernel is made for, in the pair's unit.
+    /// The smallest separation for which the kernel is valid, in the pair's unit.
     pub(super) valid_from: f64,
 }
 
 impl Rule {
-    /// Number of points; over faces, whose cells follow the other body, it is that of the pose for which the rule was chosen.
+    /// Returns the number of points; over faces, whose cells depend on the other body, that of the pose for
+    /// which the rule was chosen.
     pub fn nodes(&self) -> usize {
         self.points
     }
 }
 
-/// Nodes for the means of the field's gradient, with the rule that they belong to.
+/// Nodes for the means of the field's gradient, with the rule to which they belong.
 #[derive(Debug, Clone)]
 pub(super) struct GradientNodes {
     pub integrated: usize,
     pub order: Order,
-    pub carrier: Carrier,
+    pub node_kind: NodeKind,
     pub nodes: Arc<Nodes>,
 }
 
-/// The form of the other body's field.
+/// The quadratures of the derivatives of a pair with a polyhedron.
+#[derive(Debug, Clone)]
+pub(super) struct FacetedRules {
+    /// The quadrature for the derivatives by the pose.
+    pub pose: Rule,
+    /// The quadrature over the polyhedron for the derivatives by the semi-axes of a sphere, where the pose's
+    /// rule takes the sphere's centre alone.
+    pub lengths: Option<Rule>,
+}
+
+/// The form in which the other body's field is evaluated.
 #[derive(Debug, Clone)]
 pub(super) enum Kernel {
     Far(FarCut),
@@ -57,23 +69,23 @@ pub(super) enum Kernel {
     Layer(Arc<Layer>),
 }
 
-/// The numbers from which a rule is made again, bit for bit.
+/// The numbers from which a rule is reconstructed, bit for bit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RuleMemory {
-    /// 0 where the first body is integrated over.
+    /// The index of the body that is integrated over, 0 or 1.
     pub integrated: u8,
     /// Gauss nodes and angles.
     pub order: [u32; 2],
     /// The polynomial degree the rule was made for.
     pub degree: u32,
-    /// Smallest separation that its kernel is made for.
+    /// The smallest separation for which the kernel is valid.
     pub valid_from: f64,
 }
 
-/// The nodes that a pair has had, by order.
+/// The nodes that a pair has used, by order.
 #[derive(Debug, Clone)]
 pub(super) struct NodeStore {
-    own: Vec<(Order, Carrier, Arc<Nodes>)>,
+    own: Vec<(Order, NodeKind, Arc<Nodes>)>,
     shared: Arc<Store>,
 }
 
@@ -82,24 +94,24 @@ impl NodeStore {
         Self { own: Vec::new(), shared }
     }
 
-    /// The nodes of a body; those of a layer take its moments.
+    /// Returns the nodes of a body, computing those of a layer from its moments.
     pub(super) fn get(
         &mut self,
         order: Order,
-        carrier: Carrier,
-        set: &BodyGravity,
+        node_kind: NodeKind,
+        set: &PartGravity,
         arch: Arch,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<Arc<Nodes>> {
-        let order = carrier.order(order);
-        if let Some((.., nodes)) = self.own.iter().find(|(o, c, _)| *o == order && *c == carrier) {
+        let order = node_kind.order(order);
+        if let Some((.., nodes)) = self.own.iter().find(|(o, c, _)| *o == order && *c == node_kind) {
             return Ok(nodes.clone());
         }
-        let nodes = match self.shared.nodes(order, carrier) {
+        let nodes = match self.shared.nodes(order, node_kind) {
             Some(nodes) => nodes,
-            None => Arc::new(Nodes::layer(&*set.layer(order.gauss - 1, arch, patience)?)),
+            None => Arc::new(Nodes::layer(&*set.layer(order.gauss - 1, arch, interrupt)?)),
         };
-        self.own.push((order, carrier, nodes.clone()));
+        self.own.push((order, node_kind, nodes.clone()));
         Ok(nodes)
     }
 }

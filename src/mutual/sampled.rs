@@ -1,19 +1,20 @@
-//! A body's attraction in the field of a polyhedron, taken at single points: its centre, its layer, or its faces.
+//! A body's attraction in the field of a polyhedron, evaluated at single points: its centre, its layer, or
+//! its faces.
 //!
-//! Over a layer or at a centre force, torque and energy are the means of g, y cross g and Phi (see [`super::means`]); over the faces
-//! they are the paper's surface integrals (see [`super::faces`]).
+//! Over a layer or at a centre force, torque and energy are the means of g, y cross g and Phi (see
+//! [`super::means`]); over the faces they are the paper's surface integrals (see [`super::faces`]).
 
 use super::faces::Faces;
 use super::rule::{Kernel, Rule};
-use super::{Balance, BodyGravity, Roles};
-use crate::math::Vec3;
+use super::{Balance, PartGravity, Roles};
+use crate::math::{Mat3, Vec3};
 use crate::quadrature::{Cell, Nodes};
 use pulp::Arch;
 use std::ops::Range;
 
-/// Phi and g of the field body at a point from its centre.
+/// Returns Phi and g of the field body at a point relative to its centre.
 #[inline]
-fn field(arch: Arch, body: &BodyGravity, kernel: &Kernel, x: &Vec3) -> (f64, Vec3) {
+pub(super) fn field(arch: Arch, body: &PartGravity, kernel: &Kernel, x: &Vec3) -> (f64, Vec3) {
     match (kernel, &body.facets) {
         (Kernel::Layer(layer), _) => {
             let (potential, field, _) = layer.at(arch, x);
@@ -27,14 +28,29 @@ fn field(arch: Arch, body: &BodyGravity, kernel: &Kernel, x: &Vec3) -> (f64, Vec
     }
 }
 
-fn vector(list: &[Vec<f64>; 3], k: usize) -> Vec3 {
+/// g of the field body at a point from its centre, and dg/dx.
+pub(super) fn gradient(arch: Arch, body: &PartGravity, kernel: &Kernel, x: &Vec3) -> (Vec3, Mat3) {
+    match (kernel, &body.facets) {
+        (Kernel::Layer(layer), _) => {
+            let (_, field, gradient) = layer.at(arch, x);
+            (field, gradient)
+        }
+        (_, Some(facets)) => {
+            let at = facets.at(arch, x);
+            (at.field, at.gradient)
+        }
+        (_, None) => (Vec3::repeat(f64::NAN), Mat3::repeat(f64::NAN)),
+    }
+}
+
+pub(super) fn vector(list: &[Vec<f64>; 3], k: usize) -> Vec3 {
     Vec3::new(list[0][k], list[1][k], list[2][k])
 }
 
-/// The share of some nodes in force and torques.
+/// Returns the contribution of some nodes to force and torques.
 pub(super) fn force_and_torque(
     arch: Arch,
-    body: &BodyGravity,
+    body: &PartGravity,
     rule: &Rule,
     roles: &Roles,
     range: Range<usize>,
@@ -52,10 +68,10 @@ pub(super) fn force_and_torque(
     Balance { force, torque, torque_field }
 }
 
-/// The share of some nodes in the mutual potential, positive.
+/// Returns the contribution of some nodes to the mutual potential, positive.
 pub(super) fn mutual_potential(
     arch: Arch,
-    body: &BodyGravity,
+    body: &PartGravity,
     rule: &Rule,
     roles: &Roles,
     range: Range<usize>,
@@ -66,8 +82,8 @@ pub(super) fn mutual_potential(
     (range.start..range.end.min(nodes.len())).map(|k| nodes.weights[k] * potential(k)).sum()
 }
 
-/// The points of a cell's rule with their weights.
-fn points(nodes: &Nodes, cell: &Cell) -> impl Iterator<Item = (Vec3, f64)> {
+/// Iterates over the points of a cell's rule with their weights.
+pub(super) fn points(nodes: &Nodes, cell: &Cell) -> impl Iterator<Item = (Vec3, f64)> {
     let start = Nodes::triangle(cell.points);
     let Cell { corners: [a, b, c], share, .. } = *cell;
     (start..start + cell.points * cell.points).map(move |k| {
@@ -76,7 +92,7 @@ fn points(nodes: &Nodes, cell: &Cell) -> impl Iterator<Item = (Vec3, f64)> {
     })
 }
 
-/// The share of the cells of a range in force and torques, by the pressure.
+/// Returns the contribution of a range of cells to force and torques, by the pressure on the faces.
 pub(super) fn force_and_torque_over(faces: Faces<'_>, rule: &Rule, range: &Range<usize>) -> Balance {
     let Faces { arch, roles, field: body, .. } = faces;
     let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());
@@ -94,7 +110,7 @@ pub(super) fn force_and_torque_over(faces: Faces<'_>, rule: &Rule, range: &Range
     Balance { force, torque, torque_field: -(torque + roles.origin.cross(&force)) }
 }
 
-/// The share of the cells of a range in the mutual potential, positive.
+/// Returns the contribution of a range of cells to the mutual potential, positive.
 pub(super) fn mutual_potential_over(faces: Faces<'_>, rule: &Rule, range: &Range<usize>) -> f64 {
     let Faces { arch, roles, field: body, .. } = faces;
     let mut sum = 0.0;

@@ -1,8 +1,8 @@
-//! What pairs of equal shapes have in common, made once.
+//! Data that pairs of equal shapes share, computed once.
 
 use crate::error::Result;
 use crate::gravity::{Facets, FarSeries, Layer};
-use crate::patience::Patience;
+use crate::interrupt::InterruptCheck;
 use crate::quadrature::{Nodes, Order};
 use crate::shape::{Polyhedron, Shape};
 use pulp::Arch;
@@ -11,40 +11,42 @@ use std::hash::{Hash, Hasher};
 use std::mem::{Discriminant, discriminant};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Points of nodes, series, and faces of polyhedra, of which a store forgets all when it has more: some thirty megabytes, four and
-/// thirty.
+/// The limits on a store: points of nodes, series, and faces of polyhedra. A store that exceeds one drops all
+/// entries of that kind. The limits correspond to some thirty, four and thirty megabytes.
 const MOST_POINTS: usize = 1 << 20;
 const MOST_SERIES: usize = 1 << 12;
 const MOST_FACES: usize = 1 << 17;
 
-/// The points that stand for the body that is integrated over.
+/// The kind of points that represent the body that is integrated over.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Carrier {
-    /// Its surface, by the potential: the paper's integrals.
-    Pressures,
-    /// Its surface, by the field; the semi-axes are in the canonical frame.
-    Surface([f64; 3]),
-    /// Its focal ellipse, with as many angles on inner rings as a tolerance needs; as on the outermost one if that is zero.
+pub(super) enum NodeKind {
+    /// Points of its surface, with the potential as the integrand: the paper's integrals.
+    SurfacePotential,
+    /// Points of its surface, with the field as the integrand; the semi-axes are in the canonical frame.
+    SurfaceField([f64; 3]),
+    /// Points of its focal ellipse. Inner rings have as many angles as the tolerance needs, or as many as the
+    /// outermost ring if it is zero.
     FocalEllipse(f64),
-    /// Its centre: a sphere, whose focal ellipse has shrunk to it, or a point mass.
+    /// Its centre: for a sphere, whose focal ellipse has shrunk to it, or a point mass.
     Centre,
-    /// The layer on a polyhedron's circumscribed sphere.
+    /// The points of the layer on a polyhedron's circumscribed sphere.
     Layer,
-    /// A polyhedron's faces.
+    /// Points of a polyhedron's faces.
     Faces,
 }
 
-impl Carrier {
-    /// The order that its nodes depend on.
+impl NodeKind {
+    /// Returns the order on which the nodes depend.
     pub(super) fn order(self, order: Order) -> Order {
         if self == Self::Faces { Order { gauss: 0, angles: 0 } } else { order }
     }
 
-    /// A number and three more to look it up by, and how its nodes are made from these; none where they belong to one polyhedron.
+    /// Returns a key of the kind with its parameters, and the function that makes the nodes; `None` where
+    /// nodes belong to one polyhedron.
     fn shared(self) -> Option<(u8, [f64; 3], Maker)> {
         Some(match self {
-            Self::Pressures => (0, [0.0; 3], |order, _| Nodes::sphere(order)),
-            Self::Surface(semi_axes) => (1, semi_axes, Nodes::surface),
+            Self::SurfacePotential => (0, [0.0; 3], |order, _| Nodes::sphere(order)),
+            Self::SurfaceField(semi_axes) => (1, semi_axes, Nodes::surface),
             Self::FocalEllipse(tolerance) => {
                 (2, [tolerance, 0.0, 0.0], |order, [tolerance, ..]| Nodes::focal(order, tolerance))
             }
@@ -58,82 +60,85 @@ impl Carrier {
 type Maker = fn(Order, [f64; 3]) -> Nodes;
 type NodesKey = (Order, (u8, [u64; 3]));
 
-/// A polyhedron as a key: copies of one and the same are equal, and the key keeps it.
+/// A polyhedron as a key of a map. Copies of one polyhedron are equal, and the key keeps the polyhedron
+/// alive.
 #[derive(Debug, Clone)]
-struct Same(Polyhedron);
+struct PolyhedronKey(Polyhedron);
 
-impl PartialEq for Same {
+impl PartialEq for PolyhedronKey {
     fn eq(&self, other: &Self) -> bool {
         self.0.identity() == other.0.identity()
     }
 }
 
-impl Eq for Same {}
+impl Eq for PolyhedronKey {}
 
-impl Hash for Same {
+impl Hash for PolyhedronKey {
     fn hash<H: Hasher>(&self, state: &mut H) {
         self.0.identity().hash(state);
     }
 }
 
-/// A polyhedron, the degree of its layer, and the instructions by which that was made.
-type LayerKey = (Same, usize, Discriminant<Arch>);
+/// The key of a layer: the polyhedron, the degree, and the instructions with which the layer was computed.
+type LayerKey = (PolyhedronKey, usize, Discriminant<Arch>);
 
-/// Nodes by order, far-field series by shape, and what polyhedra take, for all pairs that are given the same store, in whatever threads they are.
+/// Nodes by order, far-field series by shape, and facets and layers of polyhedra, shared by all pairs that
+/// are given the same store, in any thread.
 ///
-/// A pair looks here when it is made and when it takes an order that is new to it, never while it is evaluated. What it
-/// finds has the same bits as what it would make itself.
+/// A pair looks up entries when it is made and when it changes its order, never while it is evaluated. An
+/// entry has the same bits as one that the pair would compute itself.
 #[derive(Debug, Default)]
 pub struct Store {
     nodes: Mutex<HashMap<NodesKey, Arc<Nodes>>>,
     series: Mutex<HashMap<[u64; 3], Arc<FarSeries>>>,
-    facets: Mutex<HashMap<Same, Arc<Facets>>>,
+    facets: Mutex<HashMap<PolyhedronKey, Arc<Facets>>>,
     layers: Mutex<HashMap<LayerKey, Arc<Layer>>>,
 }
 
 impl Store {
-    /// The nodes of an order; none where they belong to one polyhedron.
-    pub(super) fn nodes(&self, order: Order, carrier: Carrier) -> Option<Arc<Nodes>> {
-        let (number, more, make) = carrier.shared()?;
+    /// Returns the nodes of an order; `None` where they belong to one polyhedron.
+    pub(super) fn nodes(&self, order: Order, node_kind: NodeKind) -> Option<Arc<Nodes>> {
+        let (number, more, make) = node_kind.shared()?;
         let key = (order, (number, more.map(f64::to_bits)));
-        Some(kept(&self.nodes, key, Nodes::len, MOST_POINTS, || make(order, more)))
+        Some(cached(&self.nodes, key, Nodes::len, MOST_POINTS, || make(order, more)))
     }
 
-    /// The far-field series of a shape.
+    /// Returns the far-field series of a shape.
     pub(super) fn series(&self, shape: &Shape) -> Arc<FarSeries> {
         let key = shape.semi_axes().map(f64::to_bits);
-        kept(&self.series, key, |_| 1, MOST_SERIES, || FarSeries::new(shape))
+        cached(&self.series, key, |_| 1, MOST_SERIES, || FarSeries::new(shape))
     }
 
-    /// The facets of a polyhedron.
+    /// Returns the facets of a polyhedron.
     pub(super) fn facets(&self, polyhedron: &Polyhedron) -> Arc<Facets> {
-        let (key, count) = (Same(polyhedron.clone()), polyhedron.faces().len());
-        kept(&self.facets, key, |_| count, MOST_FACES, || Facets::new(polyhedron, 1.0))
+        let (key, count) = (PolyhedronKey(polyhedron.clone()), polyhedron.faces().len());
+        cached(&self.facets, key, |_| count, MOST_FACES, || Facets::new(polyhedron, 1.0))
     }
 
-    /// The layer of a polyhedron. Threads that want the same one at a time make it each.
+    /// Returns the layer of a polyhedron. Threads that need the same layer at the same time compute it
+    /// separately.
     pub(super) fn layer(
         &self,
         polyhedron: &Polyhedron,
         degree: usize,
         arch: Arch,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<Arc<Layer>> {
-        let key = (Same(polyhedron.clone()), degree, discriminant(&arch));
+        let key = (PolyhedronKey(polyhedron.clone()), degree, discriminant(&arch));
         let found = self.layers.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
         if let Some(layer) = found {
             return Ok(layer);
         }
-        let layer = Layer::new(polyhedron, degree, arch, patience)?;
-        Ok(kept(&self.layers, key, |layer| layer.count, MOST_POINTS, || layer))
+        let layer = Layer::new(polyhedron, degree, arch, interrupt)?;
+        Ok(cached(&self.layers, key, |layer| layer.count, MOST_POINTS, || layer))
     }
 
-    /// How many rules, series, polyhedra with facets, and layers there are.
+    /// Returns the numbers of rules, series, polyhedra with facets, and layers.
     pub fn len(&self) -> [usize; 4] {
         [count(&self.nodes), count(&self.series), count(&self.facets), count(&self.layers)]
     }
 
-    /// Whether nothing has been made yet.
+    /// Returns whether nothing has been stored yet.
     pub fn is_empty(&self) -> bool {
         self.len() == [0; 4]
     }
@@ -143,8 +148,9 @@ fn count<K, V>(map: &Mutex<HashMap<K, V>>) -> usize {
     map.lock().unwrap_or_else(PoisonError::into_inner).len()
 }
 
-/// What is kept under a key; made where there is nothing. Other threads wait meanwhile, since they mostly want the same.
-fn kept<K: Eq + Hash, V>(
+/// Returns the entry of a key, and makes it where there is none. Other threads wait meanwhile, since they
+/// mostly need the same entry.
+fn cached<K: Eq + Hash, V>(
     map: &Mutex<HashMap<K, Arc<V>>>,
     key: K,
     size: impl Fn(&V) -> usize,

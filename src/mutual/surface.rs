@@ -1,20 +1,21 @@
 //! The paper's surface integrals: force (Eq. 2), torque (Eq. 3) and mutual potential (Eq. 4).
 //!
-//! On the surface y = (a u, b v, c w) over the unit sphere, n dS = a b c (u/a, v/b, w/c) dOmega and the density of unit
-//! mass is 3 / (4 pi a b c), so that with <.> the mean over the sphere
+//! On the surface y = (a u, b v, c w) over the unit sphere, n dS = a b c (u/a, v/b, w/c) dOmega and the
+//! density of unit mass is 3 / (4 pi a b c), so that with <.> the mean over the sphere
 //!
 //! ```text
 //! F_i = (3/a_i) <Phi u_i>,    M_i = 3 (a_j/a_k - a_k/a_j) <Phi u_j u_k>,    U = <Phi - |y|^2/2 sum_i g_i u_i / a_i>.
 //! ```
 //!
-//! The constant and the linear part of the monopole's potential 1/|x| about the centre x_0 are integrated in closed form:
-//! they give no force and the force -x_0/|x_0|^3, and no torque, but would drown the rest in their round-off. What is
-//! summed is the monopole beyond its linear part, and K - K(x_0) with K = Phi - 1/|x|, both without cancellation.
-//! The monopole exerts no torque on its own body, so that the field body's torque is that of K alone, without the
-//! round-off of the monopole's lever; with the rest it still makes up M_A + M_B + r x F_B = 0.
+//! The constant and the linear part of the monopole's potential 1/|x| about the centre x_0 are integrated in
+//! closed form: they give no force and the force -x_0/|x_0|^3, and no torque, but would drown the rest in
+//! their round-off. What is summed is the monopole beyond its linear part, and K - K(x_0) with K = Phi -
+//! 1/|x|, both without cancellation. The monopole exerts no torque on its own body, so that the field body's
+//! torque is that of K alone, without the round-off of the monopole's lever; with the rest it still makes up
+//! M_A + M_B + r x F_B = 0.
 //!
-//! F_i is a difference of pressures on opposite faces, divided by the distance of the faces. Bodies for which that
-//! loses too many digits are integrated over by the field instead: see [`super::means`].
+//! F_i is a difference of pressures on opposite faces, divided by the distance of the faces. Bodies for which
+//! that loses too many digits are integrated over by the field instead: see [`super::means`].
 
 use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
@@ -24,7 +25,7 @@ use crate::quadrature::{Nodes, Stretch};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::AddAssign;
 
-/// Force and torques; `semi_axes` are those of the body that is integrated over.
+/// Returns force and torques; `semi_axes` are those of the body that is integrated over.
 pub(super) fn force_and_torque(
     arch: Arch,
     kernel: impl FieldKernel,
@@ -37,8 +38,8 @@ pub(super) fn force_and_torque(
     let [a, b, c] = semi_axes;
     let ratio = |x: f64, y: f64| (x - y) * (x + y) / (x * y);
     let lever = Vec3::new(ratio(b, c), ratio(c, a), ratio(a, b));
-    let force = |m: &Moments| roles.turn * (3.0 * m.first.component_div(&Vec3::from(semi_axes)));
-    let torque = |m: &Moments| roles.turn * (3.0 * lever.component_mul(&m.second));
+    let force = |m: &SurfaceMoments| roles.turn * (3.0 * m.first.component_div(&Vec3::from(semi_axes)));
+    let torque = |m: &SurfaceMoments| roles.turn * (3.0 * lever.component_mul(&m.second));
     let (force_excess, torque_excess) = (force(&excess), torque(&excess));
     let r = roles.origin.norm();
     Balance {
@@ -48,7 +49,7 @@ pub(super) fn force_and_torque(
     }
 }
 
-/// The paper's U of Eq. (4) per unit G m m: a positive number, minus the potential energy.
+/// Returns the paper's U of Eq. (4) per unit G m m: a positive number, minus the potential energy.
 pub(super) fn mutual_potential(
     arch: Arch,
     kernel: impl FieldKernel,
@@ -56,11 +57,11 @@ pub(super) fn mutual_potential(
     semi_axes: [f64; 3],
     roles: &Roles,
 ) -> f64 {
-    nodes.sum(|nodes| arch.dispatch(EnergySum { kernel, nodes, semi_axes, roles }))
+    nodes.sum(|nodes| arch.dispatch(SurfaceEnergySum { kernel, nodes, semi_axes, roles }))
 }
 
-/// A point of the surface: in the body's canonical frame, and from the field body's centre in the canonical frame of
-/// that one.
+/// Returns a point of the surface in the body's canonical frame, and its position from the field body's
+/// centre in that body's canonical frame.
 #[inline(always)]
 fn surface_point<S: Simd>(
     unit: [Lanes<S>; 3],
@@ -73,7 +74,8 @@ fn surface_point<S: Simd>(
     (y, x)
 }
 
-/// A point y of the body from the field body's centre, in the canonical frame of that one.
+/// Returns the position of a point y of the body from the field body's centre, in the canonical frame of the
+/// field body.
 #[inline(always)]
 pub(super) fn place<S: Simd>(y: [Lanes<S>; 3], roles: &Roles) -> [Lanes<S>; 3] {
     let c = |value| y[0].constant(value);
@@ -86,7 +88,7 @@ pub(super) fn place<S: Simd>(y: [Lanes<S>; 3], roles: &Roles) -> [Lanes<S>; 3] {
     x
 }
 
-/// n . g with n in the surface's frame, turned into the field's; g_i = -x_i R_i.
+/// Returns n . g, with n in the surface's frame rotated into the field's, and g_i = -x_i R_i.
 #[inline(always)]
 pub(super) fn flux<S: Simd>(
     n: [Lanes<S>; 3],
@@ -109,7 +111,7 @@ pub(super) struct BeyondLinear<S: Simd> {
     inverse_centre: Lanes<S>,
     inverse_square: Lanes<S>,
     half_inverse_centre: Lanes<S>,
-    /// 2 x_0 in the frame of y.
+    /// Twice x_0, in the frame of y.
     twice_origin: [Lanes<S>; 3],
 }
 
@@ -126,8 +128,9 @@ impl<S: Simd> BeyondLinear<S> {
         }
     }
 
-    /// At a point y of the body, x from the field body's centre. With s = |x|/|x_0| and s^2 - 1 = y . (y + 2 x_0)/|x_0|^2 it is
-    /// ((s - 1)^2 (s + 2)/s - y^2/|x_0|^2) / (2 |x_0|).
+    /// Evaluates at a point y of the body, with x its position from the field body's centre. With s =
+    /// |x|/|x_0| and s^2 - 1 = y . (y + 2 x_0)/|x_0|^2 the value is ((s - 1)^2 (s + 2)/s - y^2/|x_0|^2) / (2
+    /// |x_0|).
     #[inline(always)]
     pub fn at(self, y: [Lanes<S>; 3], x: [Lanes<S>; 3]) -> Lanes<S> {
         let c = |value| y[0].constant(value);
@@ -150,15 +153,15 @@ struct MomentSum<'a, K> {
 }
 
 /// The means <f u_i> and <f u_j u_k> of a part f of the potential.
-struct Moments {
+struct SurfaceMoments {
     first: Vec3,
     second: Vec3,
 }
 
-/// Those of the monopole and of the rest.
-struct Parts([Moments; 2]);
+/// The means for the monopole and for the rest of the potential.
+struct PotentialMoments([SurfaceMoments; 2]);
 
-impl AddAssign for Parts {
+impl AddAssign for PotentialMoments {
     fn add_assign(&mut self, other: Self) {
         for (sum, more) in self.0.iter_mut().zip(other.0) {
             sum.first += more.first;
@@ -168,10 +171,10 @@ impl AddAssign for Parts {
 }
 
 impl<K: FieldKernel> WithSimd for MomentSum<'_, K> {
-    type Output = Parts;
+    type Output = PotentialMoments;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Parts {
+    fn with_simd<S: Simd>(self, simd: S) -> PotentialMoments {
         let [u, v, w] = self.nodes.points;
         let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
         let weights = Lanes::blocks(simd, self.nodes.weights);
@@ -194,21 +197,21 @@ impl<K: FieldKernel> WithSimd for MomentSum<'_, K> {
                 }
             }
         }
-        Parts([
-            Moments { first: total_vector(first[0]), second: total_vector(second[0]) },
-            Moments { first: total_vector(first[1]), second: total_vector(second[1]) },
+        PotentialMoments([
+            SurfaceMoments { first: total_vector(first[0]), second: total_vector(second[0]) },
+            SurfaceMoments { first: total_vector(first[1]), second: total_vector(second[1]) },
         ])
     }
 }
 
-struct EnergySum<'a, K> {
+struct SurfaceEnergySum<'a, K> {
     kernel: K,
     nodes: Stretch<'a>,
     semi_axes: [f64; 3],
     roles: &'a Roles,
 }
 
-impl<K: FieldKernel> WithSimd for EnergySum<'_, K> {
+impl<K: FieldKernel> WithSimd for SurfaceEnergySum<'_, K> {
     type Output = f64;
 
     #[inline(always)]
@@ -224,7 +227,7 @@ impl<K: FieldKernel> WithSimd for EnergySum<'_, K> {
             let (excess, field) = self.kernel.excess_potential(x);
             let distance = dot(x, x).sqrt();
             let phi = splat(1.0) / distance + excess;
-            // n = u_i / a_i.
+            // The normal is n = u_i / a_i.
             let [a, b, c] = self.semi_axes;
             let normal = [unit[0] * splat(1.0 / a), unit[1] * splat(1.0 / b), unit[2] * splat(1.0 / c)];
             let flux = flux(normal, x, field.rd, self.roles);

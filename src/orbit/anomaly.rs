@@ -1,23 +1,23 @@
 //! Kepler's equation: from the mean anomaly to the eccentric one, and back.
 //!
-//! Takes the eccentricity e != 1, and |1 - e| beside it, which may be known to more digits than e near 1 can hold; gives
-//! sines and cosines of the eccentric anomaly E (ellipse) or H (hyperbola).
-//! Both equations are written as sums of positive terms,
+//! Takes the eccentricity e != 1, and |1 - e| beside it, which may be known to more digits than e near 1 can
+//! hold. Gives sines and cosines of the eccentric anomaly E (ellipse) or H (hyperbola). Both equations are
+//! written as sums of positive terms,
 //!
 //!   M = (1 - e) E + e (E - sin E),     M = (e - 1) sinh H + (sinh H - H),
 //!
-//! so that nothing cancels near periapsis when e is near 1. The hyperbolic one is solved for sinh H: far out,
-//! H itself is too coarse a number (one unit of its last place is 1e-13 of the distance at H = 500).
+//! so that nothing cancels near periapsis when e is near 1. The hyperbolic equation is solved for sinh H: far
+//! out, H itself is too coarse a number (one unit of its last place is 1e-13 of the distance at H = 500).
 
 use crate::error::{Error, Result, require_finite};
 use std::f64::consts::{PI, TAU};
 
-/// 2 pi less the double nearest to it.
+/// 2 pi minus the double nearest to it.
 const TAU_LOW: f64 = 2.449_293_598_294_706_4e-16;
 
-/// A place on an orbit: functions of the eccentric anomaly of an ellipse or a hyperbola.
+/// The eccentric anomaly of a point on an ellipse or a hyperbola, with functions of it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct EccentricPlace {
+pub(super) struct EccentricAnomaly {
     /// E in [-pi, pi], or H.
     pub(super) anomaly: f64,
     /// sin E or sinh H.
@@ -28,12 +28,13 @@ pub(super) struct EccentricPlace {
     pub(super) versine: f64,
 }
 
-impl EccentricPlace {
+impl EccentricAnomaly {
     /// Solves Kepler's equation for any finite mean anomaly.
     pub(super) fn from_mean(mean: f64, eccentricity: f64) -> Result<Self> {
         let gap = (1.0 - eccentricity).abs();
         if eccentricity < 1.0 {
-            // sin and cos take whole turns off a large angle without loss; a remainder by the double TAU would not.
+            // sin and cos reduce a large angle modulo the exact 2 pi; a remainder by the double TAU would
+            // not.
             let nearest = if mean.abs() <= PI { mean } else { mean.sin().atan2(mean.cos()) };
             let anomaly = elliptic(nearest.abs(), eccentricity, gap)?.copysign(nearest);
             let half = (0.5 * anomaly).sin();
@@ -47,19 +48,19 @@ impl EccentricPlace {
     }
 }
 
-/// M of E in [-pi, pi] on an ellipse with 1 - e = `gap`.
+/// Returns the mean anomaly M for E in [-pi, pi] on an ellipse with 1 - e = `gap`.
 pub(super) fn elliptic_mean(anomaly: f64, eccentricity: f64, gap: f64) -> f64 {
     gap * anomaly + eccentricity * cubic_and_higher(anomaly, -1.0)
 }
 
-/// M of sinh H on a hyperbola with e - 1 = `gap`.
+/// Returns the mean anomaly M for sinh H on a hyperbola with e - 1 = `gap`.
 pub(super) fn hyperbolic_mean(sine: f64, gap: f64) -> f64 {
     let anomaly = sine.asinh();
     let beyond = if anomaly.abs() <= PI { cubic_and_higher(anomaly, 1.0) } else { sine - anomaly };
     gap * sine + beyond
 }
 
-/// The same angle in [0, 2 pi); one that would round to 2 pi becomes 0.
+/// Reduces an angle to [0, 2 pi); a result that would round to 2 pi becomes 0.
 pub(super) fn wrapped(angle: f64) -> f64 {
     let turns = (angle / TAU).floor();
     let inside = turns.mul_add(-TAU, turns.mul_add(-TAU_LOW, angle));
@@ -67,9 +68,9 @@ pub(super) fn wrapped(angle: f64) -> f64 {
     if (0.0..TAU).contains(&inside) { inside + 0.0 } else { 0.0 }
 }
 
-/// E in [0, pi] of M in [0, pi].
+/// Returns E in [0, pi] for M in [0, pi].
 fn elliptic(mean: f64, eccentricity: f64, gap: f64) -> Result<f64> {
-    // e (E - sin E) <= M, and E - sin E >= E^3 / pi^2 up to E = pi.
+    // An upper bound follows from e (E - sin E) <= M and from E - sin E >= E^3 / pi^2 up to E = pi.
     let above = (mean / gap).min((PI * PI * mean / eccentricity).cbrt()).min(mean + eccentricity);
     root_from_above(mean, above, |x| {
         let half = (0.5 * x).sin();
@@ -81,9 +82,9 @@ fn elliptic(mean: f64, eccentricity: f64, gap: f64) -> Result<f64> {
     })
 }
 
-/// sinh H of M >= 0.
+/// Returns sinh H for M >= 0.
 fn hyperbolic(mean: f64, eccentricity: f64, gap: f64) -> Result<f64> {
-    // e sinh H = M + H, and H^3 / 6 <= sinh H - H <= M / e.
+    // An upper bound follows from e sinh H = M + H and from H^3 / 6 <= sinh H - H <= M / e.
     let above = (mean / gap).min((mean + (6.0 * mean / eccentricity).cbrt()) / eccentricity);
     root_from_above(mean, above, |x| {
         let cosine = x.hypot(1.0);
@@ -102,9 +103,10 @@ struct Curve {
     bend: f64,
 }
 
-/// The root of curve(x) = `target` in [0, `above`], where the curve rises from 0 and bends upwards.
+/// Returns the root of curve(x) = `target` in [0, `above`], where the curve rises from 0 and bends upwards.
 ///
-/// Halley's step where it stays between the bounds known so far, half of the interval where it does not.
+/// Each iteration takes Halley's step where it stays between the bounds known so far, and halves the interval
+/// otherwise.
 fn root_from_above(target: f64, above: f64, curve: impl Fn(f64) -> Curve) -> Result<f64> {
     const LIMIT: usize = 100;
     if target == 0.0 {
@@ -121,7 +123,7 @@ fn root_from_above(target: f64, above: f64, curve: impl Fn(f64) -> Curve) -> Res
         }
         let newton = excess / slope;
         let next = x - newton / (1.0 - 0.5 * newton * (bend / slope));
-        // The error falls as the cube of the step: below this, the next step would be round-off.
+        // The error falls with the cube of the step: after a step this short the next one would be round-off.
         if (next - x).abs() <= 1e-8 * x {
             return Ok(next);
         }
@@ -140,10 +142,12 @@ fn root_from_above(target: f64, above: f64, curve: impl Fn(f64) -> Curve) -> Res
     })
 }
 
-/// x - sin x (`sign` = -1) or sinh x - x (`sign` = 1) for |x| <= pi, to the last digits also for small x.
+/// Returns x - sin x (`sign` = -1) or sinh x - x (`sign` = 1) for |x| <= pi, accurate to the last digits for
+/// small x too.
 fn cubic_and_higher(x: f64, sign: f64) -> f64 {
     let square = sign * x * x;
-    // x^3/3! (1 + square/(4 5) (1 + square/(6 7) (...))): the term of 29! is below 1e-17 at x = pi.
+    // The series is x^3/3! (1 + square/(4 5) (1 + square/(6 7) (...))). Its term with 29! is below 1e-17 at x
+    // = pi.
     let mut tail = 1.0;
     for k in (2..=14).rev() {
         let n = f64::from(2 * k);

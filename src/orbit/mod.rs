@@ -11,5 +11,8 @@ mod path;
 mod propagate;
 
 pub use elements::KeplerElements;
-pub use path::{OrbitCells, OrbitPath, Place};
+pub use path::OrbitPath;
+#[doc(hidden)]
+pub use path::{OrbitCells, OrbitPosition};
+#[doc(hidden)]
 pub use propagate::{KeplerChange, kepler_change};

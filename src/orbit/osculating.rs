@@ -1,8 +1,8 @@
-//! From position and velocity to the osculating elements.
+//! Osculating elements from position and velocity.
 //!
-//! Takes position, velocity and mu; gives elements as near to the exact ones of these numbers as doubles allow.
-//! Two quantities decide: h = r x v, and u = r v^2 / mu, which is 1 on a circle and 2 on a parabola. Both are
-//! formed in twice the working precision, and the rest follows without cancellation:
+//! Takes position, velocity and mu; gives elements as near to the exact ones of these numbers as doubles
+//! allow. Two quantities decide: h = r x v, and u = r v^2 / mu, which is 1 on a circle and 2 on a parabola.
+//! Both are formed in twice the working precision, and the rest follows without cancellation:
 //!
 //!   r/a = 2 - u,   e cos E = u - 1,   e sin E = r.v / sqrt(mu a),   1 - e^2 = (p/r) (r/a),   p = h^2 / mu.
 
@@ -12,11 +12,11 @@ use crate::error::{Error, Result, require_finite, require_positive};
 use crate::math::Vec3;
 use crate::math::compensated::{Compensated, two_product};
 
-/// The eccentricity that the rounding of a circle's state makes; below it an orbit counts as a circle.
+/// The eccentricity that rounding gives the state of a circle; below it an orbit counts as a circle.
 const CIRCULAR: f64 = 4.0 * f64::EPSILON;
 
 impl KeplerElements {
-    /// The elements of the orbit through a position and a velocity, for mu = G (m_1 + m_2).
+    /// Returns the elements of the orbit through a position and a velocity, for mu = G (m_1 + m_2).
     ///
     /// A parabola and motion along a straight line have no such elements, and are errors.
     pub fn from_cartesian(position: &Vec3, velocity: &Vec3, mu: f64) -> Result<Self> {
@@ -61,7 +61,7 @@ impl KeplerElements {
         let latitude = axes.ahead.dot(position).atan2(axes.node.dot(position));
         let (argument_of_periapsis, mean_anomaly) = match orbit.place {
             None => (0.0, wrapped(latitude)),
-            Some(Place { true_anomaly, mean }) => {
+            Some(Anomalies { true_anomaly, mean }) => {
                 let mean = if orbit.eccentricity < 1.0 { wrapped(mean) } else { mean };
                 (wrapped(latitude - true_anomaly), mean)
             }
@@ -77,27 +77,29 @@ impl KeplerElements {
     }
 }
 
-/// The orbit in its own plane.
+/// The shape of the orbit and the position along it, in the orbital plane.
 struct PlaneOrbit {
     eccentricity: f64,
-    /// None on a circle.
-    place: Option<Place>,
+    /// `None` on a circle.
+    place: Option<Anomalies>,
 }
 
-struct Place {
+struct Anomalies {
     true_anomaly: f64,
     mean: f64,
 }
 
 impl PlaneOrbit {
-    /// From p/r, r/a, u - 1, r.v and mu r.
+    /// Derives the orbit from p/r, r/a, u - 1, r.v and mu r.
     fn new(p_over_r: f64, r_over_a: f64, u_minus_one: f64, r_dot_v: f64, mu_r: f64) -> Result<Self> {
         let one_minus_square = p_over_r * r_over_a;
-        // The eccentricity vector along the position and across it: e cos nu and e sin nu.
+        // e cos nu and e sin nu are the components of the eccentricity vector along the position and across
+        // it.
         let low_eccentricity = one_minus_square > 0.5;
         let cosine = if low_eccentricity { u_minus_one - r_dot_v * (r_dot_v / mu_r) } else { p_over_r - 1.0 };
         let sine = p_over_r.sqrt() * (r_dot_v / mu_r.sqrt());
-        // Near e = 1 the length of this vector does not tell on which side of 1 the eccentricity lies; 1 - e^2 does.
+        // Near e = 1 the length of this vector does not tell on which side of 1 the eccentricity lies; 1 -
+        // e^2 does.
         let e =
             if one_minus_square.abs() < 0.5 { (1.0 - one_minus_square).sqrt() } else { cosine.hypot(sine) };
         if e < CIRCULAR {
@@ -118,11 +120,11 @@ impl PlaneOrbit {
         } else {
             hyperbolic_mean(eccentric_sine / e, gap)
         };
-        Ok(Self { eccentricity: e, place: Some(Place { true_anomaly, mean }) })
+        Ok(Self { eccentricity: e, place: Some(Anomalies { true_anomaly, mean }) })
     }
 }
 
-/// a . b in twice the working precision.
+/// Returns a . b in twice the working precision.
 fn dot(a: &Vec3, b: &Vec3) -> Compensated {
     let mut total = Compensated::default();
     for (x, y) in a.iter().zip(b.iter()) {
@@ -133,7 +135,7 @@ fn dot(a: &Vec3, b: &Vec3) -> Compensated {
     total
 }
 
-/// a x b, every component to its last digits, also for nearly parallel vectors.
+/// Returns a x b with every component accurate to its last digits, for nearly parallel vectors too.
 fn cross(a: &Vec3, b: &Vec3) -> Vec3 {
     let component =
         |j: usize, k: usize| dot(&Vec3::new(a[j], -a[k], 0.0), &Vec3::new(b[k], b[j], 0.0)).value();
@@ -156,7 +158,7 @@ fn times(a: Compensated, b: Compensated) -> Compensated {
     product
 }
 
-/// One step of division on the remainder of the first quotient.
+/// Divides: the first quotient plus the quotient of its remainder.
 fn over(a: Compensated, b: f64) -> Compensated {
     let quotient = a.high / b;
     let mut result = Compensated::new(quotient);
@@ -164,7 +166,7 @@ fn over(a: Compensated, b: f64) -> Compensated {
     result
 }
 
-/// One step of Newton on the remainder of the first root.
+/// Takes the square root: the first root plus one step of Newton on its remainder.
 fn square_root(a: Compensated) -> Compensated {
     let root = a.high.sqrt();
     let mut result = Compensated::new(root);

@@ -1,7 +1,7 @@
-//! Places on one orbit at any time.
+//! Positions on one orbit at many times.
 
 use super::KeplerElements;
-use super::anomaly::EccentricPlace;
+use super::anomaly::EccentricAnomaly;
 use super::elements::OrbitAxes;
 use crate::error::{Result, require_finite, require_positive};
 use crate::math::Vec3;
@@ -9,11 +9,13 @@ use crate::math::lanes::WIDEST;
 use pulp::Simd;
 use std::f64::consts::PI;
 
-/// An orbit about a centre of known mu, with all in it that does not change.
+/// An orbit about a centre of known mu, with everything precomputed that does not depend on time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OrbitPath {
     to_periapsis: Vec3,
     across: Vec3,
+    /// To the ascending node.
+    node: Vec3,
     eccentricity: f64,
     gap: f64,
     width: f64,
@@ -25,7 +27,7 @@ pub struct OrbitPath {
 }
 
 impl OrbitPath {
-    /// From elements at a time, and mu = G (m_1 + m_2).
+    /// Takes elements at a time and mu = G (m_1 + m_2).
     pub fn new(elements: &KeplerElements, mu: f64) -> Result<Self> {
         require_positive("mu", mu)?;
         elements.check()?;
@@ -36,6 +38,7 @@ impl OrbitPath {
         Ok(Self {
             to_periapsis: axes.node * cos + axes.ahead * sin,
             across: axes.ahead * cos - axes.node * sin,
+            node: axes.node,
             eccentricity: elements.eccentricity,
             gap: elements.gap(),
             width: elements.width(),
@@ -46,16 +49,17 @@ impl OrbitPath {
         })
     }
 
-    /// The path of the centre about the body: the same, mirrored at the centre.
+    /// Returns the orbit of the centre about the body: the same orbit mirrored at the centre.
     pub fn mirrored(self) -> Self {
         Self { to_periapsis: -self.to_periapsis, across: -self.across, ..self }
     }
 
-    /// Position and velocity a time after that of the elements.
+    /// Returns position and velocity at a time after that of the elements.
     pub fn after(&self, time: f64) -> Result<(Vec3, Vec3)> {
         let mean = self.mean_anomaly + self.mean_motion * time;
-        let place = EccentricPlace::from_mean(mean, self.eccentricity)?;
-        // In units of |a|; every sum but that of `x` has one sign, and `x` is never larger than `radius`.
+        let place = EccentricAnomaly::from_mean(mean, self.eccentricity)?;
+        // Lengths are in units of |a|. Every sum but that of `x` has terms of one sign, and `x` is never
+        // larger than `radius`.
         let radius = self.gap + self.eccentricity * place.versine;
         let (x, y) = (self.gap - place.versine, self.width * place.sine);
         let speed = self.speed / radius;
@@ -66,13 +70,41 @@ impl OrbitPath {
         Ok((position, velocity))
     }
 
-    /// Half the time over which a polynomial of [`OrbitCells::TERMS`] terms follows the orbit to round-off. In the complex plane of the
-    /// mean anomaly the nearest singularity, where 1 = e cos E, lies ln((1 + w)/e) - w from the real axis for an ellipse, w - arccos(1/e)
-    /// for a hyperbola, with w = sqrt|1 - e^2|.
+    /// Returns the derivatives of the position at a time after the epoch of the elements: by a, e, i, Omega,
+    /// omega, M, the epoch, and mu.
+    ///
+    /// At a fixed mean anomaly the eccentric anomaly has dE/de = sin E / (1 - e cos E), and on a hyperbola
+    /// dH/de = -sinh H / (e cosh H - 1). The mean motion is sqrt(mu / |a|^3).
+    pub fn derivatives(&self, time: f64) -> Result<[Vec3; 8]> {
+        let mean = self.mean_anomaly + self.mean_motion * time;
+        let place = EccentricAnomaly::from_mean(mean, self.eccentricity)?;
+        let (position, velocity) = self.after(time)?;
+        let sign = if self.eccentricity < 1.0 { 1.0 } else { -1.0 };
+        let turned = sign * place.sine / (self.gap + self.eccentricity * place.versine);
+        let along = -place.sine * turned - sign;
+        let aside = self.width * place.cosine * turned - sign * self.eccentricity / self.width * place.sine;
+        Ok([
+            (position - velocity * (1.5 * time)) / (sign * self.size),
+            (self.to_periapsis * along + self.across * aside) * self.size,
+            self.node.cross(&position),
+            Vec3::z().cross(&position),
+            self.normal().cross(&position),
+            velocity / self.mean_motion,
+            -velocity,
+            velocity * (0.5 * time / (self.speed * self.speed * self.size)),
+        ])
+    }
+
+    /// Returns half of the time over which a polynomial of [`OrbitCells::TERMS`] terms follows the orbit to
+    /// round-off.
+    ///
+    /// In the complex plane of the mean anomaly the nearest singularity, where 1 = e cos E, lies ln((1 +
+    /// w)/e) - w from the real axis for an ellipse, and w - arccos(1/e) for a hyperbola, with w = sqrt|1 -
+    /// e^2|.
     fn half_width(&self) -> f64 {
         let (e, w) = (self.eccentricity, self.width);
         let away = match e {
-            // Near a parabola both differences lose their digits; this is the first term of either.
+            // Near a parabola both differences lose their digits; this is their common first term.
             _ if w < 0.1 => w * w * w / 3.0,
             _ if e < 1.0 => ((1.0 + w) / e.max(1e-3)).ln() - w,
             _ => w - (1.0 / e).acos(),
@@ -80,22 +112,22 @@ impl OrbitPath {
         away / 16.0 / self.mean_motion
     }
 
-    /// Unit vector along the orbital angular momentum.
+    /// Returns the unit vector along the orbital angular momentum.
     pub fn normal(&self) -> Vec3 {
         self.to_periapsis.cross(&self.across)
     }
 }
 
 impl KeplerElements {
-    /// Position and velocity for mu = G (m_1 + m_2).
+    /// Returns position and velocity for mu = G (m_1 + m_2).
     pub fn to_cartesian(&self, mu: f64) -> Result<(Vec3, Vec3)> {
         OrbitPath::new(self, mu)?.after(0.0)
     }
 }
 
-/// A position, and powers of its distance r.
+/// A position on an orbit, and inverse powers of its distance r from the centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct OrbitPosition {
     /// The position.
     pub position: Vec3,
     /// 1 / r^2.
@@ -104,7 +136,7 @@ pub struct Place {
     pub inverse_cube: f64,
 }
 
-impl Place {
+impl OrbitPosition {
     #[inline(always)]
     fn new(position: Vec3, inverse: f64) -> Self {
         let inverse_square = inverse * inverse;
@@ -112,34 +144,36 @@ impl Place {
     }
 }
 
-impl From<Vec3> for Place {
+impl From<Vec3> for OrbitPosition {
     fn from(position: Vec3) -> Self {
         Self::new(position, 1.0 / position.norm())
     }
 }
 
-/// Places many times in a row, from the polynomial of the stretch of time around them. Stretches are laid out once and for
-/// all, so that a place does not depend on what was asked before.
+/// Computes positions at many times in a row, from a polynomial over the interval of time that holds them.
+/// The intervals have fixed boundaries, so that a position does not depend on the times that were asked for
+/// before.
 #[derive(Debug, Clone)]
 pub struct OrbitCells {
     orbit: OrbitPath,
     half_width: f64,
     per_half_width: f64,
-    /// The stretch in hand, and the one before it: the stages of a step go to and fro between two.
-    cells: [Cell; 2],
+    /// The interval in use and the one before it, since the stages of a step alternate between two.
+    cells: [OrbitCell; 2],
 }
 
-/// A stretch of time.
+/// The polynomial over one interval of time.
 #[derive(Debug, Clone)]
-struct Cell {
-    /// Its middle, in half widths.
+struct OrbitCell {
+    /// The middle of the interval, in half widths.
     middle: f64,
-    /// Of the position and 1/r, by powers of the time in the stretch, from -1 to 1: of an even power and of the next one in a row.
+    /// Coefficients of the position and of 1/r by powers of the time in the interval, scaled to [-1, 1]. A
+    /// row holds those of an even power and of the next one.
     coefficients: [[f64; WIDEST]; OrbitCells::TERMS / 2],
 }
 
-impl Cell {
-    /// The time in the stretch, where it is in it.
+impl OrbitCell {
+    /// Returns the scaled time in the interval, or `None` outside of it.
     #[inline(always)]
     fn within(&self, widths: f64) -> Option<f64> {
         let x = widths - self.middle;
@@ -148,30 +182,30 @@ impl Cell {
 }
 
 impl OrbitCells {
-    /// Terms of a polynomial.
+    /// The number of terms of a polynomial.
     const TERMS: usize = 12;
 
-    /// Of an orbit.
+    /// Prepares the intervals of an orbit.
     pub fn new(orbit: OrbitPath) -> Self {
         let half_width = orbit.half_width();
-        let none = Cell { middle: f64::NAN, coefficients: [[0.0; WIDEST]; Self::TERMS / 2] };
+        let none = OrbitCell { middle: f64::NAN, coefficients: [[0.0; WIDEST]; Self::TERMS / 2] };
         Self { orbit, half_width, per_half_width: 1.0 / half_width, cells: [none.clone(), none] }
     }
 
-    /// The orbit.
+    /// Returns the orbit.
     pub fn orbit(&self) -> &OrbitPath {
         &self.orbit
     }
 
-    /// The place a time after that of the elements.
+    /// Returns the position at a time after that of the elements.
     #[inline(always)]
-    pub fn after<S: Simd>(&mut self, simd: S, time: f64) -> Result<Place> {
+    pub fn after<S: Simd>(&mut self, simd: S, time: f64) -> Result<OrbitPosition> {
         let widths = time * self.per_half_width;
         let x = match self.cells[0].within(widths) {
             Some(x) => x,
             None => self.turn_to(widths)?,
         };
-        // Powers of x^4 in two sums, that neither waits for the other.
+        // Powers of x^4 are summed in two sums, so that neither waits for the other.
         let (square, mut sums) = (simd.splat_f64s(x * x), [0.0; WIDEST]);
         let fourth = simd.mul_f64s(square, square);
         for (register, out) in S::as_mut_simd_f64s(&mut sums).0.iter_mut().enumerate() {
@@ -183,10 +217,10 @@ impl OrbitCells {
             *out = simd.mul_add_f64s(odd, square, even);
         }
         let number = |k: usize| sums[k] + sums[k + 4] * x;
-        Ok(Place::new(Vec3::new(number(0), number(1), number(2)), number(3)))
+        Ok(OrbitPosition::new(Vec3::new(number(0), number(1), number(2)), number(3)))
     }
 
-    /// Takes the stretch of a time in hand; gives the time in it.
+    /// Computes the polynomial of the interval that holds a time. Returns the scaled time in it.
     #[cold]
     fn turn_to(&mut self, widths: f64) -> Result<f64> {
         self.cells.swap(0, 1);
@@ -209,7 +243,7 @@ impl OrbitCells {
                 c.iter_mut().zip(numbers).for_each(|(c, number)| *c += weight * number);
             }
         }
-        // By powers of the time: the terms fall so fast that nothing is lost.
+        // The terms fall so fast that converting to powers of the time loses nothing.
         let mut by_powers = [[0.0; 4]; Self::TERMS];
         let (mut last, mut present) = ([0.0; Self::TERMS], [0.0; Self::TERMS]);
         present[0] = 1.0;
@@ -225,7 +259,7 @@ impl OrbitCells {
         for (power, numbers) in by_powers.iter().enumerate() {
             coefficients[power / 2][4 * (power % 2)..][..4].copy_from_slice(numbers);
         }
-        self.cells[0] = Cell { middle, coefficients };
+        self.cells[0] = OrbitCell { middle, coefficients };
         Ok(())
     }
 }

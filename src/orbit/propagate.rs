@@ -1,8 +1,8 @@
-//! Motion along a Kepler orbit of any kind by universal variables.
+//! Motion along a Kepler orbit of any kind, by universal variables.
 //!
-//! Takes position, velocity, mu and a time; gives the changes of position and velocity rather than new values, so that a
-//! caller who carries them in twice the working precision adds the changes without loss.
-//! Functions G_k and the solution as in Rein & Tamayo (2015), MNRAS 452, 376.
+//! Takes position, velocity, mu and a time. Gives the changes of position and velocity rather than new
+//! values, so that a caller who carries them in twice the working precision adds the changes without loss.
+//! The functions G_k and the solution follow Rein & Tamayo (2015), MNRAS 452, 376.
 
 use crate::math::Vec3;
 use crate::math::lanes::Lanes;
@@ -10,10 +10,10 @@ use crate::math::stumpff::{REACH, stumpff};
 use pulp::Scalar;
 use std::f64::consts::TAU;
 
-/// Iterations after which every other one halves the bracket.
+/// The number of iterations after which every other one halves the bracket.
 const QUICK: u32 = 16;
 
-/// What a time on an orbit changes.
+/// The changes of position and velocity along an orbit over a time.
 #[derive(Debug, Clone, Copy)]
 pub struct KeplerChange {
     /// Change of the position.
@@ -24,8 +24,8 @@ pub struct KeplerChange {
     pub acceleration: Vec3,
 }
 
-/// Changes of position and velocity over a time on the orbit through them; `None` where doubles overflow or the iteration
-/// does not end.
+/// Returns the changes of position and velocity over a time on the orbit through them; `None` where doubles
+/// overflow or the iteration does not converge.
 #[inline(always)]
 pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Option<KeplerChange> {
     if mu == 0.0 {
@@ -40,13 +40,13 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
     if beta > 0.0 && time.abs() * beta * beta.sqrt() > TAU * mu {
         time %= TAU * mu / (beta * beta.sqrt());
     }
-    // Kepler's equation in units of the distance at the start: s + eta0 G2 + zeta0 G3 = t/r0 rises with s, since its derivative is the
-    // distance, and is zero with t.
+    // In units of the distance at the start, Kepler's equation is s + eta0 G2 + zeta0 G3 = t/r0. Its left
+    // side rises with s, since its derivative is the distance, and is zero with t.
     let (eta0, zeta) = (position.dot(velocity), square - pull);
     let eta = eta0 * inverse;
     let (mut low, mut high) = if time > 0.0 { (0.0, f64::INFINITY) } else { (f64::NEG_INFINITY, 0.0) };
     let slope = time * inverse;
-    // The first three terms of its inverse.
+    // The starting value consists of the first three terms of the inverse series.
     let (a, b) = (0.5 * eta * slope, zeta * (slope * slope) * (1.0 / 6.0));
     let mut s = slope * (1.0 - a + (2.0 * a * a - b)).clamp(0.5, 1.5);
     let mut last_change = f64::INFINITY;
@@ -54,14 +54,15 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
         let g = functions(beta, s);
         let residual = (r0 * s - time) * inverse + (eta * g[2] + zeta * g[3]);
         let r = 1.0 + (eta * g[1] + zeta * g[2]);
-        // So far out that it overflows it has the sign of s.
+        // Where the residual overflows, far out, it has the sign of s.
         let excess = if residual.is_finite() { residual } else { s };
         if excess > 0.0 {
             high = high.min(s)
         } else {
             low = low.max(s)
         }
-        // Danby's step of fourth order, by the derivatives of the distance, with one division for three.
+        // This is Danby's step of fourth order, by the derivatives of the distance, with one division for
+        // three quotients.
         let (second, third) = (eta * g[0] + zeta * g[1], zeta * g[0] - beta * eta * g[1]);
         let halley = r * r - residual * (0.5 * second);
         let both = halley * halley;
@@ -71,10 +72,11 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
         let step = -residual * both / over;
         let danby = s + step;
         let within = |next: f64| next > low && next < high;
-        // Where `halley` vanishes, or doubles overflow, the step does too, beside Newton's, and is no sign of a root.
+        // Where `halley` vanishes or doubles overflow, Danby's step vanishes beside Newton's; that is no sign
+        // of convergence.
         let sound = 10.0 * both >= less.abs() && over.is_finite();
-        // Far out on a hyperbola, where the equation is exponential, halving the bracket is quicker than any power. A step that rounds
-        // to nothing ends at the root, which is an end of the bracket.
+        // Far out on a hyperbola, where the equation is exponential, halving the bracket is quicker than a
+        // step of any order. A step that rounds to nothing ends at the root, which is an end of the bracket.
         let inside = (within(danby) || danby == s) && sound && (trial < QUICK || trial % 2 == 0);
         let newton = s - residual / r;
         let next = if inside {
@@ -90,7 +92,8 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
         };
         let change = (next - s).abs();
         s = next;
-        // What a small step of fourth order leaves is below round-off, and so is what a very small one leaves of third order.
+        // After a small step of fourth order, or a very small one of third order, the remaining error is
+        // below round-off.
         let small = inside && change <= 1e-5 * s.abs() && change * second.abs() <= 1e-4 * r;
         if small || change <= f64::EPSILON * s.abs() || (change >= last_change && change <= 1e-12 * s.abs()) {
             let g = if inside && change <= 2e-6 * s.abs() {
@@ -113,7 +116,8 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
     None
 }
 
-/// G_0 to G_3 = s^k c_k(beta s^2), c_k Stumpff's functions: series at a reduced argument, then doublings.
+/// Computes G_0 to G_3 = s^k c_k(beta s^2), with c_k Stumpff's functions: by series at a reduced argument,
+/// followed by doublings.
 #[inline(always)]
 fn functions(beta: f64, s: f64) -> [f64; 4] {
     let mut z = beta * s * s;

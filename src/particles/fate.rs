@@ -1,33 +1,35 @@
-//! Particles, and what may become of them.
+//! Particles, the rules of their flight, and their fates.
 
 use crate::error::{Error, Result, require_finite, require_positive};
 use crate::integrate::{Controller, Tableau, Tolerance};
 use crate::math::Vec3;
 
-/// The largest number of a particle's start. The search for contact takes fourth powers, which stay doubles on the way.
-const LARGEST: f64 = 1e60;
+/// The largest magnitude of a number at a particle's start. The search for contacts takes fourth powers,
+/// which must stay doubles on the way.
+pub const LARGEST: f64 = 1e60;
 
-/// A particle with larger numbers is lost: fourth powers overflow soon.
+/// A particle with larger numbers is lost, since fourth powers overflow soon.
 pub(super) const BEYOND: f64 = 1e75;
 
-/// What has become of a particle.
+/// The fate of a particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Fate {
-    /// It flies on.
+    /// It is still flying.
     #[default]
     Flying,
     /// It has struck a body, which ended its flight.
     Impact,
-    /// It has left, as [`Escape`] says.
+    /// It has left the system, as [`Escape`] defines.
     Escape,
-    /// It lies on a body.
+    /// It rests on a body.
     Rest,
-    /// Its motion cannot be followed: it has come too near to a point mass, or has gone so far that powers of the distance overflow.
+    /// Its motion cannot be integrated: it has come too near to a point mass, or has gone so far that powers
+    /// of the distance overflow.
     Lost,
 }
 
 impl Fate {
-    /// All of them, in the order of their numbers.
+    /// All fates with their names, in the order of their numbers.
     pub const ALL: [(&'static str, Self); 5] = [
         ("flying", Self::Flying),
         ("impact", Self::Impact),
@@ -37,26 +39,27 @@ impl Fate {
     ];
 }
 
-/// What happens where a particle meets a surface.
+/// What happens when a particle touches a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Contact {
-    /// Its flight ends, and it stays where it struck.
+pub enum ContactResponse {
+    /// The flight ends, and the particle stays where it struck.
     Stop,
-    /// Its flight ends, and it is gone.
+    /// The flight ends, and the particle is removed.
     Remove,
-    /// It flies on, with the velocity relative to the surface times these.
+    /// The particle flies on, with its velocity relative to the surface multiplied by these factors.
     Bounce {
-        /// Along the normal, from 0 to 1.
+        /// The factor along the normal, from 0 to 1.
         normal: f64,
-        /// Across it, from 0 to 1.
+        /// The factor across the normal, from 0 to 1.
         tangential: f64,
-        /// Where it leaves the surface more slowly than this along the normal it comes to rest: sliding is not modelled.
+        /// A particle that leaves the surface along the normal more slowly than this comes to rest: sliding
+        /// is not modelled.
         rest: f64,
     },
 }
 
-impl Contact {
-    /// Refuses numbers that mean nothing.
+impl ContactResponse {
+    /// Returns an error for meaningless numbers.
     pub fn check(&self) -> Result<()> {
         let Self::Bounce { normal, tangential, rest } = *self else { return Ok(()) };
         for (what, value) in [("normal of Bounce", normal), ("tangential of Bounce", tangential)] {
@@ -68,22 +71,22 @@ impl Contact {
     }
 }
 
-/// When a particle has left.
+/// The condition under which a particle has left the system.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Escape {
-    /// It is further from the barycentre.
+    /// The least distance from the barycentre.
     pub distance: f64,
-    /// Whether its energy about a point of the system's mass has to be positive as well.
+    /// Whether the energy relative to a point of the system's mass must be positive as well.
     pub unbound: bool,
 }
 
 impl Escape {
-    /// Refuses distances that mean nothing.
+    /// Returns an error for meaningless distances.
     pub fn check(&self) -> Result<()> {
         require_positive("distance of Escape", self.distance)
     }
 
-    /// Rises through zero at the escape.
+    /// Returns a function that rises through zero at the escape.
     pub fn value(&self, mu: f64, position: &Vec3, velocity: &Vec3) -> f64 {
         let distance = position.norm();
         let far = distance / self.distance - 1.0;
@@ -91,66 +94,70 @@ impl Escape {
     }
 }
 
-/// How particles fly.
+/// The rules of a flight.
 #[derive(Debug, Clone)]
 pub struct Rules {
-    /// The pair.
+    /// The Runge-Kutta pair.
     pub tableau: &'static Tableau,
-    /// Errors of a step: of the position relative to the distance from the nearest centre, of the velocity relative to
-    /// sqrt(v^2 + Phi), Phi the potential of the bodies' masses in their centres.
+    /// The tolerance of a step: errors of the position are relative to the distance from the nearest centre,
+    /// errors of the velocity to sqrt(v^2 + Phi), with Phi the potential of the bodies' masses in their
+    /// centres.
     pub tolerance: Tolerance,
-    /// What happens at a surface.
-    pub contact: Contact,
-    /// When a particle has left.
+    /// What happens at a contact.
+    pub contact: ContactResponse,
+    /// When a particle has left the system.
     pub escape: Option<Escape>,
 }
 
-/// Where a particle is.
+/// The status of a particle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Place {
-    /// In flight; `departing` from a surface.
-    Flying { departing: bool },
-    /// On a body, at a place of its frame, on a part of it; `held` for good, or until it lifts off.
-    On { body: usize, place: Vec3, normal: Vec3, held: bool },
-    /// Nowhere.
+pub enum ParticleStatus {
+    /// In flight; `leaving` while it is still at the surface that it has left.
+    Flying { leaving: bool },
+    /// On a body, at a point of its frame with this normal; `held` up to a time, and then until it lifts off.
+    On { body: usize, place: Vec3, normal: Vec3, held: f64 },
+    /// Removed.
     Gone,
 }
 
 /// A particle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Particle {
-    /// Time to which it has come.
+    /// The time that the particle has reached.
     pub time: f64,
     /// Position from the nominal barycentre, velocity relative to it.
     pub motion: [f64; 6],
-    /// What rounding dropped of them.
+    /// The part of position and velocity that rounding dropped.
     pub low: [f64; 6],
     /// Area-to-mass ratio.
     pub area_to_mass: f64,
-    pub(super) place: Place,
-    /// Planned size of the next step; zero before the first.
+    pub(super) status: ParticleStatus,
+    /// The planned size of the next step; zero before the first.
     pub(super) next: f64,
     pub(super) controller: Controller,
-    /// Distance and speed at the start that errors are measured against.
+    /// Distance and speed at the start, against which errors are measured.
     pub(super) scales: Option<[f64; 2]>,
-    /// Outputs so far.
+    /// The number of outputs so far.
     pub(super) recorded: usize,
-    /// What has become of it, when, and on which body.
+    /// The fate of the particle, with its time and body.
     pub end: End,
-    /// How often it has struck a surface.
+    /// The number of contacts with surfaces.
     pub strikes: u32,
+    /// When it last left a surface, and how often in a row it was back at once.
+    pub(super) left: f64,
+    pub(super) returns: u32,
 }
 
 /// The end of a particle's flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct End {
-    /// What it was.
+    /// The fate.
     pub fate: Fate,
-    /// When.
+    /// The time.
     pub time: f64,
-    /// On which body.
+    /// The index of the body, if there is one.
     pub body: Option<usize>,
-    /// Longitude and latitude of the place in the body frame.
+    /// Longitude and latitude of the point in the body frame.
     pub longitude: f64,
     /// See [`Self::longitude`].
     pub latitude: f64,
@@ -184,13 +191,15 @@ impl Particle {
             motion: [x.x, x.y, x.z, v.x, v.y, v.z],
             low: [0.0; 6],
             area_to_mass,
-            place: Place::Flying { departing: false },
+            status: ParticleStatus::Flying { leaving: false },
             next: 0.0,
             controller: Controller::new(),
             scales: None,
             recorded: 0,
             end: End::default(),
             strikes: 0,
+            left: f64::NEG_INFINITY,
+            returns: 0,
         }
     }
 

@@ -1,76 +1,68 @@
-//! The flight of particles along a run: stretches of the bodies' course one after the other, batches of particles over threads.
+//! The flight of particles along a run: ranges of the bodies' steps one after the other, with batches of
+//! particles spread over threads.
 
-use super::course::{Course, Pose};
-use super::fate::{Contact, Particle, Place, Rules};
-use super::outside::{Outside, Radiation};
+use super::batch::{Batch, BatchContext};
+use super::body_ephemeris::{BodyEphemeris, BodyMotion};
+use super::events::{ParticleCondition, ParticleEvent, ParticleOccurrence};
+use super::external_forces::{ExternalForces, Radiation};
+use super::fate::{ContactResponse, Particle, ParticleStatus, Rules};
 use super::pull::Puller;
-use super::push::{Batch, Flying};
 use super::stage::World;
 use super::surface::Surface;
-use super::watch::{Condition, Happened, Watch};
 use crate::dynamics::System;
 use crate::error::{Error, Result, require_finite};
+use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
-use crate::patience::Patience;
 use crate::trajectory::{Dense, Progress};
-use rayon::ThreadPoolBuilder;
+use crate::workers::{JobProgress, JobSource, WorkerPool, WorkerThread, with_workers};
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-use std::sync::mpsc;
-use std::thread::available_parallelism;
-use std::time::{Duration, Instant};
 
-/// Steps of the bodies in a stretch.
+/// The number of the bodies' steps in a range.
 const STRETCH: usize = 256;
 
-/// Most particles of a batch.
+/// The largest number of particles in a batch.
 const BATCH: usize = 512;
 
-/// How often the caller is asked.
-const LOOK: Duration = Duration::from_millis(25);
+/// The caller's hook, which breaks to interrupt the flight.
+type Hook<'h> = dyn FnMut(Progress) -> ControlFlow<()> + Send + 'h;
 
-/// What is asked of a flight.
-pub struct Plan<'a> {
+/// The plan of a flight.
+pub struct FlightPlan<'a> {
     /// The system.
     pub system: &'a System,
-    /// The bodies' motion.
+    /// The continuous solution of the bodies' motion.
     pub dense: &'a Dense,
-    /// The end, before or after the particles' time.
+    /// The end of the flight, before or after the particles' time.
     pub until: f64,
-    /// Times at which particles are recorded, along the flight.
+    /// The times at which particles are recorded, along the flight.
     pub output: &'a [f64],
-    /// How they fly.
+    /// The rules of the flight.
     pub rules: &'a Rules,
-    /// Radiation of a third body.
+    /// The radiation of a third body, if there is any.
     pub radiation: Option<&'a Radiation>,
-    /// What is watched for.
-    pub watches: &'a [Watch],
-    /// Number of threads; as many as the machine runs at once unless given.
+    /// The events that are searched for.
+    pub watches: &'a [ParticleEvent],
+    /// The number of threads; as many as the machine runs at once unless given.
     pub threads: Option<NonZeroUsize>,
 }
 
-/// What is recorded of a flight.
+/// The record of a flight.
 #[derive(Debug, Clone, Default)]
-pub struct Flown {
-    /// Six numbers an output and particle, particle by particle: position, velocity. Those that were not reached are NaN.
+pub struct FlightRecord {
+    /// Position and velocity for each output of each particle, particle by particle. Outputs that were not
+    /// reached are NaN.
     pub samples: Vec<f64>,
     /// Events, by particle and along the flight of each.
-    pub happened: Vec<Happened>,
+    pub happened: Vec<ParticleOccurrence>,
 }
 
-impl Plan<'_> {
+impl FlightPlan<'_> {
     /// Flies particles that are all at one time, in the coordinates of the states.
     ///
-    /// On an error, particles stay where they have come to. The hook is called at the start, about every 25 ms and at the end, in the
-    /// caller's thread, and stops the flight by [`ControlFlow::Break`].
-    pub fn fly(
-        &self,
-        particles: &mut [Particle],
-        flown: &mut Flown,
-        hook: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
-    ) -> Result<()> {
+    /// On an error, particles stay where they are. The hook is called at the start, about every 25 ms and at
+    /// the end, in the caller's thread, and stops the flight by [`ControlFlow::Break`].
+    pub fn fly(&self, particles: &mut [Particle], record: &mut FlightRecord, hook: &mut Hook) -> Result<()> {
         let start = particles.first().map_or(self.until, |particle| particle.time);
         let frame = self.dense.frame();
         let origin = |time: f64| (frame.nominal_at(time), Vec3::from(frame.barycentre_velocity));
@@ -84,11 +76,11 @@ impl Plan<'_> {
             }
         };
         moved(particles, -1.0);
-        let outcome = self.push(start, particles, flown, hook);
+        let outcome = self.push(start, particles, record, hook);
         moved(particles, 1.0);
         let count = self.output.len();
         if count > 0 {
-            for (at, sample) in flown.samples.chunks_exact_mut(6).enumerate() {
+            for (at, sample) in record.samples.chunks_exact_mut(6).enumerate() {
                 let (position, velocity) = origin(self.output[at % count]);
                 for c in 0..3 {
                     sample[c] += position[c];
@@ -96,27 +88,49 @@ impl Plan<'_> {
                 }
             }
         }
-        for happened in &mut flown.happened {
+        for happened in &mut record.happened {
             let (position, velocity) = origin(happened.time);
             happened.position += position;
             happened.velocity += velocity;
         }
-        flown.happened.sort_by_key(|happened| happened.particle);
+        record.happened.sort_by_key(|happened| happened.particle);
         outcome
     }
 
+    /// Flies particles whose motion is given relative to the nominal barycentre.
     fn push(
         &self,
         start: f64,
         particles: &mut [Particle],
-        flown: &mut Flown,
-        hook: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
+        record: &mut FlightRecord,
+        hook: &mut Hook,
     ) -> Result<()> {
-        // Before anything is refused: the record has a row of each particle.
-        flown.samples.resize(6 * self.output.len() * particles.len(), f64::NAN);
-        let (system, dense, until, rules) = (self.system, self.dense, self.until, self.rules);
-        let (first, last) = dense.range();
-        for (what, time) in [("until", until), ("time of the particles", start)] {
+        // The record has a row for each particle even if the flight is refused.
+        record.samples.resize(6 * self.output.len() * particles.len(), f64::NAN);
+        let external_forces = self.check(start)?;
+        self.ask(hook, start, start)?;
+        let bodies = self.prepare(start, particles, hook)?;
+        if self.output.first() == Some(&start) {
+            let rows = record.samples.chunks_exact_mut(6 * self.output.len());
+            for (particle, row) in particles.iter_mut().zip(rows) {
+                row[..6].copy_from_slice(&particle.motion);
+                particle.recorded = 1;
+            }
+        }
+        if self.until == start {
+            return Ok(());
+        }
+        with_workers(self.threads, WorkerThread::run, |pool| {
+            self.push_along(start, &bodies, &external_forces, particles, record, hook, pool)
+        })??;
+        self.ask(hook, start, self.until)
+    }
+
+    /// Returns an error for a flight that is not possible, and otherwise the external forces on the
+    /// particles.
+    fn check(&self, start: f64) -> Result<ExternalForces> {
+        let (first, last) = self.dense.range();
+        for (what, time) in [("until", self.until), ("time of the particles", start)] {
             require_finite(what, &[time])?;
             if !(first.min(last)..=first.max(last)).contains(&time) {
                 let expected =
@@ -124,120 +138,126 @@ impl Plan<'_> {
                 return Err(Error::invalid(what, time, expected));
             }
         }
-        if dense.pieces().is_empty() {
+        if self.dense.pieces().is_empty() {
             return Err(Error::invalid("the run", "of no length", "one along which particles can fly"));
         }
-        let backwards = until < start;
-        rules.contact.check()?;
-        if backwards && matches!(rules.contact, Contact::Bounce { .. }) {
-            let expected = "Stop or Remove in a flight backwards: a bounce cannot be undone";
+        self.rules.contact.check()?;
+        if self.until < start && matches!(self.rules.contact, ContactResponse::Bounce { .. }) {
+            let expected = "'stop' or 'remove' in a flight backwards: a bounce cannot be undone";
             return Err(Error::invalid("contact", "Bounce", expected));
         }
-        rules.escape.map_or(Ok(()), |escape| escape.check())?;
-        let outside = Outside::new(&system.environment()?, self.radiation, system.bodies())?;
-        outside.covers(start, until)?;
+        self.rules.escape.map_or(Ok(()), |escape| escape.check())?;
+        let external_forces =
+            ExternalForces::new(&self.system.force_model()?, self.radiation, self.system.bodies())?;
+        external_forces.covers(start, self.until)?;
         for watch in self.watches {
-            if matches!(watch.condition, Condition::Shadow { .. }) && !outside.is_lit() {
+            if matches!(watch.condition, ParticleCondition::Shadow { .. }) && !external_forces.is_lit() {
                 let expected = "the radiation of a third body to be given";
                 return Err(Error::invalid("an event of the particles", "Shadow", expected));
             }
         }
-        let constant = system.gravitational_constant();
-        let mut course = Course::new(dense.frame(), dense.pieces());
-        let surfaces: Vec<Surface> = system.bodies().iter().map(Surface::new).collect();
-        let pullers = {
-            let mut inside = || hook(Progress { start, time: start, end: until });
-            let patience = &mut Patience::new(&mut inside);
-            let poses: Vec<Pose> = (0..surfaces.len()).map(|body| course.pose(body, start)).collect();
-            for (index, particle) in particles.iter_mut().enumerate() {
-                let work: u64 = surfaces.iter().map(Surface::work).sum();
-                patience.spend(work, start)?;
-                particle.check(index)?;
-                begin(&poses, &surfaces, system, index, particle)?;
-            }
-            let puller = |body| Puller::new(body, constant, system.arch(), patience);
-            system.bodies().iter().map(puller).collect::<Result<Vec<_>>>()
-        }?;
-        if self.output.first() == Some(&start) {
-            let rows = flown.samples.chunks_exact_mut(6 * self.output.len());
-            for (particle, row) in particles.iter_mut().zip(rows) {
-                row[..6].copy_from_slice(&particle.motion);
-                particle.recorded = 1;
-            }
+        Ok(external_forces)
+    }
+
+    /// Places the particles among the bodies, and prepares the bodies' surfaces and gravity.
+    fn prepare(&self, start: f64, particles: &mut [Particle], hook: &mut Hook) -> Result<Bodies> {
+        let mut inside = || hook(Progress { start, time: start, end: self.until });
+        let interrupt = &mut InterruptCheck::new(&mut inside);
+        let bodies = self.system.bodies();
+        let ephemeris = BodyEphemeris::new(self.dense.frame(), self.dense.pieces());
+        let surfaces: Vec<Surface> = bodies.iter().map(Surface::new).collect();
+        let poses: Vec<BodyMotion> = (0..surfaces.len()).map(|body| ephemeris.pose(body, start)).collect();
+        let work: u64 = surfaces.iter().map(Surface::work).sum();
+        for (index, particle) in particles.iter_mut().enumerate() {
+            interrupt.charge(work, start)?;
+            particle.check(index)?;
+            begin(&poses, &surfaces, self.system, index, particle)?;
         }
-        if until == start {
-            return Ok(());
-        }
-        let direction = if backwards { -1.0 } else { 1.0 };
-        let threads = self
-            .threads
-            .map_or_else(|| available_parallelism().map_or(1, NonZeroUsize::get), NonZeroUsize::get);
-        let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.map_err(|error| {
-            Error::invalid("threads", threads, format!("as many as the system can start ({error})"))
-        })?;
+        let (constant, arch) = (self.system.gravitational_constant(), self.system.arch());
+        let puller = |body| Puller::new(body, constant, arch, interrupt);
+        Ok(Bodies { pullers: bodies.iter().map(puller).collect::<Result<_>>()?, surfaces })
+    }
+
+    /// Integrates the particles along the run, range by range.
+    #[expect(clippy::too_many_arguments)]
+    fn push_along(
+        &self,
+        start: f64,
+        Bodies { surfaces, pullers }: &Bodies,
+        external_forces: &ExternalForces,
+        particles: &mut [Particle],
+        record: &mut FlightRecord,
+        hook: &mut Hook,
+        pool: &WorkerPool,
+    ) -> Result<()> {
+        let Self { dense, rules, until, .. } = *self;
         let origin =
             |time: f64| (dense.frame().nominal_at(time), Vec3::from(dense.frame().barycentre_velocity));
-        let stop = AtomicBool::new(false);
+        let size = particles.len().div_ceil(4 * pool.threads()).next_multiple_of(16).min(BATCH);
+        let mut ephemeris = BodyEphemeris::new(dense.frame(), dense.pieces());
         let mut time = start;
-        loop {
-            let index = course.index(time);
-            let at_edge = backwards && index > 0 && course.ends(index)[0] == time;
-            let index = index - usize::from(at_edge);
-            let count = dense.pieces().len();
-            let stretch = if backwards {
-                (index + 1).saturating_sub(STRETCH)..index + 1
-            } else {
-                index..(index + STRETCH).min(count)
-            };
-            let end = if backwards {
-                course.ends(stretch.start)[0].max(until)
-            } else {
-                course.ends(stretch.end - 1)[1].min(until)
-            };
-            // The last step may end a rounding before the run.
-            let whole = if backwards { stretch.start == 0 } else { stretch.end == count };
-            let end = if whole { until } else { end };
-            course.pack(stretch);
-            let flying = Flying {
+        while time != until {
+            let (stretch, end) = ephemeris.stretch(time, until, STRETCH);
+            ephemeris.pack(stretch);
+            let flying = BatchContext {
                 world: World {
-                    course: &course,
-                    pullers: &pullers,
+                    ephemeris: &ephemeris,
+                    pullers,
                     tableau: rules.tableau,
-                    arch: system.arch(),
+                    arch: self.system.arch(),
                 },
-                outside: &outside,
-                surfaces: &surfaces,
-                mu: pullers.iter().map(|puller| puller.gm).sum(),
+                external_forces,
+                surfaces,
+                mu: pullers.iter().map(Puller::gm).sum(),
                 rules,
                 output: self.output,
                 watches: self.watches,
                 origin: &origin,
                 end,
-                direction,
-                stop: &stop,
+                direction: if until < start { -1.0 } else { 1.0 },
             };
-            let size = particles.len().div_ceil(4 * threads).next_multiple_of(16).min(BATCH);
-            let mut report =
-                |part: f64| hook(Progress { start, time: time + part * (end - time), end: until });
-            let Flown { samples, happened } = flown;
-            let all = (&mut *particles, size);
-            pool.in_place_scope(|scope| push_all(scope, &flying, all, samples, happened, &mut report))?;
+            let mut proceed = |part: f64| self.ask(hook, start, time + part * (end - time));
+            let mut batches = Batches {
+                number: 0,
+                size,
+                count: particles.len().div_ceil(size),
+                particles: &mut *particles,
+                samples: &mut record.samples,
+                happened: Vec::new(),
+                failed: None,
+                proceed: &mut proceed,
+            };
+            pool.run(&mut batches, |(number, particles, samples), worker| {
+                let mut batch = Batch::new(&flying, number * size, particles, samples);
+                let outcome = batch.run(worker);
+                (number, batch.happened, outcome)
+            });
+            batches.happened.sort_by_key(|(number, _)| *number);
+            record.happened.extend(batches.happened.into_iter().flat_map(|(_, happened)| happened));
+            batches.failed.map_or(Ok(()), Err)?;
             time = end;
-            if time == until {
-                break;
-            }
         }
-        match hook(Progress { start, time: until, end: until }) {
+        Ok(())
+    }
+
+    /// Calls the hook, and returns an error for an interrupt.
+    fn ask(&self, hook: &mut Hook, start: f64, time: f64) -> Result<()> {
+        match hook(Progress { start, time, end: self.until }) {
             ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(()) => Err(Error::Interrupted { time: until }),
+            ControlFlow::Break(()) => Err(Error::Interrupted { time }),
         }
     }
 }
 
-/// Places a particle at the start. Refuses one that is inside a body.
+/// The surfaces and the gravity of the bodies.
+struct Bodies {
+    surfaces: Vec<Surface>,
+    pullers: Vec<Puller>,
+}
+
+/// Places a particle at the start. Returns an error for one that is inside a body.
 fn begin(
-    poses: &[Pose],
+    poses: &[BodyMotion],
     surfaces: &[Surface],
     system: &System,
     index: usize,
@@ -256,72 +276,62 @@ fn begin(
             ));
         }
         if surface.contains(&(place * (1.0 - 1e-10))) {
-            particle.place = Place::Flying { departing: true };
+            particle.status = ParticleStatus::Flying { leaving: true };
         }
     }
     Ok(())
 }
 
-/// Pushes all particles over a stretch.
-fn push_all<'s>(
-    scope: &rayon::Scope<'s>,
-    flying: &'s Flying<'s>,
-    (particles, size): (&'s mut [Particle], usize),
-    mut samples: &'s mut [f64],
-    happened: &mut Vec<Happened>,
-    report: &mut dyn FnMut(f64) -> ControlFlow<()>,
-) -> Result<()> {
-    let (sender, receiver) = mpsc::channel();
-    let mut left = 0;
-    for (number, batch) in particles.chunks_mut(size).enumerate() {
-        let (own, others) = samples.split_at_mut(6 * flying.output.len() * batch.len());
-        samples = others;
-        let sender = sender.clone();
-        left += 1;
-        scope.spawn(move |_| {
-            let pushed = catch_unwind(AssertUnwindSafe(|| {
-                let mut batch = Batch::new(flying, number * size, batch, own);
-                let outcome = batch.run();
-                (batch.happened, outcome)
-            }));
-            // The receiver lives as long as there are batches out.
-            let _ = sender.send((number, pushed));
-        });
-    }
-    let (all, mut asked) = (left, Instant::now());
-    let (mut panic, mut failed) = (None, None);
-    let mut found = Vec::new();
-    if report(0.0).is_break() {
-        flying.stop.store(true, Relaxed);
-    }
-    while left > 0 {
-        if let Ok((number, pushed)) = receiver.recv_timeout(LOOK.saturating_sub(asked.elapsed())) {
-            left -= 1;
-            match pushed {
-                Err(fault) => panic = Some(fault),
-                Ok((happened, outcome)) => {
-                    found.push((number, happened));
-                    if let Err(error) = outcome {
-                        // What stops the others is no reason of its own.
-                        if !matches!(failed, Some(ref error) if !matches!(error, Error::Interrupted { .. })) {
-                            failed = Some(error);
-                        }
-                        flying.stop.store(true, Relaxed);
-                    }
-                }
-            }
+/// Hands out the particles in batches, with their rows of samples, and collects their events.
+struct Batches<'a, 'h> {
+    /// The index of the next batch.
+    number: usize,
+    /// The number of particles in a batch.
+    size: usize,
+    /// The number of batches.
+    count: usize,
+    /// The particles of the batches that remain.
+    particles: &'a mut [Particle],
+    samples: &'a mut [f64],
+    happened: Vec<(usize, Vec<ParticleOccurrence>)>,
+    failed: Option<Error>,
+    proceed: &'h mut dyn FnMut(f64) -> Result<()>,
+}
+
+impl Batches<'_, '_> {
+    /// Keeps the first error. An error replaces interruptions, which are its consequence in other batches.
+    fn fail(&mut self, error: Error) -> ControlFlow<()> {
+        if matches!(self.failed, None | Some(Error::Interrupted { .. })) {
+            self.failed = Some(error);
         }
-        if asked.elapsed() >= LOOK {
-            asked = Instant::now();
-            if report((all - left) as f64 / all as f64).is_break() {
-                flying.stop.store(true, Relaxed);
-            }
+        ControlFlow::Break(())
+    }
+}
+
+impl<'a> JobSource for Batches<'a, '_> {
+    type Job = (usize, &'a mut [Particle], &'a mut [f64]);
+    type Answer = (usize, Vec<ParticleOccurrence>, Result<()>);
+
+    fn next(&mut self) -> Option<Self::Job> {
+        let left = self.particles.len();
+        if left == 0 {
+            return None;
         }
+        let (size, width) = (self.size.min(left), self.samples.len() / left);
+        let (particles, others) = std::mem::take(&mut self.particles).split_at_mut(size);
+        let (samples, rest) = std::mem::take(&mut self.samples).split_at_mut(width * size);
+        (self.particles, self.samples) = (others, rest);
+        self.number += 1;
+        Some((self.number - 1, particles, samples))
     }
-    found.sort_by_key(|(number, _)| *number);
-    happened.extend(found.into_iter().flat_map(|(_, happened)| happened));
-    if let Some(fault) = panic {
-        resume_unwind(fault);
+
+    fn take(&mut self, (number, happened, outcome): Self::Answer) -> ControlFlow<()> {
+        self.happened.push((number, happened));
+        outcome.map_or_else(|error| self.fail(error), ControlFlow::Continue)
     }
-    failed.map_or(Ok(()), Err)
+
+    fn proceed(&mut self, progress: JobProgress) -> ControlFlow<()> {
+        let part = (progress.done as f64 + progress.under_way) / self.count as f64;
+        (self.proceed)(part).map_or_else(|error| self.fail(error), ControlFlow::Continue)
+    }
 }

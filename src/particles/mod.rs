@@ -1,23 +1,28 @@
 //! Massless particles among moving bodies.
 //!
-//! Takes a run's continuous solution and particles; gives where they are at times and what becomes of them. The bodies
-//! do not feel the particles: they move once, and particles are pushed along their course in blocks over lanes and threads, each
-//! with its own steps and error control.
+//! Takes a run's continuous solution and particles; gives their positions at the requested times and their
+//! fates. The bodies do not feel the particles: they move once, and particles are integrated along their
+//! ephemeris in blocks over lanes and threads, each with its own steps and error control.
 
-mod course;
+mod body_ephemeris;
 mod fate;
 mod flight;
-mod ground;
-mod outside;
+mod contacts;
+mod external_forces;
 mod pull;
-mod push;
+mod batch;
 mod shadow;
 mod stage;
 mod surface;
-mod watch;
+mod events;
 
-pub use fate::{Contact, End, Escape, Fate, Particle, Rules};
-pub use flight::{Flown, Plan};
-pub use outside::{Radiation, visible_from};
+pub use events::{ParticleCondition, ParticleEvent, ParticleFunction, ParticleOccurrence};
+pub use external_forces::Radiation;
+#[doc(hidden)]
+pub use external_forces::visible_from;
+#[doc(hidden)]
+pub use fate::LARGEST;
+pub use fate::{ContactResponse, End, Escape, Fate, Particle, Rules};
+pub use flight::{FlightPlan, FlightRecord};
+#[doc(hidden)]
 pub use surface::Surface;
-pub use watch::{Condition, Happened, ParticleFunction, Watch};

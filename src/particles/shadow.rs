@@ -1,15 +1,16 @@
-//! How much of a source's disc the bodies hide.
+//! The part of a source's disc that the bodies hide.
 //!
-//! With p a particle from the centre of an ellipsoid, A = diag(1/a_i^2) in its frame, the ray p + l d meets it where
-//! Q(d) = (d.Ap)^2 - (p.Ap - 1) d.Ad >= 0 and d.Ap < 0: a convex cone. The directions to the source's disc are
-//! d = s + tau (u e_1 + w e_2) with s to its centre, e_1 and e_2 across it, u^2 + w^2 <= 1 and tau the tangent of its angular radius,
-//! and the hidden part is the area of the cone's section with that unit circle, over pi.
+//! Let p be a particle relative to the centre of an ellipsoid and A = diag(1/a_i^2) in its frame. The ray p +
+//! l d meets the ellipsoid where Q(d) = (d.Ap)^2 - (p.Ap - 1) d.Ad >= 0 and d.Ap < 0: a convex cone of
+//! directions. The directions to the source's disc are d = s + tau (u e_1 + w e_2), with s to its centre, e_1
+//! and e_2 across it, u^2 + w^2 <= 1, and tau the tangent of its angular radius. The hidden part is the area
+//! of the cone's section with that unit circle, over pi.
 //!
-//! Along each line of constant u the hidden part is an interval that two square roots give. Over u it is integrated by the rule of
-//! Gauss and Chebyshev between the places where an end of the interval changes its kind: where the cone's section
-//! begins and ends, and where it crosses the circle.
+//! Along each line of constant u the hidden part is an interval that two square roots give. It is integrated
+//! over u by the Gauss-Chebyshev rule between the values of u where an end of the interval changes its kind:
+//! where the cone's section begins and ends, and where it crosses the circle.
 
-use crate::integrate::root;
+use crate::integrate::polynomial_roots;
 use crate::math::rotation::{turned, turned_back};
 use crate::math::{Mat3, Vec3};
 use crate::shape::{Body, Shape};
@@ -20,14 +21,14 @@ use std::num::NonZeroUsize;
 /// A part of a body that casts a shadow.
 #[derive(Debug, Clone)]
 struct Occulter {
-    /// The body's place in the system.
+    /// The index of the body in the system.
     body: usize,
     position: Vec3,
-    /// From the part's frame into the body's.
+    /// Rotation from the part's frame into the body's.
     rotation: Mat3,
     semi_axes: Vec3,
     radius: f64,
-    /// Of the sphere inside it.
+    /// The radius of the inscribed sphere.
     inner: f64,
 }
 
@@ -36,7 +37,7 @@ struct Occulter {
 struct Cone {
     /// Q as a symmetric matrix.
     q: Mat3,
-    /// d.Ap as a row.
+    /// The linear form d.Ap.
     towards: Vec3,
 }
 
@@ -48,7 +49,8 @@ enum Hidden {
 }
 
 impl Occulter {
-    /// Those of a body: its outer parts, and the ellipsoid with the same moments of inertia in place of a polyhedron.
+    /// Returns the occulters of a body: its outer parts, where a polyhedron is replaced by the ellipsoid with
+    /// the same moments of inertia.
     fn of(index: usize, body: &Body) -> Vec<Self> {
         let part = |part: &crate::shape::Part| {
             let semi_axes = match &part.shape {
@@ -66,7 +68,8 @@ impl Occulter {
         body.outer_parts().filter_map(part).collect()
     }
 
-    /// What it hides. `r` is the particle from the body's centre, `s` the direction to the source's centre, inertial.
+    /// Returns which directions it hides. `r` is the particle relative to the body's centre, `s` the
+    /// direction to the source's centre, inertial.
     fn hides(&self, turn: &Mat3, r: &Vec3, s: &Vec3, across: [&Vec3; 2], tau: f64) -> Hidden {
         let p = r - turned(turn, &self.position);
         let ahead = -p.dot(s);
@@ -78,13 +81,13 @@ impl Occulter {
         if aside > reach * reach * (1.0 + tau * tau) {
             return Hidden::Nothing;
         }
-        // No ray to the disc is farther from the centre there than this.
+        // No ray to the disc passes the centre at a larger distance than this.
         if ahead > 0.0 && aside.sqrt() + tau * ahead < self.inner {
             return Hidden::Everything;
         }
         let own =
             |v: &Vec3| turned_back(&self.rotation, &turned_back(turn, v)).component_div(&self.semi_axes);
-        // In the frame in which the ellipsoid is the unit sphere.
+        // The rest is in the frame in which the ellipsoid is the unit sphere.
         let p = own(&p);
         let directions = Mat3::from_columns(&[own(s), own(across[0]) * tau, own(across[1]) * tau]);
         let height = (p.norm_squared() - 1.0).max(f64::EPSILON);
@@ -100,7 +103,7 @@ impl Cone {
         d.dot(&(self.q * d))
     }
 
-    /// The hidden interval of w on a line of constant u.
+    /// Returns the hidden interval of w on a line of constant u.
     fn interval(&self, u: f64) -> Option<[f64; 2]> {
         let row = Vec3::new(1.0, u, 0.0);
         let a = self.q[(2, 2)];
@@ -115,7 +118,7 @@ impl Cone {
         let (low, high) = (first.min(second), first.max(second));
         let [t0, t1] = [self.towards.dot(&row), self.towards[2]];
         if a < 0.0 {
-            // One of the two cones is cut from side to side.
+            // The line crosses one of the two cones from side to side.
             (t0 + t1 * 0.5 * (low + high) < 0.0).then_some([low, high])
         } else if t1 < 0.0 {
             Some([high, f64::INFINITY])
@@ -124,7 +127,7 @@ impl Cone {
         }
     }
 
-    /// Places in u where an end of the interval changes its kind.
+    /// Appends the values of u at which an end of the interval changes its kind.
     fn breaks(&self, out: &mut Vec<f64>) {
         let q = &self.q;
         // The discriminant of the interval is a quadratic in u.
@@ -135,7 +138,8 @@ impl Cone {
             let far = -(b + square.sqrt().copysign(b));
             out.extend([far / a, c / far]);
         }
-        // On the circle, u = (1 - t^2)/(1 + t^2) and w = 2 t/(1 + t^2): a quartic in t, from -1 to 1 on either half.
+        // On the circle, u = (1 - t^2)/(1 + t^2) and w = 2 t/(1 + t^2): a quartic in t, from -1 to 1 on
+        // either half.
         for side in [1.0, -1.0] {
             let (q01, q11) = (q[(0, 1)] * side, q[(1, 1)]);
             let (q02, q12) = (q[(0, 2)], q[(1, 2)] * side);
@@ -146,40 +150,16 @@ impl Cone {
                 4.0 * (q02 - q12),
                 q[(0, 0)] - 2.0 * q01 + q11,
             ];
-            roots_within(&quartic, &mut |t| out.push(side * (1.0 - t * t) / (1.0 + t * t)));
+            polynomial_roots(&quartic, &mut |t| out.push(side * (1.0 - t * t) / (1.0 + t * t)));
         }
     }
 }
 
-/// The simple roots from -1 to 1, in rising order, of a polynomial of degree four at most, by those of its derivative.
-fn roots_within(polynomial: &[f64], found: &mut dyn FnMut(f64)) {
-    let value = |t: f64| polynomial.iter().rev().fold(0.0, |sum, c| sum * t + c);
-    let (mut ends, mut count) = ([-1.0; 6], 1);
-    if polynomial.len() > 2 {
-        let mut slope = [0.0; 4];
-        for (k, out) in slope[..polynomial.len() - 1].iter_mut().enumerate() {
-            *out = (k + 1) as f64 * polynomial[k + 1];
-        }
-        roots_within(&slope[..polynomial.len() - 1], &mut |t| {
-            ends[count] = t;
-            count += 1;
-        });
-    }
-    ends[count] = 1.0;
-    for pair in ends[..=count].windows(2) {
-        let [a, b] = [(pair[0], value(pair[0])), (pair[1], value(pair[1]))];
-        if a.1 * b.1 < 0.0 || (b.1 == 0.0 && a.1 != 0.0) {
-            let Ok(t) = root(|t| Ok::<_, std::convert::Infallible>(value(t)), a, b);
-            found(t);
-        }
-    }
-}
-
-/// Nodes of the rule between two breaks.
+/// The number of nodes of the rule between two breaks.
 const NODES: NonZeroUsize = NonZeroUsize::new(20).unwrap();
 
-/// Weights and places of the rule from -1 to 1: Gauss-Legendre in t, with the cosine of t as the place. Square roots at
-/// either end are smooth in t.
+/// Returns weights and abscissae of the rule from -1 to 1: Gauss-Legendre in t, with the cosine of t as the
+/// abscissa. Square roots at either end are smooth in t.
 fn rule() -> Vec<[f64; 2]> {
     let gauss = GaussLegendre::new(NODES);
     let node = |(x, weight): (&f64, &f64)| {
@@ -189,11 +169,11 @@ fn rule() -> Vec<[f64; 2]> {
     gauss.nodes().zip(gauss.weights()).map(node).collect()
 }
 
-/// The source's disc as particles see it, with room to compute.
+/// The source's disc as particles see it, with buffers.
 #[derive(Debug, Clone)]
 pub struct Disc {
     occulters: Vec<Occulter>,
-    /// The source's radius.
+    /// The radius of the source.
     radius: f64,
     rule: Vec<[f64; 2]>,
     cones: Vec<Cone>,
@@ -202,7 +182,7 @@ pub struct Disc {
 }
 
 impl Disc {
-    /// Of a source with a radius, behind bodies.
+    /// Takes the radius of a source, and the bodies that may hide it.
     pub fn new(radius: f64, bodies: &[Body]) -> Self {
         let occulters =
             bodies.iter().enumerate().flat_map(|(index, body)| Occulter::of(index, body)).collect();
@@ -210,7 +190,8 @@ impl Disc {
         Self { occulters, radius, rule: rule(), cones, breaks, intervals }
     }
 
-    /// The visible part, with the source `towards` a place, inertial; `place` gives a body's rotation and the place from its centre.
+    /// Returns the visible part of the disc, where the source lies in the direction `towards`, inertial;
+    /// `place` returns a body's rotation and the position relative to its centre.
     pub fn visible(&mut self, towards: &Vec3, mut place: impl FnMut(usize) -> (Mat3, Vec3)) -> f64 {
         let square = towards.norm_squared();
         let s = towards / square.sqrt();
@@ -241,7 +222,7 @@ impl Disc {
             breaks.dedup();
         }
         if breaks.len() == 2 {
-            // Of a disc that no cone begins, ends or is cut in, each hides all or nothing.
+            // In a disc that no cone crosses, each cone hides all or nothing.
             let hidden = cones.iter().any(|cone| cone.towards[0] < 0.0 && cone.q(0.0, 0.0) >= 0.0);
             return if hidden { 0.0 } else { 1.0 };
         }
@@ -256,7 +237,7 @@ impl Disc {
     }
 }
 
-/// Length of what the cones hide of the circle's chord at u.
+/// Returns the length of the circle's chord at u that the cones hide.
 fn covered(cones: &[Cone], u: f64, intervals: &mut Vec<[f64; 2]>) -> f64 {
     let chord = (1.0 - u * u).max(0.0).sqrt();
     intervals.clear();

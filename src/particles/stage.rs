@@ -1,7 +1,8 @@
-//! A block of particles under an embedded Runge-Kutta pair: stages, errors and polynomials, each lane with its own time and step.
+//! The stages of an embedded Runge-Kutta pair for a block of particles, with errors and polynomials, each
+//! lane with its own time and step.
 
-use super::course::{Block, COLUMNS, Course};
-use super::outside::Outside;
+use super::body_ephemeris::{BodyEphemeris, COLUMNS, LaneBlock};
+use super::external_forces::ExternalForces;
 use super::pull::{Puller, by_body};
 use crate::error::Result;
 use crate::integrate::{Segment, Tableau};
@@ -11,60 +12,60 @@ use crate::math::lanes::{BLOCK, Lanes};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Position and velocity of a block.
-pub type Motion = [Block; 6];
+pub type MotionBlock = [LaneBlock; 6];
 
-/// What moves the particles.
+/// The bodies' ephemeris and gravity, with the integrator's pair.
 #[derive(Debug, Clone, Copy)]
 pub struct World<'a> {
-    /// The bodies.
-    pub course: &'a Course<'a>,
-    /// Their gravity.
+    /// The ephemeris of the bodies.
+    pub ephemeris: &'a BodyEphemeris<'a>,
+    /// The gravity of the bodies.
     pub pullers: &'a [Puller],
-    /// The pair.
+    /// The Runge-Kutta pair.
     pub tableau: &'static Tableau,
-    /// The instructions.
+    /// The vector instructions.
     pub arch: Arch,
 }
 
-/// A block of particles in the middle of a step.
+/// A block of particles within a step.
 #[derive(Debug, Clone)]
 pub struct Stages<'a> {
     world: World<'a>,
-    outside: Outside,
+    external_forces: ExternalForces,
     /// Times at which the steps begin.
-    pub time: Block,
-    /// Their sizes.
-    pub size: Block,
+    pub time: LaneBlock,
+    /// Sizes of the steps.
+    pub size: LaneBlock,
     /// Positions from the nominal barycentre and velocities relative to it, where the steps begin.
-    pub motion: Motion,
-    /// What rounding dropped of them.
-    pub low: Motion,
+    pub motion: MotionBlock,
+    /// The part of these numbers that rounding dropped.
+    pub low: MotionBlock,
     /// Area-to-mass ratios.
-    pub area_to_mass: Block,
+    pub area_to_mass: LaneBlock,
     /// Rates at the stages.
-    rates: Vec<Motion>,
-    /// Bodies' columns where rates were last taken.
-    columns: Vec<Block>,
+    rates: Vec<MotionBlock>,
+    /// The bodies' columns where rates were last evaluated.
+    columns: Vec<LaneBlock>,
     cursors: [usize; BLOCK],
-    trial: Motion,
-    times: Block,
+    trial: MotionBlock,
+    times: LaneBlock,
     /// Squared distance from the nearest centre and potential of the centres, where the steps begin.
-    pub nearness: [Block; 2],
+    pub nearness: [LaneBlock; 2],
 }
 
 impl<'a> Stages<'a> {
-    pub fn new(world: World<'a>, outside: Outside) -> Self {
+    pub fn new(world: World<'a>, external_forces: ExternalForces) -> Self {
         let none = [0.0; BLOCK];
         Self {
             world,
-            outside,
+            external_forces,
             time: none,
             size: none,
             motion: [none; 6],
             low: [none; 6],
             area_to_mass: none,
             rates: vec![[none; 6]; world.tableau.a.len()],
-            columns: vec![none; COLUMNS * world.course.bodies()],
+            columns: vec![none; COLUMNS * world.ephemeris.bodies()],
             cursors: [0; BLOCK],
             trial: [none; 6],
             times: none,
@@ -72,29 +73,29 @@ impl<'a> Stages<'a> {
         }
     }
 
-    /// The bodies' columns where rates were last taken.
-    pub fn columns(&self) -> &[Block] {
+    /// Returns the bodies' columns where rates were last evaluated.
+    pub fn columns(&self) -> &[LaneBlock] {
         &self.columns
     }
 
-    /// The acceleration of a lane at the beginning of its step.
+    /// Returns the acceleration of a lane at the beginning of its step.
     pub fn first(&self, lane: usize) -> Vec3 {
         Vec3::from([3, 4, 5].map(|c| self.rates[0][c][lane]))
     }
 
-    /// Takes the rates at the beginning of the steps.
+    /// Evaluates the rates at the beginning of the steps.
     pub fn begin(&mut self) -> Result<()> {
         (self.times, self.trial) = (self.time, self.motion);
         self.nearness = [[f64::INFINITY; BLOCK], [0.0; BLOCK]];
         self.rate(0, true)
     }
 
-    /// Takes the other stages of the pair.
+    /// Evaluates the other stages of the pair.
     pub fn attempt(&mut self) -> Result<()> {
         (1..self.world.tableau.stages).try_for_each(|stage| self.stage(stage))
     }
 
-    /// Takes the stages of the interpolant.
+    /// Evaluates the stages of the interpolant.
     pub fn complete(&mut self) -> Result<()> {
         (self.world.tableau.stages..self.world.tableau.a.len()).try_for_each(|stage| self.stage(stage))
     }
@@ -114,8 +115,8 @@ impl<'a> Stages<'a> {
         self.rate(stage, false)
     }
 
-    /// Where the steps end, and what rounding drops of that.
-    pub fn end(&mut self) -> (Motion, Motion) {
+    /// Returns the end of the steps in two parts.
+    pub fn end(&mut self) -> (MotionBlock, MotionBlock) {
         self.combine(self.world.tableau.b, self.world.tableau.b_low);
         let (mut high, mut low) = (self.motion, self.low);
         for c in 0..6 {
@@ -127,8 +128,8 @@ impl<'a> Stages<'a> {
         (high, low)
     }
 
-    /// Estimated errors of position and velocity at the ends.
-    pub fn errors(&mut self) -> [Block; 2] {
+    /// Returns the estimated errors of position and velocity at the ends.
+    pub fn errors(&mut self) -> [LaneBlock; 2] {
         let tableau = self.world.tableau;
         let mut weights = [0.0; 32];
         for (weight, (b, b_hat)) in weights.iter_mut().zip(tableau.b.iter().zip(tableau.b_hat)) {
@@ -144,10 +145,10 @@ impl<'a> Stages<'a> {
         errors
     }
 
-    /// The polynomial of a lane's step, once the stages of the interpolant are there.
+    /// Writes the polynomial of a lane's step, once the stages of the interpolant have been evaluated.
     pub fn segment(&self, lane: usize, out: &mut Segment) {
         let weights = self.world.tableau.interpolant.weights;
-        let number = |vector: &Motion| [0, 1, 2, 3, 4, 5].map(|c| vector[c][lane]);
+        let number = |vector: &MotionBlock| [0, 1, 2, 3, 4, 5].map(|c| vector[c][lane]);
         let (high, low) = (number(&self.motion), number(&self.low));
         out.refill((self.time[lane], self.size[lane]), (&high, &low), |term, c| {
             let weighted = weights.iter().zip(&self.rates);
@@ -155,13 +156,13 @@ impl<'a> Stages<'a> {
         });
     }
 
-    /// Size times a weighted sum of the rates, into the trial vector.
+    /// Writes the size of the steps times a weighted sum of the rates into the trial vector.
     fn combine(&mut self, weights: &[f64], low: &[f64]) {
         let (rates, size, out) = (&self.rates, &self.size, &mut self.trial);
         self.world.arch.dispatch(Combination { weights, low, rates, size, out });
     }
 
-    /// Takes the rates at the trial vector.
+    /// Evaluates the rates at the trial vector.
     fn rate(&mut self, stage: usize, first: bool) -> Result<()> {
         let out = &mut self.rates[stage];
         self.world.arch.dispatch(Rates {
@@ -178,11 +179,11 @@ impl<'a> Stages<'a> {
         for (puller, columns) in self.world.pullers.iter().zip(by_body(&self.columns)) {
             puller.add_polyhedra(columns, &place, &mut acceleration);
         }
-        if !self.outside.is_empty() {
+        if !self.external_forces.is_empty() {
             for lane in 0..BLOCK {
                 let x = Vec3::from([0, 1, 2].map(|c| place[c][lane]));
                 let (time, ratio) = (self.times[lane], self.area_to_mass[lane]);
-                let more = self.outside.acceleration(time, &x, ratio, &self.columns, lane)?;
+                let more = self.external_forces.acceleration(time, &x, ratio, &self.columns, lane)?;
                 (0..3).for_each(|c| acceleration[c][lane] += more[c]);
             }
         }
@@ -191,13 +192,13 @@ impl<'a> Stages<'a> {
     }
 }
 
-/// The sum of rates by the weights and their low parts, times the size.
+/// Computes the sum of rates with the weights and their low parts, times the size.
 struct Combination<'a> {
     weights: &'a [f64],
     low: &'a [f64],
-    rates: &'a [Motion],
-    size: &'a Block,
-    out: &'a mut Motion,
+    rates: &'a [MotionBlock],
+    size: &'a LaneBlock,
+    out: &'a mut MotionBlock,
 }
 
 impl WithSimd for Combination<'_> {
@@ -225,15 +226,15 @@ impl WithSimd for Combination<'_> {
     }
 }
 
-/// Rates at the places of a block at its times: velocities, and the bodies' gravity.
+/// Evaluates the rates of a block: velocities, and the bodies' gravity.
 struct Rates<'a> {
     world: World<'a>,
-    times: &'a Block,
-    at: &'a Motion,
+    times: &'a LaneBlock,
+    at: &'a MotionBlock,
     cursors: &'a mut [usize; BLOCK],
-    columns: &'a mut Vec<Block>,
-    nearness: Option<&'a mut [Block; 2]>,
-    out: &'a mut Motion,
+    columns: &'a mut Vec<LaneBlock>,
+    nearness: Option<&'a mut [LaneBlock; 2]>,
+    out: &'a mut MotionBlock,
 }
 
 impl WithSimd for Rates<'_> {
@@ -241,7 +242,7 @@ impl WithSimd for Rates<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        self.world.course.places(simd, self.times, self.cursors, self.columns);
+        self.world.ephemeris.places(simd, self.times, self.cursors, self.columns);
         let [x, y, z, vx, vy, vz] = *self.at;
         let mut acceleration = [[0.0; BLOCK]; 3];
         for (puller, columns) in self.world.pullers.iter().zip(by_body(self.columns)) {

@@ -5,7 +5,7 @@ use crate::math::Vec3;
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
-/// Rows of a (N, W) array.
+/// Returns the rows of a (N, W) array.
 pub fn rows<const W: usize>(what: &str, array: &PyReadonlyArrayDyn<'_, f64>) -> Result<Vec<[f64; W]>, Error> {
     let view = array.as_array();
     let shape = view.shape();
@@ -15,12 +15,12 @@ pub fn rows<const W: usize>(what: &str, array: &PyReadonlyArrayDyn<'_, f64>) -> 
     Ok(view.outer_iter().map(|row| std::array::from_fn(|k| row[k])).collect())
 }
 
-/// Rows of a (N, 3) array as vectors.
+/// Returns the rows of a (N, 3) array as vectors.
 pub fn vectors(what: &str, array: &PyReadonlyArrayDyn<'_, f64>) -> Result<Vec<Vec3>, Error> {
     Ok(rows::<3>(what, array)?.into_iter().map(Vec3::from).collect())
 }
 
-/// An array of any shape from numbers in C order.
+/// Makes an array of any shape from numbers in C order.
 pub fn array<'py>(
     py: Python<'py>,
     values: Vec<f64>,
@@ -29,7 +29,7 @@ pub fn array<'py>(
     PyArray1::from_vec(py, values).reshape(shape)
 }
 
-/// A (N, 3) array.
+/// Makes a (N, 3) array.
 pub fn from_vectors<'py>(py: Python<'py>, vectors: &[Vec3]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     array(py, vectors.iter().flat_map(|v| [v.x, v.y, v.z]).collect(), &[vectors.len(), 3])
 }

@@ -39,7 +39,7 @@ impl<'py> PyShape<'py> {
     }
 }
 
-/// One part or several. A point has no semi-axes: `None`.
+/// A body of one part or several. A point has the semi-axes `None`.
 #[pyclass(frozen, name = "Body", module = "fullbody._core")]
 pub struct PyBody {
     pub inner: Body,
@@ -67,7 +67,8 @@ impl PyBody {
         self.inner.mass
     }
 
-    /// A body of several parts: (semi-axes, mass, density, position, attitude), with a mass or a density.
+    /// Makes a body of several parts, each (shape, mass, density, position, attitude) with either a mass or a
+    /// density.
     #[staticmethod]
     fn composite(name: String, parts: Vec<New<'_>>) -> Result<Self, Error> {
         let given =
@@ -91,7 +92,7 @@ impl PyBody {
         Ok(Self { inner: Body::composite(name, given)? })
     }
 
-    /// The parts of a composite as they were given, in its working frame; none of an ordinary body.
+    /// The parts of a composite as they were given, in its working frame; empty for an ordinary body.
     #[getter]
     fn given<'py>(&self, py: Python<'py>) -> PyResult<Vec<Given<'py>>> {
         let of =
@@ -117,13 +118,14 @@ impl PyBody {
         self.inner.working_frame().map(|frame| (frame.position.into(), frame.attitude))
     }
 
-    /// Semi-axes of an ordinary body; of a composite those of the homogeneous ellipsoid of the same mass and inertia.
+    /// Semi-axes of an ordinary body, or those of the homogeneous ellipsoid with a composite's mass and
+    /// inertia.
     #[getter]
     fn semi_axes(&self) -> [f64; 3] {
         self.inner.semi_axes()
     }
 
-    /// Volume of the ellipsoid with these semi-axes.
+    /// Volume, or that of the ellipsoid with the semi-axes of a composite.
     #[getter]
     fn volume(&self) -> f64 {
         self.inner.volume()

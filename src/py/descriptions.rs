@@ -1,5 +1,5 @@
-//! Descriptions of settings, integrators and set-ups as dicts of Python. They go through JSON, so that the core's types alone
-//! say which names and values there are.
+//! Descriptions of settings, integrators and simulations as Python dicts. They pass through JSON, so that the
+//! core's types alone define the names and values.
 
 use super::errors::InvalidInput;
 use crate::error::require_finite;
@@ -8,23 +8,24 @@ use pyo3::types::PyDict;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// The value that a dict describes.
+/// Returns the value that a dict describes.
 pub fn from_python<T: DeserializeOwned>(described: &Bound<'_, PyDict>) -> PyResult<T> {
     for (name, value) in described {
-        // JSON has finite numbers alone.
+        // JSON cannot represent infinities and NaN, which are refused here.
         if let Ok(number) = value.extract::<f64>() {
             require_finite(&name.to_string(), &[number])?;
         }
     }
     let json = described.py().import("json")?;
     let text: String = json.call_method1("dumps", (described,))?.extract()?;
-    // In two steps, so that errors name no places in a text that the caller never sees.
+    // The text is parsed in two steps, so that errors do not name positions in a text that the caller never
+    // sees.
     let value = serde_json::from_str::<serde_json::Value>(&text);
     let found = value.and_then(serde_json::from_value);
     found.map_err(|error| InvalidInput::new_err(error.to_string()))
 }
 
-/// The dict that describes a value.
+/// Returns the dict that describes a value.
 pub fn to_python<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
     let text = serde_json::to_string(value).map_err(|error| InvalidInput::new_err(error.to_string()))?;
     py.import("json")?.call_method1("loads", (text,))

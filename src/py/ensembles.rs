@@ -1,21 +1,21 @@
-//! Many simulations over cores.
+//! Many simulations in parallel.
 
 use super::descriptions::from_python;
 use super::events::{Watched, events};
 use super::listening::Listener;
-use super::runs::{Followed, Sampling, arrays};
+use super::runs::{Sampling, TangentRequest, arrays};
 use super::systems::{PyState, PySystem};
-use crate::ensemble::{Answer, Caller, Member, Progress, run};
+use crate::ensemble::{Member, MemberOutcome, run_within};
+use crate::workers::{JobProgress, JobSource, WorkerThread};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator};
-use rayon::ThreadBuilder;
 use std::cell::Cell;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-/// What a member is known by, system, state, integrator, end, samples, events, whether the continuous solution is kept,
-/// what is followed.
+/// A member from Python: its tag, system, state, integrator, end, samples, events, whether the continuous
+/// solution is kept, and which derivatives are integrated.
 type Given<'py> = (
     Py<PyAny>,
     Bound<'py, PySystem>,
@@ -25,15 +25,16 @@ type Given<'py> = (
     Sampling<'py>,
     Vec<Watched<'py>>,
     bool,
-    Followed,
+    TangentRequest,
 );
 
 /// Runs members from an iterator over threads.
 ///
-/// Each one's answer goes to `take(tag, record, counts, time, error)`: with an error alone where the member could not begin,
-/// and with nothing where it had not begun at an interrupt. `report(done, under_way)` is called about every 25 ms. Both and
-/// the iterator are called in the caller's thread, which looks for Ctrl-C; what they raise stops all runs and is raised at
-/// the end. The GIL is released but for these calls, functions of events and forces that are functions of Python.
+/// The outcome of each goes to `take(tag, record, counts, time, error)`: with the error alone where the
+/// member could not begin, and with nothing where it had not begun at an interrupt. `report(done, under_way)`
+/// is called about every 25 ms. Both and the iterator are called in the caller's thread, which checks for
+/// Ctrl-C; an exception in them stops all runs and is raised at the end. The GIL is released except for these
+/// calls, for event functions and for forces that are Python functions.
 #[pyfunction]
 pub fn integrate_many(
     py: Python<'_>,
@@ -43,18 +44,20 @@ pub fn integrate_many(
     threads: Option<NonZeroUsize>,
 ) -> PyResult<()> {
     let (listener, stopped) = (Listener::default(), Cell::new(false));
-    let mut asking = Asking { members: members.unbind(), take, report, listener, stopped };
-    let outcome = py.detach(|| run(&mut asking, threads));
-    match asking.listener.raised() {
+    let mut source = PyJobSource { members: members.unbind(), take, report, listener, stopped };
+    // Each thread is known to Python as one, which otherwise would be a new one in each function that it calls.
+    let life = |life: WorkerThread| Python::attach(|py| py.detach(|| life.run()));
+    let outcome = py.detach(|| run_within(&mut source, threads, life));
+    match source.listener.raised() {
         Some(error) => Err(error),
         None => Ok(outcome?),
     }
 }
 
-/// What the caller knows a member by, and what the functions of its events raise.
+/// What identifies a member to the caller, and the exceptions of its event functions.
 type Tag = (Py<PyAny>, Arc<Listener>);
 
-struct Asking {
+struct PyJobSource {
     members: Py<PyIterator>,
     take: Py<PyAny>,
     report: Option<Py<PyAny>>,
@@ -62,8 +65,8 @@ struct Asking {
     stopped: Cell<bool>,
 }
 
-impl Asking {
-    /// Does something in Python; what it raises stops all.
+impl PyJobSource {
+    /// Calls into Python; an exception stops all runs.
     fn ask<T>(&self, what: impl FnOnce(Python<'_>) -> PyResult<T>) -> Option<T> {
         let stop = |error| {
             self.stopped.set(true);
@@ -71,13 +74,18 @@ impl Asking {
         };
         Python::attach(what).map_err(stop).ok()
     }
+
+    fn flow(&self) -> ControlFlow<()> {
+        if self.stopped.get() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
 }
 
-impl Caller for Asking {
-    type Tag = Tag;
+impl JobSource for PyJobSource {
+    type Job = (Tag, Member);
+    type Answer = (Tag, MemberOutcome);
 
     fn next(&mut self) -> Option<(Tag, Member)> {
-        // Those that cannot be members have their answers at once.
+        // An object that cannot be a member gets its error at once.
         while !self.stopped.get() {
             let found = self.ask(|py| {
                 let Some(given) = self.members.bind(py).clone().next().transpose()? else { return Ok(None) };
@@ -96,7 +104,7 @@ impl Caller for Asking {
         None
     }
 
-    fn take(&mut self, (tag, listener): Tag, answer: Answer) {
+    fn take(&mut self, ((tag, listener), answer): (Tag, MemberOutcome)) -> ControlFlow<()> {
         self.ask(|py| {
             let (record, counts, time, error) = match answer {
                 None => (None, None, None, None),
@@ -109,25 +117,21 @@ impl Caller for Asking {
             };
             self.take.call1(py, (tag, record, counts, time, error)).map(drop)
         });
+        self.flow()
     }
 
-    fn proceed(&mut self, progress: Progress) -> ControlFlow<()> {
+    fn proceed(&mut self, progress: JobProgress) -> ControlFlow<()> {
         self.ask(|py| {
             py.check_signals()?;
             let report = self.report.as_ref();
             report.map_or(Ok(()), |report| report.call1(py, (progress.done, progress.under_way)).map(drop))
         });
-        if self.stopped.get() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    }
-
-    /// Known to Python as one thread, which otherwise would be a new one in each function that it calls.
-    fn thread(life: ThreadBuilder) {
-        Python::attach(|py| py.detach(|| life.run()));
+        self.flow()
     }
 }
 
 fn member(py: Python<'_>, given: &Bound<'_, PyAny>) -> PyResult<(Tag, Member)> {
-    let (tag, system, state, integrator, until, output, watched, dense, following): Given<'_> =
+    let (tag, system, state, integrator, until, output, watched, dense, tangent_options): Given<'_> =
         given.extract()?;
     let listener = Arc::new(Listener::default());
     let member = Member {
@@ -138,7 +142,7 @@ fn member(py: Python<'_>, given: &Bound<'_, PyAny>) -> PyResult<(Tag, Member)> {
         output: output.into(),
         events: events(py, &watched, &listener),
         dense,
-        following: following.checked(&system.get().inner)?,
+        tangent_options: tangent_options.checked(&system.get().inner)?,
     };
     Ok(((tag, listener), member))
 }

@@ -1,4 +1,4 @@
-//! The conditions that a run watches for.
+//! Event conditions of runs.
 
 use super::arrays::array;
 use super::listening::{Listener, listening};
@@ -6,12 +6,13 @@ use super::systems::{PyState, PySystem};
 use crate::dynamics::{Parameter, State};
 use crate::error::Error;
 use crate::math::Vec3;
-use crate::trajectory::{Condition, ConditionSlopes, Event};
+use crate::math::spline::Spline;
+use crate::trajectory::{Condition, ConditionDerivatives, Event, Toward};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use std::sync::Arc;
 
-/// The condition of an event; bodies by their place in the system.
+/// The condition of an event; bodies are given by their index in the system.
 #[pyclass(frozen, name = "Condition", module = "fullbody._core")]
 pub enum PyCondition {
     Separation { first: usize, second: usize, value: f64 },
@@ -22,13 +23,30 @@ pub enum PyCondition {
     Escape { first: usize, second: usize, distance: f64 },
     Alignment { body: usize, other: usize },
     ClosestApproach { force: usize },
+    Occultation { body: usize, by: usize, total: bool, toward: Py<PyToward> },
     Function { f: Py<PyAny> },
+}
+
+/// Where a distant point is, as a cubic spline.
+#[pyclass(frozen, name = "Toward", module = "fullbody._core")]
+pub struct PyToward {
+    inner: Toward,
+}
+
+#[pymethods]
+impl PyToward {
+    /// Through places (T, 3) from the barycentre at times (T,), with the time by length that light takes.
+    #[new]
+    fn new(times: Vec<f64>, places: Vec<[f64; 3]>, slowness: f64, bounded: bool) -> Result<Self, Error> {
+        let path = Spline::new("times of Occultation", &times, &places)?;
+        Ok(Self { inner: Toward { path, slowness, bounded } })
+    }
 }
 
 /// A condition with its direction and whether the run ends there.
 pub type Watched<'py> = (Bound<'py, PyCondition>, i8, bool);
 
-/// The core's events. The first exception of a function goes to `listener`.
+/// Makes the core's events. The first exception of a function goes to `listener`.
 pub fn events(py: Python<'_>, watched: &[Watched<'_>], listener: &Arc<Listener>) -> Vec<Event<'static>> {
     let event = |(condition, direction, terminal): &Watched<'_>| Event {
         condition: condition.get().condition(py, listener),
@@ -38,30 +56,35 @@ pub fn events(py: Python<'_>, watched: &[Watched<'_>], listener: &Arc<Listener>)
     watched.iter().map(event).collect()
 }
 
+/// Derivatives of a condition's function: by a tangent vector, by time, by parameters, and by its own parameters.
+type FunctionDerivatives<'py> = (Bound<'py, PyArrayDyn<f64>>, f64, Vec<f64>, Vec<(String, f64)>);
+
 #[pymethods]
 impl PyCondition {
-    /// Derivatives (12N,) of the function with a departure, its derivative with time, and those (P,) with parameters.
-    fn slopes<'py>(
+    /// Returns the derivatives (12N,) of the function by a tangent vector, its derivative by time, those (P,)
+    /// by parameters, and those by the condition's own parameters under their names.
+    fn derivatives<'py>(
         &self,
         py: Python<'py>,
         system: &PySystem,
         state: &PyState,
         parameters: Vec<String>,
-    ) -> PyResult<(Bound<'py, PyArrayDyn<f64>>, f64, Vec<f64>)> {
+    ) -> PyResult<FunctionDerivatives<'py>> {
         let raised = Arc::new(Listener::default());
         let mut condition = self.condition(py, &raised);
         let named = parameters.iter().map(|name| Parameter::named(name, &system.inner));
         let named: Vec<_> = named.collect::<Result<_, _>>()?;
-        let found = listening(py, |patience| condition.slopes(&system.inner, &state.inner, &named, patience));
-        let ConditionSlopes { by_state, by_time, by_parameters } =
+        let found =
+            listening(py, |interrupt| condition.derivatives(&system.inner, &state.inner, &named, interrupt));
+        let ConditionDerivatives { by_state, by_time, by_parameters, by_own } =
             found.map_err(|error| raised.raised().unwrap_or(error))?;
         let count = by_state.len();
-        Ok((array(py, by_state, &[count])?, by_time, by_parameters))
+        Ok((array(py, by_state, &[count])?, by_time, by_parameters, by_own))
     }
 }
 
 impl PyCondition {
-    /// The core's condition. The first exception of a function goes to `listener`.
+    /// Makes the core's condition. The first exception of a function goes to `listener`.
     pub(super) fn condition(&self, py: Python<'_>, listener: &Arc<Listener>) -> Condition<'static> {
         match *self {
             Self::Separation { first, second, value } => Condition::Separation { first, second, value },
@@ -74,6 +97,9 @@ impl PyCondition {
             Self::Escape { first, second, distance } => Condition::Escape { first, second, distance },
             Self::Alignment { body, other } => Condition::Alignment { body, other },
             Self::ClosestApproach { force } => Condition::ClosestApproach { force },
+            Self::Occultation { body, by, total, ref toward } => {
+                Condition::Occultation { body, by, total, toward: Box::new(toward.get().inner.clone()) }
+            }
             Self::Function { ref f } => {
                 let (f, listener) = (f.clone_ref(py), listener.clone());
                 Condition::Function(Box::new(move |state: &State| {

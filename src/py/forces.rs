@@ -1,25 +1,27 @@
-//! Forces from outside: their descriptions, and the functions that callers give.
+//! External forces: their descriptions, and the functions that callers give.
 
 use super::descriptions::from_python;
-use crate::environment::{Call, Force};
+use crate::forces::{Call, Force};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Addresses of a function in C and of its data, its answer where all is well, and the object that keeps both.
+/// The address of a C function and of its data, its return value for success, and the object that keeps both
+/// alive.
 pub type Function = (usize, usize, i32, Py<PyAny>);
 
-/// The function as the core has it; none at the address zero.
+/// Returns the function as the core stores it; `None` for the address zero.
 #[allow(unsafe_code)]
 pub fn call((function, data, success, owner): &Function) -> Option<Call> {
     let owner = Python::attach(|py| owner.clone_ref(py));
-    // SAFETY: the package takes addresses from ctypes, numba and scipy, after a look at their signatures where they tell them;
-    // for a bare address the caller answers. The object that owns the code is kept with it.
+    // SAFETY: the package takes addresses from ctypes, numba and scipy, and checks their signatures where
+    // they carry them; for a bare address the caller is responsible. The object that owns the code is kept
+    // with it.
     unsafe { Call::new(*function, *data, *success, Arc::new(owner)) }
 }
 
-/// Forces from their descriptions, with the functions by the names of their forces.
+/// Makes forces from their descriptions, with the functions by the names of the forces.
 pub fn forces(
     described: &[Bound<'_, PyDict>],
     functions: &BTreeMap<String, Function>,
@@ -32,4 +34,11 @@ pub fn forces(
         Ok(force)
     };
     described.iter().map(force).collect()
+}
+
+/// Refuses the description of a force with numbers that no force of its kind has, whatever system it acts in.
+#[pyfunction]
+pub fn check_force(described: &Bound<'_, PyDict>) -> PyResult<()> {
+    let force: Force = from_python(described)?;
+    Ok(force.check()?)
 }

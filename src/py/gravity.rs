@@ -5,17 +5,17 @@ use super::bodies::PyBody;
 use super::listening::listening;
 use crate::error::Error;
 use crate::gravity::{Attractor, BodyField, Points, Wanted};
+use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
 use crate::math::lanes::VectorPath;
 use crate::math::rotation;
 use crate::names::Named;
-use crate::patience::Patience;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn, PyReadwriteArrayDyn};
 use pulp::Arch;
 use pyo3::prelude::*;
 use std::ops::Range;
 
-/// The gravity of bodies, ready for points.
+/// The gravity of bodies, prepared for evaluation at points.
 #[pyclass(frozen, name = "Attraction", module = "fullbody._core")]
 pub struct PyAttraction {
     fields: Vec<BodyField>,
@@ -27,12 +27,12 @@ struct Query<'a> {
     /// Positions and attitudes of all bodies, state by state.
     positions: Vec<Vec3>,
     attitudes: Vec<[f64; 4]>,
-    /// For each point the place of its state, where there are several.
+    /// For each point the index of its state, where there are several.
     states: Option<&'a [i64]>,
     points: &'a [f64],
-    /// The shape in which the caller counts the points.
+    /// The shape of the caller's array of points.
     shape: &'a [usize],
-    /// The one body of which the gravity is wanted.
+    /// The one body whose gravity is asked for.
     body: Option<usize>,
 }
 
@@ -48,15 +48,16 @@ impl PyAttraction {
         // A path that the machine lacks has been refused with the system.
         let arch = VectorPath::named(vector_path)?.arch().unwrap_or(Arch::Scalar);
         let bodies: Vec<_> = bodies.iter().map(|body| body.inner.clone()).collect();
-        let fields = listening(py, |patience| {
-            bodies.iter().map(|body| BodyField::new(body, gravitational_constant, arch, patience)).collect()
+        let fields = listening(py, |interrupt| {
+            bodies.iter().map(|body| BodyField::new(body, gravitational_constant, arch, interrupt)).collect()
         })?;
         Ok(Self { fields, arch })
     }
 
-    /// At points (P, 3) the potential (P,) and the field (P, 3), or the gradient (P, 3, 3) alone, by what the list of arrays to be
-    /// filled holds. The bodies are where the state of each point, a place (P,) in positions (K N, 3) and attitudes (K N, 4), has
-    /// them; in the only state without. Errors count points in a shape.
+    /// Fills arrays at points (P, 3): the potential (P,) and the field (P, 3), or the gradient (P, 3, 3)
+    /// alone, according to the list of arrays. The index (P,) of each point's state selects the bodies'
+    /// positions (K N, 3) and attitudes (K N, 4); without indices there is one state. Errors name points by
+    /// their index in a shape.
     #[expect(clippy::too_many_arguments)]
     fn gravity(
         &self,
@@ -80,19 +81,24 @@ impl PyAttraction {
                 return Err(Error::invalid("out", format!("{} arrays", others.len()), "one or two").into());
             }
         };
-        listening(py, |patience| self.each(&query, wanted, patience))
+        listening(py, |interrupt| self.each(&query, wanted, interrupt))
     }
 }
 
 impl PyAttraction {
-    /// The gravity at the points, those of one state after the other.
-    fn each(&self, query: &Query<'_>, wanted: Wanted<'_>, patience: &mut Patience) -> Result<(), Error> {
+    /// Evaluates the gravity at the points, state by state.
+    fn each(
+        &self,
+        query: &Query<'_>,
+        wanted: Wanted<'_>,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<(), Error> {
         let Some(states) = query.states else {
             return query.points_of(0..query.points.len() / 3).gravity(
                 &self.attractors(query, 0),
                 wanted,
                 self.arch,
-                patience,
+                interrupt,
             );
         };
         let (mut wanted, mut before) = (wanted, 0);
@@ -100,13 +106,13 @@ impl PyAttraction {
             let end = before + states.len();
             let (now, later) = wanted.split_at(states.len());
             let attractors = self.attractors(query, states[0] as usize);
-            query.points_of(before..end).gravity(&attractors, now, self.arch, patience)?;
+            query.points_of(before..end).gravity(&attractors, now, self.arch, interrupt)?;
             (wanted, before) = (later, end);
         }
         Ok(())
     }
 
-    /// The bodies that are asked for, as they are in a state.
+    /// Returns the bodies that are asked for, placed as they are in a state.
     fn attractors(&self, query: &Query<'_>, state: usize) -> Vec<Attractor<'_>> {
         let bodies = self.fields.len();
         let places = query.body.map_or(0..bodies, |body| body..body + 1);

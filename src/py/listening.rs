@@ -1,7 +1,7 @@
-//! Long calls: other threads work meanwhile, and Ctrl-C is heard.
+//! Long calls that release the GIL and check for Ctrl-C.
 
 use crate::error::Error;
-use crate::patience::Patience;
+use crate::interrupt::InterruptCheck;
 use pyo3::prelude::*;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
@@ -13,7 +13,7 @@ pub struct Listener {
 }
 
 impl Listener {
-    /// Looks for signals and then does something else that may raise; breaks at an exception.
+    /// Checks for signals and then calls `and`; breaks at an exception.
     pub fn ask(&self, and: impl FnOnce(Python<'_>) -> PyResult<()>) -> ControlFlow<()> {
         match Python::attach(|py| py.check_signals().and_then(|()| and(py))) {
             Ok(()) => ControlFlow::Continue(()),
@@ -31,23 +31,23 @@ impl Listener {
         }
     }
 
-    /// The exception of a call that failed: the one that was kept, or that of the error.
+    /// Returns the exception of a call that failed: the one that was kept, or that of the error.
     pub fn explain(&self, error: Error) -> PyErr {
         self.raised().unwrap_or_else(|| error.into())
     }
 
-    /// The exception that was kept.
+    /// Takes the exception that was kept.
     pub fn raised(&self) -> Option<PyErr> {
         self.raised.lock().ok().and_then(|mut slot| slot.take())
     }
 }
 
-/// Does work without the GIL, and looks for signals about every 50 ms.
+/// Runs work without the GIL, and checks for signals about every 50 ms.
 pub fn listening<T: Send>(
     py: Python<'_>,
-    work: impl FnOnce(&mut Patience) -> Result<T, Error> + Send,
+    work: impl FnOnce(&mut InterruptCheck) -> Result<T, Error> + Send,
 ) -> PyResult<T> {
     let listener = Listener::default();
-    let outcome = py.detach(|| work(&mut Patience::new(&mut || listener.ask(|_| Ok(())))));
+    let outcome = py.detach(|| work(&mut InterruptCheck::new(&mut || listener.ask(|_| Ok(())))));
     outcome.map_err(|error| listener.explain(error))
 }

@@ -1,5 +1,5 @@
-//! The Python module `fullbody._core`: one file a room, no mathematics. The package `fullbody` wraps it with units,
-//! names and plots.
+//! The Python module `fullbody._core`: one file for each module of the crate, without mathematics. The
+//! package `fullbody` wraps it with units, names and plots.
 
 mod arrays;
 mod bodies;
@@ -12,6 +12,7 @@ mod gravity;
 mod listening;
 mod orbits;
 mod particles;
+mod photometry;
 mod polyhedra;
 mod rotations;
 mod runs;
@@ -26,13 +27,19 @@ mod _core {
     #[pymodule_export]
     use super::ensembles::integrate_many;
     #[pymodule_export]
-    use super::events::PyCondition;
+    use super::events::{PyCondition, PyToward};
+    #[pymodule_export]
+    use super::forces::check_force;
     #[pymodule_export]
     use super::gravity::PyAttraction;
     #[pymodule_export]
     use super::orbits::{cartesian_to_elements, elements_to_cartesian, period};
     #[pymodule_export]
     use super::particles::{fly, surface, visible};
+    #[pymodule_export]
+    const LARGEST_OF_PARTICLE: f64 = crate::particles::LARGEST;
+    #[pymodule_export]
+    use super::photometry::PyPhotometer;
     #[pymodule_export]
     use super::polyhedra::PyPolyhedron;
     #[pymodule_export]

@@ -13,7 +13,7 @@ fn elements(row: [f64; 6]) -> Result<KeplerElements, Error> {
     KeplerElements::new(a, e, i, node, periapsis, anomaly)
 }
 
-/// Positions and velocities (K, 3) of elements (K, 6).
+/// Returns positions and velocities (K, 3) for elements (K, 6).
 #[pyfunction]
 pub fn elements_to_cartesian<'py>(
     py: Python<'py>,
@@ -29,7 +29,7 @@ pub fn elements_to_cartesian<'py>(
     Ok((from_vectors(py, &positions)?, from_vectors(py, &velocities)?))
 }
 
-/// Elements (K, 6) of positions and velocities (K, 3).
+/// Returns elements (K, 6) for positions and velocities (K, 3).
 #[pyfunction]
 pub fn cartesian_to_elements<'py>(
     py: Python<'py>,
@@ -57,7 +57,7 @@ pub fn cartesian_to_elements<'py>(
     array(py, values, &[position.len(), 6])
 }
 
-/// Orbital periods (K,) of elements (K, 6).
+/// Returns orbital periods (K,) for elements (K, 6).
 #[pyfunction]
 pub fn period<'py>(py: Python<'py>, values: PyReadonlyArrayDyn<'py, f64>, mu: f64) -> PyResult<Array<'py>> {
     let values = rows::<6>("elements", &values)?;

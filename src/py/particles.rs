@@ -1,4 +1,4 @@
-//! Particles.
+//! Flights of particles.
 
 use super::arrays::{array, from_vectors, vectors};
 use super::descriptions::from_python;
@@ -8,8 +8,8 @@ use super::systems::{PyState, PySystem};
 use crate::error::Error;
 use crate::math::Vec3;
 use crate::particles::{
-    Condition, Contact, Escape, Fate, Flown, Particle, ParticleFunction, Plan, Radiation, Rules, Surface,
-    Watch, visible_from,
+    ContactResponse, Escape, Fate, FlightPlan, FlightRecord, Particle, ParticleCondition, ParticleEvent,
+    ParticleFunction, Radiation, Rules, Surface, visible_from,
 };
 use crate::trajectory::{Integrator, Output, Progress};
 use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
@@ -24,19 +24,21 @@ type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 type Given<'py> =
     (f64, PyReadonlyArrayDyn<'py, f64>, PyReadonlyArrayDyn<'py, f64>, PyReadonlyArray1<'py, f64>);
 
-/// What happens at a surface: `"stop"`, `"remove"`, or the numbers of a bounce.
+/// What happens at a contact: `"stop"`, `"remove"`, or the numbers of a bounce.
 #[derive(FromPyObject)]
 pub enum Met {
     Bounce(f64, f64, f64),
     Named(String),
 }
 
-/// What is watched for: `"shadow"` and the visible part, `"periapsis"` and the body's place, or `"function"` and that; the direction.
+/// An event: `"shadow"` with the visible part, `"periapsis"` with the body's index, or `"function"` with the
+/// function; then the direction.
 type Watched<'py> = (String, Bound<'py, PyAny>, i8);
 
-/// Flies particles along a run; gives what was recorded, and the error that cut the flight short, if any.
+/// Flies particles along a run. Returns the record, and the error that cut the flight short, if any.
 ///
-/// The GIL is released; about every 25 ms it is taken to look for Ctrl-C and to call `progress(start, time, end)`.
+/// The GIL is released; about every 25 ms it is taken to check for Ctrl-C and to call `progress(start, time,
+/// end)`.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub fn fly<'py>(
@@ -70,9 +72,9 @@ pub fn fly<'py>(
         tableau,
         tolerance,
         contact: match contact {
-            Met::Bounce(normal, tangential, rest) => Contact::Bounce { normal, tangential, rest },
-            Met::Named(name) if name == "remove" => Contact::Remove,
-            Met::Named(_) => Contact::Stop,
+            Met::Bounce(normal, tangential, rest) => ContactResponse::Bounce { normal, tangential, rest },
+            Met::Named(name) if name == "remove" => ContactResponse::Remove,
+            Met::Named(_) => ContactResponse::Stop,
         },
         escape: escape.map(|(distance, unbound)| Escape { distance, unbound }),
     };
@@ -87,8 +89,8 @@ pub fn fly<'py>(
         .map(|((x, v), ratio)| Particle::new(start, x, v, *ratio))
         .collect();
     drop((positions, velocities, ratios));
-    let mut flown = Flown::default();
-    let plan = Plan {
+    let mut record = FlightRecord::default();
+    let plan = FlightPlan {
         system: &system.inner,
         dense: &dense.inner,
         until,
@@ -105,13 +107,14 @@ pub fn fly<'py>(
                 None => Ok(()),
             })
         };
-        plan.fly(&mut flying, &mut flown, &mut hook)
+        plan.fly(&mut flying, &mut record, &mut hook)
     });
     let error = outcome.err().map(|error| listener.explain(error));
-    Ok((arrays(py, &flying, flown, &output)?, error))
+    Ok((arrays(py, &flying, record, &output)?, error))
 }
 
-/// The outermost places (P, 3) of a body's surface in directions (P, 3) from its centre, and the outward normals, body frame.
+/// Returns the outermost points (P, 3) of a body's surface in directions (P, 3) from its centre, and the
+/// outward normals, in the body frame.
 #[pyfunction]
 pub fn surface<'py>(
     py: Python<'py>,
@@ -133,7 +136,7 @@ pub fn surface<'py>(
     Ok((from_vectors(py, &places)?, from_vectors(py, &normals)?))
 }
 
-/// The visible part (P,) of a third body's disc from places (P, 3) in a state.
+/// Returns the visible part (P,) of a third body's disc from points (P, 3) in a state.
 #[pyfunction]
 pub fn visible<'py>(
     py: Python<'py>,
@@ -145,22 +148,22 @@ pub fn visible<'py>(
     let (by, strength, radius) = radiation;
     let (radiation, points) = (Radiation { by, strength, radius }, vectors("points", &points)?);
     let parts =
-        listening(py, |patience| visible_from(&system.inner, &state.inner, &radiation, &points, patience))?;
+        listening(py, |interrupt| visible_from(&system.inner, &state.inner, &radiation, &points, interrupt))?;
     let count = parts.len();
     array(py, parts, &[count])
 }
 
-/// What was recorded, as arrays by their names.
+/// Returns the record as arrays by their names.
 fn arrays<'py>(
     py: Python<'py>,
     particles: &[Particle],
-    flown: Flown,
+    record: FlightRecord,
     output: &[f64],
 ) -> PyResult<Bound<'py, PyDict>> {
     let (p, k) = (particles.len(), output.len());
     let dict = PyDict::new(py);
     dict.set_item("time", array(py, output.to_vec(), &[k])?)?;
-    dict.set_item("samples", array(py, flown.samples, &[p, k, 6])?)?;
+    dict.set_item("samples", array(py, record.samples, &[p, k, 6])?)?;
     let each = |number: &dyn Fn(&Particle) -> f64| particles.iter().map(number).collect::<Vec<f64>>();
     let of = |name: &str, number: &dyn Fn(&Particle) -> f64| -> PyResult<()> {
         dict.set_item(name, array(py, each(number), &[p])?)
@@ -183,9 +186,9 @@ fn arrays<'py>(
     )?;
     let strikes: Vec<u32> = particles.iter().map(|particle| particle.strikes).collect();
     dict.set_item("strikes", numpy::PyArray1::from_vec(py, strikes))?;
-    let happened = flown.happened;
+    let happened = record.happened;
     let n = happened.len();
-    let vectors = |f: fn(&crate::particles::Happened) -> &Vec3| {
+    let vectors = |f: fn(&crate::particles::ParticleOccurrence) -> &Vec3| {
         happened.iter().map(f).flat_map(|v| [v.x, v.y, v.z]).collect::<Vec<f64>>()
     };
     dict.set_item("event", happened.iter().map(|h| h.watch).collect::<Vec<_>>())?;
@@ -197,11 +200,11 @@ fn arrays<'py>(
     Ok(dict)
 }
 
-/// The core's condition. The first exception of a function goes to `listener`.
-fn watch((kind, what, direction): Watched<'_>, listener: &Arc<Listener>) -> PyResult<Watch> {
+/// Makes the core's event. The first exception of a function goes to `listener`.
+fn watch((kind, what, direction): Watched<'_>, listener: &Arc<Listener>) -> PyResult<ParticleEvent> {
     let condition = match kind.as_str() {
-        "shadow" => Condition::Shadow { visible: what.extract()? },
-        "periapsis" => Condition::Periapsis { body: what.extract()? },
+        "shadow" => ParticleCondition::Shadow { visible: what.extract()? },
+        "periapsis" => ParticleCondition::Periapsis { body: what.extract()? },
         _ => {
             let (listener, f) = (listener.clone(), what.unbind());
             let function: Box<ParticleFunction> = Box::new(move |time, position, velocity| {
@@ -214,8 +217,8 @@ fn watch((kind, what, direction): Watched<'_>, listener: &Arc<Listener>) -> PyRe
                     Error::invalid("value of an event's function", "an exception", "a number")
                 })
             });
-            Condition::Function(function)
+            ParticleCondition::Function(function)
         }
     };
-    Ok(Watch { condition, direction })
+    Ok(ParticleEvent { condition, direction })
 }

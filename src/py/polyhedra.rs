@@ -31,7 +31,7 @@ impl PyPolyhedron {
     ) -> PyResult<Self> {
         let vertices = vectors("vertices", &vertices)?;
         let faces = indices(&faces)?;
-        let inner = listening(py, |patience| Polyhedron::new(&vertices, &faces, patience))?;
+        let inner = listening(py, |interrupt| Polyhedron::new(&vertices, &faces, interrupt))?;
         Ok(inner.into())
     }
 
@@ -47,7 +47,7 @@ impl PyPolyhedron {
         from_vectors(py, &self.inner.vertices().collect::<Vec<_>>())
     }
 
-    /// Triangles of vertices (F, 3).
+    /// Triangles (F, 3) as indices of vertices.
     #[getter]
     fn faces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i64>>> {
         let faces = self.inner.faces();
@@ -55,7 +55,7 @@ impl PyPolyhedron {
         numpy::PyArray1::from_vec(py, indices).reshape([faces.len(), 3])
     }
 
-    /// The same with all lengths times a factor.
+    /// Returns the polyhedron with all lengths multiplied by a factor.
     fn scaled(&self, factor: f64) -> Result<Self, Error> {
         require_positive("factor", factor)?;
         Ok(self.inner.scaled(factor).into())
@@ -85,7 +85,7 @@ impl PyPolyhedron {
     }
 }
 
-/// Rows of three vertices; those below zero are refused here, those too large with their face.
+/// Converts rows of three indices. Indices below zero are refused here, those too large with their face.
 fn indices(faces: &PyReadonlyArray2<'_, i64>) -> Result<Vec<[u32; 3]>, Error> {
     let view = faces.as_array();
     if view.shape()[1] != 3 {

@@ -7,14 +7,14 @@ use pyo3::prelude::*;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
-/// Rotation matrices (K, 3, 3) of quaternions.
+/// Returns rotation matrices (K, 3, 3) of quaternions.
 pub fn matrices<'py>(py: Python<'py>, quaternions: &[[f64; 4]]) -> PyResult<Array<'py>> {
     // nalgebra stores columns, numpy rows.
     let rows = quaternions.iter().flat_map(|&q| <[[f64; 3]; 3]>::from(rotation::matrix(q).transpose()));
     array(py, rows.flatten().collect(), &[quaternions.len(), 3, 3])
 }
 
-/// Rotation matrices (K, 3, 3) of quaternions (K, 4) of any non-zero length.
+/// Returns rotation matrices (K, 3, 3) of quaternions (K, 4) of any non-zero length.
 #[pyfunction]
 pub fn rotation_matrices<'py>(
     py: Python<'py>,
@@ -23,13 +23,13 @@ pub fn rotation_matrices<'py>(
     matrices(py, &rows::<4>("quaternions", &quaternions)?)
 }
 
-/// The quaternion (4,) of the turn `second` and then the turn `first`.
+/// Returns the quaternion (4,) of the rotation `second` followed by the rotation `first`.
 #[pyfunction]
 pub fn quaternion_product<'py>(py: Python<'py>, first: [f64; 4], second: [f64; 4]) -> PyResult<Array<'py>> {
     array(py, rotation::product(first, second).to_vec(), &[4])
 }
 
-/// The quaternion (4,) of the Tait-Bryan angles (phi, theta, psi).
+/// Returns the quaternion (4,) of the Tait-Bryan angles (phi, theta, psi).
 #[pyfunction]
 pub fn quaternion_of_tait_bryan<'py>(py: Python<'py>, angles: [f64; 3]) -> PyResult<Array<'py>> {
     array(py, rotation::from_tait_bryan(angles).to_vec(), &[4])

@@ -1,18 +1,18 @@
-//! Simulations and what they record.
+//! Simulations and their records.
 
 use super::arrays::array;
 use super::descriptions::{from_python, to_python};
-use super::events::{Watched, events};
+use super::events::{PyCondition, Watched, events};
 use super::forces::{Function, call};
 use super::listening::{Listener, listening};
 use super::systems::{PyState, PySystem};
-use crate::dynamics::{DEPARTURE, Parameter, Quadrature, State, System};
-use crate::environment::BOOK;
+use crate::dynamics::{Parameter, Quadrature, State, System, TANGENT_SIZE};
 use crate::error::Error;
+use crate::forces::WORK_AND_IMPULSE;
 use crate::integrate::Tolerance;
 use crate::math::Vec3;
 use crate::trajectory::{
-    Dense, Following, INDICATORS, Output, Progress, Run, Simulation, StopReason, Trajectory,
+    Dense, INDICATORS, Occurrence, Output, Progress, Run, Simulation, StopReason, TangentOptions, Trajectory,
 };
 use numpy::{PyArrayDyn, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -27,7 +27,7 @@ type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 /// When samples are recorded: `None` for every step, `"ends"`, a spacing, or times (K,).
 #[derive(FromPyObject)]
 pub enum Sampling<'py> {
-    // First, since an array of one number passes for a number too.
+    // This variant comes first, since an array of one number also converts to a number.
     Times(PyReadonlyArray1<'py, f64>),
     Spacing(f64),
     Named(Option<String>),
@@ -44,15 +44,16 @@ impl From<Sampling<'_>> for Output {
     }
 }
 
-/// What is followed beside a run: the parameters by which it is differentiated, or `None`, and whether chaos is measured.
+/// What is integrated along the tangent of a run: the parameters of the derivatives, or `None`, and whether
+/// indicators of chaos are computed.
 #[derive(FromPyObject)]
-pub struct Followed(Option<Vec<String>>, bool);
+pub struct TangentRequest(Option<Vec<String>>, bool);
 
-impl Followed {
-    pub fn checked(self, system: &System) -> Result<Following, Error> {
+impl TangentRequest {
+    pub fn checked(self, system: &System) -> Result<TangentOptions, Error> {
         let parameter = |name: &String| Parameter::named(name, system);
         let names = self.0.as_ref().map(|names| names.iter().map(parameter).collect());
-        Ok(Following { derivatives: names.transpose()?, chaos: self.1 })
+        Ok(TangentOptions { derivatives: names.transpose()?, chaos: self.1 })
     }
 }
 
@@ -75,21 +76,21 @@ impl PySimulation {
     ) -> PyResult<Self> {
         let integrator = from_python(integrator)?;
         let (system, state) = (&system.inner, &state.inner);
-        let mut inner = listening(py, |patience| Simulation::begin(system, state, integrator, patience))?;
+        let mut inner = listening(py, |interrupt| Simulation::begin(system, state, integrator, interrupt))?;
         inner.notes = notes;
         Ok(Self { inner })
     }
 
-    /// The simulation that `to_bytes` wrote, with the functions of its forces by their names.
+    /// Reads the simulation that `to_bytes` wrote, with the functions of its forces by their names.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, bytes: &[u8], functions: BTreeMap<String, Function>) -> PyResult<Self> {
         let calls: BTreeMap<_, _> = functions.iter().map(|(name, function)| (name, call(function))).collect();
         let given = |name: &str| calls.get(&name.to_owned()).cloned().flatten();
-        let inner = listening(py, |patience| Simulation::from_bytes_with(bytes, given, patience))?;
+        let inner = listening(py, |interrupt| Simulation::from_bytes_with(bytes, given, interrupt))?;
         Ok(Self { inner })
     }
 
-    /// What such bytes were made with, and the text that is kept with them.
+    /// Returns the description of the simulation in such bytes, and the text that is kept with it.
     #[staticmethod]
     fn described<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<(Bound<'py, PyAny>, String)> {
         let (setup, notes) = Simulation::described(bytes)?;
@@ -103,7 +104,7 @@ impl PySimulation {
     /// The description of what the simulation was made with: bodies, G, settings, integrator.
     #[getter]
     fn setup<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.inner.setup())
+        to_python(py, &self.inner.description())
     }
 
     /// The text that is kept with the simulation.
@@ -128,20 +129,21 @@ impl PySimulation {
         self.inner.start().numbers()
     }
 
-    /// The same at the present state.
+    /// The conserved quantities at the present state: time, four energies, angular momentum.
     #[getter]
     fn invariants(&mut self, py: Python<'_>) -> PyResult<[f64; 8]> {
-        listening(py, |patience| Ok(self.inner.invariants(patience)?.numbers()))
+        listening(py, |interrupt| Ok(self.inner.invariants(interrupt)?.numbers()))
     }
 
-    /// Books (F, 7) of the forces since the start, one after the other: work, impulse, angular impulse.
+    /// Work, impulse and angular impulse (F, 7) of each external force since the start, one force after the
+    /// other.
     #[getter]
-    fn books(&self) -> Vec<f64> {
-        self.inner.books().to_vec()
+    fn work_and_impulse(&self) -> Vec<f64> {
+        self.inner.work_and_impulse().to_vec()
     }
 
     fn set_state(&mut self, py: Python<'_>, state: &PyState) -> PyResult<()> {
-        listening(py, |patience| self.inner.set_state(&state.inner, patience))
+        listening(py, |interrupt| self.inner.set_state(&state.inner, interrupt))
     }
 
     /// Accepted steps, rejected attempts, evaluations.
@@ -151,8 +153,8 @@ impl PySimulation {
         (s.steps, s.rejected, s.evaluations)
     }
 
-    /// The quadrature in force for each pair: bodies, numbers of the parts of composites, method, and where it has one the rule:
-    /// integrated body, points, (n, m).
+    /// The quadrature in use for each pair: bodies, indices of the parts of composites, method, and the rule,
+    /// if it has one: integrated body, points, (n, m).
     #[getter]
     fn rules(&self) -> Vec<RuleRow> {
         let row = |row: Quadrature| {
@@ -163,13 +165,14 @@ impl PySimulation {
     }
 
     fn step(&mut self, py: Python<'_>, end: f64) -> PyResult<()> {
-        listening(py, |patience| self.inner.step(end, patience))
+        listening(py, |interrupt| self.inner.step(end, interrupt))
     }
 
-    /// Runs to a time; gives the record and the error that cut it short, if any.
+    /// Runs to a time. Returns the record, and the error that cut it short, if any.
     ///
-    /// The GIL is released; about every 50 ms it is taken to look for Ctrl-C and, between steps, to call
-    /// `progress(start, time, end)` and, every `autosave[0]` seconds, `autosave[1](bytes)`. Event functions take it while they run.
+    /// The GIL is released; about every 50 ms it is taken to check for Ctrl-C and, between steps, to call
+    /// `progress(start, time, end)` and, every `autosave[0]` seconds, `autosave[1](bytes)`. Event functions
+    /// take it while they run.
     #[allow(clippy::too_many_arguments)]
     fn integrate<'py>(
         &mut self,
@@ -180,10 +183,10 @@ impl PySimulation {
         dense: bool,
         progress: Option<Py<PyAny>>,
         autosave: Option<(f64, Py<PyAny>)>,
-        following: Followed,
+        tangent_options: TangentRequest,
     ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
         let output = output.into();
-        let following = following.checked(self.inner.system())?;
+        let tangent_options = tangent_options.checked(self.inner.system())?;
         let listener = Arc::new(Listener::default());
         let mut events = events(py, &watched, &listener);
         let mut record = Trajectory::new(self.inner.system().bodies().len());
@@ -207,7 +210,7 @@ impl PySimulation {
                     }
                 })
             };
-            let run = Run { output: &output, events: &mut events, dense, following: &following };
+            let run = Run { output: &output, events: &mut events, dense, tangent_options: &tangent_options };
             self.inner.run(until, run, &mut record, &mut hook)
         });
         let error = outcome.err().map(|error| listener.explain(error));
@@ -239,14 +242,14 @@ impl PyDense {
         Ok(PyState { inner: self.inner.state(time)? })
     }
 
-    /// Positions, velocities, attitudes and spins at times (K,).
+    /// Returns positions, velocities, attitudes and spins at times (K,).
     fn states<'py>(
         &self,
         py: Python<'py>,
         times: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let times = times.as_array().to_vec();
-        let states = listening(py, |patience| self.inner.states(&times, patience))?;
+        let states = listening(py, |interrupt| self.inner.states(&times, interrupt))?;
         let (k, n) = (states.len(), states.first().map_or(0, State::bodies));
         let vectors = |f: fn(&State) -> &Vec<Vec3>| {
             states.iter().flat_map(|s| f(s).iter().flat_map(|v| [v.x, v.y, v.z])).collect::<Vec<f64>>()
@@ -259,16 +262,34 @@ impl PyDense {
         dict.set_item("spin", array(py, vectors(|s| &s.spin), &[k, n, 3])?)?;
         Ok(dict)
     }
+
+    /// For each condition, in the pieces that have a part of a span of time in them: its function at the start of the first of them,
+    /// and the times of its zeros.
+    fn crossings(
+        &self,
+        py: Python<'_>,
+        system: &PySystem,
+        conditions: Vec<Bound<'_, PyCondition>>,
+        span: [f64; 2],
+    ) -> PyResult<Vec<(f64, Vec<f64>)>> {
+        let raised = Arc::new(Listener::default());
+        let conditions = conditions.iter().map(|one| one.get().condition(py, &raised)).collect();
+        let found =
+            listening(py, |interrupt| self.inner.crossings(&system.inner, conditions, span, interrupt));
+        let found = found.map_err(|error| raised.raised().unwrap_or(error))?;
+        Ok(found.into_iter().map(|one| (one.at_start, one.times)).collect())
+    }
 }
 
-/// The tolerances (rtol, atol) that the integrators work with: where their sum is below what doubles can do, rtol is raised.
+/// Returns the tolerances (rtol, atol) that the integrators work with: rtol is raised where their sum is
+/// below what doubles can resolve.
 #[pyfunction]
 pub fn tolerance(rtol: f64, atol: f64) -> Result<(f64, f64), Error> {
     let tolerance = Tolerance::new(rtol, atol)?;
     Ok((tolerance.relative, tolerance.absolute))
 }
 
-/// What was recorded, as arrays by their names.
+/// Returns the record as arrays by their names.
 pub fn arrays(py: Python<'_>, record: Trajectory) -> PyResult<Bound<'_, PyDict>> {
     let (k, n, f) = (record.len(), record.bodies, record.switched_off.len());
     let dict = PyDict::new(py);
@@ -287,14 +308,18 @@ pub fn arrays(py: Python<'_>, record: Trajectory) -> PyResult<Bound<'_, PyDict>>
     }
     if f > 0 {
         let columns = |from: usize, to: usize| -> Vec<f64> {
-            record.books.chunks_exact(BOOK).flat_map(|book| book[from..to].to_vec()).collect()
+            record
+                .work_and_impulse
+                .chunks_exact(WORK_AND_IMPULSE)
+                .flat_map(|entry| entry[from..to].to_vec())
+                .collect()
         };
         dict.set_item("work", array(py, columns(0, 1), &[k, f])?)?;
         dict.set_item("impulse", array(py, columns(1, 4), &[k, f, 3])?)?;
         dict.set_item("angular_impulse", array(py, columns(4, 7), &[k, f, 3])?)?;
     }
     if !record.transition.is_empty() {
-        let size = DEPARTURE * n;
+        let size = TANGENT_SIZE * n;
         dict.set_item("transition", array(py, record.transition, &[k, size, size])?)?;
         let parameters = record.sensitivity.len() / (k * size);
         if parameters > 0 {
@@ -306,8 +331,16 @@ pub fn arrays(py: Python<'_>, record: Trajectory) -> PyResult<Bound<'_, PyDict>>
     }
     dict.set_item("switched_off", record.switched_off)?;
     dict.set_item("start", record.start.map(|start| start.numbers()))?;
-    let events: Vec<(usize, f64, PyState)> =
-        record.events.into_iter().map(|e| (e.event, e.time, PyState { inner: e.state })).collect();
+    let event = |e: Occurrence| {
+        let size = TANGENT_SIZE * n;
+        let derivatives = e.derivatives.map(|found| {
+            let parameters = found.sensitivity.len() / size;
+            let sensitivity = array(py, found.sensitivity, &[parameters, size])?;
+            PyResult::Ok((array(py, found.transition, &[size, size])?, sensitivity))
+        });
+        PyResult::Ok((e.event, e.time, PyState { inner: e.state }, derivatives.transpose()?))
+    };
+    let events = record.events.into_iter().map(event).collect::<PyResult<Vec<_>>>()?;
     dict.set_item("events", events)?;
     dict.set_item("dense", record.dense.map(|inner| PyDense { inner }))?;
     let (reason, event) = match record.stop_reason {

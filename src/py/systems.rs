@@ -6,9 +6,9 @@ use super::descriptions::{from_python, to_python};
 use super::forces::{Function, forces};
 use super::listening::listening;
 use super::rotations::matrices;
-use crate::dynamics::{DEPARTURE, Parameter, State, System};
-use crate::environment::Load;
+use crate::dynamics::{FAR, FAST, Parameter, State, System, TANGENT_SIZE};
 use crate::error::Error;
+use crate::forces::Load;
 use crate::gravity::BodyPull;
 use crate::math::Vec3;
 use crate::math::lanes::VectorPath;
@@ -20,6 +20,8 @@ use pyo3::types::PyDict;
 use std::collections::BTreeMap;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+type Fast = (usize, f64, f64, f64);
+type Far = ((usize, usize), f64, usize, f64, f64, f64, f64);
 
 /// Position, velocity, attitude and spin of every body at a time.
 #[pyclass(frozen, name = "State", module = "fullbody._core")]
@@ -65,7 +67,7 @@ impl PyState {
         Ok(Self { inner })
     }
 
-    /// Places alone: velocities and spins are not a number.
+    /// Makes a state from positions and attitudes alone; velocities and spins are NaN.
     #[staticmethod]
     fn of_places(
         time: f64,
@@ -137,21 +139,27 @@ impl PySystem {
     ) -> PyResult<Self> {
         let bodies: Vec<_> = bodies.iter().map(|body| body.inner.clone()).collect();
         if !described.is_empty() {
-            listening(py, |patience| bodies.iter().try_for_each(|body| BodyPull::moments(body, patience)))?;
+            listening(py, |interrupt| bodies.iter().try_for_each(|body| BodyPull::moments(body, interrupt)))?;
         }
         let inner = System::new(bodies, gravitational_constant, from_python(settings)?)?;
         Ok(Self { inner: inner.with_forces(forces(&described, &functions)?)? })
     }
 
-    /// The descriptions of the forces from outside.
+    /// The descriptions of the bodies.
+    #[getter]
+    fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, &self.inner.bodies())
+    }
+
+    /// The descriptions of the external forces.
     #[getter]
     fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         to_python(py, &self.inner.forces())
     }
 
-    /// Forces (F, N, 3) and torques (F, N, 3) of each force from outside.
-    fn outside<'py>(&self, py: Python<'py>, state: &PyState) -> PyResult<(Array<'py>, Array<'py>)> {
-        let loads = listening(py, |patience| self.inner.outside(&state.inner, patience))?;
+    /// Returns forces (F, N, 3) and torques (F, N, 3) of each external force.
+    fn external_loads<'py>(&self, py: Python<'py>, state: &PyState) -> PyResult<(Array<'py>, Array<'py>)> {
+        let loads = listening(py, |interrupt| self.inner.external_loads(&state.inner, interrupt))?;
         let shape = [self.inner.forces().len(), self.inner.bodies().len(), 3];
         let all = |of: fn(&Load) -> Vec3| {
             let mut values = vec![0.0; shape.iter().product()];
@@ -164,16 +172,16 @@ impl PySystem {
         Ok((all(|load| load.force)?, all(|load| load.torque)?))
     }
 
-    /// Positions and velocities (K, 3) of a third body at times (K,), from the nominal barycentre.
+    /// Returns positions and velocities (K, 3) of a third body at times (K,), from the nominal barycentre.
     fn third_body<'py>(
         &self,
         py: Python<'py>,
         force: usize,
         times: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<(Array<'py>, Array<'py>)> {
-        let environment = self.inner.environment()?;
+        let force_model = self.inner.force_model()?;
         let times = times.as_array();
-        let places = times.iter().map(|&time| environment.third_body(force, time));
+        let places = times.iter().map(|&time| force_model.third_body(force, time));
         let (position, velocity): (Vec<_>, Vec<_>) =
             places.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
         Ok((from_vectors(py, &position)?, from_vectors(py, &velocity)?))
@@ -191,18 +199,19 @@ impl PySystem {
         to_python(py, self.inner.settings())
     }
 
-    /// Force (N, 3), torque (N, 3), potential energy, and what a series leaves out of the force.
+    /// Returns forces (N, 3), torques (N, 3), the potential energy, and the truncation error of a series.
     fn interactions<'py>(
         &self,
         py: Python<'py>,
         state: &PyState,
     ) -> PyResult<(Array<'py>, Array<'py>, f64, f64)> {
-        let result = listening(py, |patience| self.inner.interactions(&state.inner, patience))?;
+        let result = listening(py, |interrupt| self.inner.interactions(&state.inner, interrupt))?;
         let (force, torque) = (from_vectors(py, &result.force)?, from_vectors(py, &result.torque)?);
-        Ok((force, torque, result.potential_energy, result.left_out))
+        Ok((force, torque, result.potential_energy, result.truncation_error))
     }
 
-    /// Derivatives of loads (6N, 6N), of rates (12N, 12N), of these with parameters (P, 12N), and the rates (12N,) themselves.
+    /// Returns the derivatives of loads (6N, 6N), of rates (12N, 12N) and of the rates by parameters (P,
+    /// 12N), and the rates (12N,) themselves.
     fn jacobian<'py>(
         &self,
         py: Python<'py>,
@@ -211,34 +220,58 @@ impl PySystem {
     ) -> PyResult<(Array<'py>, Array<'py>, Array<'py>, Array<'py>)> {
         let named = parameters.iter().map(|name| Parameter::named(name, &self.inner));
         let named: Vec<_> = named.collect::<Result<_, _>>()?;
-        let jacobian = listening(py, |patience| self.inner.jacobian(&state.inner, &named, patience))?;
+        let jacobian = listening(py, |interrupt| self.inner.jacobian(&state.inner, &named, interrupt))?;
         let n = self.inner.bodies().len();
         Ok((
             array(py, jacobian.loads, &[6 * n, 6 * n])?,
-            array(py, jacobian.rates, &[DEPARTURE * n, DEPARTURE * n])?,
-            array(py, jacobian.by_parameters, &[named.len(), DEPARTURE * n])?,
-            array(py, jacobian.flow, &[DEPARTURE * n])?,
+            array(py, jacobian.rates, &[TANGENT_SIZE * n, TANGENT_SIZE * n])?,
+            array(py, jacobian.by_parameters, &[named.len(), TANGENT_SIZE * n])?,
+            array(py, jacobian.flow, &[TANGENT_SIZE * n])?,
         ))
     }
 
-    /// Names of the parameters that motions can be differentiated by.
+    /// Names of the parameters by which runs can be differentiated.
     #[getter]
     fn parameters(&self) -> Vec<String> {
         Parameter::of(&self.inner).into_iter().map(|(name, _)| name).collect()
     }
 
-    /// Total, translational, rotational, potential.
+    /// Returns the descriptions of bodies and forces, and G, of the system with a parameter changed, and a
+    /// natural size of its changes.
+    fn changed<'py>(
+        &self,
+        py: Python<'py>,
+        parameter: &str,
+        by: f64,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, f64, f64)> {
+        let named = Parameter::named(parameter, &self.inner)?;
+        let changed = named.changed(&self.inner, by)?;
+        let (bodies, forces) = (to_python(py, &changed.bodies())?, to_python(py, &changed.forces())?);
+        Ok((bodies, forces, changed.gravitational_constant(), named.size(&self.inner)))
+    }
+
+    /// Returns the numbers of the warnings about a start: a body, its speed and the speed of escape; and a
+    /// pair, its distance, a heavy body, how far that is, at what length the pair's coordinates round, and
+    /// the tolerance that can be met. Either ends with its limit, in speeds and distances.
+    fn doubts(&self, state: &PyState, tolerance: Option<f64>) -> (Option<Fast>, Option<Far>) {
+        let fast = self.inner.unbound(&state.inner).map(|u| (u.body, u.speed, u.escape, FAST));
+        let far = self.inner.far_from_barycentre(&state.inner, tolerance);
+        let far = far.map(|f| (f.pair.into(), f.apart, f.heavy, f.distance, f.rounding, f.tolerance, FAR));
+        (fast, far)
+    }
+
+    /// Returns the total, translational, rotational and potential energy.
     fn energy(&self, py: Python<'_>, state: &PyState) -> PyResult<[f64; 4]> {
-        let e = listening(py, |patience| self.inner.energy(&state.inner, patience))?;
+        let e = listening(py, |interrupt| self.inner.energy(&state.inner, interrupt))?;
         Ok([e.total, e.translational, e.rotational, e.potential])
     }
 
     fn momentum<'py>(&self, py: Python<'py>, state: &PyState) -> PyResult<Array<'py>> {
-        vector(py, listening(py, |patience| self.inner.momentum(&state.inner, patience))?)
+        vector(py, listening(py, |interrupt| self.inner.momentum(&state.inner, interrupt))?)
     }
 
     fn angular_momentum<'py>(&self, py: Python<'py>, state: &PyState) -> PyResult<Array<'py>> {
-        vector(py, listening(py, |patience| self.inner.angular_momentum(&state.inner, patience))?)
+        vector(py, listening(py, |interrupt| self.inner.angular_momentum(&state.inner, interrupt))?)
     }
 }
 
@@ -246,7 +279,7 @@ fn vector<'py>(py: Python<'py>, v: Vec3) -> PyResult<Array<'py>> {
     array(py, v.as_slice().to_vec(), &[3])
 }
 
-/// Names of the vector paths that this machine can run.
+/// Returns the names of the vector paths that this machine can run.
 #[pyfunction]
 pub fn vector_paths() -> Vec<&'static str> {
     VectorPath::available().into_iter().map(VectorPath::name).collect()

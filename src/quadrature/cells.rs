@@ -1,49 +1,54 @@
-//! The faces of a polyhedron in cells, each with the rule of Gauss that integrates another body's potential over it.
+//! Cells of a polyhedron's faces, each with the Gauss rule that integrates another body's potential over it.
 //!
-//! That potential is analytic but on a set within the other body: an ellipsoid's focal ellipse, a polyhedron's edges. Where the set is
-//! at the distance d from the centre of a cell of the radius s, the error of a rule that is exact to degree L falls like rate^-L. The
-//! rate depends on where the set lies, between d/s in the cell's plane and twice that above it (Lundin's function; see
-//! [`super::focal_degree`]). Halfway between, it is
+//! That potential is analytic except on a singular set within the other body: an ellipsoid's focal ellipse,
+//! or a polyhedron's edges. Where the set is at distance d from the centre of a cell of radius s, the error
+//! of a rule that is exact to degree L falls like rate^-L. The rate depends on where the set lies, between
+//! d/s in the cell's plane and twice that above it (Lundin's function; see `convergence`).
+//! Halfway between, it is
 //!
 //!   rate = x + sqrt(1 + x^2),    x = d / (sqrt(2) s).
 //!
-//! A cell for which this asks for too many points is halved across its longest side. Towards a point of the set the cells shrink
-//! with the distance, so that their number grows with its logarithm. They end where what a cell can contribute to the error is
-//! below the tolerance: the potential of a polyhedron is singular on its edges like d^2 ln d.
+//! A cell for which this asks for too many points is halved across its longest side. Towards a point of the
+//! set the cells shrink with the distance, so that their number grows with its logarithm. Halving ends where
+//! the contribution of a cell to the error is below the tolerance: the potential of a polyhedron is singular
+//! on its edges like d^2 ln d.
 //!
-//! Cells follow from the pose alone and nothing is kept of them: they are made while the sum is taken, on a stack of fixed size.
+//! Cells follow from the pose alone and are not stored: they are made while the sum is taken, on a stack of
+//! fixed size.
 
 use crate::error::Result;
+use crate::interrupt::{self, InterruptCheck};
 use crate::math::Vec3;
-use crate::patience::{self, Patience};
 use crate::shape::Polyhedron;
 use std::ops::Range;
 
-/// Most points along a side of a cell.
+/// The largest number of points along a side of a cell.
 pub const MOST: usize = 12;
-/// So many times a cell is halved at most, and the stack holds as many.
+/// The largest number of halvings of a cell, which is also the size of the stack.
 const DEEPEST: usize = 64;
-/// A face has so many units, in which it can be divided between pieces of a sum.
+/// The number of units into which a face can be divided between the pieces of a sum.
 const UNITS: usize = 64;
-/// Work of a piece of a sum.
-const WORK: u64 = patience::UNITS;
+/// The work of one piece of a sum.
+const WORK: u64 = interrupt::UNITS;
 
-/// How strong another body's potential is near where it is singular, and how small the error is to be.
+/// How strongly another body's potential varies near its singular set, and how small the error must be.
 #[derive(Debug, Clone, Copy)]
 pub struct Demand {
-    /// The least error that counts, as a force per unit G m m times the volume.
+    /// The smallest error that matters, as a force per unit G m m times the volume.
     pub error: f64,
-    /// Radius of the other body.
+    /// The radius of the other body.
     pub radius: f64,
-    /// The power of the distance with which the singular part fades on the set: 0 for an ellipsoid, 2 for a polyhedron's
-    /// potential, 1 for its field.
+    /// The power of the distance with which the singular part vanishes on the set: 0 for an ellipsoid, 2 for
+    /// a polyhedron's potential, 1 for its field.
     pub power: i32,
 }
 
 impl Demand {
-    /// Points along a side for a cell of an area and a radius, so far from the set; `None` where the cell is to be halved.
+    /// Returns the number of points along a side for a cell of this area and radius at this distance from the
+    /// singular set; `None` where the cell must be halved.
     fn points(&self, area: f64, radius: f64, distance: f64) -> Option<usize> {
-        /// A rule errs by this share of a singular part that fades like the distance, and by its square where like the square.
+        /// The share of a singular part that remains as the error of a rule where that part vanishes like the
+        /// distance; its square where it vanishes like the square.
         const SMOOTH: f64 = 0.1;
         let (reach, own) = (distance + radius, self.radius);
         let strength = if reach < own { (reach / own).powi(self.power) / own } else { 1.0 / reach };
@@ -61,32 +66,33 @@ impl Demand {
     }
 }
 
-/// A part of a face.
+/// A triangle within a face.
 #[derive(Debug, Clone, Copy)]
 pub struct Cell {
-    /// Its corners, in the polyhedron's frame.
+    /// The corners, in the polyhedron's frame.
     pub corners: [Vec3; 3],
     /// The outward normal.
     pub normal: Vec3,
-    /// Its area over the volume.
+    /// The area over the polyhedron's volume.
     pub share: f64,
-    /// Points along a side.
+    /// The number of points along a side.
     pub points: usize,
     unit: usize,
     span: usize,
     depth: usize,
 }
 
-/// How the cells of a polyhedron's faces divide into pieces of a sum.
+/// The division of a polyhedron's cells into pieces of a sum.
 #[derive(Debug, Clone, Default)]
 pub struct Division {
-    /// Number of points.
+    /// The number of points in all cells.
     pub points: usize,
-    /// The units where the second and later pieces begin.
+    /// The units at which the second and later pieces begin.
     pub begins: Vec<usize>,
 }
 
-/// The cells of a polyhedron's faces; `distance` gives the distance from a point to the singular set.
+/// Iterates over the cells of a polyhedron's faces; `distance` returns the distance from a point to the
+/// singular set.
 pub struct Cells<'a, D> {
     polyhedron: &'a Polyhedron,
     demand: Demand,
@@ -99,7 +105,7 @@ pub struct Cells<'a, D> {
 }
 
 impl<'a, D: FnMut(&Vec3) -> f64> Cells<'a, D> {
-    /// The cells that begin in a range of units.
+    /// Starts with the first cell of a range of units.
     #[inline]
     pub fn new(polyhedron: &'a Polyhedron, demand: Demand, range: &Range<usize>, distance: D) -> Self {
         let zero = Vec3::zeros();
@@ -110,12 +116,12 @@ impl<'a, D: FnMut(&Vec3) -> f64> Cells<'a, D> {
         Self { polyhedron, demand, distance, range, face, volume, stack: [none; DEEPEST + 1], length: 0 }
     }
 
-    /// Divides all cells into pieces of a few milliseconds, with `each` the work that a point takes. `None` where all take more
-    /// than `most`.
-    pub fn divide(self, each: u64, most: u64, patience: &mut Patience) -> Result<Option<Division>> {
+    /// Divides all cells into pieces of a few milliseconds, where a point takes the work `each`. Returns
+    /// `None` where all points together take more than `most`.
+    pub fn divide(self, each: u64, most: u64, interrupt: &mut InterruptCheck) -> Result<Option<Division>> {
         let (mut division, mut work, mut all) = (Division::default(), 0, 0);
         for cell in self {
-            patience.spend(1 + each / 8, 0.0)?;
+            interrupt.charge(1 + each / 8, 0.0)?;
             let points = cell.points * cell.points;
             let more = points as u64 * each;
             if work + more > WORK && division.begins.last().copied().unwrap_or(0) < cell.unit {

@@ -1,34 +1,39 @@
 //! The order that a rule needs to reach a tolerance, from the geometry.
 //!
-//! A rule that is exact for polynomials of degree L errs by at most twice the distance of the integrand from those
-//! polynomials, which falls like rate^-L. The integrand is the other body's potential, analytic away from that
-//! body's focal ellipse, which stays outside a sphere of radius D' = D - p' about the centre of the integration set (D the
-//! separation, p' the other's largest focal semi-axis).
+//! A rule that is exact for polynomials of degree L errs by at most twice the distance of the integrand from
+//! those polynomials, which falls like rate^-L. The integrand is the other body's potential. It is analytic
+//! away from that body's focal ellipse, which stays outside a sphere of radius D' = D - p' about the centre
+//! of the body that is integrated over (D is the separation, p' the other's largest focal semi-axis).
 //!
-//! Surface: the potential is harmonic within that sphere, and its solid harmonics are polynomials: rate = D'/a.
+//! Surface: the potential is harmonic within that sphere, and its solid harmonics are polynomials: rate =
+//! D'/a.
 //!
-//! Focal ellipse, within a disc of radius p: by the theorem of Bernstein, Walsh and Siciak the rate is e^V, V the smallest
-//! value that the disc's extremal function takes where the potential of a mass point is singular. Lundin's function is
-//! cosh 2V = |y|^2 + |y.y - 1|, and for a point at the distance h from the disc's axis and v from its plane (in units of p)
-//! its minimum over the complex cone (y_1 - h)^2 + y_2^2 + v^2 = 0 lies at y_1 = h - q, y_2 = i sqrt(q^2 + v^2), with
+//! Focal ellipse, within a disc of radius p: by the theorem of Bernstein, Walsh and Siciak the rate is e^V,
+//! where V is the smallest value that the disc's extremal function takes where the potential of a mass point
+//! is singular. Lundin's function is cosh 2V = |y|^2 + |y.y - 1|. For a point at distance h from the disc's
+//! axis and v from its plane (in units of p) its minimum over the complex cone (y_1 - h)^2 + y_2^2 + v^2 = 0
+//! lies at y_1 = h - q, y_2 = i sqrt(q^2 + v^2), with
 //!
 //!   sinh^2 V = v^2 + q^2,    q = max(0, h^2 - v^2 - 1) / (2 h):
 //!
-//! rate = h in the disc's plane, v + sqrt(1 + v^2) on its axis. The mean over the disc of the first power that a rule of
-//! degree L misses is smaller by about L^2, and the field is larger than the potential by about L.
+//! rate = h in the disc's plane, v + sqrt(1 + v^2) on its axis. The mean over the disc of the first power
+//! that a rule of degree L misses is smaller by about L^2, and the field is larger than the potential by
+//! about L.
 //!
-//! This degree is for the angles. The radii have to be exact for the integrand's mean over the angle only, an even function of
-//! t = sqrt(1 - rho^2) in [-1, 1]. A ray from the centre meets the singularity where rho e - y is isotropic, at
-//! rho = |y| e^(+-i theta)/|e| with theta its angle to y, so that none lies nearer than rho = h + i v. The rate of the interval is
-//! |t + i rho| at rho = h + i v, the sum of the semi-axes of the ellipse with foci +-1 through that point: h + sqrt(h^2 - 1) in
-//! the disc's plane, about twice that of the angles.
+//! This degree is for the angles. The radii have to be exact for the integrand's mean over the angle only, an
+//! even function of t = sqrt(1 - rho^2) in [-1, 1]. A ray from the centre meets the singularity where rho e -
+//! y is isotropic, at rho = |y| e^(+-i theta)/|e| with theta its angle to y, so that none lies nearer than
+//! rho = h + i v. The rate of the interval is |t + i rho| at rho = h + i v, the sum of the semi-axes of the
+//! ellipse with foci +-1 through that point: h + sqrt(h^2 - 1) in the disc's plane, about twice that of the
+//! angles.
 //!
-//! A ring of radius rho within the disc is the edge of a smaller disc, from which the other body is further away in units of
-//! its radius: sinh V grows by 1/rho or more, and the ring needs fewer angles. The outermost ring has those of its own disc; what
-//! the inner ones need follows from their number and from the weights ([`angles_of_ring`]).
+//! A ring of radius rho within the disc is the edge of a smaller disc, from which the other body is further
+//! away in units of its radius: sinh V grows by 1/rho or more, and the ring needs fewer angles. The outermost
+//! ring has the angles of its own disc; those of the inner rings follow from their number and from the
+//! weights ([`angles_of_ring`]).
 //!
-//! (Lundin 1985, Michigan Math. J. 32, 197; Siciak 1962, Trans. AMS 105, 322.) Where the bodies are too close for these
-//! spheres, the order is found by comparing rules, starting from the rate of the confocal family.
+//! (Lundin 1985, Michigan Math. J. 32, 197; Siciak 1962, Trans. AMS 105, 322.) Where the bodies are too close
+//! for these spheres, the order is found by comparing rules, starting from the rate of the confocal family.
 
 use crate::math::lanes::Lanes;
 use crate::math::{Mat3, Vec3};
@@ -37,13 +42,13 @@ use pulp::Scalar;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
-/// Order of a product rule: Gauss points in one direction, equal angles in the other.
+/// The order of a product rule: Gauss points in one direction, equally spaced angles in the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(from = "[usize; 2]", into = "[usize; 2]")]
 pub struct Order {
-    /// Latitudes of the surface rule, radii of the focal rule.
+    /// The number of latitudes of the surface rule, or of radii of the focal rule.
     pub gauss: usize,
-    /// Angles.
+    /// The number of angles.
     pub angles: usize,
 }
 
@@ -60,35 +65,36 @@ impl From<Order> for [usize; 2] {
 }
 
 impl Order {
-    /// The surface rule that is exact to a polynomial degree.
+    /// Returns the order of the surface rule that is exact to a polynomial degree.
     pub fn surface(degree: usize) -> Self {
         Self { gauss: degree / 2 + 1, angles: degree + 1 }
     }
 
-    /// The focal rule that is exact to a polynomial degree, and to a lower one for what does not depend on the angle.
+    /// Returns the order of the focal rule that is exact to a polynomial degree, and to the degree `radial`
+    /// for functions of the radius alone.
     pub fn focal([degree, radial]: [usize; 2]) -> Self {
         Self { gauss: radial / 4 + 1, angles: degree + 1 }
     }
 }
 
-/// For rates below this the bounds ask for more nodes than a comparison of rules does.
+/// The rate below which the bounds ask for more nodes than a comparison of rules does.
 const SLOWEST_RATE: f64 = 2.0;
 
 /// The degrees that the rules of one body need in the field of another one, for a tolerance.
 ///
-/// They fall as the rates grow. So it is remembered between which rates the last answer holds, and logarithms are taken only outside of
-/// them: the answers are the same without the memory.
+/// Degrees fall as the rates grow. The range of rates for which the last answer holds is remembered, so that
+/// logarithms are taken only outside of it; the answers do not depend on this memory.
 #[derive(Debug, Clone)]
 pub struct Degrees {
     tolerance: f64,
     surface: Known,
     radial: Known,
     angular: Known,
-    /// A number of radii, and [`outermost_ring`] of it.
+    /// A number of radii with its [`outermost_ring`].
     ring: (usize, f64),
 }
 
-/// A degree and the rates between which it is known to be needed.
+/// A degree and the range of rates for which it is known to be needed.
 #[derive(Debug, Clone, Copy)]
 struct Known {
     degree: usize,
@@ -97,14 +103,15 @@ struct Known {
 }
 
 impl Degrees {
-    /// Without memory.
+    /// Starts without memory.
     pub fn new(tolerance: f64) -> Self {
         let known = Known { degree: 0, slowest: f64::INFINITY, fastest: 0.0 };
         let [surface, radial, angular] = [known; 3];
         Self { tolerance, surface, radial, angular, ring: (0, 0.0) }
     }
 
-    /// The degree to which the surface rule has to be exact, or `None` for bodies too close for the bound.
+    /// Returns the degree to which the surface rule must be exact, or `None` for bodies too close for the
+    /// bound.
     ///
     /// `centre` is the other body's centre in the canonical frame, `other_focal` its largest focal semi-axis.
     pub fn surface(&mut self, ellipsoid: &Ellipsoid, centre: &Vec3, other_focal: f64) -> Option<usize> {
@@ -112,12 +119,12 @@ impl Degrees {
         self.surface.degree_for(rate, self.tolerance, 0.0, 2)
     }
 
-    /// The degree to which the focal rule has to be exact, and that of the integrand's mean over the angle, or `None` for bodies too
-    /// close for the bound; see [`Self::surface`].
+    /// Returns the degree to which the focal rule must be exact, and that of the integrand's mean over the
+    /// angle, or `None` for bodies too close for the bound; see [`Self::surface`].
     pub fn focal(&mut self, ellipsoid: &Ellipsoid, centre: &Vec3, other_focal: f64) -> Option<[usize; 2]> {
         let p = ellipsoid.focal_axes()[0];
-        // The first power that n radii miss is 4 n, one above the degree, which is the torque's margin. The semi-axis changes by no
-        // more than the point moves.
+        // The first power that n radii miss is 4 n, one above the degree; that is the margin of the torque.
+        // The semi-axis changes by no more than the point moves.
         let (h, v) = (centre.xy().norm() / p, centre.z / p);
         let semi_major = (0.5 * (length(h + 1.0, v) + length(h - 1.0, v)) - other_focal / p).max(1.0);
         let rate = semi_major + (semi_major * semi_major - 1.0).sqrt();
@@ -138,7 +145,7 @@ impl Degrees {
 }
 
 impl Known {
-    /// As [`degree_for`], which falls as the rate grows.
+    /// Returns [`degree_for`] the rate, which falls as the rate grows.
     fn degree_for(&mut self, rate: f64, tolerance: f64, power: f64, more: usize) -> Option<usize> {
         if !(self.slowest..=self.fastest).contains(&rate) {
             let degree = degree_for(rate, tolerance, power, more)?;
@@ -150,22 +157,24 @@ impl Known {
     }
 }
 
-/// No less than the radius of the outermost ring of a focal rule: its t = sqrt(1 - rho^2) is the least positive root of
-/// P_{2n+1}, near sin(pi / (2n + 3/2)) and above 0.99 of that.
+/// Returns a lower bound of the radius of a focal rule's outermost ring. Its t = sqrt(1 - rho^2) is the least
+/// positive root of P_{2n+1}, near sin(pi / (2n + 3/2)) and above 0.99 of that.
 fn outermost_ring(gauss: usize) -> f64 {
     let t = 0.99 * (PI / (2.0 * gauss as f64 + 1.5)).sin();
     ((1.0 - t) * (1.0 + t)).sqrt()
 }
 
-/// The angles of a ring that is `times` smaller than the outermost one, whose own meet the tolerance, and has so many times its
-/// weight; as many if the tolerance is zero, or so loose that at no rate so many are needed. The ring's share in the error may be twice
-/// that of the outermost one.
+/// Returns the number of angles of a ring whose radius is `times` smaller than the outermost one's and whose
+/// weight is `weight` times as large, where the outermost ring's angles meet the tolerance. It returns the
+/// outermost ring's number if the tolerance is zero, or so loose that no rate needs as many. The ring's share
+/// in the error may be twice that of the outermost one.
 pub fn angles_of_ring(outermost: usize, times: f64, weight: f64, tolerance: f64) -> usize {
     let degree = outermost as f64 - 2.0;
     if degree < 1.0 || tolerance <= 0.0 {
         return outermost;
     }
-    // The slowest rate at which so many are enough, from above: the fixed point of a contraction by about the degree.
+    // `slowest` bounds, from above, the slowest rate at which so many angles are enough: the fixed point of a
+    // contraction by about the degree.
     let digits = -tolerance.ln();
     let slower = |speed: f64| ((digits - (digits / speed).ln_1p()) / degree).max(0.0);
     let speed = (0..100).fold(digits / degree, |speed, _| slower(speed));
@@ -177,30 +186,31 @@ pub fn angles_of_ring(outermost: usize, times: f64, weight: f64, tolerance: f64)
     }
 }
 
-/// Numbers near one do not overflow, and `hypot` takes as long as the rest.
+/// Returns the length of a vector whose components are near one; `hypot` would take as long as the rest.
 fn length(x: f64, y: f64) -> f64 {
     (x * x + y * y).sqrt()
 }
 
-/// The degree of a body's layer in the field of another one, whose potential falls by this rate from degree to degree in the
-/// body's circumscribed sphere; `None` for bodies too close for the bound.
+/// Returns the degree of a body's layer in the field of another one, whose potential falls by this rate from
+/// degree to degree in the body's circumscribed sphere; `None` for bodies too close for the bound.
 pub fn layer_degree(rate: f64, tolerance: f64) -> Option<usize> {
     degree_for(rate, tolerance, 0.0, 2)
 }
 
-/// The smallest degree L with L^-power rate^-L below the tolerance, and `more`: the torque is smaller than lever times
-/// force by about the rate, and so must be its error.
+/// Returns the smallest degree L with L^-power rate^-L below the tolerance, plus `more`: the torque is
+/// smaller than lever times force by about the rate, and so its error must be.
 fn degree_for(rate: f64, tolerance: f64, power: f64, more: usize) -> Option<usize> {
     (rate >= SLOWEST_RATE).then(|| degree_of(rate.ln(), tolerance, power, more))
 }
 
-/// The same from the rate's logarithm.
+/// Returns [`degree_for`] a rate that is given by its logarithm.
 fn degree_of(speed: f64, tolerance: f64, power: f64, more: usize) -> usize {
     let plain = -tolerance.ln() / speed;
     (plain - power * plain.ln_1p() / speed).ceil().max(0.0) as usize + more
 }
 
-/// A first guess for close bodies: the degree by the ratio of the conformal radii of two confocal ellipses.
+/// Returns a first guess of the degree for close bodies: by the ratio of the conformal radii of two confocal
+/// ellipses.
 pub fn guess_degree(ellipsoid: &Ellipsoid, flat: bool, kappa: f64, tolerance: f64) -> usize {
     let [a, _, c] = ellipsoid.sorted();
     let size = if flat { ellipsoid.focal_axes()[0] } else { a + c };
@@ -208,11 +218,12 @@ pub fn guess_degree(ellipsoid: &Ellipsoid, flat: bool, kappa: f64, tolerance: f6
     (-tolerance.ln() / rate.ln().max(1e-3)).ceil() as usize + 2
 }
 
-/// Smallest confocal coordinate kappa, with respect to `ellipsoid`, of the points of another body's focal ellipse.
+/// Returns the smallest confocal coordinate kappa, with respect to `ellipsoid`, of the points of another
+/// body's focal ellipse.
 ///
-/// `centre` is the other body's centre and `p`, `q` its focal semi-axes as vectors, all in the canonical frame of
-/// `ellipsoid`. A far body is bounded from below by spheres; a near one is searched: rim and interior on a grid, then
-/// the rim by golden sections.
+/// `centre` is the other body's centre and `p`, `q` its focal semi-axes as vectors, all in the canonical
+/// frame of `ellipsoid`. A far body is bounded from below by spheres. A near one is searched: its rim and
+/// interior on a grid, then its rim by golden sections.
 pub fn closest_confocal(ellipsoid: &Ellipsoid, centre: &Vec3, p: &Vec3, q: &Vec3) -> f64 {
     let a = ellipsoid.sorted()[0];
     let clearance = centre.norm() - p.norm();
@@ -242,17 +253,17 @@ fn confocal(ellipsoid: &Ellipsoid, x: &Vec3) -> f64 {
     crate::gravity::kappa([square(x.x), square(x.y), square(x.z)], ellipsoid.sorted().map(|a| a * a)).first()
 }
 
-/// A bound from below of the distance of a point from an ellipsoid's focal ellipse, where its exterior potential is singular; all
-/// in the canonical frame.
+/// Returns a lower bound of the distance of a point from an ellipsoid's focal ellipse, where its exterior
+/// potential is singular. Both are in the canonical frame.
 ///
-/// It is the distance of two parallel planes, of which one holds the point and the other one touches the ellipse: nearly across the
-/// normal of the confocal ellipsoid through the point. A point within the ellipsoid, where its potential is another one, counts as
-/// on the surface.
+/// The bound is the distance of two parallel planes, one through the point and the other touching the
+/// ellipse, nearly perpendicular to the normal of the confocal ellipsoid through the point. A point within
+/// the ellipsoid, where its potential is another function, counts as on the surface.
 pub fn focal_distance(ellipsoid: &Ellipsoid, x: &Vec3) -> f64 {
     let [p, q] = ellipsoid.focal_axes();
     let squares = Vec3::from(ellipsoid.sorted().map(|a| a * a));
     let x2 = x.component_mul(x);
-    // Where Newton's iteration for the confocal coordinate begins.
+    // This is where Newton's iteration for the confocal coordinate begins.
     let kappa = (x2.sum() - x2.dot(&squares) / x2.sum()).max(0.0);
     let normal = x.component_div(&squares.add_scalar(kappa));
     let reach = (p * normal.x).hypot(q * normal.y);
@@ -260,7 +271,7 @@ pub fn focal_distance(ellipsoid: &Ellipsoid, x: &Vec3) -> f64 {
     (x.dot(&normal).max(surface) - reach) / normal.norm()
 }
 
-/// The focal semi-axes of an ellipsoid as vectors, turned by the matrix from its canonical frame.
+/// Returns the focal semi-axes of an ellipsoid as vectors, rotated by the matrix from its canonical frame.
 pub fn focal_vectors(ellipsoid: &Ellipsoid, in_body: &Mat3) -> [Vec3; 2] {
     let [p, q] = ellipsoid.focal_axes();
     [in_body.column(0) * p, in_body.column(1) * q]

@@ -1,4 +1,4 @@
-//! Nodes and weights.
+//! Nodes and weights of the rules.
 
 use super::Order;
 use super::cells::MOST as MOST_OF_CELL;
@@ -11,35 +11,37 @@ use std::f64::consts::TAU;
 use std::num::NonZeroUsize;
 use std::ops::{AddAssign, Range};
 
-/// Points with weights that add up to one, stored by component and padded with weightless points to whole blocks.
+/// Points with weights that add up to one, stored by component and padded with weightless points to whole
+/// blocks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Nodes {
-    /// Coordinates; the focal rule has no third.
+    /// Coordinates; the focal rule has no third one.
     pub points: [Vec<f64>; 3],
     /// Weights.
     pub weights: Vec<f64>,
     count: usize,
 }
 
-/// Some of the nodes of a rule, in whole blocks.
+/// A range of a rule's nodes, in whole blocks.
 #[derive(Clone, Copy)]
 pub struct Stretch<'a> {
     /// Coordinates.
     pub points: [&'a [f64]; 3],
     /// Weights.
     pub weights: &'a [f64],
-    /// Number of points that carry weight; they come first.
+    /// The number of points with a weight, which come first.
     pub count: usize,
 }
 
-/// The most nodes that are summed one after the other.
+/// The largest number of nodes in a partial sum.
 const LONGEST: usize = 64 * BLOCK;
 
 impl Nodes {
-    /// Means over the unit sphere: Gauss-Legendre in z = cos(theta), the trapezoid rule in alpha.
+    /// Returns the rule for means over the unit sphere: Gauss-Legendre in z = cos(theta), trapezoidal in
+    /// alpha.
     ///
-    /// The surface point of the paper's `eq:Rotated_local_point` is (a x, b y, c z), and the surface elements are
-    /// n dS = (b c x, c a y, a b z) dOmega, that is `eq:Force_element` with z in units of c.
+    /// The surface point of the paper's `eq:Rotated_local_point` is (a x, b y, c z), and the surface elements
+    /// are n dS = (b c x, c a y, a b z) dOmega, which is `eq:Force_element` with z in units of c.
     pub fn sphere(order: Order) -> Self {
         let mut nodes = Self::empty();
         let rule = GaussLegendre::new(nonzero(order.gauss));
@@ -49,12 +51,12 @@ impl Nodes {
         nodes.padded()
     }
 
-    /// Means over a homogeneous ellipsoid of functions that are harmonic in it, from its surface (a x, b y, c z) alone;
-    /// the nodes are those of the unit sphere.
+    /// Returns the rule for means, over a homogeneous ellipsoid, of functions that are harmonic in it. It
+    /// takes points of the surface (a x, b y, c z) alone, and its nodes are those of the unit sphere.
     ///
-    /// Green's second identity with P = 1 - sum y_i^2/a_i^2, which vanishes on the surface and whose Laplacian is
-    /// -2 sum 1/a_i^2, makes the mean of a harmonic h equal to 3 <h sum x_i^2/a_i^2> / sum 1/a_i^2, <.> the mean over the
-    /// sphere.
+    /// Green's second identity with P = 1 - sum y_i^2/a_i^2, which vanishes on the surface and whose
+    /// Laplacian is -2 sum 1/a_i^2, makes the mean of a harmonic h equal to 3 <h sum x_i^2/a_i^2> / sum
+    /// 1/a_i^2, with <.> the mean over the sphere.
     pub fn surface(order: Order, semi_axes: [f64; 3]) -> Self {
         let shortest = semi_axes.into_iter().fold(f64::INFINITY, f64::min);
         let share = semi_axes.map(|a| (shortest / a) * (shortest / a));
@@ -66,13 +68,15 @@ impl Nodes {
         Self { points, weights, count }
     }
 
-    /// Means over the unit disc with density proportional to t = sqrt(1 - x^2 - y^2).
+    /// Returns the rule for means over the unit disc with density proportional to t = sqrt(1 - x^2 - y^2).
     ///
-    /// With x = sqrt(1 - t^2) cos(alpha) the mean is int 3 t^2 dt over [0, 1] of the mean over alpha, which is even
-    /// in t. The Gauss rule of n points for the weight t^2 on [-1, 1] is that of Legendre with 2 n + 1 points less the one
-    /// at zero, each weight times t^2: P_{2n+1}(t)/t is orthogonal to all lower powers under t^2.
+    /// With x = sqrt(1 - t^2) cos(alpha) the mean is int 3 t^2 dt over [0, 1] of the mean over alpha, which
+    /// is even in t. The Gauss rule of n points for the weight t^2 on [-1, 1] is the Gauss-Legendre rule of 2
+    /// n + 1 points without the one at zero, with each weight times t^2: P_{2n+1}(t)/t is orthogonal to all
+    /// lower powers under t^2.
     ///
-    /// The order's angles are those of the outermost ring; with a tolerance the inner ones have no more than they need for it.
+    /// The angles of the order are those of the outermost ring; with a tolerance the inner rings have no more
+    /// than they need for it.
     pub fn focal(order: Order, tolerance: f64) -> Self {
         let mut nodes = Self::empty();
         let rule = GaussLegendre::new(nonzero(2 * order.gauss + 1));
@@ -87,21 +91,23 @@ impl Nodes {
         nodes.padded()
     }
 
-    /// The single point of a body whose focal ellipse has shrunk to its centre: a sphere or a point mass.
+    /// Returns the rule of one point, for a body whose focal ellipse has shrunk to its centre: a sphere or a
+    /// point mass.
     pub fn centre() -> Self {
         let mut nodes = Self::empty();
         nodes.ring(0.0, 0.0, 1.0, 1);
         nodes.padded()
     }
 
-    /// The points of a layer, in its unit of length.
+    /// Returns the points of a layer, in its unit of length.
     pub fn layer(layer: &Layer) -> Self {
         let Layer { points, weights, count } = layer.clone();
         Self { points, weights, count }
     }
 
-    /// All rules of Gauss for triangles up to `MOST_OF_CELL` points along a side, one after the other: the points are shares of
-    /// the three corners. [`Self::triangle`] tells where each is.
+    /// Returns all Gauss rules for triangles up to `MOST_OF_CELL` points along a side, one after the other.
+    /// Points are given by their shares of the three corners; [`Self::triangle`] returns the index at which
+    /// each rule begins.
     pub fn triangles() -> Self {
         let mut nodes = Self::empty();
         for n in 2..=MOST_OF_CELL {
@@ -114,13 +120,13 @@ impl Nodes {
         nodes
     }
 
-    /// Where the n^2 points of a triangle's rule begin.
+    /// Returns the index at which the triangle rule of n^2 points begins.
     pub fn triangle(n: usize) -> usize {
         (2..n).map(|m| (m * m).next_multiple_of(BLOCK)).sum()
     }
 
-    /// A sum over the nodes, made of sums over stretches of them. A sum of many nearly equal terms loses digits in proportion to
-    /// their number, for they are all rounded to the same side.
+    /// Returns a sum over the nodes, made of partial sums. A plain sum of many nearly equal terms would lose
+    /// digits in proportion to their number, since all are rounded to the same side.
     #[inline(always)]
     pub fn sum<T: AddAssign>(&self, over: impl Fn(Stretch<'_>) -> T) -> T {
         let length = self.weights.len();
@@ -131,7 +137,7 @@ impl Nodes {
         sum
     }
 
-    /// The nodes of a range, which ends between blocks.
+    /// Returns the nodes of a range, which ends between blocks.
     #[inline(always)]
     fn stretch(&self, range: Range<usize>) -> Stretch<'_> {
         let [x, y, z] = &self.points;
@@ -140,12 +146,12 @@ impl Nodes {
         Stretch { points, weights: &self.weights[range], count }
     }
 
-    /// Number of points that carry weight.
+    /// Returns the number of points with a weight.
     pub fn len(&self) -> usize {
         self.count
     }
 
-    /// Whether there is no point; never true of a rule made here.
+    /// Returns whether there is no point; no rule made here is empty.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }

@@ -1,4 +1,4 @@
-//! Bodies: one part or several.
+//! Bodies: one part, or several parts that are rigid together.
 
 use super::composite::Assembly;
 use super::frame::WorkingFrame;
@@ -8,26 +8,26 @@ use crate::math::Vec3;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// One part or several that are rigid together. The body frame has its origin in the centre of mass and its axes along the
-/// principal axes of inertia.
+/// A body: one part, or several parts that are rigid together. The body frame has its origin in the centre of
+/// mass and its axes along the principal axes of inertia.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Description", into = "Description")]
+#[serde(try_from = "BodyDescription", into = "BodyDescription")]
 pub struct Body {
     /// The name that errors and tables use.
-    pub name: String,
+    pub(crate) name: String,
     /// Mass in the system's units.
-    pub mass: f64,
+    pub(crate) mass: f64,
     parts: Vec<Part>,
     inertia: Vec3,
-    /// Places of the parts that are not inside another one.
+    /// Indices of the parts that are not inside another one.
     outer: Vec<usize>,
     circumradius: f64,
-    /// Of a composite, what it was given as.
+    /// The description of a composite as it was given, with its working frame.
     given: Option<(Vec<GivenPart>, WorkingFrame)>,
 }
 
 impl Body {
-    /// A body of one shape with a given mass.
+    /// Makes a body of one shape with a given mass.
     pub fn with_mass(name: impl Into<String>, shape: Shape, mass: f64) -> Result<Self> {
         let name = name.into();
         require_positive(&format!("mass of {name}"), mass)?;
@@ -42,7 +42,7 @@ impl Body {
         })
     }
 
-    /// A body of one shape with a given density; a point has none.
+    /// Makes a body of one shape with a given density; a point has none.
     pub fn with_density(name: impl Into<String>, shape: Shape, density: f64) -> Result<Self> {
         let name = name.into();
         require_positive(&format!("density of {name}"), density)?;
@@ -52,7 +52,7 @@ impl Body {
         }
     }
 
-    /// A body of several parts, or of one that is not at the origin.
+    /// Makes a body of several parts, or of one part that is not at the origin.
     pub fn composite(name: impl Into<String>, given: Vec<GivenPart>) -> Result<Self> {
         let name = name.into();
         let Assembly { mass, parts, inertia, outer, frame } = Assembly::new(&name, &given)?;
@@ -61,35 +61,46 @@ impl Body {
         Ok(Self { name, mass, inertia, outer, circumradius, parts, given: Some((given, frame)) })
     }
 
-    /// The parts, in the body frame.
+    /// Returns the name that errors and tables use.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns the mass in the system's units.
+    pub fn mass(&self) -> f64 {
+        self.mass
+    }
+
+    /// Returns the parts, in the body frame.
     pub fn parts(&self) -> &[Part] {
         &self.parts
     }
 
-    /// The parts that are not inside another one: the body's extent is all of theirs. A void counts like any part, so that one
-    /// that opens to the surface is closed to other bodies.
+    /// Iterates over the parts that are not inside another one; together they have the extent of the body. A
+    /// void counts like any other part, so that a void that opens to the surface is closed to other bodies.
     pub fn outer_parts(&self) -> impl Iterator<Item = &Part> + Clone {
         self.outer.iter().map(|&part| &self.parts[part])
     }
 
-    /// Principal moments of inertia (I11, I22, I33); zero for a point.
+    /// Returns the principal moments of inertia (I11, I22, I33); zero for a point.
     pub fn inertia(&self) -> Vec3 {
         self.inertia
     }
 
-    /// A distance from the centre that no point of the body exceeds: the largest semi-axis of an ordinary body, and in a
-    /// composite the largest of its parts' with their distances from the centre; zero for a point.
+    /// Returns an upper bound of the distance of the body's points from its centre: the largest semi-axis of
+    /// an ordinary body, the largest sum of a part's offset and its circumradius for a composite, and zero
+    /// for a point.
     pub fn circumradius(&self) -> f64 {
         self.circumradius
     }
 
-    /// The sum of the parts' masses without their signs.
+    /// Returns the sum of the magnitudes of the parts' masses.
     pub fn mass_without_signs(&self) -> f64 {
         if self.given.is_none() { self.mass } else { self.parts.iter().map(|part| part.mass.abs()).sum() }
     }
 
-    /// Volume of an ordinary body, zero for a point; for a composite, whose parts may overlap, that of the ellipsoid with its
-    /// [`Self::semi_axes`].
+    /// Returns the volume of an ordinary body, zero for a point. For a composite, whose parts may overlap, it
+    /// is that of the ellipsoid with its [`Self::semi_axes`].
     pub fn volume(&self) -> f64 {
         if self.given.is_none() {
             return self.parts[0].shape.volume();
@@ -98,8 +109,9 @@ impl Body {
         4.0 * PI / 3.0 * a * b * c
     }
 
-    /// Semi-axes along the body frame: those of an ellipsoid, zeros for a point, and for a composite or a polyhedron those of the
-    /// homogeneous ellipsoid with the same mass and the same moments of inertia.
+    /// Returns the semi-axes along the body frame: those of an ellipsoid, zeros for a point, and for a
+    /// composite or a polyhedron those of the homogeneous ellipsoid with the same mass and moments of
+    /// inertia.
     pub fn semi_axes(&self) -> [f64; 3] {
         if self.given.is_none() && !matches!(self.parts[0].shape, Shape::Polyhedron(_)) {
             return self.parts[0].shape.semi_axes();
@@ -108,12 +120,13 @@ impl Body {
         [0, 1, 2].map(|k| (2.5 * (all - 2.0 * self.inertia[k]) / self.mass).max(0.0).sqrt())
     }
 
-    /// The parts of a composite as they were given, in its working frame; none of an ordinary body.
+    /// Returns the parts of a composite as they were given, in its working frame; none for an ordinary body.
     pub fn given(&self) -> &[GivenPart] {
         self.given.as_ref().map_or(&[], |(parts, _)| parts)
     }
 
-    /// Where the working frame of a composite or a polyhedron lies in the body frame; none for other bodies.
+    /// Returns where the working frame of a composite or a polyhedron lies in the body frame; `None` for
+    /// other bodies.
     pub fn working_frame(&self) -> Option<WorkingFrame> {
         match (&self.given, &self.parts[0].shape) {
             (Some((_, frame)), _) => Some(*frame),
@@ -122,19 +135,19 @@ impl Body {
         }
     }
 
-    /// Whether the body is of several parts, or of one that is not at the origin.
+    /// Returns whether the body has several parts, or one that is not at the origin.
     pub fn is_composite(&self) -> bool {
         self.given.is_some()
     }
 }
 
-/// What a body is made from, for archives and the Python package.
+/// The description of a body in archives and for the Python package.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged, deny_unknown_fields)]
-enum Description {
+enum BodyDescription {
     Ordinary {
         name: String,
-        // Without this an absent shape would be that of a point.
+        // Without this attribute an absent shape would be read as that of a point.
         #[serde(rename = "semi_axes", deserialize_with = "Shape::deserialize")]
         shape: Shape,
         mass: f64,
@@ -145,18 +158,18 @@ enum Description {
     },
 }
 
-impl TryFrom<Description> for Body {
+impl TryFrom<BodyDescription> for Body {
     type Error = Error;
 
-    fn try_from(description: Description) -> Result<Self> {
+    fn try_from(description: BodyDescription) -> Result<Self> {
         match description {
-            Description::Ordinary { name, shape, mass } => Self::with_mass(name, shape, mass),
-            Description::Composite { name, parts } => Self::composite(name, parts),
+            BodyDescription::Ordinary { name, shape, mass } => Self::with_mass(name, shape, mass),
+            BodyDescription::Composite { name, parts } => Self::composite(name, parts),
         }
     }
 }
 
-impl From<Body> for Description {
+impl From<Body> for BodyDescription {
     fn from(body: Body) -> Self {
         match body {
             Body { name, given: Some((parts, _)), .. } => Self::Composite { name, parts },

@@ -1,26 +1,27 @@
-//! Composites: several parts that are rigid together, of densities that add where the parts overlap.
+//! Composites: several parts that are rigid together, whose densities add where the parts overlap.
 //!
-//! The parts are given in a working frame, which is any. The body frame is their principal frame: see [`super::frame`].
+//! The parts are given in a working frame, which the caller chooses freely. The body frame is their principal
+//! frame: see [`super::frame`].
 
 use super::frame::{ROUNDING, WorkingFrame, principal_axes, quaternion};
-use super::tree::{Block, Tree};
-use super::{GivenPart, Part, Place, Shape};
+use super::tree::{BoundingBox, Tree};
+use super::{GivenPart, Part, Placement, Shape};
 use crate::error::{Error, Result};
 use crate::math::compensated::sum;
 use crate::math::{Mat3, Vec3};
 
-/// The parts in their principal frame.
+/// The parts of a composite in their principal frame.
 pub(super) struct Assembly {
     pub mass: f64,
     pub parts: Vec<Part>,
     pub inertia: Vec3,
-    /// Places of the parts that are not inside another one.
+    /// Indices of the parts that are not inside another one.
     pub outer: Vec<usize>,
     pub frame: WorkingFrame,
 }
 
 impl Assembly {
-    /// The name is for errors.
+    /// Assembles the parts; `name` is for errors.
     pub fn new(name: &str, given: &[GivenPart]) -> Result<Self> {
         if given.is_empty() {
             return Err(Error::invalid(format!("number of parts of {name}"), 0, "at least one"));
@@ -30,12 +31,12 @@ impl Assembly {
         }
         let mass = sum(given.iter().map(|part| part.mass));
         let without_signs: f64 = given.iter().map(|part| part.mass.abs()).sum();
-        // A total that is only the rounding of its terms is none.
+        // A total that is only the rounding of its terms counts as zero.
         if !(mass > 1e-13 * without_signs && mass.is_finite()) {
             let expected = "a finite sum above zero: the voids take away less than there is";
             return Err(Error::invalid(format!("mass of {name}, the sum of its parts',"), mass, expected));
         }
-        let places: Vec<Place> = given.iter().map(GivenPart::place).collect();
+        let places: Vec<Placement> = given.iter().map(GivenPart::place).collect();
         let weighted =
             |c: usize| sum(given.iter().zip(&places).map(|(part, place)| part.mass * place.position[c]));
         let centre = Vec3::new(weighted(0), weighted(1), weighted(2)) / mass;
@@ -49,7 +50,7 @@ impl Assembly {
             .map(|(part, place)| Part {
                 shape: part.shape.clone(),
                 mass: part.mass,
-                place: Some(Place {
+                place: Some(Placement {
                     position: axes * (place.position - centre),
                     rotation: axes * place.rotation,
                 }),
@@ -60,8 +61,8 @@ impl Assembly {
     }
 }
 
-/// The inertia tensor about a point, and the size of what adds up to it.
-fn inertia(given: &[GivenPart], places: &[Place], centre: &Vec3) -> (Mat3, f64) {
+/// Returns the inertia tensor about a point, and the size of the terms that add up to it.
+fn inertia(given: &[GivenPart], places: &[Placement], centre: &Vec3) -> (Mat3, f64) {
     let mut tensors = Vec::with_capacity(given.len());
     let mut size = 0.0;
     for (part, place) in given.iter().zip(places) {
@@ -76,7 +77,7 @@ fn inertia(given: &[GivenPart], places: &[Place], centre: &Vec3) -> (Mat3, f64) 
     (tensor, size)
 }
 
-/// Refuses moments of inertia that no body has.
+/// Returns an error for moments of inertia that no body can have.
 fn check_inertia(name: &str, inertia: &Vec3, size: f64) -> Result<()> {
     let largest = inertia.max();
     let refuse = |expected: &str| {
@@ -97,15 +98,16 @@ fn check_inertia(name: &str, inertia: &Vec3, size: f64) -> Result<()> {
 /// By how much rounding may move a part that coincides with another one.
 const ROOM: f64 = 1e-14;
 
-/// Places of the parts that are not inside another one; of parts that coincide the first.
+/// Returns the indices of the parts that are not inside another one, and of coinciding parts the first one.
 fn outer(parts: &[Part]) -> Vec<usize> {
     let extended: Vec<usize> =
         (0..parts.len()).filter(|&part| parts[part].shape.circumradius() > 0.0).collect();
-    // A part whose centre is not in the box around another one is not inside that one. Twice the room for rounding: see `inside`.
+    // A part whose centre is not in the box around another part is not inside that one. The margin is twice
+    // that for rounding in `inside`.
     let around = |&part: &usize| {
         let (centre, reach) = (parts[part].position(), (1.0 + 2.0 * ROOM) * parts[part].shape.circumradius());
         let rounding = 4.0 * f64::EPSILON * (centre.amax() + reach);
-        Block::of(&[centre.add_scalar(-reach - rounding), centre.add_scalar(reach + rounding)])
+        BoundingBox::of(&[centre.add_scalar(-reach - rounding), centre.add_scalar(reach + rounding)])
     };
     let tree = Tree::new(&extended.iter().map(around).collect::<Vec<_>>());
     let hidden = |k: usize| {
@@ -116,15 +118,16 @@ fn outer(parts: &[Part]) -> Vec<usize> {
                 && (other < k || !inside(&parts[other], &parts[k]));
             if hides { 0.0 } else { 1.0 }
         };
-        let bound = |block: &Block| if block.distance(&parts[k].position()) > 0.0 { 1.0 } else { 0.0 };
+        let bound = |block: &BoundingBox| if block.distance(&parts[k].position()) > 0.0 { 1.0 } else { 0.0 };
         tree.least(1.0, bound, hides) == 0.0
     };
     (0..parts.len()).filter(|&k| !hidden(k)).collect()
 }
 
-/// Whether a part is surely inside another one: the ball around it is, where the other one is stretched to a ball.
+/// Returns whether a part is certainly inside another one: where the other one is stretched to a ball, the
+/// ball around the part lies within it.
 fn inside(part: &Part, other: &Part) -> bool {
-    // Nothing is found out of what is within a polyhedron: it is not asked for.
+    // Whether a part lies within a polyhedron is not decided: the answer is always no.
     if let Shape::Polyhedron(_) = other.shape {
         return part.shape == other.shape && part.place == other.place;
     }
@@ -136,7 +139,7 @@ fn inside(part: &Part, other: &Part) -> bool {
     let into = Mat3::from_diagonal(&stretch) * other.rotation().transpose();
     let centre = into * apart;
     let turned = into * part.rotation();
-    // A point has no inside: NaN and infinities are not below one.
+    // A point as the other part yields NaN or infinity here, which is not below one.
     if let Shape::Polyhedron(polyhedron) = &part.shape {
         return polyhedron.vertices().all(|v| (centre + turned * v).norm() <= 1.0 + ROOM);
     }

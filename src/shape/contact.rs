@@ -1,45 +1,48 @@
 //! Overlap of two ellipsoids, exact for bodies as thin as doubles can tell.
 //!
-//! An ellipsoid reaches h(n) = |diag(a) R^T n| from its centre along a direction n. Two of them, grown by a factor g
-//! about centres r apart, touch at
+//! An ellipsoid reaches h(n) = |diag(a) R^T n| from its centre along a direction n. Two of them, whose
+//! centres are r apart, touch when both are grown by the factor
 //!
 //!   g = max over n of  n.r / (h_A(n) + h_B(n)),
 //!
-//! so that g > 1 apart, g = 1 touching and g < 1 overlapping. With A = R diag(a^2) R^T, and as (h_A + h_B)^2 is the
-//! minimum over t of (1 + 1/t) (h_A^2 + t h_B^2), taken at t = h_A/h_B, the maximum lies at n along w = (A + t B)^-1 r,
-//! and g^2 is the contact function of Perram & Wertheim (1985), J. Comput. Phys. 58, 409,
-//! F = max over s in [0, 1] of s (1-s) r^T [(1-s) A + s B]^-1 r, with t = s / (1-s).
+//! so that g > 1 for separate, g = 1 for touching and g < 1 for overlapping bodies. With A = R diag(a^2) R^T,
+//! and since (h_A + h_B)^2 is the minimum over t of (1 + 1/t) (h_A^2 + t h_B^2), taken at t = h_A/h_B, the
+//! maximum lies at n along w = (A + t B)^-1 r. Then g^2 is the contact function of Perram & Wertheim (1985),
+//! J. Comput. Phys. 58, 409: F = max over s in [0, 1] of s (1-s) r^T [(1-s) A + s B]^-1 r, with t = s /
+//! (1-s).
 //!
-//! The weight t is found by Newton's iteration for ln(h_A/h_B) - ln t = 0, whose left side falls: with
-//! q = t w.B (A + t B)^-1 B w / w.B w its slope in ln t is -(1 - q) (1 + t h_B^2/h_A^2).
+//! The weight t is found by Newton's iteration for ln(h_A/h_B) - ln t = 0, whose left side falls: with q = t
+//! w.B (A + t B)^-1 B w / w.B w its derivative by ln t is -(1 - q) (1 + t h_B^2/h_A^2).
 
-use super::{Place, Shape, gap_between};
+use super::{Placement, Shape, gap_between};
 use crate::error::{Error, Result};
 use crate::math::{Mat3, Vec3};
 
 /// The factor by which two bodies must grow, each about its centre, to touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Growth {
-    /// Above one apart, one touching, below one overlapping; infinite for two points.
+    /// The factor: above one for separate bodies, one where they touch, below one where they overlap, and
+    /// infinite for two points.
     pub factor: f64,
-    /// Bound on the factor's relative error by the rounding of the separation and of the rotation matrices.
+    /// A bound on the factor's relative error by the rounding of the separation and of the rotation matrices.
     ///
-    /// It is 8 epsilon (|r|/g + a_A + a_B) / (h_A + h_B) with the longest semi-axes a: rounding moves the surfaces by a
-    /// share of the longest axes, and counts in units of what the bodies measure along their common normal. Compact
-    /// bodies have 1e-14; discs of c/a = 1e-8 face to face, or crossed needles as thin, have 2e-7. A second-order term
-    /// is added for bodies so thin that rounding turns the normal.
+    /// It is 8 epsilon (|r|/g + a_A + a_B) / (h_A + h_B) with the longest semi-axes a: rounding moves the
+    /// surfaces by a share of the longest axes, and matters relative to the extent of the bodies along their
+    /// common normal. Compact bodies have 1e-14; discs of c/a = 1e-8 face to face, or crossed needles as
+    /// thin, have 2e-7. A second-order term is added for bodies so thin that rounding turns the normal.
     pub uncertainty: f64,
 }
 
 impl Growth {
-    /// Bodies this close to contact count as touching: a computed contact of compact bodies is as uncertain by
-    /// rounding.
+    /// Bodies this close to contact count as touching: rounding makes a computed contact of compact bodies
+    /// this uncertain.
     const TOUCHING: f64 = 5e-14;
-    /// Bodies near contact with more uncertainty than this are too thin to tell.
+    /// Near contact, bodies with more uncertainty than this are too thin to tell whether they overlap.
     const TELLING: f64 = 1e-3;
 
-    /// The same of parts of these circumradii together, so far apart, whose separation carries the rounding of their places.
-    pub fn with_levers(self, distance: f64, circumradii: f64, places: [Option<Place>; 2]) -> Self {
+    /// Adds the rounding of the parts' positions: for parts with these circumradii in sum, at this distance
+    /// from each other and at these places in their bodies.
+    pub fn with_levers(self, distance: f64, circumradii: f64, places: [Option<Placement>; 2]) -> Self {
         let levers: f64 = places.iter().flatten().map(|place| place.position.norm()).sum();
         if levers == 0.0 || self.factor == 0.0 {
             return self;
@@ -50,10 +53,10 @@ impl Growth {
         }
     }
 
-    /// Whether the interiors of two bodies share a point; the names are for the error.
+    /// Returns whether the interiors of two bodies share a point; the names are for the error.
     ///
-    /// Bodies that touch within the uncertainty do not overlap. Where the uncertainty exceeds a thousandth and leaves
-    /// open whether they overlap, this is an error.
+    /// Bodies that touch within the uncertainty do not overlap. Where the uncertainty exceeds a thousandth
+    /// and leaves open whether they overlap, this is an error.
     pub fn overlap(&self, first: &str, second: &str) -> Result<bool> {
         let depth = 1.0 - self.factor;
         if self.uncertainty > Self::TELLING && depth.abs() <= self.uncertainty {
@@ -67,9 +70,9 @@ impl Growth {
     }
 }
 
-/// The factor by which two bodies must grow to touch.
+/// Returns the factor by which two bodies must grow to touch.
 ///
-/// `separation` runs from the first centre to the second; the matrices turn body frames into its frame.
+/// `separation` runs from the first centre to the second; the matrices rotate the body frames into its frame.
 pub fn growth(
     first: &Shape,
     second: &Shape,
@@ -88,22 +91,24 @@ pub fn growth(
     if scale == 0.0 {
         return Growth { factor: f64::INFINITY, uncertainty: 0.0 };
     }
-    // In units of the larger body and of the separation nothing over- or underflows.
+    // In units of the larger body and of the separation no number over- or underflows.
     let separation = separation / largest;
     let bodies = [Axes::new(first, rotation_first, scale), Axes::new(second, rotation_second, scale)];
     let unit = TwoEllipsoids { bodies, direction: separation.normalize() }.growth();
     Growth { factor: unit.factor * (largest / scale * separation.norm()), ..unit }
 }
 
-/// Beside a polyhedron, which need not be convex, growth tells little. What stands for it is the share of the separation that may
-/// be taken away before the shapes touch, |r| / (|r| - gap), which for two spheres is their growth.
+/// Returns a measure like growth for shapes of which one is a polyhedron. These need not be convex, so that
+/// growth tells little. The measure is |r| / (|r| - gap), from the share of the separation that may be
+/// removed before the shapes touch; for two spheres it equals their growth.
 fn shrinkage(gap: f64, distance: f64, circumradii: f64) -> Growth {
-    // A shape in the bay of another one may have a gap longer than the separation.
+    // A shape in a bay of another one may have a gap longer than the separation.
     let rest = (distance - gap).max(1e-3 * distance);
     Growth { factor: distance / rest, uncertainty: 8.0 * f64::EPSILON * (distance + circumradii) / rest }
 }
 
-/// The contact function of Perram & Wertheim: the square of the factor by which two bodies must grow to touch.
+/// Returns the contact function of Perram & Wertheim: the square of the factor by which two bodies must grow
+/// to touch.
 pub fn contact_function(
     first: &Shape,
     second: &Shape,
@@ -114,7 +119,7 @@ pub fn contact_function(
     growth(first, second, separation, rotation_first, rotation_second).factor.powi(2)
 }
 
-/// A body's semi-axes.
+/// The semi-axes of a body, in both frames.
 struct Axes {
     vectors: [Vec3; 3],
     shortest: f64,
@@ -122,9 +127,10 @@ struct Axes {
 }
 
 impl Axes {
-    /// In units of `scale`.
+    /// Takes a shape in units of `scale`.
     fn new(shape: &Shape, rotation: &Mat3, scale: f64) -> Self {
-        // Below these ratios an axis is lost in the rounding of the body's longest one, and a body in that of the other.
+        // Below these ratios an axis is lost in the rounding of the body's longest one, and a body in that of
+        // the other.
         const THINNEST: f64 = 1e-17;
         const SMALLEST: f64 = 1e-150;
         let thinnest = THINNEST * shape.circumradius();
@@ -143,24 +149,24 @@ struct TwoEllipsoids {
     direction: Vec3,
 }
 
-/// The values at one weight t.
+/// The values of the search at one weight t.
 struct Trial {
     /// n.r / (h_A(n) + h_B(n)), a lower bound of its maximum over n.
     growth: Growth,
     /// ln(h_A/h_B) - ln t.
     excess: f64,
-    /// Minus the slope of the excess in ln t.
+    /// Minus the derivative of the excess by ln t.
     slope: f64,
 }
 
 impl TwoEllipsoids {
     fn growth(&self) -> Growth {
-        /// So many halvings take the widest bracket down to the last digit.
+        /// This many halvings reduce the widest bracket to the last digit.
         const MAX_TRIALS: usize = 60;
-        /// The factor is flat at its maximum, so that half the digits of t give all of it.
+        /// The factor is flat at its maximum, so that half the digits of t give all digits of the factor.
         const ENOUGH: f64 = 1e-8;
         let [a, b] = &self.bodies;
-        // The weight t = h_A/h_B lies between these, whatever the sizes.
+        // The weight t = h_A/h_B lies between these bounds, whatever the sizes.
         let (mut low, mut high) = ((a.shortest / b.longest).ln(), (a.longest / b.shortest).ln());
         let along = |body: &Axes| body.vectors.iter().map(|v| v.dot(&self.direction).powi(2)).sum::<f64>();
         let mut u = (0.5 * (along(a) / along(b)).ln()).clamp(low, high);
@@ -172,7 +178,7 @@ impl TwoEllipsoids {
             }
             let bound = if trial.excess > 0.0 { &mut low } else { &mut high };
             *bound = u;
-            // A slope without a right digit, as rounding may leave it, leads out of the bracket.
+            // A derivative that rounding has left without a correct digit leads out of the bracket.
             let newton = u + trial.excess / trial.slope;
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
             if (next - u).abs() <= ENOUGH {
@@ -183,13 +189,14 @@ impl TwoEllipsoids {
         best
     }
 
-    /// The direction n and its factor for the weight t = e^u.
+    /// Returns the direction n and its factor for the weight t = e^u.
     ///
-    /// In the sum A + t B the square of a thin disc's short axis would drown beside that of a long one. But A + t B =
-    /// K^T K, where the rows of K = [diag(a) R_A^T; sqrt(t) diag(b) R_B^T] are the semi-axes. They are taken in a frame
-    /// whose first vector lies along the longest row, and the second along the longest remainder of the other rows;
-    /// then each column is divided by its largest entry. Three of the rows now form a triangle with ones on its
-    /// diagonal, and no entry is above one, so that det K^T K >= 1: the product may be formed and inverted.
+    /// In the sum A + t B the square of a thin disc's short axis would be lost beside that of a long one. But
+    /// A + t B = K^T K, where the rows of K = [diag(a) R_A^T; sqrt(t) diag(b) R_B^T] are the semi-axes. They
+    /// are expressed in a frame whose first vector lies along the longest row, and the second along the
+    /// longest remainder of the other rows; then each column is divided by its largest entry. Three of the
+    /// rows now form a triangle with ones on its diagonal, and no entry is above one, so that det K^T K >= 1:
+    /// the product may be formed and inverted.
     fn trial(&self, u: f64) -> Trial {
         let root = (0.5 * u).exp();
         let [a, b, c] = self.bodies[0].vectors;
@@ -197,7 +204,8 @@ impl TwoEllipsoids {
         let rows = [a, b, c, d, e, f];
         let x = longest(rows).normalize();
         let y = longest(rows.map(|row| row - x * x.dot(&row))).normalize();
-        // Twice, since the remainder of a nearly parallel row keeps a share of the first vector by rounding.
+        // The projection is removed twice, since rounding leaves the remainder of a nearly parallel row with
+        // a share of the first vector.
         let y = (y - x * x.dot(&y)).normalize();
         let frame = Mat3::from_columns(&[x, y, x.cross(&y)]).transpose();
         let rows = rows.map(|row| frame * row);
@@ -221,8 +229,8 @@ impl TwoEllipsoids {
         let [reach, shortest] = [|body: &Axes| body.longest, |body: &Axes| body.shortest]
             .map(|length| self.bodies.iter().map(length).sum::<f64>());
         let moved = 8.0 * f64::EPSILON * (1.0 / factor + reach);
-        // A displacement d of the centres adds d^T (A + t B)^-1 d t / (1 + t) to F. Bodies thinner than their rounding
-        // do not even define the frame's third vector.
+        // A displacement d of the centres adds d^T (A + t B)^-1 d t / (1 + t) to F. For bodies thinner than
+        // their rounding the frame's third vector is not even defined.
         let thinnest = if moved < shortest {
             size.z * ((1.0 + root.powi(-2)) / inverse[(2, 2)]).sqrt()
         } else {

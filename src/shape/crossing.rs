@@ -1,26 +1,27 @@
-//! Faces of one mesh that cross or touch where they should not, by exact predicates (Shewchuk 1997, in the crate `robust`).
+//! Faces of one mesh that cross or touch where they should not, found by exact predicates (Shewchuk 1997, in
+//! the crate `robust`).
 
-use super::tree::{Block, Tree};
+use super::tree::{BoundingBox, Tree};
 use crate::error::Result;
+use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
-use crate::patience::Patience;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
-/// Units of work of a pair of faces, for [`Patience`].
+/// Units of work of a pair of faces, for [`InterruptCheck`].
 const PAIR: u64 = 20;
 
-/// The first two faces that share points other than those of their common vertices.
+/// Returns the first two faces that share points other than those of their common vertices and edge.
 pub fn first_crossing(
     vertices: &[Vec3],
     faces: &[[u32; 3]],
     tree: &Tree,
-    patience: &mut Patience,
+    interrupt: &mut InterruptCheck,
 ) -> Result<Option<[usize; 2]>> {
     let corners = |face: [u32; 3]| face.map(|v| vertices[v as usize]);
     for (i, face) in faces.iter().enumerate() {
         let mut found = None;
         let mut looked = 1;
-        tree.meeting(&Block::of(&corners(*face)), |j| {
+        tree.meeting(&BoundingBox::of(&corners(*face)), |j| {
             let j = j as usize;
             if j > i && found.is_none_or(|k| j < k) {
                 looked += 1;
@@ -29,7 +30,7 @@ pub fn first_crossing(
                 }
             }
         });
-        patience.spend(PAIR * looked, 0.0)?;
+        interrupt.charge(PAIR * looked, 0.0)?;
         if let Some(j) = found {
             return Ok(Some([i, j]));
         }
@@ -37,7 +38,7 @@ pub fn first_crossing(
     Ok(None)
 }
 
-/// Whether two faces share points other than those of their common vertices.
+/// Returns whether two faces share points other than those of their common vertices.
 fn cross(vertices: &[Vec3], first: [u32; 3], second: [u32; 3]) -> bool {
     let corners = |face: [u32; 3]| face.map(|v| vertices[v as usize]);
     let shared: Vec<u32> = first.into_iter().filter(|v| second.contains(v)).collect();
@@ -47,13 +48,13 @@ fn cross(vertices: &[Vec3], first: [u32; 3], second: [u32; 3]) -> bool {
     match shared[..] {
         [] => (0..3)
             .any(|k| segment_meets([a[k], a[(k + 1) % 3]], &b) || segment_meets([b[k], b[(k + 1) % 3]], &a)),
-        // From the common vertex both go on until one of them ends, at the side opposite to it.
+        // Both faces extend from the common vertex until one of them ends, at the side opposite to it.
         [_] => {
             let side = |face| -> Vec<Vec3> { rest(face).collect() };
             let (p, q) = (side(first), side(second));
             segment_meets([p[0], p[1]], &b) || segment_meets([q[0], q[1]], &a)
         }
-        // Folded onto each other.
+        // Two faces with a common edge share more than it only where one is folded onto the other.
         [u, v] => {
             let (u, v) = (vertices[u as usize], vertices[v as usize]);
             let [Some(p), Some(q)] = [rest(first).next(), rest(second).next()] else { return true };
@@ -66,14 +67,15 @@ fn cross(vertices: &[Vec3], first: [u32; 3], second: [u32; 3]) -> bool {
     }
 }
 
-/// On which side of a plane a point lies; zero in the plane, exactly.
+/// Returns on which side of a plane a point lies; zero in the plane, exactly.
 fn side_of(plane: &[Vec3; 3], point: &Vec3) -> f64 {
     let coordinates = |v: &Vec3| Coord3D { x: v.x, y: v.y, z: v.z };
     let [a, b, c] = plane;
     orient3d(coordinates(a), coordinates(b), coordinates(c), coordinates(point))
 }
 
-/// The same in the plane that is left without one axis.
+/// Returns on which side of the line through two points a third one lies, in the plane that remains without
+/// one axis.
 fn flat_side(axis: usize, a: &Vec3, b: &Vec3, point: &Vec3) -> f64 {
     let coordinates = |v: &Vec3| Coord { x: v[(axis + 1) % 3], y: v[(axis + 2) % 3] };
     orient2d(coordinates(a), coordinates(b), coordinates(point))
@@ -83,7 +85,7 @@ fn same_side(s: f64, t: f64) -> bool {
     s > 0.0 && t > 0.0 || s < 0.0 && t < 0.0
 }
 
-/// Whether a segment and a triangle share a point.
+/// Returns whether a segment and a triangle share a point.
 fn segment_meets(segment: [Vec3; 2], triangle: &[Vec3; 3]) -> bool {
     let [p, q] = segment;
     let (above, below) = (side_of(triangle, &p), side_of(triangle, &q));
@@ -98,7 +100,7 @@ fn segment_meets(segment: [Vec3; 2], triangle: &[Vec3; 3]) -> bool {
     sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0)
 }
 
-/// The same in one plane.
+/// Returns whether a segment and a triangle in one plane share a point.
 fn flat_meets([p, q]: [Vec3; 2], triangle: &[Vec3; 3]) -> bool {
     let [a, b, c] = triangle;
     let axis = (b - a).cross(&(c - a)).iamax();
@@ -109,7 +111,8 @@ fn flat_meets([p, q]: [Vec3; 2], triangle: &[Vec3; 3]) -> bool {
     };
     let sides_meet = |u: &Vec3, v: &Vec3| {
         let [s, t, x, y] = [side(&p, &q, u), side(&p, &q, v), side(u, v, &p), side(u, v, &q)];
-        // Those on one line are seen by their ends, which lie within the triangle's other sides or beyond them.
+        // A segment on the line of a side is decided by its ends, which lie within the triangle's other sides
+        // or beyond them.
         !(same_side(s, t) || same_side(x, y) || s == 0.0 && t == 0.0)
     };
     inside(&p) || inside(&q) || sides_meet(a, b) || sides_meet(b, c) || sides_meet(c, a)

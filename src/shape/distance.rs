@@ -3,13 +3,13 @@
 use crate::math::Vec3;
 use std::f64::consts::PI;
 
-/// Distance of a point from a triangle.
+/// Returns the distance of a point from a triangle.
 pub fn point_to_triangle(point: &Vec3, triangle: &[Vec3; 3]) -> f64 {
     (closest_point(point, triangle) - point).norm()
 }
 
-/// The point of a triangle that is nearest to a point, by the region of its plane that the point lies over (Ericson 2005,
-/// section 5.1.5).
+/// Returns the point of a triangle that is nearest to a point, by the region of the triangle's plane over
+/// which the point lies (Ericson 2005, section 5.1.5).
 pub fn closest_point(point: &Vec3, [a, b, c]: &[Vec3; 3]) -> Vec3 {
     let (ab, ac) = (b - a, c - a);
     let from = |corner: &Vec3| {
@@ -44,14 +44,23 @@ pub fn closest_point(point: &Vec3, [a, b, c]: &[Vec3; 3]) -> Vec3 {
     a + ab * (beside_b / sum) + ac * (beside_c / sum)
 }
 
-/// The angle of a triangle at a point of it: that of a corner within this distance, and half a turn elsewhere.
+/// Returns the angle of a triangle at one of its points: that of a corner within this distance, and pi
+/// elsewhere.
 pub fn angle_at(point: &Vec3, [a, b, c]: &[Vec3; 3], within: f64) -> f64 {
     let corners = [(a, b, c), (b, c, a), (c, a, b)];
     let corner = corners.into_iter().find(|(corner, ..)| (point - *corner).norm() <= within);
     corner.map_or(PI, |(corner, next, last)| (next - corner).angle(&(last - corner)))
 }
 
-/// Distance of two segments (Ericson 2005, section 5.1.9).
+/// Returns the least distance from the origin on a straight path that starts at `from`.
+#[inline]
+pub fn least_distance(from: &Vec3, path: &Vec3) -> f64 {
+    let square = path.norm_squared();
+    let part = if square > 0.0 { (-from.dot(path) / square).clamp(0.0, 1.0) } else { 0.0 };
+    (from + path * part).norm()
+}
+
+/// Returns the distance of two segments (Ericson 2005, section 5.1.9).
 fn between_segments([p, q]: [&Vec3; 2], [u, v]: [&Vec3; 2]) -> f64 {
     let (d, e, r) = (q - p, v - u, p - u);
     let (a, b, c, f, g) = (d.norm_squared(), d.dot(&e), d.dot(&r), e.dot(&r), e.norm_squared());
@@ -68,7 +77,7 @@ fn between_segments([p, q]: [&Vec3; 2], [u, v]: [&Vec3; 2]) -> f64 {
     (p + d * s - u - e * t).norm()
 }
 
-/// Distance of two triangles; zero where they meet.
+/// Returns the distance of two triangles; zero where they meet.
 pub fn between_triangles(a: &[Vec3; 3], b: &[Vec3; 3]) -> f64 {
     let side = |t: &[Vec3; 3], k: usize| [t[k], t[(k + 1) % 3]];
     if (0..3).any(|k| pierces(side(a, k), b) || pierces(side(b, k), a)) {
@@ -85,7 +94,7 @@ pub fn between_triangles(a: &[Vec3; 3], b: &[Vec3; 3]) -> f64 {
     least
 }
 
-/// Whether a segment goes through a triangle from one side of it to the other.
+/// Returns whether a segment goes through a triangle from one side of it to the other.
 fn pierces([p, q]: [Vec3; 2], [a, b, c]: &[Vec3; 3]) -> bool {
     let n = (b - a).cross(&(c - a));
     let (s, t) = (n.dot(&(p - a)), n.dot(&(q - a)));

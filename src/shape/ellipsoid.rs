@@ -15,7 +15,7 @@ pub struct Ellipsoid {
 }
 
 impl Ellipsoid {
-    /// An ellipsoid of semi-axes in any order of size.
+    /// Makes an ellipsoid of semi-axes in any order of size.
     pub fn new(semi_axes: [f64; 3]) -> Result<Self> {
         for (axis, label) in semi_axes.iter().zip(["a", "b", "c"]) {
             require_positive(&format!("semi-axis {label}"), *axis)?;
@@ -26,13 +26,13 @@ impl Ellipsoid {
         for (row, &column) in order.iter().enumerate() {
             canonical[(row, column)] = 1.0;
         }
-        // An ellipsoid with an axis turned round is the same: a reflection is so made a rotation.
+        // An ellipsoid is symmetric, so that one axis may be reversed to make the permutation a rotation.
         let sign = canonical.determinant();
         canonical.row_mut(2).scale_mut(sign);
         Ok(Self { semi_axes, sorted: order.map(|i| semi_axes[i]), canonical })
     }
 
-    /// The same shape with all lengths times a factor above zero.
+    /// Returns the shape with all lengths multiplied by a factor above zero.
     pub fn scaled(&self, factor: f64) -> Self {
         Self {
             semi_axes: self.semi_axes.map(|a| a * factor),

@@ -1,26 +1,27 @@
 //! Principal frames.
 //!
-//! A body's frame is its principal frame, turned as little as possible from the working frame that it is given in: of all ways to
-//! name and to direct the principal axes the one for which the axes of both frames are nearest to each other (the trace of the
-//! rotation is largest). Where two moments of inertia are equal, only the third axis is turned, on the shortest way; where all are,
-//! nothing is. A body that is given in a principal frame therefore keeps it.
+//! A body's frame is its principal frame, rotated as little as possible from the working frame in which it is
+//! given: among all orders and directions of the principal axes it is the choice for which the axes of both
+//! frames are nearest to each other (the trace of the rotation is largest). Where two moments of inertia are
+//! equal, only the third axis is rotated, by the shortest way; where all are equal, nothing is. A body that
+//! is given in a principal frame therefore keeps it.
 
 use crate::math::{Mat3, Vec3};
 use nalgebra::{Rotation3, SymmetricEigen, UnitQuaternion};
 
-/// Products of inertia and differences of its moments smaller than this share of what adds up to them are rounding.
+/// Products of inertia and differences of the moments below this share of their terms are rounding.
 pub(super) const ROUNDING: f64 = 1e-14;
 
 /// Where the working frame of a composite or a polyhedron lies in its body frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WorkingFrame {
-    /// Its origin.
+    /// The frame's origin, in the body frame.
     pub position: Vec3,
-    /// Quaternion that turns its vectors into those of the body frame.
+    /// Quaternion that rotates vectors of the working frame into the body frame.
     pub attitude: [f64; 4],
 }
 
-/// The rotation from the working frame into the principal frame.
+/// Returns the rotation from the working frame into the principal frame.
 pub(super) fn principal_axes(tensor: &Mat3, size: f64) -> Mat3 {
     let small = ROUNDING * size;
     if tensor[(0, 1)].abs().max(tensor[(1, 2)].abs()).max(tensor[(0, 2)].abs()) <= small {
@@ -39,17 +40,18 @@ pub(super) fn principal_axes(tensor: &Mat3, size: f64) -> Mat3 {
     }
 }
 
-/// The smallest turn that makes the nearest axis of the working frame one along this vector.
+/// Returns the smallest rotation that brings the nearest axis of the working frame along this vector.
 fn turned_least_about(vector: Vec3) -> Mat3 {
     let axis = vector.iamax();
     let along = vector * vector[axis].signum();
     let mut unit = Vec3::zeros();
     unit[axis] = 1.0;
-    // The two are less than 60 degrees apart.
+    // The two directions are less than 60 degrees apart.
     Rotation3::rotation_between(&along, &unit).map_or_else(Mat3::identity, |turn| turn.into_inner())
 }
 
-/// The frame along these three vectors, named and directed so that it is nearest to the working frame.
+/// Returns the frame along these three vectors, ordered and directed so that it is nearest to the working
+/// frame.
 fn nearest_frame(vectors: [Vec3; 3]) -> Mat3 {
     const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
     let mut best = Mat3::identity();

@@ -1,21 +1,23 @@
-//! How far two shapes are apart of which one is a polyhedron: a bound that never exceeds the distance of their surfaces, and is
-//! negative just where the shapes share points.
+//! The gap between two shapes of which one is a polyhedron: a bound that never exceeds the distance of their
+//! surfaces, and is negative exactly where the shapes share points.
 //!
-//! Two polyhedra: the distance of their nearest faces, by boxes in trees. An ellipsoid beside a polyhedron is stretched to the
-//! unit ball; where the nearest face is then at the distance q from its centre, the distance of the surfaces is at least
-//! (q - 1) c, with c the shortest semi-axis. Both are exact in their sign, and for a sphere or a point in their value.
+//! For two polyhedra it is the distance of their nearest faces, found by trees of bounding boxes. An
+//! ellipsoid beside a polyhedron is stretched to the unit ball; where the nearest face is then at distance q
+//! from its centre, the distance of the surfaces is at least (q - 1) c, with c the shortest semi-axis. Both
+//! have the exact sign, and for a sphere or a point the exact value.
 
 use super::distance::point_to_triangle;
-use super::tree::Block;
+use super::tree::BoundingBox;
 use super::{Polyhedron, Shape};
 use crate::math::{Mat3, Vec3};
 
-/// The gap between two shapes, negative where they overlap; `None` where neither is a polyhedron.
+/// Returns the gap between two shapes, negative where they overlap; `None` where neither is a polyhedron.
 ///
-/// `separation` runs from the first centre to the second; the matrices turn the shapes' frames into its frame.
+/// `separation` runs from the first centre to the second; the matrices rotate the shapes' frames into its
+/// frame.
 pub fn gap_between(shapes: [&Shape; 2], separation: &Vec3, rotations: [&Mat3; 2]) -> Option<f64> {
     let [first, second] = rotations;
-    // The spheres around both are a bound too.
+    // The gap between the circumscribed spheres is a lower bound too.
     let spheres = separation.norm() - shapes[0].circumradius() - shapes[1].circumradius();
     let gap = match shapes {
         [Shape::Polyhedron(a), Shape::Polyhedron(b)] => {
@@ -28,7 +30,8 @@ pub fn gap_between(shapes: [&Shape; 2], separation: &Vec3, rotations: [&Mat3; 2]
     Some(gap.max(spheres))
 }
 
-/// An ellipsoid or a point beside a polyhedron: its centre and its rotation are given in the polyhedron's frame.
+/// Returns the gap of an ellipsoid or a point beside a polyhedron; its centre and rotation are given in the
+/// polyhedron's frame.
 fn beside(polyhedron: &Polyhedron, other: &Shape, centre: &Vec3, rotation: &Mat3) -> f64 {
     let within = polyhedron.contains(centre);
     let Shape::Ellipsoid(ellipsoid) = other else {
@@ -38,9 +41,10 @@ fn beside(polyhedron: &Polyhedron, other: &Shape, centre: &Vec3, rotation: &Mat3
     let axes = Vec3::from(ellipsoid.semi_axes());
     let shortest = axes.min();
     let stretch = Mat3::from_diagonal(&axes.map(|a| 1.0 / a)) * rotation.transpose();
-    // In the stretched space a box of the polyhedron's is no nearer than its sphere is in the true one, over the longest axis.
+    // In the stretched space a box of the polyhedron is no nearer than its bounding sphere is in true space,
+    // divided by the longest axis.
     let longest = axes.max();
-    let bound = |block: &Block| block.distance(centre) / longest;
+    let bound = |block: &BoundingBox| block.distance(centre) / longest;
     let q = polyhedron.nearest(bound, |corners| {
         let triangle = corners.map(|corner| stretch * (corner - centre));
         point_to_triangle(&Vec3::zeros(), &triangle)
@@ -48,7 +52,8 @@ fn beside(polyhedron: &Polyhedron, other: &Shape, centre: &Vec3, rotation: &Mat3
     if within { -(1.0 + q) * shortest } else { (q - 1.0) * shortest }
 }
 
-/// Two polyhedra; the place and the turn of the second one are given in the frame of the first.
+/// Returns the gap of two polyhedra; the position and rotation of the second one are given in the frame of
+/// the first.
 fn between_polyhedra([a, b]: [&Polyhedron; 2], place: &Vec3, turn: &Mat3) -> f64 {
     let depth = |inner: &Polyhedron, outer: &Polyhedron, into: &dyn Fn(&Vec3) -> Vec3| {
         let points = inner.vertices().map(|v| into(&v)).filter(|v| outer.contains(v));
@@ -56,7 +61,7 @@ fn between_polyhedra([a, b]: [&Polyhedron; 2], place: &Vec3, turn: &Mat3) -> f64
     };
     let least = a.nearest_to(b, place, turn);
     let apart = least > 0.0 && {
-        // Surfaces that do not meet: one within the other, or none.
+        // Where the surfaces do not meet, one polyhedron lies within the other, or they are apart.
         let one = b.vertices().next().map(|v| place + turn * v);
         let other = a.vertices().next().map(|v| turn.tr_mul(&(v - place)));
         !one.is_some_and(|v| a.contains(&v)) && !other.is_some_and(|v| b.contains(&v))
@@ -66,7 +71,7 @@ fn between_polyhedra([a, b]: [&Polyhedron; 2], place: &Vec3, turn: &Mat3) -> f64
     }
     let into_a = |v: &Vec3| place + turn * v;
     let into_b = |v: &Vec3| turn.tr_mul(&(v - place));
-    // Edges that cross without a vertex inside count too.
+    // Edges that cross without a vertex inside the other polyhedron count as overlap too.
     let least_depth = 1e-12 * (a.circumradius() + b.circumradius());
     -depth(b, a, &into_a).max(depth(a, b, &into_b)).max(least_depth)
 }

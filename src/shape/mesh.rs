@@ -1,18 +1,18 @@
-//! Whether triangles bound a solid: closed, turned outward, nowhere crossing. Errors name the face.
+//! Checks that triangles bound a solid: closed, oriented outward, nowhere crossing. Errors name the face.
 
 use super::crossing::first_crossing;
-use super::tree::{Block, Tree};
+use super::tree::{BoundingBox, Tree};
 use crate::error::{Error, Result, require_finite};
+use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3};
-use crate::patience::Patience;
 
-/// Faces whose height is below this share of their longest edge have no direction.
+/// Faces whose height is below this share of their longest edge have no reliable direction.
 const FLATTEST: f64 = 1e-12;
 
-/// Within these the volume and what follows from it neither under- nor overflow.
+/// The range of extents in which the volume and what follows from it neither under- nor overflow.
 const EXTENTS: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
 
-/// An edge and the two faces that share it; the first face goes along it, the second one back.
+/// An edge and the two faces that share it; the first face traverses it forwards, the second one backwards.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Edge {
     /// The vertices.
@@ -25,7 +25,7 @@ fn of_face(index: usize, value: impl std::fmt::Display, expected: &str) -> Error
     Error::invalid(format!("face {index}"), value, expected)
 }
 
-/// Checks each vertex, face and edge on its own; gives the edges.
+/// Checks each vertex, face and edge on its own. Returns the edges.
 pub fn check(vertices: &[Vec3], faces: &[[u32; 3]]) -> Result<Vec<Edge>> {
     for (index, vertex) in vertices.iter().enumerate() {
         require_finite(&format!("vertex {index}"), vertex.as_slice())?;
@@ -47,24 +47,25 @@ pub fn check(vertices: &[Vec3], faces: &[[u32; 3]]) -> Result<Vec<Edge>> {
     edges(faces)
 }
 
-/// Checks that faces with these edges bound a solid, which takes about a second for two hundred thousand of them.
+/// Checks that faces with these edges bound a solid, which takes about a second for two hundred thousand of
+/// them.
 pub fn check_solid(
     vertices: &[Vec3],
     faces: &[[u32; 3]],
     edges: &[Edge],
-    patience: &mut Patience,
+    interrupt: &mut InterruptCheck,
 ) -> Result<()> {
-    let blocks: Vec<Block> =
-        faces.iter().map(|face| Block::of(&face.map(|v| vertices[v as usize]))).collect();
+    let blocks: Vec<BoundingBox> =
+        faces.iter().map(|face| BoundingBox::of(&face.map(|v| vertices[v as usize]))).collect();
     let tree = Tree::new(&blocks);
-    if let Some([i, j]) = first_crossing(vertices, faces, &tree, patience)? {
+    if let Some([i, j]) = first_crossing(vertices, faces, &tree, interrupt)? {
         return Err(of_face(
             i,
             format!("crossing or touching face {j}"),
             "faces that meet at common edges alone",
         ));
     }
-    check_turned_outward(vertices, faces, edges, patience)
+    check_turned_outward(vertices, faces, edges, interrupt)
 }
 
 fn check_face(vertices: &[Vec3], index: usize, face: [u32; 3]) -> Result<()> {
@@ -83,7 +84,7 @@ fn check_face(vertices: &[Vec3], index: usize, face: [u32; 3]) -> Result<()> {
     let [a, b, c] = face.map(|v| vertices[v as usize]);
     let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
     let height = ((b - a) / longest).cross(&((c - a) / longest)).norm();
-    // Written so that the NaN of three equal points is refused.
+    // The comparison is written so that the NaN of three equal points is refused.
     if height > FLATTEST {
         Ok(())
     } else {
@@ -91,7 +92,8 @@ fn check_face(vertices: &[Vec3], index: usize, face: [u32; 3]) -> Result<()> {
     }
 }
 
-/// The edges of faces, each shared by just two that go along it in opposite directions.
+/// Returns the edges of faces, where each must be shared by exactly two that traverse it in opposite
+/// directions.
 fn edges(faces: &[[u32; 3]]) -> Result<Vec<Edge>> {
     let mut sides: Vec<([u32; 2], u32, bool)> = (0u32..)
         .zip(faces)
@@ -142,12 +144,13 @@ fn doubled(mut first: [u32; 3], mut second: [u32; 3]) -> bool {
     first == second
 }
 
-/// Checks that every closed surface has the solid on its inner side, a hollow's surface within another one on its outer side.
+/// Checks that every closed surface has the solid on its inner side, or, for a hollow within another surface,
+/// on its outer side.
 fn check_turned_outward(
     vertices: &[Vec3],
     faces: &[[u32; 3]],
     edges: &[Edge],
-    patience: &mut Patience,
+    interrupt: &mut InterruptCheck,
 ) -> Result<()> {
     let surfaces = surfaces(faces.len(), edges);
     let corners = |face: usize| faces[face].map(|v| vertices[v as usize]);
@@ -163,7 +166,7 @@ fn check_turned_outward(
         let mut turns = 0.0;
         for other in surfaces.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, other)| other)
         {
-            patience.spend(4 * other.len() as u64, 0.0)?;
+            interrupt.charge(4 * other.len() as u64, 0.0)?;
             let angle: f64 = other.iter().map(|&face| solid_angle(corners(face).map(|v| v - origin))).sum();
             turns += angle / (4.0 * std::f64::consts::PI);
         }
@@ -190,13 +193,14 @@ fn check_turned_outward(
     Ok(())
 }
 
-/// The solid angle of a triangle as seen from the origin, positive from behind (van Oosterom & Strackee 1983).
+/// Returns the solid angle of a triangle as seen from the origin, positive from behind (van Oosterom &
+/// Strackee 1983).
 pub fn solid_angle([a, b, c]: [Vec3; 3]) -> f64 {
     let (p, q, r) = (a.norm(), b.norm(), c.norm());
     2.0 * a.dot(&b.cross(&c)).atan2(p * q * r + a.dot(&b) * r + b.dot(&c) * p + c.dot(&a) * q)
 }
 
-/// Faces that hang together by edges.
+/// Returns the sets of faces that are connected by edges.
 fn surfaces(count: usize, edges: &[Edge]) -> Vec<Vec<usize>> {
     let mut parent: Vec<usize> = (0..count).collect();
     fn root(parent: &mut [usize], mut face: usize) -> usize {
@@ -223,7 +227,7 @@ fn surfaces(count: usize, edges: &[Edge]) -> Vec<Vec<usize>> {
     surfaces
 }
 
-/// Volume, first and second moments.
+/// Returns the volume and the first and second moments.
 pub fn sums(vertices: &[Vec3], faces: &[[u32; 3]]) -> (f64, Vec3, Mat3) {
     let (mut volume, mut first, mut second) = (0.0, Vec3::zeros(), Mat3::zeros());
     for face in faces {

@@ -1,8 +1,9 @@
-//! Bodies: one part or several, each a shape with a mass. Ellipsoids of any axes (sphere, oblate, prolate, triaxial) and
-//! point masses.
+//! Bodies: one part or several, each a shape with a mass. Ellipsoids of any axes (sphere, oblate, prolate,
+//! triaxial) and point masses.
 //!
-//! Takes semi-axes along the part's x, y, z and a mass or density, and where the parts are; gives volume, inertia, principal
-//! axes, the focal ellipse and the overlap test. Inertia: the paper's section "Surface integration".
+//! Takes semi-axes along the part's x, y, z and a mass or density, and where the parts are; gives volume,
+//! inertia, principal axes, the focal ellipse and the overlap test. Inertia: the paper's section "Surface
+//! integration".
 
 mod body;
 mod composite;
@@ -12,39 +13,52 @@ mod distance;
 mod ellipsoid;
 mod frame;
 mod gap;
-mod kept;
+mod moment_cache;
 mod mesh;
-mod meeting;
+mod proximity;
 mod part;
+mod part_derivative;
 mod plane;
 mod polyhedron;
 mod tree;
 
 pub use body::Body;
+#[doc(hidden)]
 pub use contact::{Growth, contact_function, growth};
+pub(crate) use distance::least_distance;
 pub use ellipsoid::Ellipsoid;
 pub use frame::WorkingFrame;
+#[doc(hidden)]
 pub use gap::gap_between;
-pub use meeting::Meeting;
+#[doc(hidden)]
 pub use mesh::{Edge, solid_angle};
-pub use part::{GivenPart, Part, Place};
+#[doc(hidden)]
+pub use part::Placement;
+pub use part::{GivenPart, Part};
+#[doc(hidden)]
+pub use part_derivative::{PartDerivative, PartNumber};
+#[doc(hidden)]
 pub use plane::{normal, support};
 pub use polyhedron::Polyhedron;
-pub use tree::{Block, Tree};
+#[doc(hidden)]
+pub use proximity::Proximity;
+#[doc(hidden)]
+pub use tree::{BoundingBox, Tree};
 
 use crate::error::{Error, Result, require_positive};
 use crate::math::{Mat3, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// The shape of a part. Described by its semi-axes, or vertices and faces; none for a point.
+/// The shape of a part. Its description is the semi-axes, or vertices and faces, or nothing for a point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Description", into = "Description")]
+#[serde(try_from = "ShapeDescription", into = "ShapeDescription")]
+#[non_exhaustive]
 pub enum Shape {
     /// A homogeneous ellipsoid.
     Ellipsoid(Ellipsoid),
     /// A homogeneous polyhedron.
     Polyhedron(Polyhedron),
-    /// No extent. A body of such a part alone has no spin dynamics.
+    /// A point without extent. A body that is a point has no rotational dynamics.
     Point,
 }
 
@@ -56,21 +70,21 @@ impl TryFrom<Option<[f64; 3]>> for Shape {
     }
 }
 
-/// What a shape is made from, for archives and the Python package.
+/// The description of a shape in archives and for the Python package.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged, deny_unknown_fields)]
-enum Description {
+enum ShapeDescription {
     Axes(Option<[f64; 3]>),
     Mesh { vertices: Vec<[f64; 3]>, faces: Vec<[u32; 3]> },
 }
 
-impl TryFrom<Description> for Shape {
+impl TryFrom<ShapeDescription> for Shape {
     type Error = Error;
 
-    fn try_from(description: Description) -> Result<Self> {
+    fn try_from(description: ShapeDescription) -> Result<Self> {
         match description {
-            Description::Axes(semi_axes) => Self::try_from(semi_axes),
-            Description::Mesh { vertices, faces } => {
+            ShapeDescription::Axes(semi_axes) => Self::try_from(semi_axes),
+            ShapeDescription::Mesh { vertices, faces } => {
                 let vertices: Vec<Vec3> = vertices.into_iter().map(Vec3::from).collect();
                 Ok(Self::Polyhedron(Polyhedron::unchecked(&vertices, &faces)?))
             }
@@ -78,7 +92,7 @@ impl TryFrom<Description> for Shape {
     }
 }
 
-impl From<Shape> for Description {
+impl From<Shape> for ShapeDescription {
     fn from(shape: Shape) -> Self {
         match shape {
             Shape::Ellipsoid(e) => Self::Axes(Some(e.semi_axes())),
@@ -91,18 +105,18 @@ impl From<Shape> for Description {
 }
 
 impl Shape {
-    /// An ellipsoid; semi-axes along x, y, z in any order, equal ones welcome.
+    /// Makes an ellipsoid; semi-axes along x, y, z in any order, equal ones included.
     pub fn ellipsoid(semi_axes: [f64; 3]) -> Result<Self> {
         Ok(Self::Ellipsoid(Ellipsoid::new(semi_axes)?))
     }
 
-    /// A sphere.
+    /// Makes a sphere.
     pub fn sphere(radius: f64) -> Result<Self> {
         require_positive("radius", radius)?;
         Self::ellipsoid([radius; 3])
     }
 
-    /// The same shape with all lengths times a factor above zero.
+    /// Returns the shape with all lengths multiplied by a factor above zero.
     pub fn scaled(&self, factor: f64) -> Self {
         match self {
             Self::Ellipsoid(e) => Self::Ellipsoid(e.scaled(factor)),
@@ -111,8 +125,8 @@ impl Shape {
         }
     }
 
-    /// The power of two next below the circumradius, an exact unit of length in which squares and cubes neither
-    /// overflow nor underflow; one for a point.
+    /// Returns the power of two next below the circumradius: an exact unit of length in which squares and
+    /// cubes neither overflow nor underflow. It is one for a point.
     pub fn natural_unit(&self) -> f64 {
         match self {
             Self::Ellipsoid(_) | Self::Polyhedron(_) => self.circumradius().log2().floor().exp2(),
@@ -129,7 +143,7 @@ impl Shape {
         }
     }
 
-    /// Principal moments of inertia of unit mass about the shape's own axes; zeros for a point.
+    /// Returns the principal moments of inertia of unit mass about the shape's own axes; zeros for a point.
     pub fn inertia_per_mass(&self) -> Vec3 {
         match self {
             Self::Ellipsoid(e) => e.inertia_per_mass(),
@@ -138,13 +152,14 @@ impl Shape {
         }
     }
 
-    /// The tensor of inertia of unit mass about the centre.
+    /// Returns the inertia tensor of unit mass about the centre.
     pub fn inertia_tensor_per_mass(&self) -> Mat3 {
         Mat3::from_diagonal(&self.inertia_per_mass())
     }
 
-    /// Larger semi-axis of the focal ellipse: how far from the centre the mass reaches that attracts alike; zero for a sphere
-    /// and a point, all of a polyhedron.
+    /// Returns how far from the centre an equivalent mass distribution extends that attracts alike: the
+    /// larger semi-axis of the focal ellipse, zero for a sphere or a point, and the circumradius of a
+    /// polyhedron.
     pub fn focal_reach(&self) -> f64 {
         match self {
             Self::Ellipsoid(e) => e.focal_axes()[0],
@@ -153,7 +168,7 @@ impl Shape {
         }
     }
 
-    /// Largest distance of a surface point from the centre; zero for a point.
+    /// Returns the largest distance of a surface point from the centre; zero for a point.
     pub fn circumradius(&self) -> f64 {
         match self {
             Self::Ellipsoid(e) => e.sorted()[0],
@@ -162,7 +177,7 @@ impl Shape {
         }
     }
 
-    /// Semi-axes along the part's frame; zeros for a point, and for a polyhedron, which has none.
+    /// Returns the semi-axes along the part's frame; zeros for a point and for a polyhedron, which has none.
     pub fn semi_axes(&self) -> [f64; 3] {
         match self {
             Self::Ellipsoid(e) => e.semi_axes(),

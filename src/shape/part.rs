@@ -1,16 +1,16 @@
-//! Parts of bodies: a shape with a mass at a place.
+//! Parts of bodies: a shape with a mass at a position.
 
 use super::Shape;
 use crate::error::{Error, Result, require_finite, require_positive};
 use crate::math::{Mat3, Vec3, rotation};
 use serde::{Deserialize, Serialize};
 
-/// Where a frame lies in another one.
+/// Position and rotation of one frame in another one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct Placement {
     /// The frame's origin.
     pub position: Vec3,
-    /// Turns the frame's vectors into those of the other one.
+    /// Rotates vectors of the frame into those of the other one.
     pub rotation: Mat3,
 }
 
@@ -21,39 +21,40 @@ pub struct Part {
     pub shape: Shape,
     /// Mass; negative for a void.
     pub mass: f64,
-    /// Where it is in the body's frame; none for the one part of an ordinary body, which is at the origin and unturned.
-    pub place: Option<Place>,
+    /// The position and rotation in the body's frame; `None` for the one part of an ordinary body, which is
+    /// at the origin and not rotated.
+    pub place: Option<Placement>,
 }
 
 impl Part {
-    /// Where the part's centre is in the body's frame.
+    /// Returns the part's centre in the body's frame.
     pub fn position(&self) -> Vec3 {
         self.place.map_or_else(Vec3::zeros, |place| place.position)
     }
 
-    /// Turns the part's vectors into those of the body's frame.
+    /// Returns the rotation from the part's frame into the body's frame.
     pub fn rotation(&self) -> Mat3 {
         self.place.map_or_else(Mat3::identity, |place| place.rotation)
     }
 }
 
-/// A part of a composite as it was given: in the working frame, which is any.
+/// A part of a composite as it was given, in the working frame that the caller chose.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GivenPart {
     /// The shape.
     #[serde(rename = "semi_axes")]
     pub shape: Shape,
-    /// Mass, of either sign.
+    /// Mass: positive for matter, negative for a void.
     pub mass: f64,
-    /// The part's centre; of a polyhedron the origin of its vertices' frame.
+    /// The part's centre; for a polyhedron the origin of its vertices' frame.
     pub position: [f64; 3],
-    /// Quaternion that turns the part's vectors into those of the working frame.
+    /// Quaternion that rotates vectors of the part into the working frame.
     pub attitude: [f64; 4],
 }
 
 impl GivenPart {
-    /// The mass of a part by its density, of either sign; `what` names the part for errors.
+    /// Returns the mass of a part from its density, of either sign; `what` names the part for errors.
     pub fn mass_of(what: &str, shape: &Shape, density: f64) -> Result<f64> {
         let volume = shape.volume();
         if volume > 0.0 {
@@ -63,7 +64,7 @@ impl GivenPart {
         }
     }
 
-    /// Refuses numbers that say nothing.
+    /// Returns an error for numbers that describe no part.
     pub(super) fn check(&self, what: &str) -> Result<()> {
         if !(self.mass.is_finite() && self.mass != 0.0) {
             let expected = "a finite number that is not zero: above for matter, below for a void";
@@ -75,13 +76,14 @@ impl GivenPart {
         require_positive(&format!("length of the attitude of {what}"), length)
     }
 
-    pub(super) fn place(&self) -> Place {
+    pub(super) fn place(&self) -> Placement {
         let rotation = rotation::matrix(rotation::normalised(self.attitude));
         let position = Vec3::from(self.position);
-        let Shape::Polyhedron(polyhedron) = &self.shape else { return Place { position, rotation } };
-        // The frame that is placed is the one in which the vertices were given.
+        let Shape::Polyhedron(polyhedron) = &self.shape else { return Placement { position, rotation } };
+        // The position and attitude refer to the frame in which the vertices were given, not to the principal
+        // frame.
         let frame = polyhedron.working_frame();
         let rotation = rotation * rotation::matrix(frame.attitude).transpose();
-        Place { position: position - rotation * frame.position, rotation }
+        Placement { position: position - rotation * frame.position, rotation }
     }
 }

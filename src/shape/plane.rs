@@ -1,24 +1,25 @@
-//! Planes between two bodies.
+//! Separating planes of two bodies.
 //!
-//! A plane with unit normal n lies between two bodies whose centres are r apart where n.r > h_A(n) + h_B(n), h the
-//! support functions: every n gives a lower bound of the gap. The normal for which n.r / (h_A + h_B) is largest is that
-//! of the plane which both bodies touch when they have grown to touch, and the ratio is the factor by which they have:
-//! the dual of the contact function, whose parameter s it shares by s / (1 - s) = h_A / h_B.
+//! A plane with unit normal n separates two bodies whose centres are r apart where n.r > h_A(n) + h_B(n),
+//! with h the support functions: every n gives a lower bound of the gap. The normal for which n.r / (h_A +
+//! h_B) is largest is that of the plane which both bodies touch when they have grown to touch, and the ratio
+//! is the factor of that growth. This is the dual of the contact function, and its parameter s is related by
+//! s / (1 - s) = h_A / h_B.
 
 use super::Shape;
 use crate::math::{Mat3, Vec3};
 use nalgebra::Matrix6x3;
 
-/// How far a body reaches from its centre along a unit vector.
+/// Returns the support function: how far a body reaches from its centre along a unit vector.
 pub fn support(shape: &Shape, rotation: &Mat3, normal: &Vec3) -> f64 {
     rotation.tr_mul(normal).component_mul(&Vec3::from(shape.semi_axes())).norm()
 }
 
-/// The unit normal, from the first body to the second, of the plane that both touch when they have grown to touch;
-/// `None` where doubles cannot hold it.
+/// Returns the unit normal, from the first body to the second, of the plane that both touch when they have
+/// grown to touch; `None` where doubles cannot represent it.
 ///
-/// `balance` is ln(h_A / h_B): the search starts from its value at a pose nearby, and leaves the value found. A normal
-/// that is off by a small angle bounds the gap almost as well.
+/// `balance` is ln(h_A / h_B): the search starts from its value at a pose nearby, and leaves the value found.
+/// A normal that is off by a small angle bounds the gap almost as well.
 pub fn normal(
     shapes: [&Shape; 2],
     rotations: [&Mat3; 2],
@@ -33,7 +34,8 @@ pub fn normal(
     let r = separation / separation.norm();
     let body = |k: usize| Mat3::from_diagonal(&axes[k]) * rotations[k].transpose();
     let [a, b] = [body(0), body(1)];
-    // n = [(1 - s) A + s B]^-1 r by the factors of A and B, which keeps the digits of thin bodies.
+    // n = [(1 - s) A + s B]^-1 r is computed from the factors of A and B, which keeps the digits of thin
+    // bodies.
     let at = |u: f64| {
         let (s, rest) = (1.0 / (1.0 + (-u).exp()), 1.0 / (1.0 + u.exp()));
         let mut rows = Matrix6x3::zeros();

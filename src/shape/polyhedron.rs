@@ -1,24 +1,25 @@
-//! The homogeneous polyhedron: a solid within triangles; volume, centre, second moments, harmonic moments.
+//! The homogeneous polyhedron: a solid within triangles, with its volume, centre, second moments and harmonic
+//! moments.
 //!
-//! With tetrahedra from an origin to the faces (a, b, c), each of the volume v = a.(b x c)/6 with its sign, the volume is sum v,
-//! the first moments are sum v (a + b + c)/4, and the second ones
+//! With tetrahedra from an origin to the faces (a, b, c), each with the signed volume v = a.(b x c)/6, the
+//! volume is sum v, the first moments are sum v (a + b + c)/4, and the second ones
 //!
 //!   int x_i x_j dV = sum v/20 [ s_i s_j + a_i a_j + b_i b_j + c_i c_j ],   s = a + b + c
 //!
-//! (Lien & Kajiya 1984, IEEE Computer Graphics and Applications 4 (10), 35). A polynomial H that is homogeneous of degree n has
-//! the integral sum_f h_f / (n + 3) int_f H dS, h_f the face's height above the origin, and Gauss's rule on a face is exact to any
-//! degree.
+//! (Lien & Kajiya 1984, IEEE Computer Graphics and Applications 4 (10), 35). A polynomial H that is
+//! homogeneous of degree n has the integral sum_f h_f / (n + 3) int_f H dS, with h_f the face's height above
+//! the origin, and Gauss's rule on a face is exact to any degree.
 
 use super::distance::{angle_at, between_triangles, closest_point};
 use super::frame::{WorkingFrame, principal_axes, quaternion};
-use super::kept::{Kept, kept};
 use super::mesh::{Edge, check, check_solid, solid_angle, sums};
-use super::tree::{Block, Tree};
+use super::moment_cache::{MomentCache, cached_moments};
+use super::tree::{BoundingBox, Tree};
 use crate::error::{Error, Result};
+use crate::interrupt::InterruptCheck;
 use crate::math::harmonics::{self, WeightedHarmonics};
 use crate::math::lanes::BLOCK;
 use crate::math::{Mat3, Vec3, monomials, triangle};
-use crate::patience::Patience;
 use pulp::Arch;
 use std::cell::Cell;
 use std::mem::discriminant;
@@ -28,18 +29,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Highest degree of the monomials whose means are computed.
 const MOST_POWERS: usize = 18;
 
-/// A homogeneous polyhedron in its own frame: the origin in the centre of mass, the axes along the principal axes of inertia.
-/// Copies share what they are made of.
+/// A homogeneous polyhedron in its own frame: the origin in the centre of mass, the axes along the principal
+/// axes of inertia. Copies share their data.
 #[derive(Debug, Clone)]
 pub struct Polyhedron {
     solid: Arc<Solid>,
-    /// All lengths are those of the solid times this.
+    /// The factor from the lengths of the shared solid to those of this polyhedron.
     scale: f64,
 }
 
 #[derive(Debug)]
 struct Solid {
-    /// As given, in the working frame.
+    /// The vertices as given, in the working frame.
     given: Vec<Vec3>,
     vertices: Vec<Vec3>,
     faces: Vec<[u32; 3]>,
@@ -51,10 +52,10 @@ struct Solid {
     frame: WorkingFrame,
     /// Whether the faces are known to bound a solid.
     checked: AtomicBool,
-    /// The harmonic moments so far asked for.
-    moments: Kept,
-    /// The means of monomials so far asked for.
-    monomials: Kept,
+    /// The harmonic moments that have been asked for.
+    moments: MomentCache,
+    /// The means of monomials that have been asked for.
+    monomials: MomentCache,
 }
 
 impl PartialEq for Polyhedron {
@@ -66,42 +67,43 @@ impl PartialEq for Polyhedron {
 }
 
 impl Solid {
-    /// Corners of a face.
+    /// Returns the corners of a face.
     fn corners(&self, face: u32) -> [Vec3; 3] {
         self.faces[face as usize].map(|v| self.vertices[v as usize])
     }
 }
 
 impl Polyhedron {
-    /// From vertices and the triangles between them, whose vertices go counterclockwise as seen from outside.
+    /// Makes a polyhedron from vertices and the triangles between them, whose vertices are counterclockwise
+    /// as seen from outside.
     ///
-    /// The surface has to be closed, each edge shared by two faces, with no face doubled, without an area or crossing another.
-    /// Several surfaces, one beside another or a hollow in a solid, are one polyhedron.
-    pub fn new(given: &[Vec3], faces: &[[u32; 3]], patience: &mut Patience) -> Result<Self> {
+    /// The surface must be closed, each edge shared by two faces, with no face doubled, without an area or
+    /// crossing another. Several surfaces, one beside another or a hollow in a solid, are one polyhedron.
+    pub fn new(given: &[Vec3], faces: &[[u32; 3]], interrupt: &mut InterruptCheck) -> Result<Self> {
         let edges = check(given, faces)?;
-        check_solid(given, faces, &edges, patience)?;
+        check_solid(given, faces, &edges, interrupt)?;
         let polyhedron = Self::from_edges(given, faces, edges)?;
         polyhedron.solid.checked.store(true, Ordering::Relaxed);
         Ok(polyhedron)
     }
 
-    /// The same from a description, in which nobody can be asked whether to go on: [`Self::check`] does what takes long, before the
-    /// polyhedron is used.
+    /// Makes a polyhedron from a description, where no interrupt can be checked: [`Self::check`] makes the
+    /// long checks before the polyhedron is used.
     pub(super) fn unchecked(given: &[Vec3], faces: &[[u32; 3]]) -> Result<Self> {
         Self::from_edges(given, faces, check(given, faces)?)
     }
 
-    /// Whether the faces bound a solid, where that is not yet known.
-    pub fn check(&self, patience: &mut Patience) -> Result<()> {
+    /// Checks that the faces bound a solid, where that is not yet known.
+    pub fn check(&self, interrupt: &mut InterruptCheck) -> Result<()> {
         if !self.solid.checked.load(Ordering::Relaxed) {
-            check_solid(&self.solid.given, &self.solid.faces, &self.solid.edges, patience)?;
+            check_solid(&self.solid.given, &self.solid.faces, &self.solid.edges, interrupt)?;
             self.solid.checked.store(true, Ordering::Relaxed);
         }
         Ok(())
     }
 
     fn from_edges(given: &[Vec3], faces: &[[u32; 3]], edges: Vec<Edge>) -> Result<Self> {
-        // Vertices that no face has do not count.
+        // Vertices that belong to no face do not count.
         let mut used = vec![false; given.len()];
         faces.iter().flatten().for_each(|&v| used[v as usize] = true);
         let count = used.iter().filter(|used| **used).count();
@@ -123,8 +125,8 @@ impl Polyhedron {
         let tensor = Mat3::from_diagonal_element(second.trace()) - second;
         let axes = principal_axes(&tensor, tensor.trace());
         let vertices: Vec<Vec3> = vertices.iter().map(|v| axes * v).collect();
-        let blocks: Vec<Block> =
-            faces.iter().map(|face| Block::of(&face.map(|v| vertices[v as usize]))).collect();
+        let blocks: Vec<BoundingBox> =
+            faces.iter().map(|face| BoundingBox::of(&face.map(|v| vertices[v as usize]))).collect();
         let solid = Solid {
             given: given.to_vec(),
             circumradius: faces.iter().map(|face| reach(face, &vertices)).fold(0.0, f64::max),
@@ -136,38 +138,38 @@ impl Polyhedron {
             volume,
             vertices,
             checked: AtomicBool::new(false),
-            moments: Kept::default(),
-            monomials: Kept::default(),
+            moments: MomentCache::default(),
+            monomials: MomentCache::default(),
         };
         Ok(Self { solid: Arc::new(solid), scale: 1.0 })
     }
 
-    /// The same with all lengths times a factor above zero.
+    /// Returns the polyhedron with all lengths multiplied by a factor above zero.
     pub fn scaled(&self, factor: f64) -> Self {
         Self { solid: self.solid.clone(), scale: self.scale * factor }
     }
 
-    /// Numbers that only copies of one and the same polyhedron share while one of them is there.
+    /// Returns numbers that identify the polyhedron: only copies of it share them while one of them exists.
     pub fn identity(&self) -> (usize, u64) {
         (Arc::as_ptr(&self.solid) as usize, self.scale.to_bits())
     }
 
-    /// Vertices in its own frame.
+    /// Iterates over the vertices in the polyhedron's own frame.
     pub fn vertices(&self) -> impl Iterator<Item = Vec3> {
         self.solid.vertices.iter().map(|v| v * self.scale)
     }
 
-    /// Vertices as they were given, in the working frame.
+    /// Iterates over the vertices as they were given, in the working frame.
     pub fn given(&self) -> impl Iterator<Item = Vec3> {
         self.solid.given.iter().map(|v| v * self.scale)
     }
 
-    /// Triangles of vertices.
+    /// Returns the triangles as indices of vertices.
     pub fn faces(&self) -> &[[u32; 3]] {
         &self.solid.faces
     }
 
-    /// Edges, with their faces.
+    /// Returns the edges with their faces.
     pub fn edges(&self) -> &[Edge] {
         &self.solid.edges
     }
@@ -177,7 +179,7 @@ impl Polyhedron {
         self.solid.volume * self.scale.powi(3)
     }
 
-    /// Where the frame in which the vertices were given lies in the polyhedron's own frame.
+    /// Returns where the frame in which the vertices were given lies in the polyhedron's own frame.
     pub fn working_frame(&self) -> WorkingFrame {
         let WorkingFrame { position, attitude } = self.solid.frame;
         WorkingFrame { position: position * self.scale, attitude }
@@ -193,17 +195,17 @@ impl Polyhedron {
         self.solid.circumradius * self.scale
     }
 
-    /// Corners of a face.
+    /// Returns the corners of a face.
     pub fn corners(&self, face: usize) -> [Vec3; 3] {
         self.solid.corners(face as u32).map(|v| v * self.scale)
     }
 
-    /// Distance of a point from the surface, from either side.
+    /// Returns the distance of a point from the surface, from either side.
     pub fn distance(&self, point: &Vec3) -> f64 {
         self.scale * self.closest(&(point / self.scale)).0
     }
 
-    /// The distance and the place of the point of the surface that is nearest to a point, at scale one.
+    /// Returns the distance and the position of the surface point nearest to a point, at scale one.
     fn closest(&self, point: &Vec3) -> (f64, Vec3) {
         let nearest = Cell::new((f64::INFINITY, *point));
         let to_face = |face: u32, _| {
@@ -218,15 +220,16 @@ impl Polyhedron {
         nearest.get()
     }
 
-    /// The outward normal where the surface is nearest to a point, on an edge or a corner that of all faces there by their angles
-    /// (Baerentzen & Aanaes 2005, IEEE TVCG 11, 243), and a height over it whose sign tells whether the point is outside.
+    /// Returns the outward normal at the surface point nearest to a point, and a height over it whose sign
+    /// tells whether the point is outside. On an edge or a corner the normals of all adjacent faces are
+    /// weighted by their angles (Baerentzen & Aanaes 2005, IEEE TVCG 11, 243).
     pub fn outward(&self, point: &Vec3) -> (Vec3, f64) {
         let (place, size) = (point / self.scale, self.solid.circumradius);
         let (distance, there) = self.closest(&place);
-        // As near but for rounding.
+        // Faces count as nearest within rounding.
         let most = distance * (1.0 + 1e-12) + 1e-14 * size;
         let (mut normal, mut height) = (Vec3::zeros(), 0.0);
-        let around = Block::of(&[place.add_scalar(-most), place.add_scalar(most)]);
+        let around = BoundingBox::of(&[place.add_scalar(-most), place.add_scalar(most)]);
         self.solid.tree.meeting(&around, |face| {
             let triangle @ [a, b, c] = self.solid.corners(face);
             let closest = closest_point(&place, &triangle);
@@ -240,31 +243,32 @@ impl Polyhedron {
         (normal.normalize(), height * self.scale)
     }
 
-    /// The least value of a function of faces; `bound` is a bound from below for all faces in a box.
-    pub fn nearest(&self, bound: impl Fn(&Block) -> f64, of: impl Fn([Vec3; 3]) -> f64) -> f64 {
-        let bound = |block: &Block| bound(&block.scaled(self.scale));
+    /// Returns the least value of a function of faces; `bound` returns a lower bound for all faces in a box.
+    pub fn nearest(&self, bound: impl Fn(&BoundingBox) -> f64, of: impl Fn([Vec3; 3]) -> f64) -> f64 {
+        let bound = |block: &BoundingBox| bound(&block.scaled(self.scale));
         self.solid.tree.least(f64::INFINITY, bound, |face, _| of(self.corners(face as usize)))
     }
 
-    /// Distance of the nearest faces of this polyhedron and of one that is so placed and turned; zero where they meet.
+    /// Returns the distance of the nearest faces of this polyhedron and of another one at this position and
+    /// rotation; zero where they meet.
     pub fn nearest_to(&self, other: &Self, place: &Vec3, turn: &Mat3) -> f64 {
         let whole = self.solid.tree.whole().scaled(self.scale);
-        // The faces of the other one, each against this one's tree.
-        let bound = |block: &Block| {
+        // Each face of the other polyhedron is searched against the tree of this one.
+        let bound = |block: &BoundingBox| {
             let (centre, radius) = block.scaled(other.scale).sphere();
             whole.distance(&(place + turn * centre)) - radius
         };
         other.solid.tree.least(f64::INFINITY, bound, |face, most| {
             let triangle = other.corners(face as usize).map(|v| place + turn * v);
-            let around = Block::of(&triangle);
-            let bound = |block: &Block| block.scaled(self.scale).apart(&around);
+            let around = BoundingBox::of(&triangle);
+            let bound = |block: &BoundingBox| block.scaled(self.scale).apart(&around);
             self.solid
                 .tree
                 .least(most, bound, |face, _| between_triangles(&self.corners(face as usize), &triangle))
         })
     }
 
-    /// Whether a point lies within the solid; of a point on the surface either answer may be had.
+    /// Returns whether a point lies within the solid. For a point on the surface either answer is possible.
     pub fn contains(&self, point: &Vec3) -> bool {
         if point.norm() > self.circumradius() {
             return false;
@@ -273,32 +277,32 @@ impl Polyhedron {
         (0..self.faces().len()).map(turned).sum::<f64>() > 2.0 * std::f64::consts::PI
     }
 
-    /// Means over the solid of the solid harmonics of x / circumradius up to a degree, in the order of
-    /// [`harmonics::place`]. They are kept.
+    /// Returns the means over the solid of the solid harmonics of x / circumradius up to a degree, in the
+    /// order of [`harmonics::place`]. They are cached.
     pub fn harmonic_moments(
         &self,
         degree: usize,
         arch: Arch,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<Arc<Vec<f64>>> {
         let key = (degree, self.scale.to_bits(), Some(discriminant(&arch)));
-        kept(&self.solid.moments, key, || self.moments_to(degree, arch, patience))
+        cached_moments(&self.solid.moments, key, || self.moments_to(degree, arch, interrupt))
     }
 
-    /// Means over the solid of the monomials of x / circumradius up to a degree, in the order of [`monomials::index`]. They
-    /// are kept.
-    pub fn monomial_means(&self, degree: usize, patience: &mut Patience) -> Result<Arc<Vec<f64>>> {
+    /// Returns the means over the solid of the monomials of x / circumradius up to a degree, in the order of
+    /// [`monomials::index`]. They are cached.
+    pub fn monomial_means(&self, degree: usize, interrupt: &mut InterruptCheck) -> Result<Arc<Vec<f64>>> {
         let key = (degree, self.scale.to_bits(), None);
-        kept(&self.solid.monomials, key, || self.means_to(degree, patience))
+        cached_moments(&self.solid.monomials, key, || self.means_to(degree, interrupt))
     }
 
-    fn means_to(&self, degree: usize, patience: &mut Patience) -> Result<Vec<f64>> {
+    fn means_to(&self, degree: usize, interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
         let unit = 1.0 / self.circumradius();
         let rule = triangle::rule(degree / 2 + 1);
         let mut means = vec![0.0; monomials::offset(degree + 1)];
         let work = (1 + rule.len() * means.len() / 8) as u64;
         for face in 0..self.faces().len() {
-            patience.spend(work, 0.0)?;
+            interrupt.charge(work, 0.0)?;
             let [a, b, c] = self.corners(face).map(|v| v * unit);
             let solid = 0.5 * a.dot(&b.cross(&c));
             for node in &rule {
@@ -322,12 +326,12 @@ impl Polyhedron {
                 .iter_mut()
                 .for_each(|m| *m /= (d + 3) as f64 * volume);
         }
-        // The frame's origin is the centre of mass.
+        // First moments vanish, since the origin is the centre of mass.
         means.iter_mut().skip(1).take(3).for_each(|m| *m = 0.0);
         Ok(means)
     }
 
-    fn moments_to(&self, degree: usize, arch: Arch, patience: &mut Patience) -> Result<Vec<f64>> {
+    fn moments_to(&self, degree: usize, arch: Arch, interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
         let unit = 1.0 / self.circumradius();
         let mut rules: Vec<Option<Vec<triangle::TriangleNode>>> = vec![None; degree / 2 + 2];
         let mut points: [Vec<f64>; 3] = Default::default();
@@ -345,9 +349,9 @@ impl Polyhedron {
         for face in 0..self.faces().len() {
             let [a, b, c] = self.corners(face).map(|v| v * unit);
             let order = points_for(degree, [a, b, c]);
-            patience.spend((order * order * harmonics::count(degree) / 64 + 1) as u64, 0.0)?;
+            interrupt.charge((order * order * harmonics::count(degree) / 64 + 1) as u64, 0.0)?;
             let rule = rules[order].get_or_insert_with(|| triangle::rule(order));
-            // Height times area.
+            // This is six times the volume of the tetrahedron: height times twice the area.
             let solid = 0.5 * a.dot(&b.cross(&c));
             for node in rule {
                 let [i, j, k] = node.shares;
@@ -368,10 +372,11 @@ impl Polyhedron {
     }
 }
 
-/// The order of Gauss's rule for harmonics up to a degree on a face near the unit sphere: exact, or to round-off on a small face.
+/// Returns the order of Gauss's rule for harmonics up to a degree on a face near the unit sphere: exact, or
+/// accurate to round-off on a small face.
 ///
-/// On the ellipse of the complex plane with the parameter rho about a segment of half-length d, the harmonics are below
-/// e^(degree d rho / 2), so that n points err by (4 n / (degree d e))^-2n with the best rho.
+/// On the ellipse of the complex plane with the parameter rho about a segment of half-length d, the harmonics
+/// are below e^(degree d rho / 2), so that n points err by (4 n / (degree d e))^-2n with the best rho.
 fn points_for(degree: usize, [a, b, c]: [Vec3; 3]) -> usize {
     let middle = (a + b + c) / 3.0;
     let size = (a - middle).norm().max((b - middle).norm()).max((c - middle).norm());

@@ -1,18 +1,18 @@
-//! Boxes around faces, in a tree: which faces are near something.
+//! A tree of bounding boxes around faces, which finds the faces near something.
 
 use crate::math::Vec3;
 
 /// An axis-aligned box.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Block {
+pub struct BoundingBox {
     /// Least coordinates.
     pub low: Vec3,
     /// Largest coordinates.
     pub high: Vec3,
 }
 
-impl Block {
-    /// The smallest that holds these points.
+impl BoundingBox {
+    /// Returns the smallest box that holds these points.
     pub fn of(points: &[Vec3]) -> Self {
         let (low, high) = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
         points.iter().fold(Self { low, high }, |b, p| Self { low: b.low.inf(p), high: b.high.sup(p) })
@@ -26,39 +26,39 @@ impl Block {
         (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
     }
 
-    /// Distance from a point; zero within.
+    /// Returns the distance from a point; zero within.
     pub fn distance(&self, point: &Vec3) -> f64 {
         (self.low - point).sup(&(point - self.high)).sup(&Vec3::zeros()).norm()
     }
 
-    /// Distance of two boxes; zero where they meet.
+    /// Returns the distance of two boxes; zero where they meet.
     pub fn apart(&self, other: &Self) -> f64 {
         (self.low - other.high).sup(&(other.low - self.high)).sup(&Vec3::zeros()).norm()
     }
 
-    /// The box times a factor above zero.
+    /// Returns the box multiplied by a factor above zero.
     pub fn scaled(&self, factor: f64) -> Self {
         Self { low: self.low * factor, high: self.high * factor }
     }
 
-    /// Centre, and the distance of the corners from it.
+    /// Returns the centre, and the distance of the corners from it.
     pub fn sphere(&self) -> (Vec3, f64) {
         (0.5 * (self.low + self.high), 0.5 * (self.high - self.low).norm())
     }
 }
 
-/// A tree of boxes.
+/// A tree of bounding boxes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tree {
     nodes: Vec<Node>,
-    /// The items, those of a leaf side by side.
+    /// The items; those of a leaf are adjacent.
     items: Vec<u32>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 struct Node {
-    block: Block,
-    /// The items of a leaf, or the two branches: the next node and this one.
+    block: BoundingBox,
+    /// The items of a leaf, or the index of the second branch; the first branch is the next node.
     content: Content,
 }
 
@@ -68,12 +68,12 @@ enum Content {
     Branches(usize),
 }
 
-/// Most items of a leaf.
+/// The largest number of items in a leaf.
 const LEAF: usize = 4;
 
 impl Tree {
-    /// Over items by their boxes.
-    pub fn new(blocks: &[Block]) -> Self {
+    /// Builds the tree over items from their boxes.
+    pub fn new(blocks: &[BoundingBox]) -> Self {
         let mut tree = Self { nodes: Vec::new(), items: (0..blocks.len() as u32).collect() };
         let mut items = std::mem::take(&mut tree.items);
         tree.grow(blocks, &mut items, 0);
@@ -81,9 +81,12 @@ impl Tree {
         tree
     }
 
-    fn grow(&mut self, blocks: &[Block], items: &mut [u32], start: usize) -> usize {
-        let block =
-            items.iter().map(|&i| blocks[i as usize]).reduce(|a, b| a.with(&b)).unwrap_or(Block::of(&[]));
+    fn grow(&mut self, blocks: &[BoundingBox], items: &mut [u32], start: usize) -> usize {
+        let block = items
+            .iter()
+            .map(|&i| blocks[i as usize])
+            .reduce(|a, b| a.with(&b))
+            .unwrap_or(BoundingBox::of(&[]));
         let index = self.nodes.len();
         self.nodes.push(Node { block, content: Content::Leaf(start..start + items.len()) });
         if items.len() > LEAF {
@@ -99,13 +102,13 @@ impl Tree {
         index
     }
 
-    /// The box around all.
-    pub fn whole(&self) -> Block {
+    /// Returns the box around all items.
+    pub fn whole(&self) -> BoundingBox {
         self.nodes[0].block
     }
 
-    /// Calls `visit` with every item whose box meets a box.
-    pub fn meeting(&self, block: &Block, mut visit: impl FnMut(u32)) {
+    /// Calls `visit` with every item whose box meets the given box.
+    pub fn meeting(&self, block: &BoundingBox, mut visit: impl FnMut(u32)) {
         let mut stack = vec![0];
         while let Some(index) = stack.pop() {
             let node = &self.nodes[index];
@@ -118,11 +121,12 @@ impl Tree {
         }
     }
 
-    /// The least value of `of` over the items, below `most`; `bound` is a bound from below for all items in a box.
+    /// Returns the least value of `of` over the items that is below `most`; `bound` returns a lower bound for
+    /// all items in a box.
     pub fn least(
         &self,
         most: f64,
-        bound: impl Fn(&Block) -> f64,
+        bound: impl Fn(&BoundingBox) -> f64,
         mut of: impl FnMut(u32, f64) -> f64,
     ) -> f64 {
         let mut best = most;
@@ -140,7 +144,7 @@ impl Tree {
                 Content::Branches(second) => {
                     let mut next =
                         [index + 1, *second].map(|branch| (bound(&self.nodes[branch].block), branch));
-                    // The nearer one is looked at first.
+                    // The nearer branch is searched first.
                     if next[0].0 < next[1].0 {
                         next.swap(0, 1);
                     }

@@ -1,67 +1,68 @@
-//! Whether bodies meet within a step.
+//! Decides whether bodies touch within a step.
 //!
-//! Every step is checked: first by bounds that cost next to nothing, and on the continuous solution only where they
-//! leave a doubt. The bounds compare the line between the step's ends with how far the path between them can bend away
-//! from it.
+//! Every step is checked: first by bounds that cost next to nothing, and on the continuous solution only
+//! where these do not decide. The bounds compare the line between the step's ends with how far the path
+//! between them can depart from it.
 
 use super::encounter::Encounter;
 use crate::dynamics::{Layout, System};
 use crate::error::{Error, Result};
 use crate::integrate::{Segment, Step};
+use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
-use crate::patience::Patience;
-use crate::shape::Part;
+use crate::shape::{Part, least_distance};
 use pulp::Arch;
 
-/// By how much rounding, and the bridge between the ends of fixed steps, may exceed the motion that the bounds are made
-/// for.
+/// By how much rounding, and the integration within fixed steps, may exceed the motion for which the bounds
+/// are made.
 const MARGIN: f64 = 1e-9;
 
-/// Units of work of a pair in a bound, for [`Patience`].
+/// The units of work of a pair in a bound, for [`InterruptCheck`].
 const PAIR: u64 = 5;
 
-/// Where two bodies meet.
+/// The first touch of two bodies in a step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Contact {
-    /// Their places in the system.
+    /// Indices of the bodies in the system.
     pub bodies: [usize; 2],
-    /// The piece of the step.
+    /// The index of the piece of the step.
     pub piece: usize,
-    /// The fraction of the piece at which their surfaces touch.
+    /// The fraction of the piece at which the surfaces touch.
     pub theta: f64,
     /// The time at which they touch.
     pub time: f64,
 }
 
 impl Contact {
-    /// Whether these two bodies meet in it.
+    /// Returns whether this is the contact of these two bodies.
     pub fn is_of(&self, first: usize, second: usize) -> bool {
         self.bodies == [first.min(second), first.max(second)]
     }
 
-    /// The error that the two overlap from then on.
+    /// Returns the error that the two bodies overlap from this time on.
     pub fn error(&self, system: &System) -> Error {
         let [first, second] = self.bodies.map(|body| system.bodies()[body].name.clone());
         Error::BodiesOverlap { first, second, time: self.time }
     }
 }
 
-/// Watches every pair of a system.
+/// The check of all pairs of a system for contacts.
 #[derive(Debug, Clone)]
 pub(super) struct Approach {
     bodies: Vec<Reach>,
-    /// Whether a body has an extent: points have nothing to overlap with.
+    /// Whether a body has an extent: points cannot overlap.
     extended: bool,
-    /// By how much each body's path can bend from a line, without the unknown part of the other bodies' pull.
+    /// The largest departure of each body's path from a line, without the unknown part of the other bodies'
+    /// pull.
     bends: Vec<f64>,
-    /// By how much accelerations change from stage to stage, where they lie in the vector of rates.
+    /// The largest change of the rates from stage to stage, in the layout of the vector of rates.
     changes: Vec<f64>,
-    /// The largest pull on each body, and on two together at unit distance from all others.
+    /// The largest pull on each body, and that on two bodies together if all were at unit distance.
     pulls: Vec<f64>,
     pull: f64,
-    /// How near the centres of each pair come on straight lines.
+    /// The least separation of each pair of centres along straight lines.
     nearest: Vec<f64>,
-    /// Ends of the piece at hand.
+    /// The positions at both ends of the piece that is searched.
     ends: Vec<[Vec3; 2]>,
 }
 
@@ -71,11 +72,13 @@ struct Reach {
     /// The parts that can touch another body.
     parts: Vec<Part>,
     radius: f64,
-    /// How far from the centre the mass reaches that attracts like the body: the focal ellipses of its parts.
+    /// How far an equivalent mass distribution that attracts alike extends from the centre: the focal
+    /// ellipses of the parts.
     focal: f64,
-    /// G times the mass, with what the quadrature may add to it; voids count like matter.
+    /// G times the mass, increased by the tolerance of the quadrature; the masses of voids are added, not
+    /// subtracted.
     mu: f64,
-    /// How many times its mass the matter and the voids together are.
+    /// The ratio of the mass of matter and voids together to the mass.
     terms: f64,
 }
 
@@ -112,16 +115,18 @@ impl Approach {
         }
     }
 
-    /// Whether no two bodies can have met on the interpolant of a step, by the step's ends and stages alone.
+    /// Returns whether the step's ends and stages alone prove that no two bodies touch on the interpolant of
+    /// a step.
     ///
-    /// The interpolant of the positions is that of an acceleration, known at the pair's own stages. At those of the interpolant
-    /// alone it is bounded by [`Self::apart`]. How far both bend it from the chord is [`Step::spread`].
+    /// The interpolant of the positions is that of an acceleration, known at the pair's own stages. At the
+    /// interpolant's own stages it is bounded by [`Self::apart`]. How far both let the interpolant depart
+    /// from the chord is [`Step::spread`].
     pub fn excludes(
         &mut self,
         arch: Arch,
         layout: Layout,
         step: &Step,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<bool> {
         if !self.extended {
             return Ok(true);
@@ -143,57 +148,59 @@ impl Approach {
                 .fold(0.0, larger)
         };
         let lines = Lines { layout, time: step.time, start: step.start, end: step.end, tangent: 0.0 };
-        if self.roughly_apart(&lines, bend(largest(first), largest(change)), square * unknown, patience)? {
+        if self.roughly_apart(&lines, bend(largest(first), largest(change)), square * unknown, interrupt)? {
             return Ok(true);
         }
         for (body, own) in self.bends.iter_mut().enumerate() {
             let squared = |values: &[f64]| vector(values, 3 * body).norm_squared();
             *own = bend(squared(first), squared(change));
         }
-        self.apart(&lines, square * unknown, patience)
+        self.apart(&lines, square * unknown, interrupt)
     }
 
-    /// Whether no two bodies can have met between the ends of a fixed step, on the motion from its start that is then tilted to end
-    /// where the step ended.
+    /// Returns whether no two bodies can touch between the ends of a fixed step, on the motion from its start
+    /// that is then adjusted linearly to end where the step ended.
     ///
-    /// Before it is tilted that motion is within half the square of the time, times the acceleration, of the straight line along
-    /// the first velocities, and afterwards within an eighth of it of the chord.
+    /// Before the adjustment that motion is within half the square of the time, times the acceleration, of
+    /// the straight line along the first velocities, and afterwards within an eighth of it of the chord.
     pub fn excludes_between(
         &mut self,
         layout: Layout,
         time: f64,
         [start, end]: [&[f64]; 2],
         size: f64,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<bool> {
         if !self.extended {
             return Ok(true);
         }
         let lines = Lines { layout, time, start, end, tangent: size };
         let weight = 0.5 * size * size;
-        if self.roughly_apart(&lines, 0.0, weight, patience)? {
+        if self.roughly_apart(&lines, 0.0, weight, interrupt)? {
             return Ok(true);
         }
         self.bends.fill(0.0);
-        self.apart(&lines, weight, patience)
+        self.apart(&lines, weight, interrupt)
     }
 
-    /// Whether all pairs stay apart where bodies go along their lines, but for their bends and `weight` times the largest
-    /// acceleration.
+    /// Returns whether all pairs stay apart where bodies move along their lines, except for their `bends` and
+    /// for `weight` times the largest acceleration.
     ///
-    /// While two bodies are no nearer than half way from the nearest place on their lines to contact, their acceleration is at
-    /// most G m / (d - p_1 - p_2)^2 there: each attracts like mass on its focal ellipse, which reaches p from its centre. If with
-    /// this acceleration no pair goes farther than half its gap, then none has been nearer, and none has met. The same bound holds
-    /// for the series of any degree, whose terms of degree n are at most n + 1 times ((p_1 + p_2) / d)^n of the first.
-    fn apart(&mut self, lines: &Lines, weight: f64, patience: &mut Patience) -> Result<bool> {
+    /// While two bodies are no nearer than half way from the least separation on their lines to contact,
+    /// their acceleration is at most G m / (d - p_1 - p_2)^2 there: each attracts like mass on its focal
+    /// ellipse, which extends p from its centre. If with this acceleration no pair moves further than half
+    /// its gap, then no pair has been nearer, and none has touched. The same bound holds for the series of
+    /// any degree, whose terms of degree n are at most n + 1 times ((p_1 + p_2) / d)^n of the first.
+    fn apart(&mut self, lines: &Lines, weight: f64, interrupt: &mut InterruptCheck) -> Result<bool> {
         self.pulls.fill(0.0);
         let n = self.bodies.len();
         let mut index = 0;
         for i in 0..n {
-            patience.spend(PAIR * (n - i) as u64, lines.time)?;
+            interrupt.charge(PAIR * (n - i) as u64, lines.time)?;
             for j in i + 1..n {
                 let [from, to, along] = lines.of(i, j);
-                self.nearest[index] = nearest(&from, &to).min(nearest(&from, &along));
+                self.nearest[index] =
+                    least_distance(&from, &(to - from)).min(least_distance(&from, &(along - from)));
                 let (a, b) = (&self.bodies[i], &self.bodies[j]);
                 let inner = 0.5 * (self.nearest[index] + a.radius + b.radius) - (a.focal + b.focal);
                 if weight > 0.0 {
@@ -205,25 +212,31 @@ impl Approach {
             }
         }
         let mut pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j))).zip(&self.nearest);
-        // A NaN leaves a doubt.
+        // A NaN makes the answer false.
         Ok(pairs.all(|((i, j), near)| {
             let bend = self.bends[i] + self.bends[j] + weight * (self.pulls[i] + self.pulls[j]);
             bend + MARGIN * near <= 0.5 * (near - (self.bodies[i].radius + self.bodies[j].radius))
         }))
     }
 
-    /// The same with the least and the largest values of all pairs in place of each pair's own, which is quick and
-    /// mostly enough.
-    fn roughly_apart(&self, lines: &Lines, bend: f64, weight: f64, patience: &mut Patience) -> Result<bool> {
+    /// As [`Self::apart`], with the least and the largest values of all pairs in place of each pair's own.
+    /// This is quick and mostly enough.
+    fn roughly_apart(
+        &self,
+        lines: &Lines,
+        bend: f64,
+        weight: f64,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<bool> {
         let (mut gap, mut inner) = (f64::INFINITY, f64::INFINITY);
         for (i, a) in self.bodies.iter().enumerate() {
-            patience.spend(PAIR * (self.bodies.len() - i) as u64, lines.time)?;
+            interrupt.charge(PAIR * (self.bodies.len() - i) as u64, lines.time)?;
             for (j, b) in self.bodies.iter().enumerate().skip(i + 1) {
                 let [from, to, along] = lines.of(i, j);
                 let way = larger((to - from).norm_squared(), (along - from).norm_squared());
                 let near = (1.0 - 2.0 * MARGIN) * from.norm() - way.sqrt();
                 let touching = a.radius + b.radius;
-                // Written so that NaN leaves a doubt.
+                // The comparison is written so that NaN makes the answer false.
                 let apart = near > touching;
                 if !apart {
                     return Ok(false);
@@ -236,13 +249,13 @@ impl Approach {
         Ok(inner > 0.0 && 2.0 * bend * square + weight * self.pull <= 0.5 * gap * square)
     }
 
-    /// The first contact on a piece, which is the one with this index.
+    /// Returns the first contact on a piece, which has this index in the step.
     pub fn search(
         &mut self,
         layout: Layout,
         piece: &Segment,
         index: usize,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<Option<Contact>> {
         if !self.extended {
             return Ok(None);
@@ -257,12 +270,12 @@ impl Approach {
         }
         let mut found: Option<Contact> = None;
         for i in 0..n {
-            patience.spend(n as u64, piece.start())?;
+            interrupt.charge(n as u64, piece.start())?;
             for j in i + 1..n {
                 let (a, b) = (&self.bodies[i], &self.bodies[j]);
                 let touching = a.radius + b.radius;
                 let [from, to] = [0, 1].map(|k| self.ends[j][k] - self.ends[i][k]);
-                let near = nearest(&from, &to);
+                let near = least_distance(&from, &(to - from));
                 let bend = self.bends[i] + self.bends[j];
                 if !(near - bend).is_finite() {
                     return Err(Error::NotConverged {
@@ -283,7 +296,7 @@ impl Approach {
                 {
                     let until = found.map_or(1.0, |contact| contact.theta);
                     let mut encounter = Encounter::new(piece, layout, [i, j], parts, [&a.name, &b.name]);
-                    if let Some(theta) = encounter.first(until, patience)? {
+                    if let Some(theta) = encounter.first(until, interrupt)? {
                         let time = piece.time_at(theta);
                         found = Some(Contact { bodies: [i, j], piece: index, theta, time });
                     }
@@ -300,25 +313,25 @@ fn vector(y: &[f64], index: usize) -> Vec3 {
     Vec3::new(three[0], three[1], three[2])
 }
 
-/// The larger of two numbers that are no NaN.
+/// Returns the larger of two numbers that are not NaN.
 #[inline]
 fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
 }
 
-/// Straight lines that bodies might go along.
+/// Straight lines along which bodies might move.
 struct Lines<'a> {
     layout: Layout,
-    /// The time of the start.
+    /// The time at the start.
     time: f64,
     start: &'a [f64],
     end: &'a [f64],
-    /// For how long along the first velocities.
+    /// The time over which the first velocities are followed.
     tangent: f64,
 }
 
 impl Lines<'_> {
-    /// The separation of two bodies at the start, at the end, and where the first velocities lead.
+    /// Returns the separation of two bodies at the start, at the end, and where the first velocities lead.
     #[inline]
     fn of(&self, i: usize, j: usize) -> [Vec3; 3] {
         let between = |y: &[f64], i: usize, j: usize| vector(y, j) - vector(y, i);
@@ -327,13 +340,4 @@ impl Lines<'_> {
         let velocity = between(self.start, self.layout.velocity(i), self.layout.velocity(j));
         [from, between(self.end, a, b), from + velocity * self.tangent]
     }
-}
-
-/// How near the straight way between two places comes to the origin.
-#[inline]
-fn nearest(from: &Vec3, to: &Vec3) -> f64 {
-    let path = to - from;
-    let square = path.norm_squared();
-    let part = if square > 0.0 { (-from.dot(&path) / square).clamp(0.0, 1.0) } else { 0.0 };
-    (from + path * part).norm()
 }

@@ -3,78 +3,77 @@
 //! | bytes | what |
 //! |---|---|
 //! | 8 | `FULLBODY` |
-//! | 4 | version of the layout, little-endian |
+//! | 4 | number of the format, little-endian |
 //! | 8 | length of the contents |
 //! | 4 | CRC-32 of the contents |
 //! | | the contents in the postcard format |
 //!
-//! The contents hold the set-up once, as text, and all that decides how the run goes on, in binary: a run that goes on from
-//! them equals the unbroken one bit for bit, on a machine with the same vector instructions.
+//! The contents hold the set-up once, as text, and all that decides how the run goes on, in binary: a run
+//! that goes on from them equals the unbroken one bit for bit, on a machine with the same vector
+//! instructions.
 
 use super::checkpoint::Checkpoint;
 use super::motion::Motion;
-use super::mover::Mover;
+use super::propagator::Propagator;
 use super::{Integrator, Simulation};
 use crate::dynamics::{BarycentricFrame, Invariants, Settings, State, System};
-use crate::environment::{Call, Force};
 use crate::error::{Error, Result, require_finite, require_positive};
-use crate::patience::Patience;
+use crate::forces::{Call, Force};
+use crate::interrupt::InterruptCheck;
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 
-/// The layout that is written, and the only one that is read.
-pub const ARCHIVE_VERSION: u32 = 4;
+/// The number of the format that is written, and the only one that is read.
+pub const ARCHIVE_FORMAT: u32 = 1;
 
 const MAGIC: &[u8; 8] = b"FULLBODY";
 const HEADER: usize = 24;
-/// The bytes that the Python package of version 0.1.0, whose layout was 1, wrote before the core's.
-const BEFORE_LAYOUT_1: &[u8] = b"fullbody simulation\n";
 
-/// What a simulation was made with. There is no other description of it: archives hold this one, and the Python package makes
-/// its own objects from it.
+/// The description of a simulation: everything that it was made with. Archives contain it, and the Python
+/// package makes its own objects from it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Setup {
+pub struct SimulationDescription {
     /// The bodies.
     pub bodies: Vec<Body>,
     /// The gravitational constant.
     #[serde(rename = "G")]
     pub gravitational_constant: f64,
-    /// How gravity is computed and attitudes are kept.
+    /// The settings of gravity and attitudes.
     pub settings: Settings,
-    /// The forces from outside.
+    /// The external forces.
     pub forces: Vec<Force>,
     /// The integrator.
     pub integrator: Integrator,
 }
 
-/// Layout 4. These fields and those of their types stay as they are: a change makes a new layout.
+/// The contents of format 1. A change of these fields, or of those of their types, makes a new format.
 #[derive(Serialize, Deserialize)]
 struct Contents {
     producer: String,
-    /// The [`Setup`] as JSON: everything in it has a name.
+    /// The [`SimulationDescription`] as JSON: everything in it has a name.
     setup: String,
-    /// The caller's text.
+    /// The text that the caller keeps with the simulation.
     notes: String,
     start: Start,
     now: Checkpoint,
 }
 
-/// The numbers of the start that the whole run depends on, and those that drifts are measured against.
+/// The numbers at the start on which the whole run depends, and those against which drifts are measured.
 #[derive(Serialize, Deserialize)]
 struct Start {
     /// The [`BarycentricFrame`]: time, position and velocity of the barycentre.
     epoch: f64,
     barycentre: [f64; 3],
     barycentre_velocity: [f64; 3],
-    /// Per body the scales of position, velocity and spin, to which absolute tolerances refer.
+    /// For each body the scales of position, velocity and spin, to which absolute tolerances refer.
     scales: Vec<[f64; 3]>,
-    /// The conserved quantities there, as [`Invariants::numbers`] gives them.
+    /// The conserved quantities at the start, as [`Invariants::numbers`] returns them.
     conserved: [f64; 8],
 }
 
 impl Start {
-    /// Refuses numbers that no simulation starts with.
+    /// Returns an error for numbers with which no simulation starts.
     fn check(&self) -> Result<()> {
         require_finite("epoch of a simulation", &[self.epoch])?;
         require_finite("barycentre of a simulation", &self.barycentre)?;
@@ -86,10 +85,10 @@ impl Start {
 }
 
 impl Simulation {
-    /// What the simulation was made with.
-    pub fn setup(&self) -> Setup {
+    /// Returns the description of the simulation.
+    pub fn description(&self) -> SimulationDescription {
         let system = self.system();
-        Setup {
+        SimulationDescription {
             bodies: system.bodies().to_vec(),
             gravitational_constant: system.gravitational_constant(),
             settings: *system.settings(),
@@ -98,14 +97,14 @@ impl Simulation {
         }
     }
 
-    /// The simulation as bytes.
+    /// Writes the simulation as bytes.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         let unwritable = |error: &dyn std::fmt::Display| {
             Error::invalid("a simulation", error, "one that an archive can hold")
         };
         let contents = Contents {
             producer: format!("fullbody {}", env!("CARGO_PKG_VERSION")),
-            setup: serde_json::to_string(&self.setup()).map_err(|error| unwritable(&error))?,
+            setup: serde_json::to_string(&self.description()).map_err(|error| unwritable(&error))?,
             notes: self.notes.clone(),
             start: Start {
                 epoch: self.frame().epoch,
@@ -119,36 +118,38 @@ impl Simulation {
         let contents = postcard::to_stdvec(&contents).map_err(|error| unwritable(&error))?;
         let mut bytes = Vec::with_capacity(HEADER + contents.len());
         bytes.extend_from_slice(MAGIC);
-        bytes.extend_from_slice(&ARCHIVE_VERSION.to_le_bytes());
+        bytes.extend_from_slice(&ARCHIVE_FORMAT.to_le_bytes());
         bytes.extend_from_slice(&(contents.len() as u64).to_le_bytes());
         bytes.extend_from_slice(&crc32fast::hash(&contents).to_le_bytes());
         bytes.extend_from_slice(&contents);
         Ok(bytes)
     }
 
-    /// The simulation that [`Self::to_bytes`] wrote; says what is wrong with bytes that it did not.
-    pub fn from_bytes(bytes: &[u8], patience: &mut Patience) -> Result<Self> {
-        Self::from_bytes_with(bytes, |_| None, patience)
+    /// Reads a simulation that [`Self::to_bytes`] wrote. The error for other bytes says what is wrong with
+    /// them.
+    pub fn from_bytes(bytes: &[u8], interrupt: &mut InterruptCheck) -> Result<Self> {
+        Self::from_bytes_with(bytes, |_| None, interrupt)
     }
 
-    /// The same of a simulation with forces that are functions, which no archive can hold: `functions` gives those of a name.
+    /// Reads a simulation with forces that are functions, which an archive cannot hold: `functions` returns
+    /// the function of a force by its name.
     pub fn from_bytes_with(
         bytes: &[u8],
         functions: impl Fn(&str) -> Option<Call>,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<Self> {
-        read(bytes)?.restore(functions, patience)
+        read(bytes)?.restore(functions, interrupt)
     }
 
-    /// What such bytes were made with, and the caller's text in them.
-    pub fn described(bytes: &[u8]) -> Result<(Setup, String)> {
+    /// Returns the description of the simulation in such bytes, and the text that is kept with it.
+    pub fn described(bytes: &[u8]) -> Result<(SimulationDescription, String)> {
         let contents = read(bytes)?;
         Ok((contents.setup()?, contents.notes))
     }
 }
 
 fn read(bytes: &[u8]) -> Result<Contents> {
-    let expected = format!("the contents of layout {ARCHIVE_VERSION}");
+    let expected = format!("the contents of format {ARCHIVE_FORMAT}");
     let (contents, rest): (Contents, _) = postcard::take_from_bytes(contents(bytes)?)
         .map_err(|error| refuse(format!("unreadable ({error})"), &expected))?;
     if !rest.is_empty() {
@@ -157,11 +158,8 @@ fn read(bytes: &[u8]) -> Result<Contents> {
     Ok(contents)
 }
 
-/// The contents behind a sound header.
+/// Checks the header and returns the contents behind it.
 fn contents(bytes: &[u8]) -> Result<&[u8]> {
-    if bytes.starts_with(BEFORE_LAYOUT_1) {
-        return Err(other_layout(1));
-    }
     if !bytes.starts_with(MAGIC) {
         return Err(refuse("something else".to_owned(), "a file that begins with FULLBODY"));
     }
@@ -171,9 +169,11 @@ fn contents(bytes: &[u8]) -> Result<&[u8]> {
     let number = |from: usize, to: usize| {
         header[from..to].iter().rev().fold(0_u64, |number, byte| number << 8 | u64::from(*byte))
     };
-    let (version, length, checksum) = (number(8, 12), number(12, 20), number(20, 24));
-    if version != u64::from(ARCHIVE_VERSION) {
-        return Err(other_layout(version));
+    let (format, length, checksum) = (number(8, 12), number(12, 20), number(20, 24));
+    if format != u64::from(ARCHIVE_FORMAT) {
+        let expected =
+            format!("format {ARCHIVE_FORMAT}: a simulation is read by the version of fullbody that wrote it");
+        return Err(refuse(format!("of format {format}"), &expected));
     }
     if contents.len() as u64 != length {
         let what = if (contents.len() as u64) < length { "truncated" } else { "too long" };
@@ -192,25 +192,12 @@ fn contents(bytes: &[u8]) -> Result<&[u8]> {
     Ok(contents)
 }
 
-fn other_layout(version: u64) -> Error {
-    let from = match version {
-        1 => ", that of fullbody 0.1.0",
-        3 => ", that of fullbody 0.2.0",
-        version if version > u64::from(ARCHIVE_VERSION) => ", that of a newer fullbody",
-        _ => "",
-    };
-    refuse(
-        format!("of layout {version}{from}"),
-        &format!("layout {ARCHIVE_VERSION}: a simulation is read by the version of fullbody that wrote it"),
-    )
-}
-
 fn refuse(value: String, expected: &str) -> Error {
     Error::invalid("the archive", value, expected)
 }
 
 impl Contents {
-    fn setup(&self) -> Result<Setup> {
+    fn setup(&self) -> Result<SimulationDescription> {
         serde_json::from_str(&self.setup)
             .map_err(|error| refuse(format!("of a set-up that is damaged ({error})"), "one that can be read"))
     }
@@ -218,7 +205,7 @@ impl Contents {
     fn restore(
         self,
         functions: impl Fn(&str) -> Option<Call>,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<Simulation> {
         let mut setup = self.setup()?;
         for force in &mut setup.forces {
@@ -243,18 +230,18 @@ impl Contents {
         let (time, high, low) = self.now.place();
         let State { time: now, position, velocity, attitude, spin } = frame.state(time, high, low);
         State::new(now, position, velocity, attitude, spin)?;
-        let mut motion = Motion::new(system.dynamics(&frame, patience)?, high);
+        let mut motion = Motion::new(system.dynamics(&frame, interrupt)?, high);
         motion.initial = self.start.scales;
-        let mover = Mover::new(setup.integrator, &motion, time, high.to_vec(), low.to_vec())?;
+        let propagator = Propagator::new(setup.integrator, &motion, time, high.to_vec(), low.to_vec())?;
         let mut simulation = Simulation {
             motion,
             integrator: setup.integrator,
-            mover,
+            propagator,
             given: false,
             start: Invariants::from_numbers(self.start.conserved),
             notes: self.notes,
         };
-        simulation.go_back(&self.now, patience)?;
+        simulation.go_back(&self.now, interrupt)?;
         Ok(simulation)
     }
 }

@@ -1,48 +1,50 @@
-//! How fast neighbouring runs part: MEGNO, the fast Lyapunov indicator and the largest Lyapunov exponent.
+//! Indicators of chaos: MEGNO, the fast Lyapunov indicator and the largest Lyapunov exponent.
 //!
-//! Of one departure delta, measured in the natural sizes of its numbers at the start, with L = ln |delta| / |delta_0| at the time
-//! s since the start,
+//! For a tangent vector delta, measured in the natural sizes of its numbers at the start, let L = ln |delta|
+//! / |delta_0| at the time s since the start. Then
 //!
-//!   Y = 2/t int_0^t s dL = 2 (L - z/t),   z = int_0^t L ds,   and its mean 1/t int_0^t Y ds:
+//!   Y = 2/t int_0^t s dL = 2 (L - z/t),   z = int_0^t L ds,   and its mean is 1/t int_0^t Y ds:
 //!
-//! Cincotta & Simo (2000), Astron. Astrophys. Suppl. 147, 205. The mean tends to 2 for regular motion and to t/2 times the
-//! largest Lyapunov exponent for chaotic motion. L/t tends to that exponent, and the largest L so far is the fast Lyapunov
-//! indicator of Froeschle, Lega & Gonczi (1997), Celest. Mech. Dyn. Astron. 67, 41. Both integrals are two more numbers of the
-//! equations; the departure is brought back to its first length when it has grown long.
+//! Cincotta & Simo (2000), Astron. Astrophys. Suppl. 147, 205. The mean tends to 2 for regular motion and to
+//! t/2 times the largest Lyapunov exponent for chaotic motion. L/t tends to that exponent, and the largest L
+//! so far is the fast Lyapunov indicator of Froeschle, Lega & Gonczi (1997), Celest. Mech. Dyn. Astron. 67,
+//! 41. Both integrals are two more numbers of the equations. The tangent vector is scaled back to its first
+//! length when it has grown long.
 
 use super::motion::Motion;
 use crate::dynamics::Variations;
 use crate::math::gauss::Gauss;
 
-/// Numbers recorded of a sample: the mean of MEGNO, the exponent, the indicator.
+/// The numbers recorded for a sample: the mean of MEGNO, the Lyapunov exponent and the fast Lyapunov
+/// indicator.
 pub const INDICATORS: usize = 3;
 
-/// The integrals z and that of Y.
+/// The number of integrals: z, and that of Y.
 pub(super) const INTEGRALS: usize = 2;
 
-/// Length at which a departure is brought back.
+/// The length at which a tangent vector is scaled back.
 const LONG: f64 = 1e60;
 
-/// What is known of a departure beside its numbers.
+/// The growth of a tangent vector, from its length and the factors by which it was scaled back.
 #[derive(Debug, Clone)]
-pub(super) struct Parting {
+pub(super) struct TangentGrowth {
     /// One over the natural size of each number.
     inverse: Vec<f64>,
-    /// ln of the factors by which it was brought back.
+    /// The logarithm of the product of the factors by which the vector was scaled back.
     shortened: f64,
     /// The largest L so far.
     largest: f64,
 }
 
-impl Parting {
-    /// With the sizes at the start of a run.
+impl TangentGrowth {
+    /// Takes the natural sizes at the start of a run.
     pub fn new(motion: &Motion, variations: &Variations) -> Self {
         let mut inverse = vec![1.0; 2 * variations.half()];
         variations.inverse_sizes(&motion.initial, &mut inverse);
         Self { inverse, shortened: 0.0, largest: 0.0 }
     }
 
-    /// A departure of length one in all directions at once, by no random numbers.
+    /// Returns a tangent vector of length one with components in all directions, made without random numbers.
     pub fn start(&self) -> Vec<f64> {
         const GOLDEN: f64 = 0.618_033_988_749_894_9;
         let share = |k: usize| (GOLDEN * (k + 1) as f64).fract() - 0.5;
@@ -51,13 +53,13 @@ impl Parting {
         (0..count).map(|k| share(k) / length / self.inverse[k]).collect()
     }
 
-    /// L of a departure.
-    pub fn growth<'a>(&self, departure: impl IntoIterator<Item = &'a f64>) -> f64 {
-        let squares = departure.into_iter().zip(&self.inverse).map(|(x, inverse)| (x * inverse).powi(2));
+    /// Returns L of a tangent vector.
+    pub fn growth<'a>(&self, tangent: impl IntoIterator<Item = &'a f64>) -> f64 {
+        let squares = tangent.into_iter().zip(&self.inverse).map(|(x, inverse)| (x * inverse).powi(2));
         0.5 * squares.sum::<f64>().ln() + self.shortened
     }
 
-    /// The integrals over a step from a time after the start on, with L at its nodes.
+    /// Adds the integrals over a step, given by its start and size, with L at its nodes.
     pub fn integrate(
         &self,
         gauss: &Gauss,
@@ -75,7 +77,8 @@ impl Parting {
         *first += size * sum(&gauss.weights);
     }
 
-    /// The integrals over a step of fixed size, between whose ends nothing is known: by the trapezoidal rule.
+    /// Adds the integrals over a step of fixed size by the trapezoidal rule, since nothing is known between
+    /// its ends.
     pub fn integrate_between(
         &self,
         [from, to]: [f64; 2],
@@ -91,30 +94,30 @@ impl Parting {
         *second += half * (start + rate(to, after, *first));
     }
 
-    /// Notes a departure at the end of a step, and brings a long one back; whether it was long.
-    pub fn settle(&mut self, departure: &mut [f64]) -> bool {
-        let growth = self.growth(&*departure);
+    /// Records the growth at the end of a step, and scales a long vector back. Returns whether it was long.
+    pub fn settle(&mut self, tangent: &mut [f64]) -> bool {
+        let growth = self.growth(&*tangent);
         self.largest = self.largest.max(growth);
         let long = growth - self.shortened > LONG.ln();
         if long {
             let factor = (self.shortened - growth).exp();
-            departure.iter_mut().for_each(|x| *x *= factor);
+            tangent.iter_mut().for_each(|x| *x *= factor);
             self.shortened = growth;
         }
         long
     }
 
-    /// The indicators of a departure, a time after the start.
+    /// Returns the indicators for a tangent vector at this time after the start.
     pub fn indicators(
         &self,
         elapsed: f64,
-        departure: &[f64],
+        tangent: &[f64],
         [_, second]: [f64; INTEGRALS],
     ) -> [f64; INDICATORS] {
         if elapsed == 0.0 {
             return [0.0; INDICATORS];
         }
-        let growth = self.growth(departure);
+        let growth = self.growth(tangent);
         [second / elapsed, growth / elapsed.abs(), self.largest.max(growth)]
     }
 }

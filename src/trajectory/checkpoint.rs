@@ -1,42 +1,43 @@
-//! What decides how a simulation goes on.
+//! The complete state of a simulation, which decides how it goes on.
 
 use super::Simulation;
 use crate::dynamics::{AttitudeChart, Layout};
-use crate::environment::Switch;
 use crate::error::{Error, Result, require_finite, require_positive};
+use crate::forces::Switch;
 use crate::integrate::Memory;
+use crate::interrupt::InterruptCheck;
 use crate::mutual::RuleMemory;
-use crate::patience::Patience;
 use serde::{Deserialize, Serialize};
 
-/// Counts that are whole numbers in every language.
+/// The largest count, which is a whole number in every language.
 const MOST: u64 = 1 << 53;
 
-/// How far a quaternion's length may be from one: steps bring it back to far less.
+/// How far a quaternion's length may be from one; steps keep it far closer.
 const UNIT: f64 = 1e-9;
 
-/// All that steps change in a simulation: two of one system and integrator that agree in it go on equally, bit for bit.
+/// Everything that steps change in a simulation. Two simulations of one system and integrator that agree in
+/// it go on identically, bit for bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Checkpoint {
     /// Time, vector with its low part, step control, counts.
     memory: Memory,
-    /// Accelerations and rates of spin that the present vector has, where the integrator keeps them.
+    /// Accelerations and rates of spin at the present vector, where the integrator keeps them.
     loads: Option<Vec<[f64; 6]>>,
-    /// The quadrature rules in force.
+    /// The quadrature rules in use.
     rules: Vec<Option<RuleMemory>>,
-    /// Which forces from outside are switched on.
+    /// Which external forces are switched on.
     switches: Vec<Option<Switch>>,
-    /// Whether the present state was given and not reached by a step.
+    /// Whether the present state was given rather than reached by a step.
     given: bool,
 }
 
 impl Checkpoint {
-    /// Time and vector.
+    /// Returns the time, and the vector in two parts.
     pub fn place(&self) -> (f64, &[f64], &[f64]) {
         (self.memory.time[0], &self.memory.high, &self.memory.low)
     }
 
-    /// Refuses what no simulation of a layout comes to.
+    /// Returns an error for numbers that no simulation with this layout reaches.
     pub fn check(&self, layout: Layout) -> Result<()> {
         self.check_lengths(layout)?;
         let memory = &self.memory;
@@ -44,7 +45,7 @@ impl Checkpoint {
         require_finite("time of a simulation", &memory.time)?;
         require_finite("vector of a simulation", &memory.high)?;
         for (high, low) in memory.high.iter().zip(&memory.low).chain([(&time, &time_low)]) {
-            // Of a low part that is no number this says the same.
+            // For a low part that is NaN this comparison is true as well.
             if high + low != *high {
                 let value = format!("{low:e} beside {high:e}");
                 return Err(Error::invalid("low part of a simulation", value, "less than its rounding"));
@@ -96,17 +97,17 @@ impl Checkpoint {
 
 impl Simulation {
     pub(super) fn checkpoint(&self) -> Checkpoint {
-        let (memory, loads) = self.mover.memory();
+        let (memory, loads) = self.propagator.memory();
         let (rules, switches) = self.motion.equations.memory();
         Checkpoint { memory, loads, rules, switches, given: self.given }
     }
 
-    /// Goes on from a checkpoint of this system and integrator.
-    pub(super) fn go_back(&mut self, checkpoint: &Checkpoint, patience: &mut Patience) -> Result<()> {
+    /// Continues from a checkpoint of this system and integrator.
+    pub(super) fn go_back(&mut self, checkpoint: &Checkpoint, interrupt: &mut InterruptCheck) -> Result<()> {
         let Checkpoint { memory, loads, rules, switches, given } = checkpoint;
         checkpoint.check(self.frame().layout)?;
-        self.motion.equations.recall(rules, switches, patience)?;
-        self.mover.recall(memory, loads.as_deref());
+        self.motion.equations.recall(rules, switches, interrupt)?;
+        self.propagator.recall(memory, loads.as_deref());
         self.given = *given;
         Ok(())
     }

@@ -1,14 +1,15 @@
-//! A run as a function of time.
+//! The continuous solution of a run.
 
 use crate::dynamics::{BarycentricFrame, State};
 use crate::error::{Error, Result};
 use crate::integrate::Segment;
-use crate::patience::Patience;
+use crate::interrupt::InterruptCheck;
 
 /// The solution at any time of a run.
 ///
-/// Keeps one polynomial a step: 8 (terms + 2) bytes for every number of the integrator's vector (13 a body), where the terms
-/// are as many as the interpolant's order. For two bodies under Verner 9(8) that is 2.3 kB a step.
+/// It keeps one polynomial for each step: 8 (terms + 2) bytes for every number of the integrator's vector (13
+/// for a body), where there are as many terms as the interpolant's order. For two bodies under Verner 9(8)
+/// that is 2.3 kB for a step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dense {
     frame: BarycentricFrame,
@@ -20,12 +21,12 @@ pub struct Dense {
 }
 
 impl Dense {
-    /// A solution of no length yet, at a state.
+    /// Starts with a solution of no length, at a state.
     pub(super) fn new(frame: &BarycentricFrame, state: State) -> Self {
         Self { frame: *frame, segments: Vec::new(), start: state.time, end: state.time, last: state }
     }
 
-    /// Adds a step, or the part of it before a terminal event, which ends in a state.
+    /// Appends a step, or the part of it before a terminal event, which ends in a state.
     pub(super) fn extend(&mut self, pieces: &[Segment], last: State) {
         let within = pieces.iter().filter(|piece| (piece.start() < last.time) == (self.start < last.time));
         self.segments.extend(within.cloned());
@@ -33,32 +34,32 @@ impl Dense {
         self.last = last;
     }
 
-    /// First and last time, in the direction of the run.
+    /// Returns the first and the last time, in the direction of the run.
     pub fn range(&self) -> (f64, f64) {
         (self.start, self.end)
     }
 
-    /// The polynomials, one after the other in the direction of the run.
+    /// Returns the polynomials, one after the other in the direction of the run.
     pub fn pieces(&self) -> &[Segment] {
         &self.segments
     }
 
-    /// The frame that they are in.
+    /// Returns the frame of the polynomials.
     pub fn frame(&self) -> &BarycentricFrame {
         &self.frame
     }
 
-    /// Number of polynomials.
+    /// Returns the number of polynomials.
     pub fn segments(&self) -> usize {
         self.segments.len()
     }
 
-    /// Memory that the polynomials take.
+    /// Returns the memory of the polynomials, in bytes.
     pub fn bytes(&self) -> usize {
         self.segments.iter().map(Segment::bytes).sum()
     }
 
-    /// The state at a time of the run.
+    /// Returns the state at a time of the run.
     pub fn state(&self, time: f64) -> Result<State> {
         let (low, high) = (self.start.min(self.end), self.start.max(self.end));
         if !(low..=high).contains(&time) {
@@ -76,23 +77,24 @@ impl Dense {
         Ok(state_within(&self.frame, segment, time, &mut y))
     }
 
-    /// The states at many times, in any order.
-    pub fn states(&self, times: &[f64], patience: &mut Patience) -> Result<Vec<State>> {
+    /// Returns the states at many times, in any order.
+    pub fn states(&self, times: &[f64], interrupt: &mut InterruptCheck) -> Result<Vec<State>> {
         let state = |&time: &f64| {
-            patience.spend(self.frame.layout.dimension() as u64, time)?;
+            interrupt.charge(self.frame.layout.dimension() as u64, time)?;
             self.state(time)
         };
         times.iter().map(state).collect()
     }
 }
 
-/// The polynomial to take at a time, of pieces that follow each other forwards or backwards.
+/// Returns the polynomial that holds a time, from pieces that follow each other forwards or backwards.
 pub(super) fn piece_at(pieces: &[Segment], time: f64, forward: bool) -> &Segment {
     let after = pieces.partition_point(|p| if forward { p.start() <= time } else { p.start() >= time });
     &pieces[after.saturating_sub(1)]
 }
 
-/// The state at a time within a piece, and its vector into `y`. Where the piece begins, it is the state of the step itself.
+/// Returns the state at a time within a piece, and writes its vector into `y`. Where the piece begins, it is
+/// the state of the step itself.
 pub(super) fn state_within(frame: &BarycentricFrame, piece: &Segment, time: f64, y: &mut [f64]) -> State {
     piece.at(piece.fraction(time), y);
     if time == piece.start() {

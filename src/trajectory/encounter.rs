@@ -1,31 +1,33 @@
 //! The first overlap of two parts of two bodies on a piece of the continuous solution.
 //!
-//! Intervals of the piece are shown to be free of overlap, one after the other, each as long as it can be (conservative
-//! advancement). In an interval a plane between the bodies turns with the line of their centres. Its gap to the bodies at the
-//! interval's ends and middle gives a parabola, and bounds of the third derivatives of the polynomials what the gap can differ from
-//! it. Where the parabola less that difference is positive the bodies are apart: no dip is too short to be seen. Where it is not,
-//! the interval is halved, until an overlap is in its middle or it is too short for one.
+//! Intervals of the piece are proved to be free of overlap, one after the other, each as long as possible
+//! (conservative advancement). In an interval a plane between the bodies rotates with the line of their
+//! centres. Its gaps to the bodies at the interval's ends and middle give a parabola, and bounds of the third
+//! derivatives of the polynomials limit how far the gap can differ from it. Where the parabola minus that
+//! difference is positive the bodies are apart, so that no dip is too short to be seen. Otherwise the
+//! interval is halved, until there is an overlap in its middle or it is too short for one.
 //!
-//! Beside a polyhedron, which no plane need part from the other body, the gap in the middle is compared with how far any point can
-//! move.
+//! Beside a polyhedron, which no plane need separate from the other body, the gap in the middle is compared
+//! with how far any point can move.
 
 use crate::dynamics::{AttitudeChart, Layout};
 use crate::error::Result;
 use crate::integrate::{Segment, root};
+use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3, rotation};
 use crate::mutual::Pose;
-use crate::patience::Patience;
-use crate::shape::{Part, Place, Shape, gap_between, growth, normal, support};
+use crate::shape::{Part, Placement, Shape, gap_between, growth, normal, support};
 use nalgebra::Rotation3;
 
-/// Half of the shortest interval, as a part of the piece. Between two places this near to each other even the tips of needles
-/// dip into each other by less than rounding.
+/// Half of the shortest interval, as a fraction of the piece. Between two times this close to each other even
+/// the tips of needles penetrate each other by less than rounding.
 const SHORTEST: f64 = 1.0 / (1_u64 << 34) as f64;
 
-/// Overlap relative to the bodies' sizes that counts as touching: half of that of [`growth`], which is of the square.
+/// The overlap, relative to the bodies' sizes, that counts as touching: half of that in [`growth`], which
+/// refers to the square.
 const TOUCHING: f64 = 5e-14;
 
-/// Units of work of an interval.
+/// The units of work of an interval.
 const WORK: u64 = 100;
 
 /// A part of one body and a part of another on a piece.
@@ -34,22 +36,22 @@ pub(super) struct Encounter<'a> {
     layout: Layout,
     bodies: [usize; 2],
     shapes: [&'a Shape; 2],
-    /// Where the parts are in their bodies; none at the origin.
-    places: [Option<Place>; 2],
+    /// Where the parts are in their bodies; `None` at the origin.
+    places: [Option<Placement>; 2],
     names: [&'a str; 2],
-    /// Bounds of the first three derivatives by the piece's fraction: of the separation of the bodies, and of the numbers of each
-    /// attitude.
+    /// Bounds of the first three derivatives by the fraction of the piece: of the separation of the bodies,
+    /// and of the numbers of each attitude.
     separation: [f64; 3],
     attitudes: [[f64; 3]; 2],
-    /// Where the last plane was found.
+    /// The parameter of the last plane that was found.
     balance: f64,
 }
 
-/// What a look at an interval shows.
+/// What is proved about an interval.
 enum Verdict {
-    /// There is no overlap in it.
+    /// There is no overlap in the interval.
     Clear,
-    /// There is none in its middle.
+    /// There is no overlap in its middle.
     Apart,
     Unknown,
 }
@@ -66,7 +68,7 @@ impl<'a> Encounter<'a> {
         let width = layout.chart.width();
         let attitude = |body| match layout.chart {
             AttitudeChart::Quaternion => piece.rates(layout.attitude(body), width),
-            // An angle's rate is that of a turn about an axis, and three of them add up at most.
+            // The rate of an angle is that of a rotation about an axis, and three of them add up at most.
             AttitudeChart::TaitBryan => (0..width).fold([0.0; 3], |sum, c| {
                 let rates = piece.rates(layout.attitude(body) + c, 1);
                 [0, 1, 2].map(|k| sum[k] + rates[k])
@@ -85,12 +87,12 @@ impl<'a> Encounter<'a> {
         }
     }
 
-    /// The fraction of the piece, before `until`, at which the bodies first touch and then overlap.
-    pub fn first(&mut self, until: f64, patience: &mut Patience) -> Result<Option<f64>> {
+    /// Returns the fraction of the piece, before `until`, at which the parts first touch and then overlap.
+    pub fn first(&mut self, until: f64, interrupt: &mut InterruptCheck) -> Result<Option<f64>> {
         let (mut clear, mut end, mut inside) = (0.0, until, false);
         let mut half = 0.5 * until;
         while end - clear > if inside { SHORTEST } else { 0.0 } {
-            patience.spend(WORK, self.piece.start())?;
+            interrupt.charge(WORK, self.piece.start())?;
             let rest = 0.5 * (end - clear);
             half = half.min(rest);
             let middle = clear + half;
@@ -109,7 +111,7 @@ impl<'a> Encounter<'a> {
         Ok(inside.then(|| self.touch(clear, end)))
     }
 
-    /// Where the surfaces touch before the overlap at `end`, with none up to `clear`.
+    /// Returns where the surfaces touch before the overlap at `end`; there is no overlap up to `clear`.
     fn touch(&self, clear: f64, end: f64) -> f64 {
         let gap = |theta: f64| Ok::<f64, std::convert::Infallible>(self.growth_less_one(theta));
         let (mut start, mut back) = (clear, SHORTEST);
@@ -149,7 +151,7 @@ impl<'a> Encounter<'a> {
         }
     }
 
-    /// The vector from the first part's centre to the second's.
+    /// Returns the vector from the first part's centre to the second's.
     fn separation(&self, basis: &Basis) -> Vec3 {
         let [first, second] = self.bodies.map(|body| self.layout.position(body));
         let mut separation = Vec3::from(
@@ -163,13 +165,13 @@ impl<'a> Encounter<'a> {
         separation
     }
 
-    /// The rotation of one of the parts, and the length of the quaternion of its body.
+    /// Returns the rotation of one of the parts, and the length of the quaternion of its body.
     fn rotation(&self, which: usize, basis: &Basis) -> (Mat3, f64) {
         let (rotation, length) = self.body_rotation(which, basis);
         (self.places[which].map_or(rotation, |place| rotation * place.rotation), length)
     }
 
-    /// The same of the bodies.
+    /// Returns the rotation of one of the bodies, and the length of its quaternion.
     fn body_rotation(&self, which: usize, basis: &Basis) -> (Mat3, f64) {
         let index = self.layout.attitude(self.bodies[which]);
         let number = |c: usize| self.piece.number(basis, index + c);
@@ -183,7 +185,8 @@ impl<'a> Encounter<'a> {
     }
 
     fn verdict(&mut self, middle: f64, half: f64) -> Verdict {
-        /// Largest of x (x^2 - 1) / 6 between 0 and 1: what the parabola through three places misses of a cubic.
+        /// The largest value of x (x^2 - 1) / 6 between 0 and 1: the error of the parabola through three
+        /// points of a cubic.
         const REST: f64 = 0.064_150_029_909_958_42;
         let places = [middle - half, middle, middle + half].map(|theta| self.piece.basis(theta));
         let r = places.each_ref().map(|basis| self.separation(basis));
@@ -199,16 +202,16 @@ impl<'a> Encounter<'a> {
         let cubic = j + 3.0 * w * (a + w * v) + w * w * w * (distance + v * half);
         let least = |gap: [f64; 3], cubic: f64| parabola(gap) - REST * cubic * half * half * half;
 
-        // First with the circumscribed spheres.
+        // The circumscribed spheres are tried first.
         let reach = self.shapes[0].circumradius() + self.shapes[1].circumradius();
         let n = turned(r[1] / distance);
         let gap = [0, 1, 2].map(|k| n[k].dot(&r[k]) - reach);
         let faceted = self.shapes.iter().any(|shape| matches!(shape, Shape::Polyhedron(_)));
-        let round = !faceted && self.shapes.iter().all(|shape| focal_square(shape) == 0.0);
-        if least(gap, cubic) >= if round { -TOUCHING * reach } else { 0.0 } {
+        let spherical = !faceted && self.shapes.iter().all(|shape| focal_square(shape) == 0.0);
+        if least(gap, cubic) >= if spherical { -TOUCHING * reach } else { 0.0 } {
             return Verdict::Clear;
         }
-        if round {
+        if spherical {
             return if gap[1] > 0.0 { Verdict::Apart } else { Verdict::Unknown };
         }
 
@@ -233,14 +236,15 @@ impl<'a> Encounter<'a> {
                 continue;
             }
             for k in [0, 1, 2] {
-                // No less than the support function itself, and its square has no sharp turns.
+                // This expression is no less than the support function, and its square has no sharp bends.
                 let other = support(shape, &rotations[k][which].0, &n[k]);
                 gap[k] -= 0.5 * (other * other / h + h);
             }
             let Some([p1, p2, p3]) = self.turning(which, rotations[1][which].1, half) else {
                 return if gap[1] > 0.0 { Verdict::Apart } else { Verdict::Unknown };
             };
-            // The normal in the body's frame turns with both; h^2 is c^2 and the square of a vector no longer than its focal axis.
+            // The normal in the body's frame rotates with both; h^2 is c^2 plus the square of a vector no
+            // longer than the focal axis.
             let (u1, u2) = (p1 + w, p2 + w * (2.0 * p1 + w));
             let u3 = p3 + w * (3.0 * p2 + w * (3.0 * p1 + w));
             cubic += focal_square(shape) * (u3 + 3.0 * u1 * u2) / h;
@@ -254,8 +258,8 @@ impl<'a> Encounter<'a> {
         }
     }
 
-    /// The verdict on shapes of which one is a polyhedron: what no point of them can move, in half of the interval, is less than
-    /// their gap in its middle.
+    /// Decides for shapes of which one is a polyhedron: the interval is clear if no point can move, in half
+    /// of it, by as much as the gap in its middle.
     fn between_faces(&self, middle: &Basis, separation: &Vec3, speed: f64, half: f64) -> Verdict {
         let [(first, first_length), (second, second_length)] = [0, 1].map(|k| self.rotation(k, middle));
         let Some(gap) = gap_between(self.shapes, separation, [&first, &second]).filter(|gap| *gap > 0.0)
@@ -268,7 +272,8 @@ impl<'a> Encounter<'a> {
         if half * (speed + a * first + b * second) < gap { Verdict::Clear } else { Verdict::Apart }
     }
 
-    /// Bounds of the first three derivatives of the separation of the parts, which turn about the centres of their bodies.
+    /// Returns bounds of the first three derivatives of the separation of the parts, which rotate about the
+    /// centres of their bodies.
     fn moving(&self, middle: &Basis, half: f64) -> Option<[f64; 3]> {
         let mut bounds = self.separation;
         for which in [0, 1] {
@@ -281,11 +286,12 @@ impl<'a> Encounter<'a> {
         Some(bounds)
     }
 
-    /// Bounds of the first three derivatives of a vector that turns with one of the bodies; none where its quaternion comes near
-    /// to zero.
+    /// Returns bounds of the first three derivatives of a vector that rotates with one of the bodies; `None`
+    /// where its quaternion comes near to zero.
     ///
-    /// With k_n the derivatives' bounds of the quaternion over its length, its angular velocity is below 2 k_1, and the first two
-    /// derivatives of that below 2 k_2 + 4 k_1^2 and 2 k_3 + 14 k_1 k_2 + 20 k_1^3.
+    /// With k_n the bounds of the derivatives of the quaternion over its length, the angular velocity is
+    /// below 2 k_1, and its first two derivatives are below 2 k_2 + 4 k_1^2 and 2 k_3 + 14 k_1 k_2 + 20
+    /// k_1^3.
     fn turning(&self, which: usize, length: f64, half: f64) -> Option<[f64; 3]> {
         let rates = self.attitudes[which];
         let [w, dw, ddw] = match self.layout.chart {
@@ -305,13 +311,13 @@ impl<'a> Encounter<'a> {
 
 type Basis = [f64; crate::integrate::MAX_TERMS];
 
-/// Square of the larger semi-axis of the focal ellipse.
+/// Returns the square of the larger semi-axis of the focal ellipse.
 fn focal_square(shape: &Shape) -> f64 {
     let axes = Vec3::from(shape.semi_axes());
     (axes.max() - axes.min()) * (axes.max() + axes.min())
 }
 
-/// The least value between -1 and 1 of the parabola with these values at -1, 0 and 1.
+/// Returns the least value between -1 and 1 of the parabola with these values at -1, 0 and 1.
 fn parabola([left, middle, right]: [f64; 3]) -> f64 {
     let (bend, slope) = (0.5 * (left + right) - middle, 0.5 * (right - left));
     if bend > 0.0 && slope.abs() < 2.0 * bend {

@@ -1,19 +1,21 @@
 //! The integrators by name.
 
-use crate::dynamics::Parts;
+use crate::dynamics::DriftKind;
 use crate::integrate::{
     Composition, DORMAND_PRINCE54, KICK_DRIFT_KICK, Scheme, Tableau, Tolerance, VERNER65, VERNER76, VERNER87,
     VERNER96, VERNER98,
 };
 use serde::{Deserialize, Serialize};
 
-/// An integrator with its settings. This is their description: archives and the Python package have theirs from it.
+/// An integrator with its settings. Archives and the Python package use this description.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "name", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Integrator {
     /// The pair of Dormand and Prince of orders 5 and 4; interpolant of order 4 without further evaluations.
     DormandPrince54(Tolerance),
-    /// Verner's pair of orders 6 and 5; interpolant of order 6 by 6 further evaluations in steps that need it.
+    /// Verner's pair of orders 6 and 5; interpolant of order 6 by 6 further evaluations in steps that need
+    /// it.
     Verner65(Tolerance),
     /// Verner's pair of orders 7 and 6; interpolant of order 7 by 11 further evaluations.
     Verner76(Tolerance),
@@ -21,19 +23,21 @@ pub enum Integrator {
     Verner87(Tolerance),
     /// Verner's pair of orders 9 and 8; interpolant of order 9 by 10 further evaluations.
     Verner98(Tolerance),
-    /// The same with steps so short that their own errors are below what rounding leaves of them at random.
+    /// The pair of `Verner98` with steps so short that truncation errors are below the random effect of
+    /// rounding.
     Verner98ToRoundoff,
-    /// The Lie group variational integrator of Lee, Leok & McClamroch (2007): second order, symplectic, one evaluation a step.
+    /// The Lie group variational integrator of Lee, Leok & McClamroch (2007): second order, symplectic, one
+    /// evaluation a step.
     LieGroupVariational {
         /// Size of the steps.
         step: f64,
     },
-    /// Kepler motion and free rotation solved exactly, the rest as kicks. Symplectic; N bodies in Jacobi's coordinates, so
-    /// that the first two are to be the closest pair.
+    /// Splitting into Kepler motion and free rotation, solved exactly, and kicks by the remaining forces.
+    /// Symplectic; N bodies are in Jacobi's coordinates, so that the first two should be the closest pair.
     SymplecticSplitting {
         /// Size of the steps.
         step: f64,
-        /// How drifts and kicks follow each other.
+        /// The scheme of drifts and kicks.
         #[serde(with = "crate::names")]
         scheme: Scheme,
     },
@@ -44,11 +48,11 @@ pub(super) enum Steps {
     /// Steps of a Runge-Kutta pair, whose size a tolerance controls.
     Controlled(&'static Tableau, Tolerance),
     /// Steps of one size, by a composition of the flows of two parts.
-    Fixed(&'static Composition, Parts, f64),
+    Fixed(&'static Composition, DriftKind, f64),
 }
 
 impl Integrator {
-    /// The pair and its tolerance, of an integrator with step control.
+    /// Returns the pair and its tolerance for an integrator with step control.
     pub fn pair(self) -> Option<(&'static Tableau, Tolerance)> {
         match self.steps() {
             Steps::Controlled(tableau, tolerance) => Some((tableau, tolerance)),
@@ -64,9 +68,9 @@ impl Integrator {
             Self::Verner87(tolerance) => Steps::Controlled(&VERNER87, tolerance),
             Self::Verner98(tolerance) => Steps::Controlled(&VERNER98, tolerance),
             Self::Verner98ToRoundoff => Steps::Controlled(&VERNER96, Tolerance::TO_ROUNDOFF),
-            Self::LieGroupVariational { step } => Steps::Fixed(&KICK_DRIFT_KICK, Parts::Free, step),
+            Self::LieGroupVariational { step } => Steps::Fixed(&KICK_DRIFT_KICK, DriftKind::Free, step),
             Self::SymplecticSplitting { step, scheme } => {
-                Steps::Fixed(scheme.composition(), Parts::Kepler, step)
+                Steps::Fixed(scheme.composition(), DriftKind::Kepler, step)
             }
         }
     }

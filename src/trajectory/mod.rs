@@ -1,7 +1,8 @@
 //! Running a system and recording it.
 //!
-//! Takes a system, a state and an integrator; gives a [`Trajectory`]: samples with energies and angular momenta, events, the
-//! continuous solution. The one room where physics and integrator meet.
+//! Takes a system, a state and an integrator; gives a [`Trajectory`]: samples with energies and angular
+//! momenta, events, and the continuous solution. This is the only module in which physics and integrator
+//! meet.
 
 mod approach;
 mod archive;
@@ -11,20 +12,27 @@ mod dense;
 mod encounter;
 mod events;
 mod integrator;
-mod mapped;
+mod tangent_map;
 mod motion;
-mod mover;
+mod propagator;
 mod output;
 mod record;
+mod recorder;
 mod simulation;
+mod switching;
 mod tangent;
 
-pub use archive::{ARCHIVE_VERSION, Setup};
+#[doc(hidden)]
+pub use archive::{ARCHIVE_FORMAT, SimulationDescription};
+#[doc(hidden)]
 pub use chaos::INDICATORS;
 pub use dense::Dense;
-pub use events::{Condition, ConditionSlopes, Event, Occurrence, SAMPLES, StateFunction};
+pub use events::{Condition, Event, Occurrence, StateFunction, Toward};
+#[doc(hidden)]
+pub use events::{ConditionDerivatives, Crossings};
 pub use integrator::Integrator;
 pub use output::Output;
 pub use record::{StopReason, Trajectory};
-pub use simulation::{Progress, Run, Simulation};
-pub use tangent::Following;
+pub use recorder::{Progress, Run};
+pub use simulation::Simulation;
+pub use tangent::TangentOptions;

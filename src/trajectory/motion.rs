@@ -1,17 +1,17 @@
-//! The equations of motion as the integrators see them.
+//! The equations of motion in the form that the integrators take.
 
 use super::approach::Approach;
 use crate::dynamics::{Dynamics, Splitting};
 use crate::error::{Refusal, Result};
 use crate::integrate::{Equations, Flows, Tolerance};
-use crate::patience::Patience;
+use crate::interrupt::InterruptCheck;
 use pulp::Arch;
 
-/// The equations, what errors are measured against, and who watches for overlaps.
+/// The equations, the scales of their errors, and the check for contacts.
 #[derive(Debug, Clone)]
 pub(super) struct Motion {
     pub equations: Dynamics,
-    /// Scales at the start, per body: position, velocity, spin.
+    /// Scales at the start for each body: position, velocity, spin.
     pub initial: Vec<[f64; 3]>,
     present: Vec<[f64; 3]>,
     pub approach: Approach,
@@ -25,11 +25,11 @@ impl Motion {
         Self { equations, present: initial.clone(), initial, approach }
     }
 
-    /// The same for a second integration, without the rules in force. A copy that can be interrupted.
-    pub fn again(&self, patience: &mut Patience) -> Result<Self> {
+    /// Returns a copy for a second integration, without the quadrature rules. Making it can be interrupted.
+    pub fn again(&self, interrupt: &mut InterruptCheck) -> Result<Self> {
         let system = self.equations.system();
         Ok(Self {
-            equations: system.dynamics(self.equations.frame(), patience)?,
+            equations: system.dynamics(self.equations.frame(), interrupt)?,
             initial: self.initial.clone(),
             present: self.present.clone(),
             approach: Approach::new(system),
@@ -50,8 +50,8 @@ impl Equations for Motion {
         self.equations.work()
     }
 
-    fn prepare(&mut self, time: f64, y: &[f64], step: f64, patience: &mut Patience) -> Result<()> {
-        self.equations.prepare(time, y, step, patience)
+    fn prepare(&mut self, time: f64, y: &[f64], step: f64, interrupt: &mut InterruptCheck) -> Result<()> {
+        self.equations.prepare(time, y, step, interrupt)
     }
 
     fn derivative(
@@ -72,8 +72,9 @@ impl Equations for Motion {
         self.equations.quadratures(time, y, rate);
     }
 
-    /// The length of the difference in units of the tolerance: the largest over all bodies and kinds of quantity. As lengths
-    /// of vectors they are the same in every frame. The books of forces follow from the motion and are not measured.
+    /// Returns the size of a difference in units of the tolerance: the largest over all bodies and kinds of
+    /// quantity. Lengths of vectors are compared, which are the same in every frame. Work and impulse of
+    /// forces follow from the motion and are not measured.
     fn norm(&mut self, y: &[f64], v: &[f64], tolerance: &Tolerance) -> f64 {
         let layout = self.equations.layout();
         self.equations.scales(y, &mut self.present);
@@ -93,9 +94,9 @@ impl Equations for Motion {
             worst(length(layout.spin(body), 3), n, n0);
         }
         if layout.forces > 0 {
-            // The barycentre's departure, measured as the bodies are and against its own size.
+            // The barycentre offset is measured like the bodies, and against its own size.
             let (present, initial) = (widest(&self.present), widest(&self.initial));
-            let at = layout.departure();
+            let at = layout.barycentre_offset();
             let own = |start: usize| y[start..start + 3].iter().map(|x| x * x).sum::<f64>().sqrt();
             worst(length(at, 3), present[0].max(own(at)), initial[0]);
             worst(length(at + 3, 3), present[1].max(own(at + 3)), initial[1]);
@@ -108,7 +109,7 @@ impl Equations for Motion {
     }
 }
 
-/// The largest scales of position and velocity of any body.
+/// Returns the largest scales of position and velocity of any body.
 fn widest(scales: &[[f64; 3]]) -> [f64; 2] {
     scales.iter().fold([0.0; 2], |w, s| [w[0].max(s[0]), w[1].max(s[1])])
 }
@@ -120,17 +121,29 @@ pub(super) struct SplitMotion<'a> {
 }
 
 impl Flows for SplitMotion<'_> {
-    fn prepare(&mut self, time: f64, y: &[f64], step: f64, patience: &mut Patience) -> Result<()> {
+    fn prepare(&mut self, time: f64, y: &[f64], step: f64, interrupt: &mut InterruptCheck) -> Result<()> {
         self.splitting.begin(self.equations, time, y, step);
-        self.equations.prepare(time, y, step, patience)
+        self.equations.prepare(time, y, step, interrupt)
     }
 
-    fn drift(&mut self, size: f64, high: &mut [f64], low: &mut [f64], patience: &mut Patience) -> Result<()> {
-        self.splitting.drift(self.equations, size, high, low, patience)
+    fn drift(
+        &mut self,
+        size: f64,
+        high: &mut [f64],
+        low: &mut [f64],
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        self.splitting.drift(self.equations, size, high, low, interrupt)
     }
 
-    fn kick(&mut self, size: f64, high: &mut [f64], low: &mut [f64], patience: &mut Patience) -> Result<u64> {
-        self.splitting.kick(self.equations, size, high, low, patience)
+    fn kick(
+        &mut self,
+        size: f64,
+        high: &mut [f64],
+        low: &mut [f64],
+        interrupt: &mut InterruptCheck,
+    ) -> Result<u64> {
+        self.splitting.kick(self.equations, size, high, low, interrupt)
     }
 
     fn restore(&mut self, high: &mut [f64], low: &mut [f64]) {

@@ -1,10 +1,11 @@
-//! At which times a run is recorded.
+//! The times at which a run is recorded.
 
 use crate::error::{Error, Result, require_finite};
 use std::cmp::Ordering;
 
-/// At which times a run is recorded.
+/// The times at which a run is recorded.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Output {
     /// At every accepted step.
     Steps,
@@ -17,7 +18,7 @@ pub enum Output {
 }
 
 impl Output {
-    /// The times of a run, where they do not depend on its steps.
+    /// Returns the times of a run, where they do not depend on its steps.
     pub fn times(&self, start: f64, until: f64) -> Result<Vec<f64>> {
         let mut times = Times::new(start, until, self)?;
         let next = || {
@@ -29,7 +30,7 @@ impl Output {
     }
 }
 
-/// The times that are still to be recorded.
+/// The times that remain to be recorded.
 pub(super) enum Times<'a> {
     Steps,
     /// Multiples of a step from the start that are well before the end, and the end.
@@ -64,7 +65,8 @@ impl<'a> Times<'a> {
                 if count > 1e9 {
                     return Err(Error::invalid("output", spacing, "a spacing with fewer than 1e9 samples"));
                 }
-                // Multiples, not sums, and the end itself rather than something beside it.
+                // Times are multiples of the step rather than sums, and the end is recorded rather than a
+                // time very near to it.
                 let step = spacing.abs().copysign(until - start);
                 let mut count = count as u64 + 1;
                 while count > 0 && (until - (start + (count - 1) as f64 * step)).abs() <= 1e-9 * spacing.abs()
@@ -92,7 +94,7 @@ impl<'a> Times<'a> {
         }
     }
 
-    /// The next time, if it lies before `now`.
+    /// Returns the next time, if it lies before `now`.
     pub fn pending(&self, now: f64) -> Option<f64> {
         let time = self.next()?;
         let forward = match self {
@@ -103,14 +105,14 @@ impl<'a> Times<'a> {
         (if forward { time < now } else { time > now }).then_some(time)
     }
 
-    /// The same; it is then no longer to be recorded.
+    /// Takes the next time off the list and returns it, if it lies before `now`.
     pub fn before(&mut self, now: f64) -> Option<f64> {
         let time = self.pending(now)?;
         self.skip();
         Some(time)
     }
 
-    /// Whether `now` itself is to be recorded.
+    /// Returns whether `now` itself is to be recorded, and takes it off the list.
     pub fn due(&mut self, now: f64) -> bool {
         let due = matches!(self, Self::Steps) || self.next() == Some(now);
         if due {

@@ -1,17 +1,19 @@
-//! The recorded run.
+//! The record of a run.
 
 use super::{Dense, Occurrence};
-use crate::dynamics::{Invariants, State};
+use crate::dynamics::{Energy, Invariants, State};
+use crate::math::Vec3;
 
 /// Why a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum StopReason {
-    /// It has not: there was an error, or nothing has been run.
+    /// The run has not ended: there was an error, or nothing has been run.
     #[default]
     Unfinished,
     /// It reached the time asked for.
     End,
-    /// A terminal event, by its place in the list.
+    /// A terminal event, by its index in the list.
     Event(usize),
     /// The caller's hook asked to stop.
     Interrupted,
@@ -38,17 +40,21 @@ pub struct Trajectory {
     pub energy: Vec<f64>,
     /// Total angular momenta (K, 3).
     pub angular_momentum: Vec<f64>,
-    /// Books of the forces from outside at the start of the first run into this record.
-    pub start_books: Option<Vec<f64>>,
-    /// The same (K, F, 7) since then: work, impulse, angular impulse of each force.
-    pub books: Vec<f64>,
-    /// How often each force was switched off in the runs into this record, for those that can be; being off at its start counts.
+    /// Work and impulse of the external forces at the start of the first run into this record.
+    pub start_work_and_impulse: Option<Vec<f64>>,
+    /// Work, impulse and angular impulse (K, F, 7) of each force since that start.
+    pub work_and_impulse: Vec<f64>,
+    /// How often each force was switched off in the runs into this record, for forces that can be; being off
+    /// at its start counts as one.
     pub switched_off: Vec<Option<u64>>,
-    /// Transition matrices (K, 12 N, 12 N) from the start of the last run into this record, where they were asked for.
+    /// Transition matrices (K, 12 N, 12 N) from the start of the last run into this record, where they were asked for. Row i and
+    /// column j hold the derivative of number i of the sample by number j of the start. Each body has twelve numbers in turn:
+    /// position (3) and velocity (3) in the inertial frame, a rotation vector (3) and the spin (3) in its own frame.
     pub transition: Vec<f64>,
-    /// The same of the sensitivities (K, P, 12 N) to parameters.
+    /// Sensitivities (K, P, 12 N) to parameters: derivatives of the same numbers of the sample by each parameter.
     pub sensitivity: Vec<f64>,
-    /// Indicators of chaos (K, 3) since then: the mean of MEGNO, the Lyapunov exponent, the fast Lyapunov indicator.
+    /// Indicators of chaos (K, 3) since that start: the mean of MEGNO, the Lyapunov exponent, the fast
+    /// Lyapunov indicator.
     pub chaos: Vec<f64>,
     /// Events in order of the run.
     pub events: Vec<Occurrence>,
@@ -59,25 +65,78 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// An empty record.
+    /// Makes an empty record.
     pub fn new(bodies: usize) -> Self {
         Self { bodies, ..Self::default() }
     }
 
-    /// Number of samples.
+    /// Returns the state of a sample.
+    ///
+    /// # Panics
+    /// A sample that the record does not have panics, here and in the methods below, as an index of a slice does.
+    pub fn state(&self, sample: usize) -> State {
+        let bodies = 0..self.bodies;
+        State {
+            time: self.time[sample],
+            position: bodies.clone().map(|body| self.position(sample, body)).collect(),
+            velocity: bodies.clone().map(|body| self.velocity(sample, body)).collect(),
+            attitude: bodies.clone().map(|body| self.attitude(sample, body)).collect(),
+            spin: bodies.map(|body| self.spin(sample, body)).collect(),
+        }
+    }
+
+    /// Returns where the centre of a body is in a sample, inertial frame.
+    pub fn position(&self, sample: usize, body: usize) -> Vec3 {
+        self.vector(&self.position, sample, body)
+    }
+
+    /// Returns the velocity of the centre of a body in a sample, inertial frame.
+    pub fn velocity(&self, sample: usize, body: usize) -> Vec3 {
+        self.vector(&self.velocity, sample, body)
+    }
+
+    /// Returns the attitude of a body in a sample: a unit quaternion `[w, x, y, z]`, body frame to inertial frame.
+    pub fn attitude(&self, sample: usize, body: usize) -> [f64; 4] {
+        assert!(body < self.bodies, "body {body} of {}", self.bodies);
+        let first = 4 * (self.bodies * sample + body);
+        [0, 1, 2, 3].map(|k| self.attitude[first + k])
+    }
+
+    /// Returns the angular velocity of a body in a sample, body frame.
+    pub fn spin(&self, sample: usize, body: usize) -> Vec3 {
+        self.vector(&self.spin, sample, body)
+    }
+
+    /// Returns the energy of the system in a sample.
+    pub fn energy(&self, sample: usize) -> Energy {
+        let [total, translational, rotational, potential] = [0, 1, 2, 3].map(|k| self.energy[4 * sample + k]);
+        Energy { total, translational, rotational, potential }
+    }
+
+    /// Returns the total angular momentum of the bodies in a sample, inertial frame.
+    pub fn angular_momentum(&self, sample: usize) -> Vec3 {
+        Vec3::from_column_slice(&self.angular_momentum[3 * sample..][..3])
+    }
+
+    fn vector(&self, all: &[f64], sample: usize, body: usize) -> Vec3 {
+        assert!(body < self.bodies, "body {body} of {}", self.bodies);
+        Vec3::from_column_slice(&all[3 * (self.bodies * sample + body)..][..3])
+    }
+
+    /// Returns the number of samples.
     pub fn len(&self) -> usize {
         self.time.len()
     }
 
-    /// Whether nothing has been recorded.
+    /// Returns whether nothing has been recorded.
     pub fn is_empty(&self) -> bool {
         self.time.is_empty()
     }
 
-    /// Adds a sample, with the books of the forces since the simulation's start.
-    pub fn push(&mut self, state: &State, conserved: &Invariants, books: &[f64]) {
-        let start = self.start_books.get_or_insert_with(|| books.to_vec());
-        self.books.extend(books.iter().zip(start).map(|(now, then)| now - *then));
+    /// Appends a sample, with work and impulse of the forces since the simulation's start.
+    pub fn push(&mut self, state: &State, conserved: &Invariants, work_and_impulse: &[f64]) {
+        let start = self.start_work_and_impulse.get_or_insert_with(|| work_and_impulse.to_vec());
+        self.work_and_impulse.extend(work_and_impulse.iter().zip(start).map(|(now, then)| now - *then));
         self.time.push(state.time);
         for body in 0..self.bodies {
             self.position.extend_from_slice(state.position[body].as_slice());

@@ -1,66 +1,94 @@
-//! Departures that follow a run, step by step.
+//! Tangent vectors of a run, integrated step by step.
 
-use super::chaos::{INTEGRALS, Parting};
-use super::mapped::Mapped;
+use super::chaos::{INTEGRALS, TangentGrowth};
+use super::events::StateDerivatives;
 use super::motion::Motion;
-use super::mover::Mover;
+use super::propagator::Propagator;
 use super::record::Trajectory;
-use crate::dynamics::{Collocation, Dynamics, Parameter, Parts, State, Variations};
+use super::tangent_map::StepTangentMap;
+use crate::dynamics::{Collocation, DriftKind, Dynamics, Parameter, State, Variations};
 use crate::error::{Error, Result};
+use crate::forces::SwitchJump;
 use crate::integrate::{Segment, VERNER98};
-use crate::patience::Patience;
+use crate::interrupt::InterruptCheck;
 
-/// The shortest step of departures, as a fraction of the motion's.
+/// The shortest step of tangent vectors, as a fraction of the motion's step.
 const SHORTEST: f64 = 1e-6;
 
-/// The most by which the logarithm of a departure may grow in one step, for the integrals of it. Beside free motion, whose steps have no
-/// bound, a departure grows with the time.
+/// The largest growth of the logarithm of a tangent vector in one step, for its integrals. Beside free
+/// motion, whose steps are not bounded, a tangent vector grows with time.
 const LONGEST: f64 = 1.0;
 
-/// Numbers that are larger have left the range in which a step can be solved.
+/// Larger numbers are outside of the range in which a step can be solved.
 const LARGEST: f64 = 1e280;
 
-/// What is followed beside a run.
+/// The derivatives and chaos indicators that are computed beside a run.
+///
+/// ```
+/// use fullbody::dynamics::Parameter;
+/// use fullbody::trajectory::TangentOptions;
+///
+/// let transition = TangentOptions::derivatives(vec![]);
+/// let with_masses = TangentOptions::derivatives(vec![Parameter::Mass(0), Parameter::Mass(1)]);
+/// assert_ne!(transition, TangentOptions::default());
+/// # assert_ne!(transition, with_masses);
+/// ```
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Following {
-    /// The parameters by which the run is differentiated beside its start, where it is.
+pub struct TangentOptions {
+    /// `None` where no derivatives are computed. Otherwise the transition matrix is, and the sensitivity to each of these parameters.
     pub derivatives: Option<Vec<Parameter>>,
-    /// Whether its chaos is measured.
+    /// Whether the chaos indicators (MEGNO and Lyapunov exponents) are computed.
     pub chaos: bool,
 }
 
-/// All that follows a run.
+impl TangentOptions {
+    /// Neither derivatives nor chaos indicators.
+    pub(super) const NONE: Self = Self { derivatives: None, chaos: false };
+
+    /// Asks for the transition matrix and the sensitivities to parameters, of which there may be none.
+    pub fn derivatives(parameters: Vec<Parameter>) -> Self {
+        Self { derivatives: Some(parameters), chaos: false }
+    }
+}
+
+/// All tangent vectors of a run.
 #[derive(Debug, Clone)]
 pub(super) struct Tangents(Vec<Tangent>);
 
-/// Departures from a run: all of them, or one whose growth is measured.
+/// A set of tangent vectors: the full matrix, or one vector whose growth is measured.
 #[derive(Debug, Clone)]
 struct Tangent {
     variations: Variations,
-    parting: Option<Parting>,
+    growth_monitor: Option<TangentGrowth>,
     collocation: Collocation,
     /// The state at which the run began.
     start: State,
-    present: Departed,
+    present: TangentState,
     /// Vectors of the motion.
     y: [Vec<f64>; 2],
 }
 
-/// How far departures have come.
+/// Tangent vectors at a time.
 #[derive(Debug, Clone)]
-struct Departed {
+struct TangentState {
     time: f64,
     columns: Vec<f64>,
     integrals: [f64; INTEGRALS],
 }
 
 impl Tangents {
-    /// At the start of a run.
-    pub fn new(following: &Following, motion: &Motion, mover: &Mover, start: &State) -> Result<Self> {
+    /// Starts the tangent vectors of a run.
+    pub fn new(
+        tangent_options: &TangentOptions,
+        motion: &Motion,
+        propagator: &Propagator,
+        start: &State,
+    ) -> Result<Self> {
         let equations = &motion.equations;
         let mut all = Vec::new();
-        if let Some(parameters) = &following.derivatives {
-            let jacobi = mover.fixed().is_some_and(|(_, splitting)| splitting.parts() == Parts::Kepler);
+        if let Some(parameters) = &tangent_options.derivatives {
+            let jacobi =
+                propagator.fixed().is_some_and(|(_, splitting)| splitting.drift_kind() == DriftKind::Kepler);
             let masses = parameters.iter().any(|parameter| parameter.is_mass());
             if jacobi && masses && start.bodies() > 2 {
                 let found = "by a mass, of three bodies and more in Jacobi's coordinates";
@@ -69,20 +97,43 @@ impl Tangents {
             }
             let variations = Variations::new(equations, parameters.clone())?;
             let columns = variations.start();
-            all.push(Tangent::new(variations, None, columns, mover, start));
+            all.push(Tangent::new(variations, None, columns, propagator, start));
         }
-        if following.chaos {
+        if tangent_options.chaos {
             let variations = Variations::of_one(equations)?;
-            let parting = Parting::new(motion, &variations);
-            let column = parting.start();
-            all.push(Tangent::new(variations, Some(parting), column, mover, start));
+            let growth_monitor = TangentGrowth::new(motion, &variations);
+            let column = growth_monitor.start();
+            all.push(Tangent::new(variations, Some(growth_monitor), column, propagator, start));
         }
         Ok(Self(all))
     }
 
-    /// Takes the step that the run has taken from where the departures are.
-    pub fn advance(&mut self, motion: &mut Motion, mover: &Mover, patience: &mut Patience) -> Result<()> {
-        self.0.iter_mut().try_for_each(|tangent| tangent.advance(motion, mover, patience))
+    /// Advances by the step that the run has taken. On an error all tangent vectors stay at the start of the
+    /// step.
+    pub fn advance(
+        &mut self,
+        motion: &mut Motion,
+        propagator: &Propagator,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        let before: Vec<TangentState> = self.0.iter().map(|tangent| tangent.present.clone()).collect();
+        let advanced =
+            self.0.iter_mut().try_for_each(|tangent| tangent.advance(motion, propagator, interrupt));
+        advanced.inspect_err(|_| {
+            for (tangent, present) in self.0.iter_mut().zip(before) {
+                tangent.present = present;
+                tangent.collocation.forget();
+            }
+        })
+    }
+
+    /// Takes the departures through a switch of a force, whose function has the rate `rate` before it.
+    pub fn jump(&mut self, equations: &Dynamics, jump: &SwitchJump, rate: f64) {
+        for tangent in &mut self.0 {
+            let g = equations.system().gravitational_constant();
+            tangent.variations.jump(jump, rate, g, &mut tangent.present.columns);
+            tangent.collocation.forget();
+        }
     }
 
     /// Moves to a time within the last step, along its pieces.
@@ -91,22 +142,40 @@ impl Tangents {
         motion: &mut Motion,
         pieces: &[Segment],
         time: f64,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        self.0.iter_mut().try_for_each(|tangent| tangent.place(&mut motion.equations, pieces, time, patience))
+        self.0
+            .iter_mut()
+            .try_for_each(|tangent| tangent.place(&mut motion.equations, pieces, time, interrupt))
     }
 
-    /// Records what belongs to a state of the run: where the departures are, or in the step that follows, of these pieces.
+    /// Returns the derivatives of the state at a time in the step that follows, with these pieces; `None`
+    /// where the run is not differentiated.
+    pub fn at(
+        &mut self,
+        motion: &mut Motion,
+        pieces: &[Segment],
+        state: &State,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Option<StateDerivatives>> {
+        let tangent = self.0.iter_mut().find(|tangent| tangent.growth_monitor.is_none());
+        let derivatives =
+            tangent.map(|tangent| tangent.derivatives(&mut motion.equations, pieces, state, interrupt));
+        derivatives.transpose()
+    }
+
+    /// Records the derivatives or indicators at a state of the run, which is where the tangent vectors are or
+    /// in the step that follows, with these pieces.
     pub fn record(
         &mut self,
         motion: &mut Motion,
         pieces: &[Segment],
         state: &State,
         record: &mut Trajectory,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         for tangent in &mut self.0 {
-            tangent.record(&mut motion.equations, pieces, state, record, patience)?;
+            tangent.record(&mut motion.equations, pieces, state, record, interrupt)?;
         }
         Ok(())
     }
@@ -115,35 +184,45 @@ impl Tangents {
 impl Tangent {
     fn new(
         variations: Variations,
-        parting: Option<Parting>,
+        growth_monitor: Option<TangentGrowth>,
         columns: Vec<f64>,
-        mover: &Mover,
+        propagator: &Propagator,
         start: &State,
     ) -> Self {
-        let tableau = mover.tableau().unwrap_or(&VERNER98);
+        let tableau = propagator.tableau().unwrap_or(&VERNER98);
         Self {
             collocation: Collocation::new(&variations, tableau.order),
             variations,
-            parting,
-            present: Departed { time: start.time, columns, integrals: [0.0; INTEGRALS] },
+            growth_monitor,
+            present: TangentState { time: start.time, columns, integrals: [0.0; INTEGRALS] },
             start: start.clone(),
             y: Default::default(),
         }
     }
 
-    fn advance(&mut self, motion: &mut Motion, mover: &Mover, patience: &mut Patience) -> Result<()> {
-        if mover.fixed().is_some() {
-            return self.map(motion, mover, patience);
+    fn advance(
+        &mut self,
+        motion: &mut Motion,
+        propagator: &Propagator,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        if propagator.fixed().is_some() {
+            return self.map(motion, propagator, interrupt);
         }
-        self.place(&mut motion.equations, mover.pieces(), mover.time(), patience)
+        self.place(&mut motion.equations, propagator.pieces(), propagator.time(), interrupt)
     }
 
-    /// The derivative of the map of a step of fixed size.
-    fn map(&mut self, motion: &mut Motion, mover: &Mover, patience: &mut Patience) -> Result<()> {
-        let Some((stepper, splitting)) = mover.fixed() else { return Ok(()) };
-        let Self { variations, parting, collocation, present, start, .. } = self;
-        let before = parting.as_ref().map(|parting| parting.growth(&present.columns));
-        let mut mapped = Mapped {
+    /// Applies the derivative of the map of a step of fixed size.
+    fn map(
+        &mut self,
+        motion: &mut Motion,
+        propagator: &Propagator,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        let Some((stepper, splitting)) = propagator.fixed() else { return Ok(()) };
+        let Self { variations, growth_monitor, collocation, present, start, .. } = self;
+        let before = growth_monitor.as_ref().map(|growth_monitor| growth_monitor.growth(&present.columns));
+        let mut mapped = StepTangentMap {
             equations: &mut motion.equations,
             splitting: splitting.clone(),
             variations,
@@ -153,12 +232,12 @@ impl Tangent {
             covered: 0.0,
             known: false,
         };
-        stepper.again(&mut mapped, patience)?;
-        let now = mover.time();
-        if let (Some(parting), Some(before)) = (parting, before) {
+        stepper.again(&mut mapped, interrupt)?;
+        let now = propagator.time();
+        if let (Some(growth_monitor), Some(before)) = (growth_monitor, before) {
             let times = [present.time - start.time, now - start.time];
-            let growths = [before, parting.growth(&present.columns)];
-            parting.integrate_between(times, growths, &mut present.integrals);
+            let growths = [before, growth_monitor.growth(&present.columns)];
+            growth_monitor.integrate_between(times, growths, &mut present.integrals);
         }
         self.settle(now);
         Ok(())
@@ -169,48 +248,57 @@ impl Tangent {
         equations: &mut Dynamics,
         pieces: &[Segment],
         time: f64,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        self.present = self.follow(equations, pieces, time, true, patience)?;
+        self.present = self.follow(equations, pieces, time, true, interrupt)?;
         self.settle(time);
         Ok(())
     }
 
-    /// The departures at a time, along these pieces. `keep` says that the next step will begin there.
+    /// Returns the tangent vectors at a time, along these pieces. `keep` says that the next step will begin
+    /// there.
     fn follow(
         &mut self,
         equations: &mut Dynamics,
         pieces: &[Segment],
         until: f64,
         keep: bool,
-        patience: &mut Patience,
-    ) -> Result<Departed> {
-        equations.prepare_variations(self.present.time, patience)?;
-        let mut departed = self.present.clone();
+        interrupt: &mut InterruptCheck,
+    ) -> Result<TangentState> {
+        let mut advanced = self.present.clone();
+        let mut prepared = false;
         for piece in pieces {
             let from =
-                if departed.time == piece.start() { 0.0 } else { piece.fraction(departed.time).max(0.0) };
+                if advanced.time == piece.start() { 0.0 } else { piece.fraction(advanced.time).max(0.0) };
             let to = if until == piece.end() { 1.0 } else { piece.fraction(until).min(1.0) };
             if from < to {
-                self.step(equations, piece, [from, to], keep, &mut departed, patience)?;
-                departed.time = if to < 1.0 { until } else { piece.end() };
+                if !prepared {
+                    let y = &mut self.y[0];
+                    y.resize(equations.layout().dimension(), 0.0);
+                    piece.at(from, y);
+                    equations.prepare_variations(&self.variations, advanced.time, y, interrupt)?;
+                    prepared = true;
+                }
+                self.step(equations, piece, [from, to], keep, &mut advanced, interrupt)?;
+                advanced.time = if to < 1.0 { until } else { piece.end() };
             }
         }
-        departed.time = until;
-        Ok(departed)
+        advanced.time = until;
+        Ok(advanced)
     }
 
-    /// Moves departures from a fraction of a piece to another; in shorter steps where the equations of the whole are not solved.
+    /// Advances tangent vectors from one fraction of a piece to another, in shorter steps where the equations
+    /// over the whole are not solved.
     fn step(
         &mut self,
         equations: &mut Dynamics,
         piece: &Segment,
         [from, to]: [f64; 2],
         keep: bool,
-        departed: &mut Departed,
-        patience: &mut Patience,
+        advanced: &mut TangentState,
+        interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        let Self { variations, parting, collocation, start, y: [y, end], .. } = self;
+        let Self { variations, growth_monitor, collocation, start, y: [y, end], .. } = self;
         y.resize(equations.layout().dimension(), 0.0);
         end.resize(equations.layout().dimension(), 0.0);
         let (first, mut from, mut length) = (from, from, to - from);
@@ -220,23 +308,23 @@ impl Tangent {
             for node in 0..collocation.gauss().nodes.len() {
                 let fraction = from + collocation.gauss().nodes[node] * (next - from);
                 piece.at(fraction, y);
-                patience.spend(variations.work(equations), time)?;
-                variations.look(equations, piece.time_at(fraction), y)?;
+                interrupt.charge(variations.work(equations), time)?;
+                variations.look(equations, piece.time_at(fraction), y, interrupt)?;
                 collocation.take(node, equations, variations, y);
             }
             piece.at(from, y);
             piece.at(next, end);
             collocation.between(equations, variations, [y, end]);
             let follows = keep || from == first;
-            if !collocation.solve(equations, [time, size], &departed.columns, follows, patience)? {
-                if departed.columns.iter().any(|number| number.is_nan() || number.abs() > LARGEST) {
-                    departed.columns.fill(f64::NAN);
+            if !collocation.solve(equations, [time, size], &advanced.columns, follows, interrupt)? {
+                if advanced.columns.iter().any(|number| number.is_nan() || number.abs() > LARGEST) {
+                    advanced.columns.fill(f64::NAN);
                     return Ok(());
                 }
                 length = 0.5 * (next - from);
                 if length < SHORTEST {
                     return Err(Error::NotConverged {
-                        what: format!("the equations of departures at time {time}"),
+                        what: format!("the variational equations at time {time}"),
                         detail: format!(
                             "they change too fast even for a step of {:e}",
                             length * piece.size()
@@ -245,18 +333,19 @@ impl Tangent {
                 }
                 continue;
             }
-            if let Some(parting) = parting {
-                let growth = |node| parting.growth(collocation.at_node(node));
-                let ends = [&departed.columns, collocation.reached()].map(|columns| parting.growth(columns));
+            if let Some(growth_monitor) = growth_monitor {
+                let growth = |node| growth_monitor.growth(collocation.at_node(node));
+                let ends =
+                    [&advanced.columns, collocation.reached()].map(|columns| growth_monitor.growth(columns));
                 if (ends[1] - ends[0]).abs() > LONGEST && 0.5 * (next - from) >= SHORTEST {
                     length = 0.5 * (next - from);
                     continue;
                 }
                 let step = [time - start.time, size];
-                parting.integrate(collocation.gauss(), step, growth, &mut departed.integrals);
+                growth_monitor.integrate(collocation.gauss(), step, growth, &mut advanced.integrals);
                 length *= 2.0;
             }
-            departed.columns.copy_from_slice(collocation.reached());
+            advanced.columns.copy_from_slice(collocation.reached());
             if keep {
                 collocation.remember(size);
             }
@@ -267,8 +356,8 @@ impl Tangent {
 
     fn settle(&mut self, time: f64) {
         self.present.time = time;
-        if let Some(parting) = &mut self.parting
-            && parting.settle(&mut self.present.columns)
+        if let Some(growth_monitor) = &mut self.growth_monitor
+            && growth_monitor.settle(&mut self.present.columns)
         {
             self.collocation.forget();
         }
@@ -280,17 +369,44 @@ impl Tangent {
         pieces: &[Segment],
         state: &State,
         record: &mut Trajectory,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        let Departed { columns, integrals, .. } = if state.time == self.present.time {
-            self.present.clone()
-        } else {
-            self.follow(equations, pieces, state.time, false, patience)?
-        };
-        if let Some(parting) = &self.parting {
-            record.chaos.extend(parting.indicators(state.time - self.start.time, &columns, integrals));
+        if self.growth_monitor.is_none() {
+            let found = self.derivatives(equations, pieces, state, interrupt)?;
+            record.transition.extend(found.transition);
+            record.sensitivity.extend(found.sensitivity);
             return Ok(());
         }
+        let TangentState { columns, integrals, .. } = self.at(equations, pieces, state.time, interrupt)?;
+        if let Some(growth_monitor) = &self.growth_monitor {
+            record.chaos.extend(growth_monitor.indicators(state.time - self.start.time, &columns, integrals));
+        }
+        Ok(())
+    }
+
+    /// The columns at a time: where they are, or in the step that follows, of these pieces.
+    fn at(
+        &mut self,
+        equations: &mut Dynamics,
+        pieces: &[Segment],
+        time: f64,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<TangentState> {
+        if time == self.present.time {
+            Ok(self.present.clone())
+        } else {
+            self.follow(equations, pieces, time, false, interrupt)
+        }
+    }
+
+    fn derivatives(
+        &mut self,
+        equations: &mut Dynamics,
+        pieces: &[Segment],
+        state: &State,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<StateDerivatives> {
+        let TangentState { columns, .. } = self.at(equations, pieces, state.time, interrupt)?;
         if !columns.iter().all(|number| number.is_finite()) {
             return Err(Error::NotConverged {
                 what: format!("the transition matrix at time {}", state.time),
@@ -300,8 +416,6 @@ impl Tangent {
             });
         }
         let (transition, sensitivity) = self.variations.expand(&columns, &self.start, state);
-        record.transition.extend(transition);
-        record.sensitivity.extend(sensitivity);
-        Ok(())
+        Ok(StateDerivatives { transition, sensitivity })
     }
 }

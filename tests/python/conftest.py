@@ -2,10 +2,13 @@
 
 import json
 import os
+import sys
 
 import pytest
 from hypothesis import HealthCheck, settings
 
+# Pictures appear on no screen, also in the processes that tests start.
+os.environ["MPLBACKEND"] = "agg"
 # Workers share the cores: threads of each one's linear algebra would wait for each other.
 if "PYTEST_XDIST_WORKER" in os.environ:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -14,6 +17,14 @@ settings.register_profile(
     "suite", derandomize=True, deadline=None, max_examples=25, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("suite")
+
+
+@pytest.fixture(autouse=True)
+def close_figures():
+    """Close the figures of each test."""
+    yield
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
 
 
 @pytest.fixture(scope="session")
@@ -39,6 +50,43 @@ def locked(ellipsoids):
 
 
 @pytest.fixture(scope="session")
+def kw4_run():
+    """Fifty hours of 1999 KW4 with units."""
+    import fullbody
+
+    system, state = fullbody.systems.kw4(units=True)
+    return system.integrate(state, 50.0, output=0.5)
+
+
+@pytest.fixture(scope="session")
+def case1_run():
+    """The paper's case 1, without units."""
+    import fullbody
+
+    system, state = fullbody.systems.case1()
+    return system.integrate(state, 100.0, output=0.5)
+
+
+@pytest.fixture(scope="session")
+def triple_run():
+    """An ellipsoid, a sphere and a point, without units."""
+    import fullbody
+
+    bodies = [
+        fullbody.Body(fullbody.Ellipsoid(1.0, 0.8, 0.6), mass=10.0, name="big"),
+        fullbody.Body(fullbody.Sphere(0.2), mass=0.1),
+        fullbody.Body(fullbody.PointMass(), mass=0.01, name="a name as long as this"),
+    ]
+    system = fullbody.System(bodies, G=1.0)
+    state = fullbody.State(
+        position=[[0, 0, 0], [4, 0, 0], [0, 12, 0]],
+        velocity=[[0, 0, 0], [0, 1.6, 0], [-0.9, 0, 0.1]],
+        spin=[[0, 0, 1], [0, 0.3, 0], [0, 0, 0]],
+    )
+    return system.integrate(state, 20.0, output=0.5)
+
+
+@pytest.fixture(scope="session")
 def searches():
     """What searches for a mean period have found, by all that they depend on."""
     return {}
@@ -50,10 +98,11 @@ def each_search_once(searches, monkeypatch):
     from fullbody.setups import mean_period
 
     def remembered(system, period, start, locked):
-        plain = {name: value for name, value in system._describe().items() if name not in ("epoch", "frame")}
+        plain = system._describe()
+        del plain["notes"]
         first = start(period)
         arrays = (first.position, first.velocity, first.attitude, first.spin)
-        key = repr((plain, period, locked, *(array.tolist() for array in arrays)))
+        key = repr((plain, system.units, period, locked, *(array.tolist() for array in arrays)))
         if key not in searches:
             searches[key] = mean_period.start_with_period(system, period, start, locked)
         return searches[key]

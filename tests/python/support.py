@@ -1,8 +1,12 @@
-"""What several test files share: textbook formulas, distances between rotations, strategies of hypothesis."""
+"""Shared helpers of the tests: textbook formulas, distances between rotations, strategies of hypothesis."""
 
+import base64
 import functools
 import json
 import os
+import re
+import tempfile
+import warnings
 from pathlib import Path
 
 import fullbody
@@ -87,6 +91,27 @@ def worst(value, expected, scale=None):
     value, expected = np.asarray(value, dtype=float), np.asarray(expected, dtype=float)
     scale = np.abs(expected).max() if scale is None else scale
     return np.abs(value - expected).max() / scale
+
+
+def with_samples(run, **arrays):
+    """A run with other samples, as another program would write them into its file."""
+    dataset = run.to_xarray()
+    for name, values in arrays.items():
+        dataset[name] = (dataset[name].dims, values, dataset[name].attrs)
+    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore", fullbody.UncheckedFile)
+        dataset.to_netcdf(f"{folder}/run.nc", engine="h5netcdf")
+        return fullbody.load(f"{folder}/run.nc")
+
+
+def data_of(page):
+    """What the page of an interactive view hands to its script; and its arrays of numbers."""
+    data = json.loads(re.search(r"\nshow\((.*)\);\n", page)[1])
+    unpacked = {
+        name: np.frombuffer(base64.b64decode(data[name]), dtype=kind)
+        for name, kind in (("time", "<f8"), ("position", "<f4"), ("attitude", "<f4"))
+    }
+    return data, unpacked
 
 
 def forbid(monkeypatch):

@@ -2,11 +2,11 @@
 
 use crate::support::*;
 use fullbody::gravity::BodyPull;
+use fullbody::interrupt::InterruptCheck;
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3};
 use fullbody::mutual::{Foreseen, Interaction, Link, Method, Pose};
-use fullbody::patience::Patience;
-use fullbody::shape::{Body, GivenPart, Meeting, Shape, growth};
+use fullbody::shape::{Body, GivenPart, Proximity, Shape, growth};
 use proptest::prelude::*;
 use std::sync::Arc;
 
@@ -45,7 +45,7 @@ fn whether_a_rule_holds_is_asked_of_the_parts() {
     };
     let foreseen = |turn| Foreseen { reach: 4.2, turns: [turn, 0.0], growth: f64::INFINITY };
     let mut arm = links([&club, &stone], Method::Focal).swap_remove(1);
-    arm.prepare(&at(-0.3), Some(&foreseen(0.0)), &mut Patience::endless()).unwrap();
+    arm.prepare(&at(-0.3), Some(&foreseen(0.0)), &mut InterruptCheck::never()).unwrap();
     assert!(arm.too_near(&at(-0.3)).is_none());
     // Turned up, the arm's end is 1.2 from the stone instead of 4.9 and more.
     let near = arm.too_near(&at(1.5)).unwrap();
@@ -56,7 +56,7 @@ fn whether_a_rule_holds_is_asked_of_the_parts() {
     );
     assert!(near.separation < near.valid_from);
     // Where the turn is foreseen the rule holds on all the way that it was made for.
-    arm.prepare(&at(0.3), Some(&foreseen(0.7)), &mut Patience::endless()).unwrap();
+    arm.prepare(&at(0.3), Some(&foreseen(0.7)), &mut InterruptCheck::never()).unwrap();
     for angle in [0.3, 0.5, 0.8, 1.0] {
         assert!(arm.too_near(&at(angle)).is_none(), "{angle}");
     }
@@ -70,7 +70,7 @@ fn total(links: &mut [Link], pose: &Pose) -> (Interaction, f64) {
         torque_second: Vec3::zeros(),
     };
     links.iter_mut().fold((zero, 0.0), |(sum, energy), link| {
-        link.prepare(pose, None, &mut Patience::endless()).unwrap();
+        link.prepare(pose, None, &mut InterruptCheck::never()).unwrap();
         let f = link.interaction(pose);
         let sum = Interaction {
             force_on_first: sum.force_on_first + f.force_on_first,
@@ -86,8 +86,11 @@ proptest! {
 
     /// The force is the energy's gradient, and both torques balance the force's lever, by every method.
     #[test]
-    fn force_torque_and_energy_belong_together(a in turn(), b in turn(), direction in direction(), distance in 5.5..40.0f64) {
-        let two = vec![part([0.9, 0.7, 0.5], 1.0, [0.7, 0.1, 0.0]), part([0.3, 0.2, 0.2], -0.1, [0.5, 0.1, 0.0])];
+    fn force_torque_and_energy_belong_together(
+        a in turn(), b in turn(), direction in direction(), distance in 5.5..40.0f64,
+    ) {
+        let two =
+            vec![part([0.9, 0.7, 0.5], 1.0, [0.7, 0.1, 0.0]), part([0.3, 0.2, 0.2], -0.1, [0.5, 0.1, 0.0])];
         let bodies = [club(), Body::composite("two", two).unwrap()];
         let pose = Pose { separation: direction * distance, rotation_first: a, rotation_second: b };
         for method in [Method::Focal, Method::Surface, Method::Multipole(6)] {
@@ -103,7 +106,9 @@ proptest! {
                 links.iter().map(|link| link.potential_energy(&moved)).sum::<f64>()
             };
             for axis in [Vec3::x(), Vec3::y(), Vec3::z()] {
-                let slope = (8.0 * (along(1.0, axis) - along(-1.0, axis)) - (along(2.0, axis) - along(-2.0, axis))) / (12.0 * step);
+                let slope = (8.0 * (along(1.0, axis) - along(-1.0, axis))
+                    - (along(2.0, axis) - along(-2.0, axis)))
+                    / (12.0 * step);
                 prop_assert!((slope - f.force_on_first.dot(&axis)).abs() < 1e-9 * size, "{method}: {slope}");
             }
         }
@@ -111,18 +116,31 @@ proptest! {
 
     /// The least growth of all pairs of parts, those inside others too.
     #[test]
-    fn contact_is_of_the_nearest_parts(a in turn(), b in turn(), direction in direction(), distance in 1.0..12.0f64) {
-        let mut given = vec![part([1.0, 0.6, 0.4], 2.0, [1.3, 0.0, 0.0]), part([0.8, 0.7, 0.6], 1.0, [-1.0, 0.3, 0.2])];
+    fn contact_is_of_the_nearest_parts(
+        a in turn(), b in turn(), direction in direction(), distance in 1.0..12.0f64,
+    ) {
+        let mut given =
+            vec![part([1.0, 0.6, 0.4], 2.0, [1.3, 0.0, 0.0]), part([0.8, 0.7, 0.6], 1.0, [-1.0, 0.3, 0.2])];
         given.push(part([0.1, 0.2, 0.1], -0.01, [1.2, 0.1, 0.0]));
         let body = Body::composite("body", given).unwrap();
         prop_assert_eq!(body.outer_parts().count(), 2);
         let separation = direction * distance;
-        let found = Meeting::of([&body, &body], &separation, [&a, &b], 0.0, &mut Patience::endless()).unwrap();
+        let found =
+            Proximity::of([&body, &body], &separation, [&a, &b], 0.0, &mut InterruptCheck::never()).unwrap();
         let mut least = f64::INFINITY;
         for first in body.parts() {
             for second in body.parts() {
                 let r = separation + b * second.position() - a * first.position();
-                least = least.min(growth(&first.shape, &second.shape, &r, &(a * first.rotation()), &(b * second.rotation())).factor);
+                least = least.min(
+                    growth(
+                        &first.shape,
+                        &second.shape,
+                        &r,
+                        &(a * first.rotation()),
+                        &(b * second.rotation()),
+                    )
+                    .factor,
+                );
             }
         }
         prop_assert_eq!(found.overlap, least < 1.0);
@@ -138,7 +156,7 @@ proptest! {
     #[test]
     fn the_pull_of_a_composite(direction in direction(), distance in 4.0..60.0f64) {
         let body = club();
-        let (field, mut pull) = (FieldOf::new(&body, 1.0 / body.mass), BodyPull::new(&body).unwrap());
+        let (field, mut pull) = (FieldOf::new(&body, 1.0 / body.mass()), BodyPull::new(&body).unwrap());
         let x = direction * distance;
         let g = field.field(&x).unwrap();
         let (excess, moment) = pull.at(&x, distance.powi(-2), distance.powi(-3), 1.0).unwrap();

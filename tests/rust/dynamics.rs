@@ -1,12 +1,12 @@
 //! Quaternions of unit length, and Jacobi's coordinates, to twice the working precision.
 
 use crate::support::*;
-use fullbody::dynamics::{AttitudeChart, BarycentricFrame, Dynamics, Parts, Settings, Splitting, System};
+use fullbody::dynamics::{AttitudeChart, BarycentricFrame, DriftKind, Dynamics, Settings, Splitting, System};
+use fullbody::interrupt::InterruptCheck;
 use fullbody::math::compensated::{Compensated, two_product};
 use fullbody::math::{Vec3, rotation};
 use fullbody::mutual::Method;
 use fullbody::orbit::KeplerElements;
-use fullbody::patience::Patience;
 use fullbody::shape::{Body, Shape};
 
 fn points(masses: &[f64], chart: AttitudeChart) -> System {
@@ -20,11 +20,11 @@ fn points(masses: &[f64], chart: AttitudeChart) -> System {
 fn equations(system: &System) -> Dynamics {
     let (barycentre, barycentre_velocity) = ([0.0; 3], [0.0; 3]);
     let frame = BarycentricFrame { layout: system.layout(), epoch: 0.0, barycentre, barycentre_velocity };
-    system.dynamics(&frame, &mut Patience::endless()).unwrap()
+    system.dynamics(&frame, &mut InterruptCheck::never()).unwrap()
 }
 
-/// A quaternion that is a little too long comes back to unit length, farther than one number can say, and keeps its direction. What
-/// Newton's step leaves of an excess d of the square is 3/4 d^2.
+/// A quaternion that is a little too long comes back to unit length, farther than one number can say, and
+/// keeps its direction. What Newton's step leaves of an excess d of the square is 3/4 d^2.
 #[test]
 fn quaternions_come_back_to_unit_length() {
     let dynamics = equations(&points(&[1.0, 2.0], AttitudeChart::Quaternion));
@@ -67,8 +67,8 @@ fn quaternions_come_back_to_unit_length() {
     assert!(high.iter().all(|x| *x == 0.7) && low.iter().all(|x| *x == 0.0));
 }
 
-/// The drift of three bodies a million separations from the origin: Kepler motion of their Jacobi vectors, which the numbers of
-/// their places have in their low parts alone.
+/// The drift of three bodies a million separations from the origin: Kepler motion of their Jacobi vectors,
+/// which the numbers of their places have in their low parts alone.
 #[test]
 fn jacobi_vectors_keep_their_digits_far_out() {
     let masses = [3.0, 1.0, 2.0];
@@ -82,8 +82,8 @@ fn jacobi_vectors_keep_their_digits_far_out() {
             KeplerElements::new(a, e, i, node, periapsis, mean).unwrap().to_cartesian(mu).unwrap()
         })
     };
-    // Numbers with low parts for A, and from its place those of the others: B by the first vector, C by the second from the
-    // barycentre of A and B.
+    // Numbers with low parts for A, and from its place those of the others: B by the first vector, C by the
+    // second from the barycentre of A and B.
     let far = |c: usize| Compensated { high: 1e6 * (c as f64 + 1.3), low: 3e-11 * (c as f64 - 1.7) };
     let plus = |mut number: Compensated, parts: &[f64]| {
         parts.iter().for_each(|part| number.add(*part));
@@ -104,8 +104,8 @@ fn jacobi_vectors_keep_their_digits_far_out() {
         }
     }
     let time = 0.7;
-    let mut splitting = Splitting::new(&dynamics, Parts::Kepler).unwrap();
-    splitting.drift(&dynamics, time, &mut high, &mut low, &mut Patience::endless()).unwrap();
+    let mut splitting = Splitting::new(&dynamics, DriftKind::Kepler).unwrap();
+    splitting.drift(&dynamics, time, &mut high, &mut low, &mut InterruptCheck::never()).unwrap();
     let [first, second] = vectors(time);
     let blocks = [(layout.position(0), first.0, second.0), (layout.velocity(0), first.1, second.1)];
     for (block, first, second) in blocks {

@@ -1,17 +1,18 @@
 //! Many simulations over threads: each as if it were alone, and all of them heard.
 
-use crate::integrators::systems::{all, points, triple, tumbling, verner98};
+use crate::integrators::systems::{all, points, replaced, triple, tumbling, verner98};
 use fullbody::dynamics::{AttitudeChart, State, System};
-use fullbody::ensemble::{Answer, Caller, Member, Progress, run};
+use fullbody::ensemble::{Member, MemberOutcome, run};
 use fullbody::error::Error;
 use fullbody::integrate::Statistics;
+use fullbody::interrupt::InterruptCheck;
 use fullbody::math::Vec3;
 use fullbody::mutual::{Method, Store};
-use fullbody::patience::Patience;
 use fullbody::shape::{Body, Shape};
 use fullbody::trajectory::{
-    Condition, Event, Following, Integrator, Output, Run, Simulation, StopReason, Trajectory,
+    Condition, Event, Integrator, Output, Run, Simulation, StopReason, TangentOptions, Trajectory,
 };
+use fullbody::workers::{JobProgress, JobSource};
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -27,7 +28,7 @@ fn member((system, state, integrator): &Start, until: f64, condition: Option<Con
         output: Output::Spacing(0.7),
         events: condition.into_iter().map(Event::new).collect(),
         dense: true,
-        following: Following::default(),
+        tangent_options: TangentOptions::default(),
     }
 }
 
@@ -35,16 +36,17 @@ fn member((system, state, integrator): &Start, until: f64, condition: Option<Con
 struct Keeper<M> {
     next: M,
     asked: usize,
-    answers: Vec<Option<Answer>>,
+    answers: Vec<Option<MemberOutcome>>,
     /// The most members that were handed out and not answered.
     ahead: usize,
     /// Whether to stop once something is under way.
     stops: bool,
-    seen: Vec<Progress>,
+    seen: Vec<JobProgress>,
 }
 
-impl<M: FnMut(usize) -> Option<Member>> Caller for Keeper<M> {
-    type Tag = usize;
+impl<M: FnMut(usize) -> Option<Member>> JobSource for Keeper<M> {
+    type Job = (usize, Member);
+    type Answer = (usize, MemberOutcome);
 
     fn next(&mut self) -> Option<(usize, Member)> {
         let member = (self.next)(self.asked)?;
@@ -54,11 +56,12 @@ impl<M: FnMut(usize) -> Option<Member>> Caller for Keeper<M> {
         Some((self.asked - 1, member))
     }
 
-    fn take(&mut self, tag: usize, answer: Answer) {
+    fn take(&mut self, (tag, answer): (usize, MemberOutcome)) -> ControlFlow<()> {
         assert!(self.answers[tag].replace(answer).is_none(), "member {tag} has two answers");
+        ControlFlow::Continue(())
     }
 
-    fn proceed(&mut self, progress: Progress) -> ControlFlow<()> {
+    fn proceed(&mut self, progress: JobProgress) -> ControlFlow<()> {
         self.seen.push(progress);
         if self.stops && progress.under_way > 0.0 {
             ControlFlow::Break(())
@@ -83,7 +86,7 @@ fn starts() -> Vec<Start> {
     for (k, integrator) in all(1e-9, 0.05).into_iter().enumerate() {
         let (system, mut state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
         // At other distances, where other orders of the quadrature are enough.
-        state.position[1].x += 0.2 * k as f64;
+        state = replaced(state, |[position, ..]| position[1].x += 0.2 * k as f64);
         starts.push((system, state, integrator));
     }
     let (system, state) = tumbling(Method::Surface, AttitudeChart::TaitBryan);
@@ -102,7 +105,7 @@ fn alone(start: &Start, until: f64) -> (Trajectory, Statistics) {
         output: &member.output,
         events: &mut member.events,
         dense: true,
-        following: &Following::default(),
+        tangent_options: &TangentOptions::default(),
     };
     simulation.run(until, run, &mut record, &mut |_, _| ControlFlow::Continue(())).unwrap();
     (record, simulation.statistics())
@@ -127,7 +130,7 @@ fn each_has_the_bits_of_a_single_run_for_any_number_of_threads() {
             );
         }
         assert!(events > 0);
-        assert_eq!(kept.seen.last(), Some(&Progress { done: starts.len(), under_way: 0.0 }));
+        assert_eq!(kept.seen.last(), Some(&JobProgress { done: starts.len(), under_way: 0.0 }));
     }
 }
 
@@ -146,7 +149,11 @@ fn one_that_fails_leaves_the_others_alone() {
     let kept = run_all(2, false, |k| {
         let mut member = member(starts.get(k)?, 2.0, None);
         match k {
-            1 => member.state.position[1] = member.state.position[0] + Vec3::new(0.1, 0.0, 0.0),
+            1 => {
+                member.state = replaced(member.state, |[position, ..]| {
+                    position[1] = position[0] + Vec3::new(0.1, 0.0, 0.0);
+                });
+            }
             2 => {
                 let failing =
                     |_: &State| Err(Error::invalid("a function", "out of order", "something better"));
@@ -215,12 +222,12 @@ fn nodes_and_series_of_equal_shapes_are_made_once() {
         let mut counts = Vec::new();
         for k in 0..3 {
             let (system, mut state) = tumbling(method, AttitudeChart::Quaternion);
-            state.spin[1].z += 0.1 * f64::from(k);
+            state = replaced(state, |[.., spin]| spin[1].z += 0.1 * f64::from(k));
             let system = system.sharing(store.clone());
             let mut record = Trajectory::new(2);
             let mut go = |_| ControlFlow::Continue(());
             let mut simulation =
-                Simulation::begin(&system, &state, verner98(1e-9), &mut Patience::endless()).unwrap();
+                Simulation::begin(&system, &state, verner98(1e-9), &mut InterruptCheck::never()).unwrap();
             simulation.integrate(1.0, &Output::Ends, &mut record, &mut go).unwrap();
             assert_eq!(record.time, [0.0, 1.0]);
             counts.push(store.len());
@@ -237,7 +244,7 @@ fn facets_and_layers_of_a_polyhedron_are_made_once() {
     let store = Arc::new(Store::default());
     let (start, mut state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
     // Far enough for a layer.
-    state.position[1] *= 2.0;
+    state = replaced(state, |[position, ..]| position[1] *= 2.0);
     let cuboid = || Shape::Polyhedron(crate::polyhedron::cuboid([-0.4, -0.3, -0.2], [0.8, 0.6, 0.4]));
     let mut counts = Vec::new();
     let mut forces = Vec::new();
@@ -245,9 +252,9 @@ fn facets_and_layers_of_a_polyhedron_are_made_once() {
     for shape in [given.clone(), given.clone(), cuboid()] {
         let bodies = vec![Body::with_mass("A", shape, 0.8).unwrap(), start.bodies()[1].clone()];
         let system = System::new(bodies, 1.0, *start.settings()).unwrap();
-        let own = system.interactions(&state, &mut Patience::endless()).unwrap();
+        let own = system.interactions(&state, &mut InterruptCheck::never()).unwrap();
         let system = system.sharing(store.clone());
-        let shared = system.interactions(&state, &mut Patience::endless()).unwrap();
+        let shared = system.interactions(&state, &mut InterruptCheck::never()).unwrap();
         assert_eq!((own.force.clone(), own.torque), (shared.force, shared.torque));
         counts.push(store.len());
         forces.push(own.force);

@@ -1,4 +1,5 @@
-//! The exterior potential and field against the paper's formulas, arbitrary precision and the laws of a potential.
+//! The exterior potential and field against the paper's formulas, arbitrary precision and the laws of a
+//! potential.
 
 use crate::support::*;
 use ellip::{ellipeinc, ellipf};
@@ -97,23 +98,33 @@ proptest! {
     }
 
     #[test]
-    fn the_field_is_the_gradient_and_has_no_source(axes in semi_axes(0.1), u in direction(), d in 0.2..4.0f64) {
+    fn the_field_is_the_gradient_and_has_no_source(
+        axes in semi_axes(0.1), u in direction(), d in 0.2..4.0f64,
+    ) {
         let x = u.component_mul(&Vec3::from(axes)) * (1.0 + d);
         let body = field_of(axes);
         // Central differences to eighth order, a step well within the clearance.
         let h = 0.02 * d * axes.iter().copied().fold(1.0, f64::min);
         let weights = [0.8, -0.2, 4.0 / 105.0, -1.0 / 280.0];
         let slope = |f: &dyn Fn(f64) -> f64| {
-            (1..=4).zip(weights).map(|(k, w)| w * (f(f64::from(k) * h) - f(-f64::from(k) * h)) / h).sum::<f64>()
+            (1..=4)
+                .zip(weights)
+                .map(|(k, w)| w * (f(f64::from(k) * h) - f(-f64::from(k) * h)) / h)
+                .sum::<f64>()
         };
         let unit = [Vec3::x(), Vec3::y(), Vec3::z()];
         let gradient = Vec3::from(unit.map(|e| slope(&|s| body.potential(&(x + s * e)).unwrap())));
         let field = body.field(&x).unwrap();
         let round_off = 1e-15 * body.potential(&x).unwrap() / h;
         within((gradient - field).norm() / field.norm(), 3e-12 + 5.0 * round_off / field.norm(), "gradient");
-        let jacobian = unit.map(|e| Vec3::from([0, 1, 2].map(|i| slope(&|s| body.field(&(x + s * e)).unwrap()[i]))));
+        let jacobian =
+            unit.map(|e| Vec3::from([0, 1, 2].map(|i| slope(&|s| body.field(&(x + s * e)).unwrap()[i]))));
         let size = jacobian[0].norm() + jacobian[1].norm() + jacobian[2].norm();
-        within((jacobian[0].x + jacobian[1].y + jacobian[2].z).abs() / size, 1e-11 + 1e-15 * field.norm() / h / size, "divergence");
+        within(
+            (jacobian[0].x + jacobian[1].y + jacobian[2].z).abs() / size,
+            1e-11 + 1e-15 * field.norm() / h / size,
+            "divergence",
+        );
         within((jacobian[0].y - jacobian[1].x).abs() / size, 1e-11 + 1e-15 * field.norm() / h / size, "curl");
     }
 
@@ -160,7 +171,10 @@ proptest! {
         let [a, _, _] = e.sorted();
         // The series' nearest point for this shape, and beyond.
         let series = FarSeries::new(&Shape::Ellipsoid(e));
-        let reach = (1..).map(|k| a * 1.1f64.powi(k)).find(|r| series.cut_for(r * r - a * a, 1e-17).is_some()).unwrap();
+        let reach = (1..)
+            .map(|k| a * 1.1f64.powi(k))
+            .find(|r| series.cut_for(r * r - a * a, 1e-17).is_some())
+            .unwrap();
         let r = reach + d * a;
         let x = [u * r];
         let cut = series.cut_for(r * r - a * a, 1e-17).unwrap();
@@ -310,7 +324,8 @@ fn a_sphere_and_a_point_are_monopoles() {
 
 #[test]
 fn far_away_the_oblateness_is_all_that_is_left() {
-    // Phi = GM/r (1 - J2 (a/r)^2 P2(sin latitude)), J2 = (1 - c^2/a^2)/5, and the next term J4 is below (a/r)^4 / 10.
+    // Phi = GM/r (1 - J2 (a/r)^2 P2(sin latitude)), J2 = (1 - c^2/a^2)/5, and the next term J4 is below
+    // (a/r)^4 / 10.
     let (a, c) = (2.0, 1.2);
     let body = field_of([a, a, c]);
     let j2 = (1.0 - c * c / (a * a)) / 5.0;

@@ -1,20 +1,22 @@
-//! The derivatives of a pair's force and torques: against arbitrary precision, and against differences of the loads themselves.
+//! The derivatives of a pair's force and torques: against arbitrary precision, and against differences of the
+//! loads themselves.
 
 use crate::mutual::{Bodies, any_bodies, any_pose, pair, pose};
 use crate::support::*;
 use fullbody::dynamics::{BarycentricFrame, Collocation, Parameter, Settings, State, System, Variations};
+use fullbody::interrupt::InterruptCheck;
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3};
 use fullbody::mutual::{Jacobian, Method, Pose};
-use fullbody::patience::Patience;
 use fullbody::shape::Body;
 use proptest::prelude::*;
 
 fn jacobian(bodies: &Bodies, method: Method, path: VectorPath, pose: &Pose) -> Jacobian {
     let mut pair = pair(bodies.shapes(), method, 1e-15, None, path);
-    pair.prepare(pose, 0.0, &mut Patience::endless()).unwrap();
-    pair.prepare_jacobian(&mut Patience::endless()).unwrap();
-    pair.jacobian(pose)
+    pair.prepare(pose, 0.0, &mut InterruptCheck::never()).unwrap();
+    let endless = &mut InterruptCheck::never();
+    pair.prepare_jacobian(pose, false, endless).unwrap();
+    pair.jacobian(pose, endless).unwrap()
 }
 
 type Block = [[f64; 3]; 3];
@@ -27,7 +29,8 @@ fn size(block: &Block) -> f64 {
     block.iter().flatten().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Fails unless every 3 x 3 block is within a tolerance of its own size, or of a share of what the force's block by these levers has.
+/// Fails unless every 3 x 3 block is within a tolerance of its own size, or of a share of what the force's
+/// block by these levers has.
 #[track_caller]
 fn same(actual: &[[f64; 9]; 9], expected: &[[f64; 9]; 9], levers: [f64; 3], tolerance: f64, what: &str) {
     let force = size(&block(expected, 0, 0));
@@ -90,8 +93,8 @@ proptest! {
         const WEIGHTS: [f64; 4] = [0.8, -0.2, 4.0 / 105.0, -1.0 / 280.0];
         for method in [Method::Focal, Method::Surface] {
             let mut pair = pair(bodies.shapes(), method, 1e-15, None, VectorPath::Auto);
-            pair.prepare(&pose, 0.1, &mut Patience::endless()).unwrap();
-            pair.prepare_jacobian(&mut Patience::endless()).unwrap();
+            pair.prepare(&pose, 0.1, &mut InterruptCheck::never()).unwrap();
+            pair.prepare_jacobian(&pose, false, &mut InterruptCheck::never()).unwrap();
             let at = |by: [f64; 9]| {
                 let turned = |r: &Mat3, v: Vec3| r * *nalgebra::Rotation3::from_scaled_axis(v).matrix();
                 let f = pair.interaction(&Pose {
@@ -118,7 +121,7 @@ proptest! {
                     }
                 }
             }
-            let rows = pair.jacobian(&pose).rows();
+            let rows = pair.jacobian(&pose, &mut InterruptCheck::never()).unwrap().rows();
             same(&rows, &expected, bodies.levers(), 1e-8, &format!("{method}, {bodies:?} at {distance}"));
         }
     }
@@ -136,17 +139,17 @@ fn departures_allocate_nothing_within_a_step() {
         let turn = vec![[1.0, 0.0, 0.0, 0.0]; 2];
         let state = State::new(0.0, place, vec![zero; 2], turn, vec![Vec3::new(0.1, 0.2, 0.3); 2]).unwrap();
         let (frame, y, _) = BarycentricFrame::new(system.layout(), &system.masses(), &state);
-        let endless = &mut Patience::endless();
+        let endless = &mut InterruptCheck::never();
         let mut dynamics = system.dynamics(&frame, endless).unwrap();
         dynamics.prepare(0.0, &y, 0.1, endless).unwrap();
-        dynamics.prepare_variations(0.0, endless).unwrap();
         let all = Parameter::of(&system).into_iter().map(|(_, parameter)| parameter).collect();
         let mut variations = Variations::new(&dynamics, all).unwrap();
+        dynamics.prepare_variations(&variations, 0.0, &y, endless).unwrap();
         let columns = variations.start();
         let mut collocation = Collocation::new(&variations, 9);
         let before = allocations();
         for node in 0..collocation.gauss().nodes.len() {
-            variations.look(&mut dynamics, 0.0, &y).unwrap();
+            variations.look(&mut dynamics, 0.0, &y, endless).unwrap();
             collocation.take(node, &dynamics, &variations, &y);
         }
         collocation.between(&dynamics, &variations, [&y, &y]);

@@ -2,9 +2,9 @@
 
 use crate::support::*;
 use fullbody::gravity::{Attractor, BodyField, Ellipsoidal, Points, Wanted};
+use fullbody::interrupt::InterruptCheck;
 use fullbody::math::lanes::{BLOCK, Lanes, VectorPath, load_vector};
 use fullbody::math::{Mat3, Vec3};
-use fullbody::patience::Patience;
 use fullbody::shape::{Body, GivenPart, Shape};
 use proptest::prelude::*;
 use pulp::{Simd, WithSimd};
@@ -29,9 +29,9 @@ fn club() -> Body {
 
 /// Potential, field and gradient at points, by a path.
 fn gravity(bodies: &[(&Body, Vec3, Mat3)], points: &[Vec3], path: VectorPath) -> [Vec<f64>; 3] {
-    let (arch, patience) = (path.arch().unwrap(), &mut Patience::endless());
+    let (arch, interrupt) = (path.arch().unwrap(), &mut InterruptCheck::never());
     let fields: Vec<_> =
-        bodies.iter().map(|(body, ..)| BodyField::new(body, 1.0, arch, patience).unwrap()).collect();
+        bodies.iter().map(|(body, ..)| BodyField::new(body, 1.0, arch, interrupt).unwrap()).collect();
     let attractors: Vec<_> = fields
         .iter()
         .zip(bodies)
@@ -42,8 +42,8 @@ fn gravity(bodies: &[(&Body, Vec3, Mat3)], points: &[Vec3], path: VectorPath) ->
     let count = coordinates.len() / 3;
     let mut out = [vec![0.0; count], vec![0.0; 3 * count], vec![0.0; 9 * count]];
     let [potential, field, gradient] = &mut out;
-    points.gravity(&attractors, Wanted::Field(potential, field), arch, patience).unwrap();
-    points.gravity(&attractors, Wanted::Gradient(gradient), arch, patience).unwrap();
+    points.gravity(&attractors, Wanted::Field(potential, field), arch, interrupt).unwrap();
+    points.gravity(&attractors, Wanted::Gradient(gradient), arch, interrupt).unwrap();
     out
 }
 
@@ -59,8 +59,8 @@ fn differences_in_44_digits() {
     }
 }
 
-/// Maclaurin's closed form inside an oblate spheroid: Phi = pi G rho (I - sum A_i x_i^2), as in Chandrasekhar's "Ellipsoidal
-/// figures of equilibrium", chapter 3.
+/// Maclaurin's closed form inside an oblate spheroid: Phi = pi G rho (I - sum A_i x_i^2), as in
+/// Chandrasekhar's "Ellipsoidal figures of equilibrium", chapter 3.
 fn maclaurin(a: f64, c: f64, x: &Vec3) -> (f64, Vec3, Mat3) {
     let e = (1.0 - c * c / (a * a)).sqrt();
     let (root, arc) = ((1.0 - e * e).sqrt(), e.asin());
@@ -86,7 +86,9 @@ proptest! {
     }
 
     #[test]
-    fn axes_in_any_order_give_the_turned_gradient(axes in semi_axes(0.1), u in direction(), d in -0.9..3.0f64) {
+    fn axes_in_any_order_give_the_turned_gradient(
+        axes in semi_axes(0.1), u in direction(), d in -0.9..3.0f64,
+    ) {
         let x = u.component_mul(&Vec3::from(axes)) * (1.0 + d);
         let gradient = FieldOf::new(&of(axes), 1.0).gradient(&x).unwrap();
         for order in [[0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {

@@ -5,6 +5,7 @@ use fullbody::math::carlson::{duplications_needed, rd_triple};
 use fullbody::math::compensated::{Compensated, sum, two_product, two_sum};
 use fullbody::math::gauss::Gauss;
 use fullbody::math::lanes::{BLOCK, Lanes, Total, VectorPath, dot, polynomials};
+use fullbody::math::matrix::inverse;
 use fullbody::math::{Mat3, Vec3, rotation};
 use proptest::prelude::*;
 use pulp::{Simd, WithSimd};
@@ -129,6 +130,18 @@ fn the_portable_path_rounds_twice_and_the_others_once() {
     assert!(VectorPath::Auto.arch().is_some());
 }
 
+#[test]
+fn the_inverse_is_that_of_nalgebra() {
+    for numbers in
+        [[2.0, -1.0, 0.5, 0.3, 4.0, 1.0, -7.0, 0.25, 3.0], [1e-9, 2.0, 0.0, 0.0, 1e9, 5.0, 1.0, 0.0, 1.0]]
+    {
+        let matrix = Mat3::from_row_slice(&numbers);
+        let expected = matrix.try_inverse().unwrap();
+        within((inverse(&matrix).unwrap() - expected).amax() / expected.amax(), 4e-16, "inverse");
+    }
+    assert_eq!(inverse(&Mat3::from_row_slice(&[1.0, 2.0, 3.0, 2.0, 4.0, 6.0, 0.0, 1.0, 0.0])), None);
+}
+
 /// The paper's three matrices, multiplied out by the library of matrices.
 fn paper_matrix([phi, theta, psi]: [f64; 3]) -> Mat3 {
     let ((sf, cf), (st, ct), (sp, cp)) = (phi.sin_cos(), theta.sin_cos(), psi.sin_cos());
@@ -187,7 +200,8 @@ proptest! {
         // The rate keeps the length, and its matrix is that of the product q (0, spin) / 2.
         within((0..4).map(|i| q[i] * dq[i]).sum::<f64>().abs(), 1e-15, "length");
         let at = |k: f64| rotation::matrix([0, 1, 2, 3].map(|i| q[i] + k * h * dq[i]));
-        let slope = (45.0 * (at(1.0) - at(-1.0)) - 9.0 * (at(2.0) - at(-2.0)) + (at(3.0) - at(-3.0))) / (60.0 * h);
+        let slope =
+            (45.0 * (at(1.0) - at(-1.0)) - 9.0 * (at(2.0) - at(-2.0)) + (at(3.0) - at(-3.0))) / (60.0 * h);
         within((slope - expected).amax(), 1e-11, "quaternion");
     }
 }
@@ -210,8 +224,8 @@ fn near_the_pole_the_attitude_is_kept() {
         for theta in [FRAC_PI_2 - distance, distance - FRAC_PI_2] {
             let expected = paper_matrix([0.7, theta, -1.9]);
             let angles = rotation::to_tait_bryan(rotation::from_tait_bryan([0.7, theta, -1.9]));
-            // Only one combination of phi and psi is well determined; that one makes the attitude. Closer than
-            // 1e-12 the chart counts as at its pole.
+            // Only one combination of phi and psi is well determined; that one makes the attitude. Closer
+            // than 1e-12 the chart counts as at its pole.
             let tolerance = if distance < 1e-12 { 2e-12 } else { 3e-15 };
             within(
                 (paper_matrix(angles) - expected).amax(),

@@ -2,10 +2,10 @@
 
 use crate::support::*;
 use fullbody::error::{Error, Result};
+use fullbody::interrupt::InterruptCheck;
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3};
-use fullbody::mutual::{BodyGravity, Interaction, Method, Pair, Pose};
-use fullbody::patience::Patience;
+use fullbody::mutual::{Interaction, Method, Pair, PartGravity, Pose};
 use fullbody::quadrature::Order;
 use fullbody::shape::{Shape, contact_function};
 use proptest::prelude::*;
@@ -80,7 +80,7 @@ pub fn pair(
     path: VectorPath,
 ) -> Pair {
     let ([a, b], store) = (shapes, Arc::default());
-    let (a, b) = (BodyGravity::new("Alpha", &a, &store), BodyGravity::new("Beta", &b, &store));
+    let (a, b) = (PartGravity::new("Alpha", &a, &store), PartGravity::new("Beta", &b, &store));
     Pair::new(a, b, method, tolerance, order, path.arch().unwrap())
 }
 
@@ -93,12 +93,13 @@ pub fn run(
     pose: &Pose,
 ) -> Result<Outcome> {
     let mut pair = pair(shapes, method, tolerance, order, path);
-    pair.prepare(pose, 0.0, &mut Patience::endless())?;
+    pair.prepare(pose, 0.0, &mut InterruptCheck::never())?;
     let (integrated, nodes) = pair.rule().map_or((0, 0), |rule| (rule.integrated, rule.nodes()));
     Ok(Outcome { f: pair.interaction(pose), energy: pair.potential_energy(pose), integrated, nodes })
 }
 
-/// Differences of two evaluations: the force relative to its size, the torques relative to the lever's share of it.
+/// Differences of two evaluations: the force relative to its size, the torques relative to the lever's share
+/// of it.
 #[track_caller]
 pub fn same(actual: &Outcome, expected: &Outcome, lever: f64, tolerance: f64, what: &str) {
     let force = expected.f.force_on_first.norm();
@@ -121,7 +122,8 @@ pub fn same(actual: &Outcome, expected: &Outcome, lever: f64, tolerance: f64, wh
     within((actual.energy / expected.energy - 1.0).abs(), tolerance, format!("energy, {what}"));
 }
 
-/// The same with each torque relative to the force times its own body's largest semi-axis, be the other body ever so large.
+/// The same with each torque relative to the force times its own body's largest semi-axis, be the other body
+/// ever so large.
 #[track_caller]
 pub fn same_by_own_levers(
     actual: &Outcome,
@@ -177,9 +179,9 @@ proptest! {
         // Next to contact the surface rule adds up tens of thousands of terms.
         let tolerance = if power < 0.0 { 1e-13 } else { 1e-14 };
         same(&surface, &focal, bodies.size(), tolerance, &format!("distance 1 + 1e{power}"));
-        // Far away the torques are smaller than lever times force by size / r. The body that is integrated over has its
-        // torque as the difference of pulls on either side, with their round-off; by the focal rule the other one loses
-        // nothing.
+        // Far away the torques are smaller than lever times force by size / r. The body that is integrated
+        // over has its torque as the difference of pulls on either side, with their round-off; by the focal
+        // rule the other one loses nothing.
         let r = pose.separation.norm();
         if r > 30.0 * bodies.size() {
             let series = bodies.best(Method::Multipole(16), &pose);
@@ -198,12 +200,18 @@ proptest! {
             let torques = pose.rotation_first * f.torque_first + pose.rotation_second * f.torque_second;
             // M_A + M_B + r x F_B = 0; the last term is the difference of two large numbers.
             let arm = pose.separation.norm() * f.force_on_first.norm();
-            within((torques - pose.separation.cross(&f.force_on_first)).norm() / arm, 1e-14, format!("{method}"));
+            within(
+                (torques - pose.separation.cross(&f.force_on_first)).norm() / arm,
+                1e-14,
+                format!("{method}"),
+            );
         }
     }
 
     #[test]
-    fn swapped_bodies_feel_the_opposite(bodies in any_bodies(0.1), there in any_pose(), power in -1.0..4.0f64) {
+    fn swapped_bodies_feel_the_opposite(
+        bodies in any_bodies(0.1), there in any_pose(), power in -1.0..4.0f64,
+    ) {
         let there = bodies.apart(&there, 1.0 + 10f64.powf(power));
         let back = pose(-there.separation, there.rotation_second, there.rotation_first);
         let swapped = Bodies { a: bodies.b, b: bodies.a };
@@ -234,7 +242,9 @@ proptest! {
     }
 
     #[test]
-    fn lengths_scale_out(bodies in any_bodies(0.1), pose in any_pose(), power in -1.0..3.0f64, scale in -20..20i32) {
+    fn lengths_scale_out(
+        bodies in any_bodies(0.1), pose in any_pose(), power in -1.0..3.0f64, scale in -20..20i32,
+    ) {
         let pose = bodies.apart(&pose, 1.0 + 10f64.powf(power));
         let scale = 10f64.powi(scale);
         let large = Bodies { a: bodies.a.map(|v| v * scale), b: bodies.b.map(|v| v * scale) };
@@ -275,10 +285,13 @@ proptest! {
         let r = pose.separation.norm();
         for method in [Method::Focal, Method::Surface] {
             let mut pair = pair(bodies.shapes(), method, 1e-15, None, VectorPath::Auto);
-            pair.prepare(&pose, 0.1, &mut Patience::endless()).unwrap();
+            pair.prepare(&pose, 0.1, &mut InterruptCheck::never()).unwrap();
             let slope = |move_by: &dyn Fn(f64) -> Pose, h: f64| {
                 let energy = |s: f64| pair.potential_energy(&move_by(s));
-                (1..=4).zip(WEIGHTS).map(|(k, w)| w * (energy(f64::from(k) * h) - energy(-f64::from(k) * h)) / h).sum::<f64>()
+                (1..=4)
+                    .zip(WEIGHTS)
+                    .map(|(k, w)| w * (energy(f64::from(k) * h) - energy(-f64::from(k) * h)) / h)
+                    .sum::<f64>()
             };
             let f = pair.interaction(&pose);
             let (h, force) = (0.01 * (distance - 1.0) * r / distance, f.force_on_first.norm());
@@ -291,8 +304,14 @@ proptest! {
             within((gradient - f.force_on_first).norm() / force, tolerance, format!("force, {method}"));
             // Turning a body about its own axis e: dE/ds = -M . e.
             let h = 0.02 * (distance - 1.0).min(1.0);
-            let first = |s: f64, e: &Vec3| Pose { rotation_first: pose.rotation_first * rotation_about(e, s), ..pose };
-            let second = |s: f64, e: &Vec3| Pose { rotation_second: pose.rotation_second * rotation_about(e, s), ..pose };
+            let first = |s: f64, e: &Vec3| Pose {
+                rotation_first: pose.rotation_first * rotation_about(e, s),
+                ..pose
+            };
+            let second = |s: f64, e: &Vec3| Pose {
+                rotation_second: pose.rotation_second * rotation_about(e, s),
+                ..pose
+            };
             let on_first = Vec3::from(unit.map(|e| -slope(&|s| first(s, &e), h)));
             let on_second = Vec3::from(unit.map(|e| -slope(&|s| second(s, &e), h)));
             let tolerance = 1e-11 * force * bodies.size() + 3e-15 * energy / h;
@@ -345,7 +364,8 @@ fn contact_of_two_discs_edge_to_edge_does_not_converge_quietly() {
 
 #[test]
 fn close_bodies_without_a_torque_are_not_refused() {
-    // By symmetry there is none, as in every system locked in its long axes: only its round-off is left to compare.
+    // By symmetry there is none, as in every system locked in its long axes: only its round-off is left to
+    // compare.
     let bodies = Bodies { a: [1.0, 0.8, 0.5], b: [0.5, 0.4, 0.3] };
     for axis in [Vec3::x(), Vec3::y(), Vec3::z()] {
         for gap in [0.05, 0.2, 0.5, 1.0] {
@@ -377,11 +397,11 @@ fn a_rule_is_kept_while_it_covers_and_renewed_closer_in() {
     let bodies = Bodies { a: [1.0, 0.8, 0.5], b: [0.5, 0.4, 0.3] };
     let mut pair = pair(bodies.shapes(), Method::Focal, 1e-15, None, VectorPath::Auto);
     let at = |d: f64| pose(Vec3::new(0.6, 0.64, 0.48) * d, attitude_of([0.3, -0.4, 1.2]), Mat3::identity());
-    pair.prepare(&at(5.0), 0.05, &mut Patience::endless()).unwrap();
+    pair.prepare(&at(5.0), 0.05, &mut InterruptCheck::never()).unwrap();
     assert!(pair.covers(5.0) && pair.covers(4.8) && !pair.covers(2.0) && pair.covers(1e3));
     for d in [1e3, 60.0, 11.0, 4.0, 2.2, 1.7, 2.2, 4.0, 11.0, 60.0, 1e3] {
         // The history may choose another rule, not another result.
-        pair.prepare(&at(d), 0.0, &mut Patience::endless()).unwrap();
+        pair.prepare(&at(d), 0.0, &mut InterruptCheck::never()).unwrap();
         let (f, energy) = (pair.interaction(&at(d)), pair.potential_energy(&at(d)));
         let visited = Outcome { f, energy, integrated: 0, nodes: 0 };
         same(&visited, &bodies.best(Method::Focal, &at(d)), 1.0, 1e-14, &format!("after a way to {d}"));

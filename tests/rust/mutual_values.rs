@@ -1,4 +1,5 @@
-//! The interaction of a pair against values from elsewhere: arbitrary precision, MacMillan, MacCullagh, theory.
+//! The interaction of a pair against values from elsewhere: arbitrary precision, MacMillan, MacCullagh,
+//! theory.
 
 use crate::gravity::paper_oblate;
 use crate::mutual::{
@@ -51,8 +52,8 @@ fn reference_values() {
 
 #[test]
 fn thin_and_tiny_bodies() {
-    // In 40 digits: tests/data/make_thin_forces.py. The force across a thin body is a tiny difference of pressures, the
-    // torque on a tiny one a tiny share of its lever to the other's centre.
+    // In 40 digits: tests/data/make_thin_forces.py. The force across a thin body is a tiny difference of
+    // pressures, the torque on a tiny one a tiny share of its lever to the other's centre.
     for case in data("thin_forces.json").as_array().unwrap() {
         let bodies = Bodies { a: triple(&case["axes_a"]), b: triple(&case["axes_b"]) };
         let pose =
@@ -92,7 +93,8 @@ fn hard_shapes_by_both_rules() {
         let bodies = Bodies { a, b };
         for factor in [1.5, 3.0, 30.0, 1e6] {
             let pose = bodies.apart(&turned, factor);
-            // Crossed needles and rims three thicknesses apart may be refused, at the default tolerance; nothing else.
+            // Crossed needles and rims three thicknesses apart may be refused, at the default tolerance;
+            // nothing else.
             let refused = |error| assert!(pose.separation.norm() < bodies.size(), "{a:?} and {b:?}: {error}");
             let best = bodies.fixed(Method::Focal, Order::focal([400; 2]), &pose);
             for (method, tolerance) in [(Method::Focal, 1e-14), (Method::Surface, 3e-14)] {
@@ -149,7 +151,8 @@ proptest! {
     }
 }
 
-/// U = 1/r + [tr I - 3 n.I n] / (2 r^3) summed over both bodies, I the inertia of unit mass, and its derivatives.
+/// U = 1/r + [tr I - 3 n.I n] / (2 r^3) summed over both bodies, I the inertia of unit mass, and its
+/// derivatives.
 fn maccullagh(bodies: &Bodies, pose: &Pose) -> Outcome {
     let r = pose.separation.norm();
     let n = pose.separation / r;
@@ -237,7 +240,8 @@ fn spheres_and_points_pull_like_points() {
 
 #[test]
 fn the_papers_own_check_a_point_masss_potential_over_a_spheroid() {
-    // Integrated over the surface, it has to give MacMillan's field at the point; the appendix, and its energy.
+    // Integrated over the surface, it has to give MacMillan's field at the point; the appendix, and its
+    // energy.
     let (a, c) = (1.0, 0.4);
     let spheroid = Shape::ellipsoid([a, a, c]).unwrap();
     for x in [[1.3, 0.4, 0.7], [0.0, 0.0, 0.9], [1.5, 0.0, 0.0], [-0.7, 0.9, -0.8], [4.0, -3.0, 2.0]] {

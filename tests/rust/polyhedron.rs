@@ -4,11 +4,11 @@ use crate::support::refusal;
 use fullbody::dynamics::{Settings, State, System};
 use fullbody::error::Error;
 use fullbody::gravity::{Anywhere, Facets, Layer, LayerPull};
+use fullbody::interrupt::InterruptCheck;
 use fullbody::math::harmonics::{count, place};
 use fullbody::math::lanes::{Lanes, VectorPath};
 use fullbody::math::logarithm::{angle, ln_one_plus};
 use fullbody::math::{Mat3, Vec3, triangle};
-use fullbody::patience::Patience;
 use fullbody::shape::{Body, Polyhedron, Shape, gap_between};
 use pulp::{Arch, Scalar};
 
@@ -16,7 +16,7 @@ use pulp::{Arch, Scalar};
 pub fn cuboid(low: [f64; 3], sides: [f64; 3]) -> Polyhedron {
     let corner = |k: usize| Vec3::from_fn(|i, _| low[i] + if k >> i & 1 == 1 { sides[i] } else { 0.0 });
     let vertices: Vec<Vec3> = (0..8).map(corner).collect();
-    Polyhedron::new(&vertices, &CUBE, &mut Patience::endless()).unwrap()
+    Polyhedron::new(&vertices, &CUBE, &mut InterruptCheck::never()).unwrap()
 }
 
 const CUBE: [[u32; 3]; 12] = [
@@ -97,7 +97,8 @@ fn points_on_faces_edges_and_corners_have_a_finite_field() {
     let cube = cuboid([-1.0; 3], [2.0; 3]);
     for arch in arches() {
         let facets = Facets::new(&cube, 1.0);
-        // By symmetry a cube of half-length 1 about one of its corners is an eighth of one of half-length 2 about its centre.
+        // By symmetry a cube of half-length 1 about one of its corners is an eighth of one of half-length 2
+        // about its centre.
         let corner = facets.at(arch, &Vec3::new(1.0, 1.0, 1.0)).potential;
         let centre = facets.at(arch, &Vec3::zeros()).potential;
         close(corner, centre / 2.0, 1e-15);
@@ -159,7 +160,7 @@ fn harmonic_moments_of_a_box_are_those_of_its_integrals() {
     let fourth = |side: f64| (side / 2.0).powi(4) / 5.0;
     let r2 = body.circumradius().powi(2);
     for arch in arches() {
-        let moments = body.harmonic_moments(30, arch, &mut Patience::endless()).unwrap();
+        let moments = body.harmonic_moments(30, arch, &mut InterruptCheck::never()).unwrap();
         close(moments[0], 1.0, 1e-14);
         close(moments[place(2, 0)], (zz - 0.5 * (xx + yy)) / r2, 1e-15);
         close(moments[place(2, 2)], 0.75_f64.sqrt() * (xx - yy) / r2, 1e-15);
@@ -188,7 +189,7 @@ fn a_layer_attracts_like_its_body() {
     for arch in arches() {
         let facets = Facets::new(&body, 1.0);
         for (degree, ratio) in [(30, 3.5), (20, 5.0), (12, 12.0)] {
-            let layer = Layer::new(&body, degree, arch, &mut Patience::endless()).unwrap();
+            let layer = Layer::new(&body, degree, arch, &mut InterruptCheck::never()).unwrap();
             close(layer.weights.iter().sum(), 1.0, 1e-14);
             let x = u * (ratio * radius);
             let (potential, field, gradient) = layer.at(arch, &x);
@@ -199,7 +200,7 @@ fn a_layer_attracts_like_its_body() {
             assert!((gradient - exact.gradient).norm() <= rounding * gradient.norm());
         }
         // From any distance the sum of both is the monopole and MacCullagh's quadrupole.
-        let anywhere = Anywhere::new(&body, arch, &mut Patience::endless()).unwrap();
+        let anywhere = Anywhere::new(&body, arch, &mut InterruptCheck::never()).unwrap();
         for r in [1e4, 1e8, 1e120] {
             let x = u * r;
             let moment = body.inertia_per_mass();
@@ -266,7 +267,7 @@ fn bad_meshes_name_the_face() {
     let refused = |vertices: &[Vec3], faces: &[[u32; 3]], what: &str, value: &str| match Polyhedron::new(
         vertices,
         faces,
-        &mut Patience::endless(),
+        &mut InterruptCheck::never(),
     ) {
         Err(Error::InvalidInput { what: found, value: about, .. }) => {
             assert!(
@@ -305,7 +306,7 @@ fn bad_meshes_name_the_face() {
     let system = System::new(vec![body], 1.0, Settings::default()).unwrap();
     let still = vec![Vec3::zeros()];
     let state = State::new(0.0, still.clone(), still.clone(), vec![[1.0, 0.0, 0.0, 0.0]], still).unwrap();
-    let used = system.interactions(&state, &mut Patience::endless());
+    let used = system.interactions(&state, &mut InterruptCheck::never());
     assert!(refusal(used).contains("crossing or touching face"));
     // Two cubes that share space; one within another one that is not a hollow.
     let shifted = |d: f64, size: f64| cube.iter().map(move |v| v * size + Vec3::repeat(d));
@@ -317,10 +318,11 @@ fn bad_meshes_name_the_face() {
     refused(&both(2.0, 0.5), &[CUBE, turned].concat(), "face 12", "turned inward");
     // A hollow and a second piece are welcome.
     let hollow =
-        Polyhedron::new(&both(0.25, 0.5), &[CUBE, turned].concat(), &mut Patience::endless()).unwrap();
+        Polyhedron::new(&both(0.25, 0.5), &[CUBE, turned].concat(), &mut InterruptCheck::never()).unwrap();
     close(hollow.volume(), 1.0 - 0.125, 1e-15);
     let field = Facets::new(&hollow, 1.0).at(Arch::Scalar, &Vec3::zeros());
     close(field.solid_angle, 0.0, 1e-14);
-    let two = Polyhedron::new(&both(2.0, 1.0), &[CUBE, second].concat(), &mut Patience::endless()).unwrap();
+    let two =
+        Polyhedron::new(&both(2.0, 1.0), &[CUBE, second].concat(), &mut InterruptCheck::never()).unwrap();
     close(two.volume(), 2.0, 1e-15);
 }

@@ -35,8 +35,8 @@ fn sphere_mean([i, j, k]: [usize; 3]) -> f64 {
     odd_factorial(i / 2) * odd_factorial(j / 2) * odd_factorial(k / 2) / odd_factorial(half + 1)
 }
 
-/// Mean of x^i y^j over the disc under sqrt(1 - rho^2). That is the unit ball seen from above, so that the mean is
-/// the sphere's times int 3 r^(2 + i + j) dr; the same as the product of two Beta functions.
+/// Mean of x^i y^j over the disc under sqrt(1 - rho^2). That is the unit ball seen from above, so that the
+/// mean is the sphere's times int 3 r^(2 + i + j) dr; the same as the product of two Beta functions.
 fn disc_mean([i, j]: [usize; 2]) -> f64 {
     sphere_mean([i, j, 0]) * 3.0 / (i + j + 3) as f64
 }
@@ -62,7 +62,8 @@ fn sphere_rule_is_exact_to_its_degree_and_no_further() {
 
 #[test]
 fn surface_rule_has_the_means_of_harmonic_polynomials_over_the_ellipsoid() {
-    // The mean of y_1^i y_2^j y_3^k over an ellipsoid is that over the unit sphere, times 3/(i + j + k + 3), times a^i b^j c^k.
+    // The mean of y_1^i y_2^j y_3^k over an ellipsoid is that over the unit sphere, times 3/(i + j + k + 3),
+    // times a^i b^j c^k.
     let volume_mean = |axes: [f64; 3], powers: [usize; 3]| {
         let stretch: f64 = (0..3).map(|i| axes[i].powi(powers[i] as i32)).product();
         sphere_mean(powers) * 3.0 / (powers.iter().sum::<usize>() + 3) as f64 * stretch
@@ -177,7 +178,11 @@ proptest! {
         let ellipsoids = bodies.axes().map(|axes| Ellipsoid::new(axes).unwrap());
         let largest = |e: &Ellipsoid| e.focal_axes()[0];
         for method in [Method::Focal, Method::Surface] {
-            let reference = bodies.fixed(method, if method == Method::Focal { Order::focal([140; 2]) } else { Order::surface(140) }, &pose);
+            let reference = bodies.fixed(
+                method,
+                if method == Method::Focal { Order::focal([140; 2]) } else { Order::surface(140) },
+                &pose,
+            );
             // Which body is integrated over depends on the pair's choice; the bound has to hold for that one.
             let integrated = reference.integrated;
             let rotation = [pose.rotation_first, pose.rotation_second][integrated];
@@ -194,13 +199,32 @@ proptest! {
             let f = reference.f.force_on_first.norm();
             let lever = f * bodies.size();
             // Of the order, with all angles on all rings; and as the pair chooses, with fewer on inner ones.
-            for actual in [bodies.fixed(method, order, &pose), bodies.evaluate(method, tolerance, VectorPath::Auto, &pose).unwrap()] {
+            for actual in [
+                bodies.fixed(method, order, &pose),
+                bodies.evaluate(method, tolerance, VectorPath::Auto, &pose).unwrap(),
+            ] {
                 let what = format!("{method}, {order:?}, {} nodes", actual.nodes);
-                within((actual.f.force_on_first - reference.f.force_on_first).norm() / f, tolerance + 4e-15, format!("force, {what}"));
+                within(
+                    (actual.f.force_on_first - reference.f.force_on_first).norm() / f,
+                    tolerance + 4e-15,
+                    format!("force, {what}"),
+                );
                 // The torque in units of what the lever makes of the force.
-                within((actual.f.torque_first - reference.f.torque_first).norm() / lever, tolerance + 4e-15, format!("first torque, {what}"));
-                within((actual.f.torque_second - reference.f.torque_second).norm() / lever, tolerance + 4e-15, format!("second torque, {what}"));
-                within((actual.energy / reference.energy - 1.0).abs(), tolerance + 4e-15, format!("energy, {what}"));
+                within(
+                    (actual.f.torque_first - reference.f.torque_first).norm() / lever,
+                    tolerance + 4e-15,
+                    format!("first torque, {what}"),
+                );
+                within(
+                    (actual.f.torque_second - reference.f.torque_second).norm() / lever,
+                    tolerance + 4e-15,
+                    format!("second torque, {what}"),
+                );
+                within(
+                    (actual.energy / reference.energy - 1.0).abs(),
+                    tolerance + 4e-15,
+                    format!("energy, {what}"),
+                );
             }
         }
     }
@@ -233,8 +257,8 @@ proptest! {
 
 #[test]
 fn a_wide_focal_ellipse_beside_a_needle() {
-    // Found by chance among a thousand: in the plane of a nearly circular focal ellipse a rate of h + sqrt(h^2 - 1), right
-    // for a line, promises too much.
+    // Found by chance among a thousand: in the plane of a nearly circular focal ellipse a rate of h +
+    // sqrt(h^2 - 1), right for a line, promises too much.
     let size = 0.3805692848337082;
     let bodies = Bodies {
         a: [0.6858680926547355, 0.9918513786131685, 0.9666421814159947],

@@ -22,7 +22,7 @@ fn mass_and_inertia_of_the_papers_integrals() {
     let density = 2.7;
     for [a, b, c] in [[3.0, 2.0, 0.5], [0.5, 2.0, 3.0], [2.0, 3.0, 0.5], [1.5, 1.5, 0.2], [0.2, 1.5, 1.5]] {
         let body = Body::with_density("body", ellipsoid([a, b, c]), density).unwrap();
-        close(body.mass, 4.0 * PI / 3.0 * density * (a * b * c), 4e-16);
+        close(body.mass(), 4.0 * PI / 3.0 * density * (a * b * c), 4e-16);
         let factor = 4.0 * PI * density * a * b * c / 15.0;
         let expected = factor * Vec3::new(b * b + c * c, c * c + a * a, a * a + b * b);
         for i in 0..3 {
@@ -190,19 +190,27 @@ proptest! {
 
     #[test]
     fn overlap_agrees_with_sampled_surfaces(
-        a in semi_axes(0.2), b in semi_axes(0.2), ra in turn(), rb in turn(), u in direction(), d in 0.3..2.0f64,
+        a in semi_axes(0.2), b in semi_axes(0.2), ra in turn(), rb in turn(), u in direction(),
+        d in 0.3..2.0f64,
     ) {
         let (first, second, separation) = (ellipsoid(a), ellipsoid(b), u * d);
         let f = contact_function(&first, &second, &separation, &ra, &rb);
         // A sampled point of the second inside the first proves overlap.
         let points = surface(&second, &separation, &rb);
         let gauge = smallest_gauge(&first, &ra, &points);
-        let inside = smallest_gauge(&second, &rb, &[-separation]).min(smallest_gauge(&first, &ra, &[separation]));
+        let inside =
+            smallest_gauge(&second, &rb, &[-separation]).min(smallest_gauge(&first, &ra, &[separation]));
         if gauge < 1.0 || inside < 1.0 {
-            prop_assert!(f < 1.0 && overlap(&first, &second, &separation, &ra, &rb), "F = {f}, gauge {gauge}");
+            prop_assert!(
+                f < 1.0 && overlap(&first, &second, &separation, &ra, &rb),
+                "F = {f}, gauge {gauge}"
+            );
         } else if gauge > 1.1 {
             // The grid's spacing is worth less than that.
-            prop_assert!(f > 1.0 && !overlap(&first, &second, &separation, &ra, &rb), "F = {f}, gauge {gauge}");
+            prop_assert!(
+                f > 1.0 && !overlap(&first, &second, &separation, &ra, &rb),
+                "F = {f}, gauge {gauge}"
+            );
         }
     }
 
@@ -220,8 +228,8 @@ proptest! {
 
     #[test]
     fn contact_knows_neither_frame_nor_order(
-        a in semi_axes(0.05), b in semi_axes(0.05), ra in turn(), rb in turn(), frame in turn(), u in direction(),
-        d in 0.1..5.0f64, scale in -8..8i32,
+        a in semi_axes(0.05), b in semi_axes(0.05), ra in turn(), rb in turn(), frame in turn(),
+        u in direction(), d in 0.1..5.0f64, scale in -8..8i32,
     ) {
         let (first, second, separation) = (ellipsoid(a), ellipsoid(b), u * d);
         let f = contact_function(&first, &second, &separation, &ra, &rb);

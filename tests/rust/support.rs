@@ -2,9 +2,9 @@
 
 use fullbody::error::Result;
 use fullbody::gravity::{Attractor, BodyField, Points, Wanted};
+use fullbody::interrupt::InterruptCheck;
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3, rotation};
-use fullbody::patience::Patience;
 use fullbody::shape::Body;
 use proptest::prelude::*;
 use proptest::test_runner::Config;
@@ -134,7 +134,7 @@ pub struct FieldOf(BodyField);
 impl FieldOf {
     pub fn new(body: &Body, gravitational_constant: f64) -> Self {
         let arch = VectorPath::Auto.arch().unwrap();
-        Self(BodyField::new(body, gravitational_constant, arch, &mut Patience::endless()).unwrap())
+        Self(BodyField::new(body, gravitational_constant, arch, &mut InterruptCheck::never()).unwrap())
     }
 
     pub fn potential(&self, x: &Vec3) -> Result<f64> {
@@ -155,6 +155,6 @@ impl FieldOf {
     fn ask(&self, x: &Vec3, wanted: Wanted<'_>) -> Result<()> {
         let attractor = Attractor { field: &self.0, position: Vec3::zeros(), rotation: Mat3::identity() };
         let points = Points { coordinates: x.as_slice(), shape: &[], before: 0 };
-        points.gravity(&[attractor], wanted, VectorPath::Auto.arch().unwrap(), &mut Patience::endless())
+        points.gravity(&[attractor], wanted, VectorPath::Auto.arch().unwrap(), &mut InterruptCheck::never())
     }
 }

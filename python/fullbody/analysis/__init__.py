@@ -29,7 +29,3 @@ __all__ = [
     "relative_equilibrium",
     "section",
 ]
-
-
-def __dir__() -> list[str]:
-    return __all__

@@ -1,7 +1,7 @@
-"""The motion of a pair over a time, with its derivatives, in 18 relative numbers.
+"""The motion of a pair over a time and its derivatives, in 18 numbers relative to the barycentre.
 
-Departures are, in order: of the separation r and of v = dr/dt, and for each body a rotation vector in its frame and its
-spin.
+A tangent vector has 18 components, in this order: changes of the separation r and of v = dr/dt, and for each body a
+rotation vector in its body frame and the change of its spin.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from ..base import rotations
-from ..motion.simulation import System
+from ..motion.system import System
 from ._pair import Array, Pair, Pose, cross
 
 __all__ = ["Point", "flow", "generators", "momentum_rows"]
 
-#: Rows of rotation vectors and spins of both bodies.
+#: For both bodies the rows of a tangent vector that hold the rotation vector, and those that hold the spin.
 TURNS = (slice(6, 9), slice(12, 15))
 SPINS = (slice(9, 12), slice(15, 18))
 
@@ -32,17 +32,17 @@ class Point:
 
     @classmethod
     def of(cls, core: Any) -> Point:
-        """Of a core's state."""
+        """Return the point that belongs to a state of the core."""
         r, v = (values[1] - values[0] for values in (core.position, core.velocity))
         return cls(Pose(r, core.attitude), v, core.spin)
 
     def moved(self, by: Array) -> Point:
-        """The point after a departure (18,)."""
+        """Return the point displaced by a tangent vector (18,)."""
         pose = self.pose.moved(np.concatenate([by[:3], by[TURNS[0]], by[TURNS[1]]]))
         return Point(pose, self.velocity + by[3:6], self.spin + np.array([by[SPINS[0]], by[SPINS[1]]]))
 
     def turned(self, angle: float, own: Array) -> Point:
-        """The point turned by an angle about z, its bodies first by quaternions (2, 4) in their frames."""
+        """Return the point turned about z, after turning the bodies in their frames by quaternions (2, 4)."""
         q = rotations.turn(2, angle)
         R = rotations.matrices(q)
         attitude = [rotations.product(q, a, turn) for a, turn in zip(self.pose.attitude, own, strict=True)]
@@ -50,7 +50,7 @@ class Point:
         return Point(Pose(R @ self.pose.r, np.array(attitude)), R @ self.velocity, spin)
 
     def less(self, other: Point) -> Array:
-        """The departure (18,) from another point, to first order in it where it is small."""
+        """Return the tangent vector (18,) from another point to this one, to first order in their difference."""
         found = np.zeros(18)
         found[:3], found[3:6] = self.pose.r - other.pose.r, self.velocity - other.velocity
         for k in range(2):
@@ -59,7 +59,7 @@ class Point:
         return found
 
     def rates(self, pair: Pair) -> Array:
-        """How fast the numbers change (18,)."""
+        """Return the time derivatives of the point's numbers (18,)."""
         loads, _ = pair.loads(self.pose)
         found = np.zeros(18)
         found[:3], found[3:6] = self.velocity, loads[:3] / pair.mass
@@ -72,7 +72,7 @@ class Point:
         return found
 
     def energy_row(self, pair: Pair) -> Array:
-        """The change of the energy with a departure (18,)."""
+        """Return the gradient of the total energy (18,) by a tangent vector."""
         loads, _ = pair.loads(self.pose)
         found = np.zeros(18)
         found[:3], found[3:6] = -loads[:3], pair.mass * self.velocity
@@ -86,13 +86,13 @@ class Point:
         return float(0.5 * kinetic + pair.loads(self.pose)[1])
 
     def angular_momentum(self, pair: Pair) -> Array:
-        """Total (3,)."""
+        """Return the total angular momentum (3,)."""
         turned = np.einsum("kij,kj->i", self.pose.rotation, pair.inertia * self.spin)
         return np.asarray(pair.mass * np.cross(self.pose.r, self.velocity) + turned)
 
 
 def rotation_vector(attitude: Array, other: Array) -> Array:
-    """The rotation vector (3,), in the body's frame, from another attitude."""
+    """Return the rotation vector (3,), in the body frame, that leads from the other attitude to this one."""
     w, *v = rotations.product(other * [1.0, -1.0, -1.0, -1.0], attitude)
     size = float(np.linalg.norm(v))
     angle = 2 * np.arctan2(size, abs(w))
@@ -100,7 +100,7 @@ def rotation_vector(attitude: Array, other: Array) -> Array:
 
 
 def momentum_rows(pair: Pair, point: Point) -> Array:
-    """Changes of the total angular momentum with a departure (3, 18)."""
+    """Return the derivatives of the total angular momentum by a tangent vector (3, 18)."""
     rows = np.zeros((3, 18))
     rows[:, :3], rows[:, 3:6] = -pair.mass * cross(point.velocity), pair.mass * cross(point.pose.r)
     for k, R in enumerate(point.pose.rotation):
@@ -110,7 +110,9 @@ def momentum_rows(pair: Pair, point: Point) -> Array:
 
 
 def generators(point: Point, axes: tuple[int | None, int | None]) -> Array:
-    """Departures (18, S) by a turn of all about z, and by turns of bodies about their axes of symmetry."""
+    """Return tangent vectors (18, S) of a turn of the whole pair about z and of turns of bodies about their symmetry
+    axes.
+    """
     whole = np.zeros(18)
     whole[:3], whole[3:6] = np.cross([0.0, 0.0, 1.0], point.pose.r), np.cross([0.0, 0.0, 1.0], point.velocity)
     columns = [whole]
@@ -121,14 +123,14 @@ def generators(point: Point, axes: tuple[int | None, int | None]) -> Array:
             continue
         for way in np.eye(3) if axis == 3 else np.eye(3)[[axis]]:
             column = np.zeros(18)
-            # The spin stays where it is while the body turns below it.
+            # The spin keeps its inertial direction while the body turns beneath it.
             column[TURNS[k]], column[SPINS[k]] = way, -np.cross(way, point.spin[k])
             columns.append(column)
     return np.array(columns).T
 
 
 def flow(pair: Pair, point: Point, time: float) -> tuple[Point, Array]:
-    """Where a point is after a time, and its transition matrix (18, 18)."""
+    """Integrate a motion over a time and return the final point and the transition matrix (18, 18)."""
     system = pair.system
     assert isinstance(system, System)
     start = system._state(pair.state(point.pose, point.velocity, point.spin))

@@ -1,8 +1,8 @@
-"""Small departures from uniform rotation: their rates, their energy, and what is left of both without symmetries.
+"""Linear motion near a uniform rotation: rates and energy of tangent vectors, with and without the symmetries.
 
-Departures have 18 numbers: of the separation r, rotation vectors v_k of the bodies in their own frames, of p = m dr/dt,
-and of pi_k = I_k omega_k. They are counted in a frame that turns at Omega about z; the frame of a body that is not
-locked turns back at its spin s_k about its axis e_k.
+A tangent vector has 18 components: changes of the separation r, rotation vectors v_k of the bodies in their own frames,
+changes of p = m dr/dt and of pi_k = I_k omega_k. They are measured in a frame that turns at Omega about z; the frame of
+a body that is not locked turns back at its spin s_k about its axis e_k.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from ._pair import Array, Pair, Pose, cross
 
 __all__ = ["Rotation", "complement", "even", "kernel"]
 
-#: The vector product with the unit vector along z.
+#: The matrix of the vector product with the unit vector along z.
 _UP = cross((0.0, 0.0, 1.0))
 
 
 def kernel(matrix: Array, tolerance: float = 1e-10) -> Array:
-    """Columns of length one, orthogonal to each other, that a matrix takes to zero."""
+    """Return orthonormal columns that span the null space of a matrix."""
     _, values, rows = np.linalg.svd(matrix)
     rank = int(np.sum(values > tolerance * values.max(initial=0.0))) if len(values) else 0
     found: Array = rows[rank:].T
@@ -28,22 +28,22 @@ def kernel(matrix: Array, tolerance: float = 1e-10) -> Array:
 
 
 def complement(vectors: Array) -> Array:
-    """Columns orthogonal to these columns, which may depend on each other."""
+    """Return orthonormal columns orthogonal to the given columns, which may be linearly dependent."""
     return kernel(vectors.T)
 
 
 @dataclass(frozen=True)
 class Rotation:
-    """A pose that turns uniformly about z, and the spins s_k that bodies have beside it about their axes of symmetry.
+    """A pose that turns uniformly about z, and the additional spins s_k of bodies about their axes of symmetry.
 
     Attributes
     ----------
     axes : tuple of int or None
-        For each body its axis of symmetry, 3 for a sphere or a point; none where it has none.
+        For each body its axis of symmetry, 3 for a sphere or a point, and ``None`` for a body without one.
     spin : ndarray, (2,)
-        s_k, zero of locked bodies.
+        The additional spins s_k, which are zero for locked bodies.
     free : tuple of bool
-        Which bodies are not locked.
+        For each body whether it is free, which means not locked.
     """
 
     pair: Pair
@@ -59,12 +59,12 @@ class Rotation:
 
     @property
     def turning(self) -> Array:
-        """Omega in both body frames (2, 3)."""
+        """The angular velocity Omega in both body frames (2, 3)."""
         found: Array = np.einsum("kji,j->ki", self.pose.rotation, self.omega)
         return found
 
     def axis(self, body: int) -> Array:
-        """The direction e_k (3,) of a body's spin in its frame; of a sphere that of Omega."""
+        """Return the unit vector e_k (3,) of a body's additional spin in its frame; for a sphere it is along Omega."""
         axis = self.axes[body]
         if axis is None or axis == 3:
             return np.asarray(self.pose.rotation[body].T @ [0.0, 0.0, 1.0])
@@ -72,24 +72,24 @@ class Rotation:
 
     @property
     def spins(self) -> Array:
-        """Angular velocities (2, 3) in the body frames."""
+        """Return the angular velocities (2, 3) of the bodies in their frames."""
         found: Array = self.turning + np.array([self.spin[k] * self.axis(k) for k in range(2)])
         return found
 
     @property
     def momenta(self) -> Array:
-        """Angular momenta pi_k (2, 3) in the body frames."""
+        """Return the angular momenta pi_k (2, 3) of the bodies in their frames."""
         found: Array = self.pair.inertia * self.spins
         return found
 
     @property
     def velocity(self) -> Array:
-        """dr/dt."""
+        """The rate of change dr/dt of the separation."""
         return cross(self.omega) @ self.pose.r
 
     @property
     def angular_momentum(self) -> Array:
-        """Total (3,)."""
+        """The total angular momentum (3,)."""
         turned = np.einsum("kij,kj->i", self.pose.rotation, self.momenta)
         found: Array = self.pair.mass * cross(self.pose.r) @ self.velocity + turned
         return found
@@ -101,8 +101,8 @@ class Rotation:
 
     @property
     def units(self) -> Array:
-        """Units (18,) of departures in which they all weigh the same: with d the separation, n Kepler's rate and
-        u_k = sqrt(m d^2 / I_k) radians, they are d, u_k, m d n and m d^2 n / u_k.
+        """Units (18,) of tangent vectors in which all components have similar weight. With d the separation, n Kepler's
+        rate and u_k = sqrt(m d^2 / I_k) radians, the units are d, u_k, m d n and m d^2 n / u_k.
         """
         d, m = self.pose.distance, self.pair.mass
         n = np.sqrt(self.pair.strength / (m * d**3))
@@ -111,7 +111,9 @@ class Rotation:
         return np.repeat([d, *turns, m * d * n, *(m * d * d * n / turns)], 3)
 
     def symmetries(self) -> Array:
-        """Changes (9, S) of the pose that change nothing: a turn of all about z, and of bodies about their axes."""
+        """Return changes (9, S) of the pose that leave the system as it is: a turn of the whole, and turns about
+        symmetry axes.
+        """
         columns = [np.concatenate([_UP @ self.pose.r, *(R[2] for R in self.pose.rotation)])]
         for body in range(2):
             for way in self._free_turns(body):
@@ -121,12 +123,12 @@ class Rotation:
         return np.array(columns).T
 
     def _free_turns(self, body: int) -> Array:
-        """Rotation vectors (S, 3) of a body that change nothing."""
+        """Return rotation vectors (S, 3) of a body that leave its gravity as it is."""
         axis = self.axes[body]
         return np.eye(3) if axis == 3 else np.zeros((0, 3)) if axis is None else np.eye(3)[[axis]]
 
     def rates(self) -> Array:
-        """The matrix (18, 18) of the linear equations of motion of departures."""
+        """The matrix (18, 18) of the linear equations of motion of tangent vectors."""
         pair, omega = self.pair, cross(self.omega)
         slopes = pair.derivatives(self.pose)
         A = np.zeros((18, 18))
@@ -143,7 +145,7 @@ class Rotation:
         return A
 
     def energy_form(self) -> Array:
-        """The matrix (18, 18) of twice the energy of departures, less Omega and s_k times their momenta."""
+        """The matrix (18, 18) of twice the energy of tangent vectors, less Omega and s_k times their momenta."""
         pair = self.pair
         slopes = pair.derivatives(self.pose)
         Q = np.zeros((18, 18))
@@ -165,7 +167,7 @@ class Rotation:
         return Q
 
     def momentum_rows(self) -> Array:
-        """Changes (3 + S, 18) of conserved momenta: of the total, and of the bodies about their axes."""
+        """Return the derivatives (3 + S, 18) of the total angular momentum and of conserved momenta of free bodies."""
         rows = np.zeros((3, 18))
         rows[:, :3] = -self.pair.mass * cross(self.velocity)
         rows[:, 9:12] = cross(self.pose.r)
@@ -179,18 +181,18 @@ class Rotation:
         return np.concatenate([rows, *more])
 
     def generators(self) -> Array:
-        """Departures (18, S) by the turns of :meth:`symmetries`, which leave all rates as they are."""
+        """Return tangent vectors (18, S) of the turns in :meth:`symmetries`, which leave all rates as they are."""
         found = np.zeros((18, self.symmetries().shape[1]))
         found[:9] = self.symmetries()
         found[9:12, 0] = self.pair.mass * _UP @ self.velocity
         for k in range(2):
-            # What a body turns by under its own momentum, the momentum turns back by in its frame.
+            # When a body turns, its angular momentum keeps its inertial direction and so turns back in the body frame.
             found[12 + 3 * k : 15 + 3 * k, 1:] = cross(self.momenta[k]) @ found[3 + 3 * k : 6 + 3 * k, 1:]
         return found
 
     def reduced(self) -> tuple[Array, Array, Array]:
-        """A basis (18, 2 M) of departures that change no momentum and are no symmetry, in :attr:`units`; the matrices
-        (2 M, 2 M) of their rates and of their energy.
+        """Reduce the motion to tangent vectors that change no conserved momentum and are no symmetry. Return a basis
+        (18, 2 M) of them in :attr:`units`, and the matrices (2 M, 2 M) of their rates and of their energy.
         """
         units = self.units
         still = kernel(even(self.momentum_rows() * units))
@@ -200,7 +202,7 @@ class Rotation:
         return basis * units[:, np.newaxis], basis.T @ A @ basis, basis.T @ Q @ basis
 
     def amended_hessian(self) -> tuple[Array, Array]:
-        """Curvatures (D,) of the amended potential in :attr:`units` and m r^2 n^2, ascending, and directions (9, D).
+        """Return eigenvalues (D,) of the Hessian of the amended potential, ascending, and its eigenvectors (9, D).
 
         V = U + J . I^-1 J / 2, with I the tensor of inertia of the whole, is the least energy of a pose with the total
         angular momentum J; bodies that are not locked keep theirs about their axes.
@@ -212,7 +214,7 @@ class Rotation:
         for k in range(2):
             v, p = slice(3 + 3 * k, 6 + 3 * k), slice(12 + 3 * k, 15 + 3 * k)
             if self.pair.is_point(k) or (self.free[k] and self.axes[k] == 3):
-                # A point has no momentum, that of a sphere which is not locked stays.
+                # A point has no angular momentum, and the one of a sphere that is not locked stays constant.
                 Q[v], Q[:, v] = 0.0, 0.0
                 for row in rows:
                     row[v] = 0.0
@@ -224,7 +226,8 @@ class Rotation:
                 rows.append(row)
         conserved = even(np.array(rows))
         P, mixed, R = Q[np.ix_(kept, kept)], Q[np.ix_(range(9), kept)], conserved[:, kept]
-        # The momenta of least energy, given the pose: some that keep the conserved ones, and the best of the others.
+        # The momenta of least energy at a given pose are a particular solution that keeps the conserved momenta,
+        # minimised over the remaining ones.
         free, best = kernel(R), -np.linalg.pinv(R) @ conserved[:, :9]
         best -= free @ np.linalg.solve(free.T @ P @ free, free.T @ (mixed.T + P @ best))
         V = Q[:9, :9] + mixed @ best + best.T @ mixed.T + best.T @ P @ best
@@ -234,6 +237,6 @@ class Rotation:
 
 
 def even(rows: Array) -> Array:
-    """Rows of length one."""
+    """Return the rows scaled to length one."""
     found: Array = rows / np.linalg.norm(rows, axis=1, keepdims=True)
     return found

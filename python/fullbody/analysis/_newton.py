@@ -17,17 +17,17 @@ __all__ = ["Condition", "Kind", "Problem", "converged", "corrected"]
 Kind: TypeAlias = Literal["separation", "angular_momentum", "rate"]
 
 _STEPS = 60
-#: A step moves the centres by at most this part of their distance, and turns bodies by at most as many radians.
+#: One step moves the centres by at most this fraction of their distance and turns bodies by at most as many radians.
 _LONGEST = 0.2
-#: Relative to the forces: what counts as solved, and where a few further steps only move within round-off.
+#: Residuals relative to the forces: the one that counts as solved, and the one below which further steps are round-off.
 _SOLVED, _ROUNDING = 1e-10, 1e-14
-#: A matrix whose smallest singular value is below this part of its largest one is singular.
+#: A matrix is singular if its smallest singular value is below this fraction of its largest one.
 _SINGULAR = 1e-9
 
 
 @dataclass(frozen=True)
 class Condition:
-    """What fixes one rotation of a family: a quantity and its value, in numbers of the system's units."""
+    """The condition that selects one rotation of a family: a quantity and its value, in the system's units."""
 
     kind: Kind
     value: float
@@ -35,13 +35,13 @@ class Condition:
 
 @dataclass(frozen=True)
 class Problem:
-    """Which bodies are locked, and the spins of the others about their axes of symmetry.
+    """The equations of uniform rotation, with the choice of locked bodies and the spins of the free ones.
 
     Attributes
     ----------
     axes : tuple of int or None
         Axes of symmetry, as in :class:`Rotation`.
-    spin : dict of float
+    For each body that is not locked its total spin about its axis.
         For each body that is not locked its whole spin about its axis.
     """
 
@@ -50,14 +50,14 @@ class Problem:
     spin: dict[int, float]
 
     def rotation(self, pose: Pose, rate: float) -> Rotation:
-        """The rotation of a pose."""
+        """Return the uniform rotation at a rate in a pose."""
         free = (0 in self.spin, 1 in self.spin)
         bare = Rotation(self.pair, pose, rate, self.axes, np.zeros(2), free)
         own = [self.spin[k] - bare.turning[k] @ bare.axis(k) if k in self.spin else 0.0 for k in range(2)]
         return Rotation(self.pair, pose, rate, self.axes, np.array(own), free)
 
     def residual(self, rotation: Rotation) -> Array:
-        """What is missing to uniform rotation (9,): of the force on the second body and of both torques."""
+        """Return the residual (9,) of uniform rotation: unbalanced force on the second body and torques."""
         pair, omega = self.pair, rotation.omega
         missing, _ = pair.loads(rotation.pose)
         missing[:3] -= pair.mass * cross(omega) @ rotation.velocity
@@ -66,7 +66,7 @@ class Problem:
         return missing
 
     def slopes(self, rotation: Rotation) -> Array:
-        """Of the residual with the pose and the rate (9, 10)."""
+        """Return the Jacobian (9, 10) of the residual by the pose and the rate."""
         pair, pose = self.pair, rotation.pose
         found = np.zeros((9, 10))
         found[:, :9] = pair.derivatives(pose)
@@ -83,7 +83,7 @@ class Problem:
         return found
 
     def _turning(self, rotation: Rotation, body: int) -> tuple[Array, Array]:
-        """Changes (3, 10) of Omega and of the spin in a body's frame."""
+        """Return the derivatives (3, 10) of Omega and of the spin in a body's frame by the pose and the rate."""
         turned = np.zeros((3, 10))
         turned[:, 3 + 3 * body : 6 + 3 * body] = cross(rotation.turning[body])
         turned[:, 9] = rotation.pose.rotation[body][2]
@@ -93,13 +93,13 @@ class Problem:
         return turned, turned - np.outer(axis, axis @ turned)
 
     def quantity(self, kind: Kind, rotation: Rotation) -> float:
-        """The value of a quantity."""
+        """Return the value of a quantity that selects a rotation."""
         if kind == "separation":
             return rotation.pose.distance
         return float(rotation.angular_momentum[2]) if kind == "angular_momentum" else rotation.rate
 
     def quantity_slope(self, kind: Kind, rotation: Rotation) -> Array:
-        """Of a quantity with the pose and the rate (10,)."""
+        """Return the gradient (10,) of a quantity by the pose and the rate."""
         found = np.zeros(10)
         pose = rotation.pose
         if kind == "separation":
@@ -118,16 +118,17 @@ class Problem:
         return found
 
     def scales(self, rotation: Rotation) -> tuple[Array, Array]:
-        """Units of the residual (9,), and of the pose and the rate (10,)."""
+        """Return the units of the residual (9,) and of the pose and the rate (10,)."""
         d = rotation.pose.distance
         force = self.pair.strength / d**2
         rate = np.sqrt(force / (self.pair.mass * d))
         return np.repeat([force, force * d], [3, 6]), np.repeat([d, 1.0, rate], [3, 6, 1])
 
     def equations(self, rotation: Rotation) -> tuple[Array, Array]:
-        """Slopes (9 + S, 10), the last along symmetries, where nothing is to change; and what is missing (9 + S,).
+        """Return the linear equations of Newton's step: matrix (9 + S, 10) and residuals (9 + S,).
 
-        In :meth:`scales`, but torques in units in which they change by about one in a radian.
+        The last S rows keep the step from moving along symmetries. The equations are in the units of :meth:`scales`,
+        but torques in units in which they change by about one in a radian.
         """
         rows, columns = self.scales(rotation)
         slopes = self.slopes(rotation) * columns
@@ -143,12 +144,12 @@ class Problem:
 
 
 def converged(problem: Problem, guess: Rotation, condition: Condition) -> Rotation:
-    """The uniform rotation near a guess that has a quantity of this value.
+    """Find by Newton's method the uniform rotation near a guess at which a quantity has a given value.
 
     Raises
     ------
     NotConverged
-        Where the matrix of the steps is nearly singular, as at a fold in the quantity, and where nothing is found.
+        If the matrix of the steps is nearly singular, as at a fold in the quantity, or if nothing is found.
     BodiesOverlap
     """
 
@@ -162,12 +163,12 @@ def converged(problem: Problem, guess: Rotation, condition: Condition) -> Rotati
 
 
 def corrected(problem: Problem, rotation: Rotation, tangent: Array, length: float) -> Rotation:
-    """The uniform rotation across from where a step (10,) in units of :meth:`Problem.scales` leads to.
+    """Find the uniform rotation in the plane across a step (10,), which is in units of :meth:`Problem.scales`.
 
     Raises
     ------
     NotConverged, BodiesOverlap
-        Where the step is too long.
+        If the step is too long.
     """
     if length == 0.0:
         return rotation
@@ -184,7 +185,7 @@ def _solved(
     quantity: str,
     most: int = _STEPS,
 ) -> Rotation:
-    """Newton's method with one more equation, given by its row (10,) and what is missing to it."""
+    """Apply Newton's method with one additional equation, given by its row (10,) and its residual."""
     size = np.inf
     for _ in range(most):
         _, columns = problem.scales(rotation)
@@ -212,7 +213,7 @@ def _solved(
 
 
 def _moved(problem: Problem, rotation: Rotation, step: Array) -> Rotation:
-    """The rotation after a step, of which less is taken where the bodies would overlap."""
+    """Return the rotation after a step, which is shortened where the bodies would overlap."""
     for _ in range(8):
         pose = rotation.pose.moved(step[:9])
         try:

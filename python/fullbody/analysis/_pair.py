@@ -1,4 +1,4 @@
-"""Two bodies in plain numbers of their system's units: their poses, loads, derivatives and symmetries."""
+"""Two bodies in plain numbers of their system's units: poses, loads, derivatives and symmetries."""
 
 from __future__ import annotations
 
@@ -12,40 +12,40 @@ import numpy.typing as npt
 from .. import _core
 from ..base import rotations
 from ..errors import InvalidInput
-from ..model.system import BaseSystem
+from ..motion.system import System
 
 __all__ = ["Array", "Pair", "Pose", "cross"]
 
 Array = npt.NDArray[np.float64]
 
-#: Moments of inertia that differ by less than this are equal; a torque below this, relative to G m m / r, is none.
+#: Moments of inertia that differ by less than this are equal; a torque below this, relative to G m m / r, is zero.
 _EQUAL = 1e-10
-#: Turns about its axis, in radians, at which a body has to look the same; no whole parts of a turn.
+#: Test angles in radians, not fractions of a full turn, by which a body is turned to test its symmetry about an axis.
 _TURNS = (0.3, 0.7, 1.1, 1.9, 2.6)
 
 
 def cross(v: Any) -> Array:
-    """The matrix of the vector product with v from the left."""
+    """Return the matrix of the vector product with v on the left."""
     x, y, z = v
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def exponential(v: Any) -> Array:
-    """The quaternion (4,) of a rotation vector."""
+    """Return the quaternion (4,) of a rotation vector."""
     angle = float(np.linalg.norm(v))
     return np.array([np.cos(angle / 2), *(0.5 * np.sinc(angle / (2 * np.pi)) * np.asarray(v))])
 
 
 @dataclass(frozen=True)
 class Pose:
-    """Where two bodies are in a frame that turns with them: the second from the first, and both attitudes."""
+    """The pose of two bodies in a frame that turns with them: their separation and both attitudes."""
 
     r: Array
     attitude: Array
 
     @cached_property
     def rotation(self) -> Array:
-        """Matrices (2, 3, 3) from the body frames."""
+        """The rotation matrices (2, 3, 3) from the body frames."""
         return rotations.matrices(self.attitude)
 
     @property
@@ -53,27 +53,27 @@ class Pose:
         return float(np.linalg.norm(self.r))
 
     def moved(self, by: Array) -> Pose:
-        """The pose after a change (9,): of the separation, and rotation vectors in both body frames."""
+        """Return the pose after a change (9,): of the separation, and rotation vectors in both body frames."""
         turned = [rotations.product(q, exponential(by[3 + 3 * k : 6 + 3 * k])) for k, q in enumerate(self.attitude)]
         attitude = np.array(turned)
         return Pose(self.r + by[:3], attitude / np.linalg.norm(attitude, axis=1, keepdims=True))
 
 
 class Pair:
-    """A system of two bodies left to themselves.
+    """A system of two bodies without external forces.
 
     With m the reduced mass and r the separation, everything is a function of r, the attitudes, p = m dr/dt and the
     bodies' angular momenta pi_k = I_k omega_k in their own frames.
     """
 
-    def __init__(self, system: BaseSystem) -> None:
-        if not isinstance(system, BaseSystem):
+    def __init__(self, system: System) -> None:
+        if not isinstance(system, System):
             raise InvalidInput(f"system is {system!r}; expected a System")
         if len(system) != 2:
             raise InvalidInput(f"the system has {len(system)} bodies; expected two")
         if system.forces:
             names = ", ".join(force.name for force in system.forces)
-            raise InvalidInput(f"the system has forces from outside ({names}); expected system.with_forces([])")
+            raise InvalidInput(f"the system has external forces ({names}); expected system.with_forces([])")
         self.system = system
         self.masses: Array = np.asarray(system._masses)
         self.total = float(self.masses.sum())
@@ -85,7 +85,7 @@ class Pair:
 
     @staticmethod
     def _radius(core: _core.Body) -> float:
-        """A distance that no point of a body exceeds."""
+        """Return an upper bound of the distance of a body's points from its centre."""
         sizes = [
             np.linalg.norm(place) + (shape.circumradius if isinstance(shape, _core.Polyhedron) else max(shape))
             for shape, _, place, _ in core.parts
@@ -94,7 +94,7 @@ class Pair:
         return float(max(sizes, default=0.0))
 
     def state(self, pose: Pose, velocity: Any = (0.0, 0.0, 0.0), spin: Any = None, time: float = 0.0) -> _core.State:
-        """The core's state with the barycentre at rest in the origin."""
+        """Return the core's state of a pose, with the barycentre at rest in the origin."""
         shares = np.array([-self.masses[1], self.masses[0]])[:, np.newaxis] / self.total
         spin = np.zeros((2, 3)) if spin is None else np.asarray(spin)
         return _core.State(
@@ -102,14 +102,14 @@ class Pair:
         )
 
     def loads(self, pose: Pose) -> tuple[Array, float]:
-        """Force on the second body and both torques (9,), and the potential energy."""
+        """Return the force on the second body with both torques (9,), and the potential energy."""
         state = self.state(pose)
         with self.system._explaining(lambda: state):
             force, torque, energy, _ = self.system._core.interactions(state)
         return np.concatenate([force[1], torque[0], torque[1]]), float(energy)
 
     def derivatives(self, pose: Pose) -> Array:
-        """Of the loads with a change of the pose (9, 9)."""
+        """Return the Jacobian (9, 9) of the loads by the pose."""
         state = self.state(pose)
         with self.system._explaining(lambda: state):
             full = self.system._core.jacobian(state, [])[0]
@@ -118,13 +118,14 @@ class Pair:
         return found
 
     def is_point(self, body: int) -> bool:
-        """Whether a body has no attitude."""
+        """Return whether a body is a point, which has no attitude."""
         return not self.inertia[body].any()
 
     def axis(self, body: int, pose: Pose) -> int | None:
-        """The body axis about which a body looks the same after any turn, from the other one; none, or 3 of a sphere.
+        """Return the body axis of symmetry, judged by the other body: ``None`` if there is none, 3 for a sphere or a
+        point.
 
-        The moments of inertia have to be equal, and turns about the axis to leave no torque about it.
+        An axis of symmetry has equal moments of inertia across it, and turns about it leave no torque about it.
         """
         moments = self.inertia[body]
         axes = self.system.bodies[body]._semi_axes(self.system._units)

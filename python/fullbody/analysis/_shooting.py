@@ -1,4 +1,4 @@
-"""Multiple shooting: points along an orbit, and Newton's method for them."""
+"""Multiple shooting: points along a periodic orbit, and Newton's method for them."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ import numpy as np
 from ..base import rotations
 from ..base.tables import number
 from ..errors import BodiesOverlap, NotConverged
-from ..motion.simulation import System
+from ..motion.system import System
 from ._flow import SPINS, TURNS, Point, flow, generators, momentum_rows, rotation_vector
 from ._linear import even
 from ._pair import Array, Pair
 
 __all__ = ["Ends", "Shooting", "begun", "solved"]
 
-#: Steps of Newton's method at most, and those in a row that may bring nothing.
+#: The largest number of steps of Newton's method, and how many in a row may fail to improve the orbit.
 _STEPS, _LOST = 40, 6
-#: The longest step, in the units of :meth:`Shooting.units`, and directions in which nothing is known.
+#: The longest step in the units of :meth:`Shooting.units`, and the relative singular value that counts as zero.
 _LONGEST, _UNKNOWN = 0.2, 1e-12
-#: No turn, and half turns about x, y and z.
+#: Quaternions of no turn and of half turns about x, y and z.
 _HALF_TURNS = np.eye(4)
-#: Ends of the segments and their transition matrices (18, 18).
+#: The ends of the segments and their transition matrices (18, 18).
 Ends: TypeAlias = list[tuple[Point, Array]]
 
 
 @dataclass
 class Shooting:
-    """Points along an orbit at equal times, its period, and by what its end is turned against its start."""
+    """Points along an orbit at equal times, its period, and the turn of its end relative to its start."""
 
     system: System
     pair: Pair
@@ -38,19 +38,19 @@ class Shooting:
     period: float
     angle: float
     axes: tuple[int | None, int | None]
-    #: For each body 0, or 1 to 3 for a half turn about x, y or z.
+    #: For each body 0 for no half turn, or 1 to 3 for a half turn about x, y or z.
     half: list[int]
-    #: Turns of bodies about their axes of symmetry.
+    #: Turns of bodies about their axes of symmetry, in radians.
     own: Array
 
     def units(self) -> Array:
-        """Units (18,) of departures: the separation, its rate, radians."""
+        """Units (18,) of tangent vectors: the separation, its rate, and radians."""
         d = self.points[0].pose.distance
         n = np.sqrt(self.pair.strength / (self.pair.mass * d**3))
         return np.concatenate([np.repeat([d, d * n], 3), np.repeat([1.0, n, 1.0, n], 3)])
 
     def own_turns(self) -> Array:
-        """Quaternions (2, 4) by which bodies turn in their frames beside the whole."""
+        """Quaternions (2, 4) by which bodies turn in their frames in addition to the turn of the whole."""
         found = np.array([_HALF_TURNS[half] for half in self.half])
         for k, axis in enumerate(self.axes):
             if axis is not None and axis < 3:
@@ -58,11 +58,11 @@ class Shooting:
         return found
 
     def target(self) -> Point:
-        """Where the orbit has to end."""
+        """The state in which the orbit has to end: its start, turned."""
         return self.points[0].turned(self.angle, self.own_turns())
 
     def target_slopes(self) -> tuple[Array, Array]:
-        """Of the target with the start (18, 18), and with the angle and the bodies' own turns (18, 3)."""
+        """Return derivatives of the target by the start (18, 18), and by the angle and the own turns (18, 3)."""
         target = self.target()
         whole = rotations.matrices(rotations.turn(2, self.angle))
         start, turns = np.zeros((18, 18)), np.zeros((18, 3))
@@ -78,7 +78,7 @@ class Shooting:
 
 
 def begun(system: System, pair: Pair, point: Point, time: float, count: int) -> tuple[Shooting, Ends]:
-    """A motion in axes with z along the angular momentum, divided, and what its end is nearest to."""
+    """Divide a motion into segments, in axes with z along the angular momentum, and choose the nearest target."""
     axes = (pair.axis(0, point.pose), pair.axis(1, point.pose))
     points: list[Point] = [point]
     ends: Ends = []
@@ -111,7 +111,9 @@ def solved(
     within: float,
     across: Array | None = None,
 ) -> tuple[Shooting, Ends, float]:
-    """The orbit near a guess, the ends of its segments and its closure; the start may be kept across a departure."""
+    """Find the orbit near a guess and return it with the ends of its segments and its closure; the start may be
+    restricted to changes across a tangent vector.
+    """
     count = len(ends)
     best, lost = np.inf, 0
     for _ in range(_STEPS):
@@ -139,10 +141,12 @@ def solved(
 def _equations(
     shooting: Shooting, ends: Ends, held: Sequence[str], kept: dict[str, float], across: Array | None
 ) -> tuple[Array, Array]:
-    """The linear equations of a step (E, 18 K + 4), and what is missing (E,), in units of departures: 18 K that the
-    segments meet, one for each quantity held, and that the start moves neither along the orbit nor by symmetries.
+    """Return the linear equations of a step (E, 18 K + 4) and their residuals (E,), in units of tangent vectors. The
+    equations are 18 K that the segments meet, one for each quantity held, and those that keep the start from moving
+    along the orbit or by symmetries.
 
-    Unknown are the departures of all points, the logarithm of the period, the angle, and the bodies' own turns.
+    The unknowns are the tangent vectors of all points, the logarithm of the period, the angle, and the bodies' own
+    turns.
     """
     pair, count, units = shooting.pair, len(ends), shooting.units()
     matrix = np.zeros((18 * count + len(held), 18 * count + 4))
@@ -185,7 +189,7 @@ def _equations(
 
 
 def _stepped(shooting: Shooting, step: Array, count: int) -> tuple[Shooting, Ends]:
-    """The orbit after a step, of which less is taken where the bodies would overlap."""
+    """Return the orbit after a step, which is shortened where the bodies would overlap."""
     units = shooting.units()
     for _ in range(6):
         points = [p.moved(step[18 * k : 18 * k + 18] * units) for k, p in enumerate(shooting.points)]

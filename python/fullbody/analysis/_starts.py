@@ -1,4 +1,4 @@
-"""Where to begin: bodies with their principal axes along the line between them and along the angular momentum."""
+"""Initial guesses: bodies with principal axes along the line between them and along the angular momentum."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from ._pair import Array, Pair, Pose
 
 __all__ = ["Axes", "aligned", "alignments", "contact", "long_axes", "rotation_at", "scan"]
 
-#: The body axes (0, 1 or 2) of both bodies along the line and along the angular momentum.
+#: For both bodies, the body axes (0, 1 or 2) along the line and along the angular momentum.
 Axes: TypeAlias = tuple[tuple[int, int], tuple[int, int]]
 
-#: Ratio of neighbouring separations that are looked at, and of the farthest one to that of contact.
+#: The ratio of neighbouring separations of a scan, and the ratio of the largest separation to that of contact.
 _RATIO, _FARTHEST = 1.12, 100.0
 
 
 @cache
 def _attitude(line: int, pole: int) -> Array:
-    """The quaternion that puts a body axis along x and another one along z."""
+    """Return the quaternion that puts one body axis along x and another one along z."""
     matrix = np.zeros((3, 3))
     matrix[0, line] = matrix[2, pole] = 1.0
     matrix[1] = np.cross(matrix[2], matrix[0])
@@ -35,19 +35,19 @@ def _attitude(line: int, pole: int) -> Array:
 
 
 def aligned(axes: Axes, distance: float) -> Pose:
-    """The pose with these axes along x, the line, and z."""
+    """Return the pose with the given body axes along x, which is the line between the bodies, and along z."""
     return Pose(np.array([distance, 0.0, 0.0]), np.array([_attitude(*pair) for pair in axes]))
 
 
 def long_axes(pair: Pair) -> Axes:
-    """The axes of least inertia along the line and those of greatest inertia along the angular momentum."""
+    """Return the axes of least inertia for the line and those of greatest inertia for the angular momentum."""
     orders = [np.argsort(moments, kind="stable") for moments in pair.inertia]
     (a, b) = ((int(order[0]), int(order[2])) for order in orders)
     return a, b
 
 
 def alignments(pair: Pair) -> Iterator[Axes]:
-    """All alignments of principal axes that are not the same by the symmetries of ellipsoids."""
+    """Yield all alignments of principal axes that differ by more than the symmetries of ellipsoids."""
     choices = []
     for k in range(2):
         moments = pair.inertia[k]
@@ -65,18 +65,18 @@ def alignments(pair: Pair) -> Iterator[Axes]:
 
 
 def rotation_at(problem: Problem, pose: Pose) -> Rotation | None:
-    """The rotation whose rate balances the force along the line; none where that pushes."""
+    """Return the rotation whose rate balances the force along the line, or ``None`` where that force repels."""
     loads, _ = problem.pair.loads(pose)
     inward = -float(loads[:3] @ pose.r) / (problem.pair.mass * float(pose.r[:2] @ pose.r[:2]))
     return problem.rotation(pose, np.sqrt(inward)) if inward > 0.0 else None
 
 
 def contact(pair: Pair, axes: Axes) -> float:
-    """The least separation at which bodies of an alignment do not overlap; zero for points."""
+    """Return the least separation at which bodies of an alignment do not overlap; zero for points."""
     low, high = 0.0, sum(pair.reach)
     if high == 0.0:
         return 0.0
-    # Contact does not depend on the gravity, which is not needed here.
+    # Contact does not depend on gravity, so the test bodies have none.
     core = pair.system.with_options(gravity="point")._core
     while high - low > 4e-16 * high:
         middle = (low + high) / 2
@@ -93,14 +93,14 @@ def contact(pair: Pair, axes: Axes) -> float:
 
 @dataclass(frozen=True)
 class Scan:
-    """An alignment at many separations (K,): the angular momentum of uniform rotation at each."""
+    """One alignment at many separations (K,), with the angular momentum of uniform rotation at each."""
 
     axes: Axes
     separation: Array
     angular_momentum: Array
 
     def crossings(self, value: float) -> Array:
-        """Separations near which the angular momentum has a value, the nearest first."""
+        """Return separations near which the angular momentum has a value, the nearest first."""
         above = self.angular_momentum >= value
         places = np.flatnonzero(above[1:] != above[:-1])
         d, j = self.separation, self.angular_momentum
@@ -109,11 +109,11 @@ class Scan:
 
 
 def scan(problem: Problem, axes: Axes, touching: float, until: float) -> Scan:
-    """Separations from contact outwards, until the angular momentum is above a value and grows."""
+    """Scan separations from contact outwards until the angular momentum exceeds a value and grows."""
     pair = problem.pair
     distance = max(touching, 1e-3 * sum(pair.reach))
     if distance == 0.0:
-        # Points: J^2 = m^2 G M d.
+        # For points J^2 = m^2 G M d.
         distance = 1e-2 * until**2 / (pair.mass * pair.strength)
     farthest = _FARTHEST * max(distance, until**2 / (pair.mass * pair.strength))
     found: list[tuple[float, float]] = []
@@ -127,7 +127,7 @@ def scan(problem: Problem, axes: Axes, touching: float, until: float) -> Scan:
         look(distance)
         distance *= _RATIO if found else 1.01
     for (a, j), (b, k), (c, m) in zip(found, found[1:], found[2:], strict=False):
-        # Near its least value a parabola tells whether the angular momentum falls below the value between two looks.
+        # Near its minimum a parabola tells whether the angular momentum falls below the value between two separations.
         if k < min(j, m):
             slopes = (k - j) / (b - a), (m - k) / (c - b)
             look((a + b) / 2 - slopes[0] * (c - a) / (2 * (slopes[1] - slopes[0])))

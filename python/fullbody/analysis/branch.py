@@ -22,22 +22,22 @@ from .equilibrium import RelativeEquilibrium
 
 __all__ = ["Branch", "Fold", "branch"]
 
-#: Steps along the branch in the units of :meth:`Problem.scales`: the first, the longest and the shortest.
+#: Step lengths along the branch in the units of :meth:`Problem.scales`: the first, the longest and the shortest.
 _FIRST, _LONGEST, _SHORTEST = 0.01, 0.05, 1e-7
-#: What folds: quantities that have an extreme somewhere along a branch.
+#: Quantities that may fold, which means that they have an extreme along a branch.
 _FOLDING: tuple[Literal["separation", "angular_momentum"], ...] = ("separation", "angular_momentum")
 
 
 @dataclass(frozen=True)
 class Fold:
-    """Where a branch turns back in a quantity.
+    """A fold: a point of a branch at which a quantity turns back.
 
     Attributes
     ----------
     quantity : str
         ``"separation"`` or ``"angular_momentum"``.
     equilibrium : RelativeEquilibrium
-        Where it has its extreme.
+        The equilibrium at which the quantity has its extreme.
     """
 
     quantity: str
@@ -49,17 +49,18 @@ class Fold:
 
 
 class Branch(Tabled):
-    """A family of relative equilibria, made by :func:`branch`; ``branch[k]`` is one of them.
+    """A family of relative equilibria, made by :func:`branch`; ``branch[k]`` is its k-th equilibrium.
 
     Attributes
     ----------
     equilibria : tuple of RelativeEquilibrium
-        K of them, in the order of the branch.
+        The K equilibria in the order of the branch.
     folds : tuple of Fold
-        Where separation or angular momentum have extremes, in the order of the branch.
+        The extremes of separation or angular momentum, in the order of the branch.
     end : str
-        Why the branch ends: ``"reached"``; ``"contact"``, where the bodies would overlap; ``"steps"``, after the number
-        of steps that were allowed; ``"lost"``, where Newton's method found no further equilibrium however near.
+        Why the branch ends: ``"reached"`` at the value of ``until``; ``"contact"``, where the bodies would overlap;
+        ``"steps"``, after the number of steps that were allowed; ``"lost"``, where Newton's method found no further
+        equilibrium however short the step.
     """
 
     def __init__(self, equilibria: list[RelativeEquilibrium], folds: list[Fold], end: str) -> None:
@@ -74,13 +75,13 @@ class Branch(Tabled):
 
     @cached_property
     def separation(self) -> Floats:
-        """Distances of the centres (K,)."""
+        """Distances (K,) between the centres."""
         found: Floats = self._column("separation", "length")
         return found
 
     @cached_property
     def rate(self) -> Floats:
-        """Rates of turning (K,)."""
+        """Rates (K,) at which the pair turns."""
         found: Floats = self._column("rate", "spin")
         return found
 
@@ -98,19 +99,19 @@ class Branch(Tabled):
 
     @cached_property
     def frequency(self) -> Floats:
-        """Frequencies of the modes (K, M), ascending at each equilibrium; zero of modes that grow without swinging."""
+        """Frequencies (K, M) of the modes, ascending; zero for modes that grow without oscillating."""
         plain = [np.asarray(getattr(f, "value", f)) for f in (one.modes.frequency for one in self.equilibria)]
         found: Floats = self.equilibria[0].system._units.attach(np.array(plain), "spin")
         return found
 
     @cached_property
     def linearly_stable(self) -> npt.NDArray[np.bool_]:
-        """Whether no mode grows (K,)."""
+        """Whether each equilibrium (K,) is linearly stable: no mode grows."""
         return np.array([one.linearly_stable for one in self.equilibria])
 
     @cached_property
     def energetically_stable(self) -> npt.NDArray[np.bool_]:
-        """Whether the energy has a minimum (K,)."""
+        """Whether each equilibrium (K,) is energetically stable: the energy has a minimum there."""
         return np.array([one.energetically_stable for one in self.equilibria])
 
     def plot(
@@ -121,7 +122,7 @@ class Branch(Tabled):
         y: Literal["separation", "angular_momentum", "rate", "energy", "frequency"] = "angular_momentum",
         **kwargs: Any,
     ) -> Any:
-        """Draw one quantity over another, stable parts as full lines, with the folds.
+        """Draw one quantity against another, with stable parts as full lines and the folds marked.
 
         Parameters
         ----------
@@ -129,7 +130,7 @@ class Branch(Tabled):
         x, y : str
             Names of attributes; ``y="frequency"`` draws all modes.
         **kwargs
-            For ``Axes.plot``.
+            Passed to ``Axes.plot``.
 
         Returns
         -------
@@ -171,13 +172,13 @@ def branch(
     Parameters
     ----------
     equilibrium : RelativeEquilibrium
-        Where to begin; spins of bodies that are not locked are kept.
+        The equilibrium to begin with; the spins of bodies that are not locked are kept.
     over : {"separation", "angular_momentum"}
-        The quantity that ``until`` is a value of. The branch sets out towards it; behind a fold it may come back
+        The quantity whose final value is ``until``. The branch sets out towards it; behind a fold it may come back
         without having reached it.
     until : float or Quantity
     steps : int
-        At most so many.
+        The largest number of steps.
 
     Returns
     -------
@@ -185,8 +186,9 @@ def branch(
 
     Notes
     -----
-    Pseudo-arclength continuation (Keller 1977): a step along the tangent of the family, and Newton's method in the
-    space across it, which is regular at folds. Folds are the roots of the tangent's component by scipy's ``brentq``.
+    The method is pseudo-arclength continuation (Keller 1977): a step along the tangent of the family, and Newton's
+    method in the space across it, which is regular at folds. Folds are the roots of the tangent's component, found by
+    scipy's ``brentq``.
 
     Examples
     --------
@@ -243,18 +245,18 @@ def branch(
 
 
 def _tangent(problem: Problem, rotation: Rotation) -> Array:
-    """The direction (10,) of length one in which the equilibria go on, in the units of :meth:`Problem.scales`."""
+    """Return the unit vector (10,) along which the equilibria continue, in the units of :meth:`Problem.scales`."""
     found: Array = np.linalg.svd(problem.equations(rotation)[0])[2][-1]
     return found
 
 
 def _slope(problem: Problem, rotation: Rotation, tangent: Array, quantity: Any) -> float:
-    """How fast a quantity changes along a direction."""
+    """Return the derivative of a quantity along a direction."""
     return float(problem.quantity_slope(quantity, rotation) @ (tangent * problem.scales(rotation)[1]))
 
 
 def _fold(problem: Problem, rotation: Rotation, tangent: Array, length: float, quantity: Any) -> Rotation:
-    """The extreme of a quantity within a step."""
+    """Find the extreme of a quantity within a step."""
     with need("analysis", "a branch of equilibria"):
         from scipy.optimize import brentq
 

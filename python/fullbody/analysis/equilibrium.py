@@ -1,4 +1,4 @@
-"""Relative equilibria of a pair: motions that look still from a frame that turns uniformly."""
+"""Relative equilibria of a pair: motions at rest in a frame that turns uniformly."""
 
 from __future__ import annotations
 
@@ -12,11 +12,10 @@ from ..base import rotations
 from ..base.arguments import integer, named_options
 from ..base.tables import Table, Tabled, number
 from ..errors import InvalidInput, NotConverged
-from ..model.bodies import Body
 from ..model.composite import Composite, Part
 from ..model.shapes import Ellipsoid, Sphere
 from ..model.state import State
-from ..model.system import BaseSystem
+from ..motion.system import System
 from ..typing import Scalar
 from ._linear import Rotation
 from ._newton import Condition, Kind, Problem, converged
@@ -26,54 +25,55 @@ from .modes import Modes, departed, modes_of
 
 __all__ = ["RelativeEquilibrium", "averaged", "relative_equilibrium"]
 
-#: Curvatures below this are those of directions in which nothing changes.
+#: Curvatures below this belong to directions in which the system does not change.
 _FLAT = 1e-10
 
 
 class RelativeEquilibrium(Tabled):
     """Two bodies that turn as one about their barycentre, made by :func:`relative_equilibrium` and others.
 
-    Bodies that are not locked spin at a steady rate about their axis of symmetry beside that.
+    Bodies that are not locked have, in addition, a steady spin about their axis of symmetry.
 
     Attributes
     ----------
     system : System
     state : State
-        Barycentre at rest in the origin, the angular momentum along z, the second body above the x-axis from the first.
+        The state with the barycentre at rest in the origin, the angular momentum along z, and the second body in the
+        half plane of the positive x-axis as seen from the first.
     """
 
     def __init__(self, problem: Problem, rotation: Rotation) -> None:
-        # The frame's x-axis goes through the projection of the separation.
+        # The frame's x-axis runs through the projection of the separation.
         angle = -np.arctan2(rotation.pose.r[1], rotation.pose.r[0])
         turn = rotations.turn(2, angle)
         attitude = np.array([rotations.product(turn, q) for q in rotation.pose.attitude])
         r = np.array([np.hypot(*rotation.pose.r[:2]), 0.0, rotation.pose.r[2]])
         self._problem = problem
         self._rotation = problem.rotation(Pose(r, attitude), rotation.rate)
-        self.system: BaseSystem = problem.pair.system
+        self.system: System = problem.pair.system
         self.state: State = departed(self._rotation, np.zeros(18))
 
     @property
     def separation(self) -> Scalar:
-        """Distance of the centres."""
+        """Distance between the centres."""
         found: Scalar = self.system._units.attach(self._rotation.pose.distance, "length")
         return found
 
     @property
     def rate(self) -> Scalar:
-        """Rate Omega at which the pair turns."""
+        """Rate Omega at which the pair turns, in radians per unit of time."""
         found: Scalar = self.system._units.attach(self._rotation.rate, "spin")
         return found
 
     @property
     def period(self) -> Scalar:
-        """2 pi by the rate."""
+        """Period of the rotation, 2 pi divided by the rate."""
         found: Scalar = self.system._units.attach(2 * np.pi / self._rotation.rate, "time")
         return found
 
     @cached_property
     def angular_momentum(self) -> Scalar:
-        """Total angular momentum about the barycentre, along z."""
+        """Total angular momentum about the barycentre, which is along z."""
         found: Scalar = self.system._units.attach(float(self._rotation.angular_momentum[2]), "angular momentum")
         return found
 
@@ -85,23 +85,23 @@ class RelativeEquilibrium(Tabled):
 
     @property
     def locked(self) -> tuple[str, ...]:
-        """Names of the bodies that always show the other one the same face."""
+        """Names of the locked bodies, which always show the other body the same face."""
         return tuple(name for k, name in enumerate(self.system.names) if k not in self._problem.spin)
 
     @cached_property
     def residual(self) -> float:
-        """What is missing to balance, the largest part: of the forces by G m m / r^2, of the torques by G m m / r."""
+        """The largest residual of the balance: forces relative to G m m / r^2, torques relative to G m m / r."""
         rows, _ = self._problem.scales(self._rotation)
         return float(np.abs(self._problem.residual(self._rotation) / rows).max())
 
     @cached_property
     def modes(self) -> Modes:
-        """Normal modes."""
+        """Normal modes of small motions about the equilibrium."""
         return modes_of(self._rotation)
 
     @property
     def linearly_stable(self) -> bool:
-        """Whether no mode grows."""
+        """Whether the equilibrium is linearly stable: no mode grows."""
         growth = self.modes.growth
         return not np.any(np.asarray(getattr(growth, "value", growth)) > 0.0)
 
@@ -117,9 +117,9 @@ class RelativeEquilibrium(Tabled):
 
     @property
     def energetically_stable(self) -> bool:
-        """Whether the energy has a minimum here among all states of this angular momentum: no curvature is below zero.
+        """Whether the energy has a minimum here among all states of this angular momentum: all curvatures are positive.
 
-        Then neither other conservative motions nor a slow loss of energy in locked bodies carry the pair away; bodies
+        If so, neither other conservative motions nor a slow loss of energy in locked bodies carry the pair away; bodies
         that are not locked keep their angular momentum about their axes.
         """
         return bool(np.all(np.asarray(self.curvatures) > _FLAT))
@@ -155,7 +155,7 @@ class RelativeEquilibrium(Tabled):
 
 @named_options
 def relative_equilibrium(
-    system: BaseSystem,
+    system: System,
     *,
     separation: Any = None,
     angular_momentum: Any = None,
@@ -169,37 +169,38 @@ def relative_equilibrium(
     Parameters
     ----------
     system : System
-        Two bodies, without forces from outside.
+        Two bodies without external forces.
     separation, angular_momentum, rate : float or Quantity
-        One of the three, which the equilibrium is to have: the distance of the centres, the total angular momentum, or
-        the rate at which the pair turns.
+        The value that the equilibrium has to have; exactly one of the three is given: the distance between the centres,
+        the total angular momentum, or the rate at which the pair turns.
     spin : dict, optional
-        By the names of bodies that are not locked their spins about their axes of symmetry; the others are locked. A
-        body that is not locked needs such an axis: a sphere, a spheroid, or one that :func:`averaged` gave.
+        Spins of bodies about their axes of symmetry, by the names of the bodies that are not locked; all others are
+        locked. A body that is not locked needs such an axis: a sphere, a spheroid, or one that :func:`averaged` gave.
     axes : dict, optional
-        By the names of bodies which of their axes to begin with along the line between the bodies and along the angular
-        momentum, such as ``{"Beta": "yz"}``. Unless given these are the axes of least and of greatest inertia.
+        The initial axes of bodies by their names: first the body axis along the line between the bodies, then the one
+        along the angular momentum, such as ``{"Beta": "yz"}``. By default these are the axes of least and of greatest
+        inertia.
     start : State, optional
-        Begin with the poses of this state instead, the angular momentum of which becomes the z-axis.
+        A state whose poses are the initial guess instead; its angular momentum becomes the z-axis.
 
     Returns
     -------
     RelativeEquilibrium
-        Of an angular momentum that two separations have, the one with the larger separation, unless a start near the
-        other one is given.
+        The equilibrium found. If two separations have the angular momentum, it is the one with the larger separation,
+        unless a start near the other one is given.
 
     Raises
     ------
     InvalidInput
     NotConverged
-        Where no equilibrium is found, and at folds, where Newton's step is nearly singular.
+        If no equilibrium is found, and at folds, where Newton's step is nearly singular.
     BodiesOverlap
-        Where the bodies would overlap.
+        If the bodies would overlap.
 
     Notes
     -----
-    With m the reduced mass, Omega along z and pi_k = I_k omega_k it solves F = m Omega x (Omega x r) and
-    M_k = Omega_k x pi_k for the separation, both attitudes and the rate; Omega_k is Omega in the frame of a body.
+    With m the reduced mass, Omega along z and pi_k = I_k omega_k the method solves F = m Omega x (Omega x r) and M_k =
+    Omega_k x pi_k for the separation, both attitudes and the rate; Omega_k is Omega in the frame of a body.
 
     Examples
     --------
@@ -217,18 +218,18 @@ def relative_equilibrium(
     if start is not None:
         pose = pose_of(pair, start, "start")[0]
     else:
-        # The true separation is found below.
+        # This separation is a placeholder; the first guess for it is computed below.
         pose = aligned(given, 2.0 * max(contact(pair, given), 1e-3))
     problem = _problem(pair, pose, spin)
     if start is None:
         pose = aligned(given, _distance(problem, given, condition))
-    # Where gravity does not pull along the line, Kepler's rate is a beginning.
+    # Kepler's rate is the first guess where gravity repels along the line.
     kepler = np.sqrt(pair.strength / (pair.mass * pose.distance**3))
     guess = rotation_at(problem, pose) or problem.rotation(pose, kepler)
     return RelativeEquilibrium(problem, converged(problem, guess, condition))
 
 
-def _condition(system: BaseSystem, separation: Any, angular_momentum: Any, rate: Any) -> Condition:
+def _condition(system: System, separation: Any, angular_momentum: Any, rate: Any) -> Condition:
     values = {"separation": separation, "angular_momentum": angular_momentum, "rate": rate}
     given = {name: value for name, value in values.items() if value is not None}
     if len(given) != 1:
@@ -244,7 +245,7 @@ def _condition(system: BaseSystem, separation: Any, angular_momentum: Any, rate:
 
 
 def _axes(pair: Pair, axes: Mapping[str, Any] | None) -> Axes:
-    """Axes along the line and the pole, from words such as "xz"."""
+    """Parse the axes along the line and the pole from words such as "xz"."""
     found = list(long_axes(pair))
     for name, word in (axes or {}).items():
         body = pair.system._place(name, "a body of axes")
@@ -257,7 +258,7 @@ def _axes(pair: Pair, axes: Mapping[str, Any] | None) -> Axes:
 
 
 def _problem(pair: Pair, pose: Pose, spin: Mapping[str, Any] | None) -> Problem:
-    """The problem of a pair with the bodies that are not locked."""
+    """Return the equations of a pair with the given spins of the bodies that are not locked."""
     axes = (pair.axis(0, pose), pair.axis(1, pose))
     if spin is not None and not isinstance(spin, Mapping):
         raise InvalidInput(f"spin is {spin!r}; expected spins by names of bodies, such as {{'Alpha': 2.3}}")
@@ -275,7 +276,7 @@ def _problem(pair: Pair, pose: Pose, spin: Mapping[str, Any] | None) -> Problem:
 
 
 def _distance(problem: Problem, axes: Axes, condition: Condition) -> float:
-    """A separation to begin with."""
+    """Return the first guess for the separation."""
     pair = problem.pair
     if condition.kind == "separation":
         return condition.value
@@ -296,7 +297,7 @@ def _distance(problem: Problem, axes: Axes, condition: Condition) -> float:
 
 
 def pose_of(pair: Pair, state: State, what: str) -> tuple[Pose, Array]:
-    """The pose of a state in axes with z along the angular momentum, and the matrix that turns vectors into them."""
+    """Return a state's pose in axes with z along the angular momentum, and the matrix that turns vectors into them."""
     core = pair.system._strip(state)
     if len(core.position) != 2:
         raise InvalidInput(f"{what} has {len(core.position)} bodies; expected two")
@@ -317,20 +318,20 @@ def pose_of(pair: Pair, state: State, what: str) -> tuple[Pose, Array]:
 
 
 @named_options
-def averaged(system: BaseSystem, body: int | str, *, copies: int = 12) -> BaseSystem:
-    """The system with a body replaced by its mean over all turns about its z-axis.
+def averaged(system: System, body: int | str, *, copies: int = 12) -> System:
+    """Replace a body of a system by its mean over all turns about its z-axis.
 
-    A primary that is not round and spins fast is to its locked companion nearly what its mean is, which has an axis of
-    symmetry: with the mean there are relative equilibria. The mean is a composite of copies at equal angles, exact to
-    the degree 2 copies - 1 of the series of its gravity.
+    The gravity of a fast primary that is not round acts on its locked companion almost as this mean does. The mean has
+    an axis of symmetry, so that relative equilibria exist. It is a composite of copies at equal angles, exact to the
+    degree 2 copies - 1 of the series of its gravity.
 
     Parameters
     ----------
     system : System
     body : int or str
-        A body that is an ellipsoid; its z-axis is the one it spins about.
+        A body that is an ellipsoid and spins about its z-axis.
     copies : int
-        How many, 2 or more.
+        The number of copies, 2 or more.
 
     Returns
     -------
@@ -343,7 +344,7 @@ def averaged(system: BaseSystem, body: int | str, *, copies: int = 12) -> BaseSy
     >>> len(fullbody.analysis.averaged(system, "Alpha")["Alpha"].shape.parts)
     12
     """
-    if not isinstance(system, BaseSystem):
+    if not isinstance(system, System):
         raise InvalidInput(f"system is {system!r}; expected a System")
     index = system._place(body, "body")
     old = system.bodies[index]
@@ -357,7 +358,4 @@ def averaged(system: BaseSystem, body: int | str, *, copies: int = 12) -> BaseSy
     parts = [
         Part(old.shape, mass=old.mass / count, attitude=rotations.turn(2, np.pi * k / count)) for k in range(count)
     ]
-    bodies = list(system.bodies)
-    bodies[index] = Body(Composite(parts), name=old.name)
-    options = {**system.options, "forces": system.forces}
-    return type(system)(bodies, system.G, units=system.units, **options)
+    return system.with_body(index, Composite(parts))

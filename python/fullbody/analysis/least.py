@@ -1,4 +1,4 @@
-"""All relative equilibria of an angular momentum, and the one of least energy."""
+"""All relative equilibria of a given angular momentum, and the state of least energy."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..base.arguments import named_options
 from ..base.tables import Table, Tabled, head, number
 from ..errors import BodiesOverlap, InvalidInput, NotConverged
 from ..model.state import State
-from ..model.system import BaseSystem
+from ..motion.system import System
 from ..typing import Scalar
 from ._newton import Condition, Problem, converged
 from ._pair import Pair
@@ -20,12 +20,12 @@ from .equilibrium import RelativeEquilibrium
 
 __all__ = ["Equilibria", "Touching", "equilibria"]
 
-#: Energies and separations that differ by less, relative to their size, are the same.
+#: Energies and separations whose relative difference is less than this are equal.
 _SAME = 1e-12
 
 
 class Touching(Tabled):
-    """Two bodies at rest upon each other that turn as one.
+    """Two bodies at rest upon each other that turn together.
 
     Attributes
     ----------
@@ -39,32 +39,32 @@ class Touching(Tabled):
         inertia = pair.mass * pose.distance**2 + sum(pair.inertia[k][poles[k]] for k in range(2))
         rate = angular_momentum / inertia
         rotation = Problem(pair, (None, None), {}).rotation(pose, rate)
-        self.system: BaseSystem = pair.system
+        self.system: System = pair.system
         self.state: State = pair.system._state(pair.state(pose, rotation.velocity, rotation.spins))
         self._numbers = {"separation": pose.distance, "rate": rate, "energy": rotation.energy}
         self._pressure = pair.mass * rate**2 * pose.distance + float(pair.loads(pose)[0][0])
 
     @property
     def separation(self) -> Scalar:
-        """Distance of the centres."""
+        """Distance between the centres."""
         found: Scalar = self.system._units.attach(self._numbers["separation"], "length")
         return found
 
     @property
     def rate(self) -> Scalar:
-        """Rate at which the pair turns."""
+        """Rate at which the pair turns, in radians per unit of time."""
         found: Scalar = self.system._units.attach(self._numbers["rate"], "spin")
         return found
 
     @property
     def energy(self) -> Scalar:
-        """Total energy."""
+        """Total energy with the barycentre at rest."""
         found: Scalar = self.system._units.attach(self._numbers["energy"], "energy")
         return found
 
     @property
     def rests(self) -> bool:
-        """Whether gravity presses the bodies together more than the rotation pulls them apart."""
+        """Whether the bodies stay in contact: gravity exceeds what is needed to keep them on their circular paths."""
         return bool(self._pressure < 0.0)
 
     def _tables(self) -> tuple[Table, ...]:
@@ -77,17 +77,17 @@ class Touching(Tabled):
 
 
 class Equilibria(Tabled):
-    """What :func:`equilibria` finds.
+    """The equilibria of one angular momentum, found by :func:`equilibria`.
 
     Attributes
     ----------
     angular_momentum : float or Quantity
     apart : tuple of RelativeEquilibrium
-        In ascending order of energy.
+        Equilibria without contact, in ascending order of energy.
     touching : tuple of Touching
         Bodies at rest upon each other along principal axes, in ascending order of energy.
     missed : tuple of str
-        Why alignments that the search came by led to no equilibrium; none for ellipsoids, but at folds.
+        Messages about alignments from which the search reached no equilibrium; for ellipsoids they occur only at folds.
     """
 
     def __init__(
@@ -133,15 +133,15 @@ def _energy(one: RelativeEquilibrium | Touching) -> float:
 
 
 @named_options
-def equilibria(system: BaseSystem, angular_momentum: Any) -> Equilibria:
-    """All relative equilibria of a pair with a given angular momentum, both bodies locked, and the least of energy.
+def equilibria(system: System, angular_momentum: Any) -> Equilibria:
+    """Find all relative equilibria with a given angular momentum and both bodies locked, and the one of least energy.
 
     Parameters
     ----------
     system : System
-        Two bodies, without forces from outside.
+        Two bodies without external forces.
     angular_momentum : float or Quantity
-        Total, about the barycentre.
+        Total angular momentum about the barycentre.
 
     Returns
     -------
@@ -193,7 +193,7 @@ def equilibria(system: BaseSystem, angular_momentum: Any) -> Equilibria:
 
 
 def _same(one: RelativeEquilibrium, other: RelativeEquilibrium) -> bool:
-    """Whether two equilibria are one."""
+    """Return whether two equilibria are the same."""
     first, second = (
         np.array([float(getattr(value, "value", value)) for value in (e.separation, e.energy)]) for e in (one, other)
     )

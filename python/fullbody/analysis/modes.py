@@ -13,7 +13,7 @@ from ..base.tables import Table, Tabled, head, number
 from ..base.units import numbers, scalar
 from ..errors import InvalidInput
 from ..model.state import State
-from ..model.system import BaseSystem
+from ..motion.system import System
 from ..typing import Array as Floats
 from ..typing import Scalar
 from ._linear import Rotation
@@ -22,42 +22,41 @@ from ._pair import Array
 __all__ = ["Modes", "departed", "modes_of"]
 
 _Complex = npt.NDArray[np.complex128]
-#: Growth of a mode, relative to the rate of the fastest one, that rounding of nearly equal eigenvalues may leave.
+#: Growth of a mode, relative to the fastest rate, that may be rounding of nearly equal eigenvalues.
 STEADY = 1e-7
 
 
 @named_options
 @dataclass(frozen=True, eq=False, repr=False)
 class Modes(Tabled):
-    """Normal modes: all motions near a relative equilibrium are sums of them.
+    """Normal modes: small motions near a relative equilibrium are sums of them.
 
-    Departures go as Re(shape exp((growth + i frequency) t)). They are the modes that are left without symmetries: of
-    two bodies without axes of symmetry seven.
+    Each mode changes in time as Re(shape exp((growth + i frequency) t)). Modes of symmetries are left out, so that two
+    bodies without axes of symmetry have seven.
 
     Attributes
     ----------
     system : System
     rate : float or Quantity
-        At which the equilibrium turns.
+        Rate at which the equilibrium turns.
     frequency : ndarray or Quantity, (M,)
-        Angular, ascending; zero where a mode grows without swinging.
+        Angular frequencies, ascending; zero for a mode that grows without oscillating.
     growth : ndarray or Quantity, (M,)
-        Rates of growth. A mode of frequency zero that grows stands for its twin, which decays, as well; of two modes
-        of one frequency one grows and one decays.
+        Rates of growth. A mode of frequency zero that grows also stands for its counterpart, which decays; of two modes
+        with the same frequency, one grows and the other decays.
     position : ndarray of complex, (M, 3)
-        Departures of the separation in units of it: x away from each other, z along the angular momentum, y zero, for
-        the frame follows the line of the bodies.
+        Changes of the separation relative to its length: x along the line away from each other, z along the angular
+        momentum. The y component is zero since the frame follows the line of the bodies.
     rotation : ndarray of complex, (M, 2, 3)
-        Rotation vectors of the bodies in their own frames, radians. The largest part of a mode's position and rotation
-        is 1.
+        Rotation vectors of the bodies in their own frames, radians. The largest component of a mode's position and
+        rotation is 1.
     energy_sign : ndarray of int, (M,)
-        The sign of the energy that a mode adds to the equilibrium at the same momenta; zero for one that grows or
-        decays.
+        The sign of the energy that a mode adds to the equilibrium at fixed momenta; zero for one that grows or decays.
     in_plane : ndarray of bool, (M,)
-        Whether a mode stays in the plane of the orbit, with all turns about its normal.
+        Whether a mode stays in the plane of the orbit, with all turns about the plane's normal.
     """
 
-    system: BaseSystem
+    system: System
     rate: Scalar
     frequency: Floats
     growth: Floats
@@ -70,23 +69,23 @@ class Modes(Tabled):
 
     @property
     def period(self) -> Floats:
-        """2 pi by the frequency, (M,); infinite where that is zero."""
+        """Periods (M,) of the modes, 2 pi divided by the frequency; infinite where the frequency is zero."""
         with np.errstate(divide="ignore"):
             plain = 2 * np.pi / np.asarray(getattr(self.frequency, "value", self.frequency))
         found: Floats = self.system._units.attach(plain, "time")
         return found
 
     def excited(self, mode: int, amplitude: float, phase: float = 0.0) -> State:
-        """The state of the equilibrium with one mode added, to first order.
+        """Return the state of the equilibrium with one mode added, to first order.
 
         Parameters
         ----------
         mode : int
-            Its place.
+            Index of the mode.
         amplitude : float
-            The size of the largest part of its position and rotation: of the separation in units of it, or radians.
+            The size of the largest component of its position and rotation: relative to the separation, or in radians.
         phase : float
-            Of the mode, radians.
+            Phase of the mode, radians.
 
         Returns
         -------
@@ -110,13 +109,13 @@ class Modes(Tabled):
             raise InvalidInput(f"amplitude and phase are {amplitude!r} and {phase!r}; expected finite numbers")
         return departed(self._rotation, np.real(sizes[0] * np.exp(1j * sizes[1]) * self._departures[:, place]))
 
-    def plot(self, axes: Any = None) -> Any:
-        """Draw the modes: how far the separation and the bodies swing in each, a panel each.
+    def plot(self, axes: Any = None) -> npt.NDArray[np.object_]:
+        """Draw in one panel for each mode how far the separation and the bodies oscillate.
 
         Parameters
         ----------
         axes : array of matplotlib axes, optional
-            As many as modes.
+            As many axes as there are modes.
 
         Returns
         -------
@@ -124,7 +123,7 @@ class Modes(Tabled):
         """
         from .pictures import modes
 
-        return modes(self, axes)
+        return np.asarray(modes(self, axes), dtype=object)
 
     def __len__(self) -> int:
         return len(self.in_plane)
@@ -142,7 +141,7 @@ class Modes(Tabled):
         return (Table("Modes", header, list(rows)),)
 
     def _part(self, mode: int) -> str:
-        """The largest part of a mode in words."""
+        """Describe the largest component of a mode in words."""
         names = self.system.names
         words = ["distance", "longitude", "latitude"]
         words += [f"turn of {name} about {axis}" for name in names for axis in "xyz"]
@@ -156,7 +155,7 @@ class Modes(Tabled):
 
 
 def departed(rotation: Rotation, departure: Array) -> State:
-    """The state of a uniform rotation at a departure (18,)."""
+    """Return the state of a uniform rotation displaced by a tangent vector (18,)."""
     pair = rotation.pair
     velocity = rotation.velocity + departure[9:12] / pair.mass
     spins = rotation.spins.copy()
@@ -167,7 +166,7 @@ def departed(rotation: Rotation, departure: Array) -> State:
 
 
 def modes_of(rotation: Rotation) -> Modes:
-    """The modes of a uniform rotation."""
+    """Compute the modes of a uniform rotation."""
     basis, rates, energy = rotation.reduced()
     values, vectors = np.linalg.eig(rates)
     steady = STEADY * np.abs(values).max(initial=0.0)
@@ -176,7 +175,7 @@ def modes_of(rotation: Rotation) -> Modes:
     values = np.where(np.abs(values) <= steady, 0.0, values)
     kept = _of_pairs(values)
     whole = (basis @ vectors)[:, kept]
-    # Turned as a whole so that the line of the bodies keeps its longitude.
+    # The mode is turned as a whole so that the line of the bodies keeps its longitude.
     turn = rotation.generators()[:, :1]
     whole = whole - turn * (whole[1] / turn[1])
     parts = whole[:9] / np.repeat([rotation.pose.distance, 1.0], [3, 6])[:, np.newaxis]
@@ -206,7 +205,7 @@ def modes_of(rotation: Rotation) -> Modes:
 
 
 def _of_pairs(values: _Complex) -> list[int]:
-    """Places of the eigenvalues that stand for their pairs: what swings forward, else what grows, and half of zeros."""
+    """Return indices of one eigenvalue of each pair: positive frequencies, else growing ones, and half of the zeros."""
     still = np.flatnonzero(values == 0.0)
     leading = (values.imag > 0.0) | ((values.imag == 0.0) & (values.real > 0.0))
     kept = [*still[: len(still) // 2], *np.flatnonzero(leading)]

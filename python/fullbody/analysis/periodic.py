@@ -1,4 +1,4 @@
-"""Periodic motions of a pair, apart from a turn of the whole."""
+"""Periodic motions of a pair, up to a turn of the whole pair."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..base.tables import Table, Tabled, number
 from ..base.units import numbers, scalar
 from ..errors import FullbodyError, InvalidInput
 from ..model.state import State
-from ..motion.simulation import System
+from ..motion.system import System
 from ..typing import Scalar
 from ._flow import SPINS, TURNS, Point, generators, momentum_rows
 from ._linear import complement, even, kernel
@@ -24,25 +24,25 @@ from .equilibrium import RelativeEquilibrium, pose_of
 
 __all__ = ["PeriodicOrbit", "periodic_family", "periodic_orbit"]
 
-#: The closure of members of a family.
+#: The largest closure of members of a family.
 _CLOSED = 1e-12
 _HELD = ("period", "energy", "angular_momentum")
-#: Segments, unless more are asked for.
+#: The largest number of segments, unless the caller gives a number.
 _MOST = 32
-#: How far from the unit circle a multiplier of a stable orbit may lie.
+#: The largest distance from the unit circle of a multiplier of a stable orbit.
 _ROUND = 1e-6
 
 
 class PeriodicOrbit(Tabled):
-    """A motion that repeats after its period, turned as a whole about the angular momentum; see :func:`periodic_orbit`.
+    """A motion that repeats after its period, up to a turn about the angular momentum; see :func:`periodic_orbit`.
 
     Attributes
     ----------
     system : System
     state : State
-        One of its states: barycentre at rest in the origin, angular momentum along z.
+        A state of the orbit, with the barycentre at rest in the origin and the angular momentum along z.
     closure : float
-        By how much the motion misses its start after one period, in units of the separation, its rate, and radians.
+        How far the motion is from its start after one period, in units of the separation, its rate, and radians.
     """
 
     def __init__(self, shooting: Shooting, ends: Ends, closure: float) -> None:
@@ -57,20 +57,20 @@ class PeriodicOrbit(Tabled):
 
     @property
     def period(self) -> Scalar:
-        """After which the motion repeats."""
+        """The time after which the motion repeats."""
         found: Scalar = self.system._units.attach(self._shooting.period, "time")
         return found
 
     @property
     def turn(self) -> Scalar:
-        """The angle, -pi to pi, by which the whole has turned about the angular momentum after a period."""
+        """The angle, -pi to pi, by which the pair has turned about the angular momentum after a period."""
         angle = float(np.remainder(self._shooting.angle + np.pi, 2 * np.pi) - np.pi)
         found: Scalar = self.system._units.attach(angle, "angle")
         return found
 
     @property
     def half_turns(self) -> dict[str, str]:
-        """Bodies that come back turned by half a turn about one of their axes, which an ellipsoid does not show."""
+        """Axes about which bodies have made a half turn after a period, which an ellipsoid does not show."""
         turned = {}
         for name, own in zip(self.system.names, self._shooting.half, strict=True):
             if own > 0:
@@ -86,28 +86,28 @@ class PeriodicOrbit(Tabled):
 
     @cached_property
     def angular_momentum(self) -> Scalar:
-        """Total angular momentum, along z."""
+        """Total angular momentum, which is along z."""
         value = float(self._shooting.points[0].angular_momentum(self._shooting.pair)[2])
         found: Scalar = self.system._units.attach(value, "angular momentum")
         return found
 
     @cached_property
     def monodromy(self) -> Array:
-        """Departures after a period by those at its start (18, 18), turned back as the orbit itself.
+        """The monodromy matrix (18, 18): the derivative of a tangent vector after one period by the one at the start.
 
-        In order: the separation and its rate, and for each body a rotation vector in its frame and its spin; in the
-        system's units.
+        The turn of the orbit is taken back. A tangent vector contains the changes of the separation and its rate, and
+        for each body a rotation vector in its frame and the change of its spin, in the system's units.
         """
         shooting = self._shooting
         return np.asarray(np.linalg.solve(shooting.target_slopes()[0], self._transition))
 
     @cached_property
     def multipliers(self) -> npt.NDArray[np.complex128]:
-        """Floquet multipliers, of the largest size first.
+        """Floquet multipliers, in descending order of size.
 
-        Those at 1 by the symmetries are taken away: of the motion itself, the turn about z and turns of bodies about
-        their axes, and of the energy, the angular momentum and those of bodies about their axes. Of two bodies without
-        axes of symmetry 12 are left.
+        Multipliers that are 1 by symmetry are left out: for the motion itself, the turn about z and turns of bodies
+        about their axes, and for the energy, the angular momentum and the angular momenta of bodies about their axes.
+        Two bodies without axes of symmetry have 12 multipliers left.
         """
         shooting, pair = self._shooting, self._shooting.pair
         point, units = shooting.points[0], shooting.units()
@@ -118,7 +118,7 @@ class PeriodicOrbit(Tabled):
                 row = np.zeros(18)
                 row[SPINS[k]] = way
                 if axis == 3:
-                    # The spin of a sphere as seen from without.
+                    # The spin of a sphere is counted in the inertial frame.
                     row[TURNS[k]] = -way @ cross(point.spin[k])
                 rows.append(row)
         moves = np.column_stack([point.rates(pair), generators(point, shooting.axes)])
@@ -130,7 +130,7 @@ class PeriodicOrbit(Tabled):
 
     @property
     def linearly_stable(self) -> bool:
-        """Whether all multipliers lie on the unit circle, to 1e-6."""
+        """Whether the orbit is linearly stable: all multipliers lie within 1e-6 of the unit circle."""
         return bool(np.all(np.abs(np.abs(self.multipliers) - 1.0) < _ROUND))
 
     def _tables(self) -> tuple[Table, ...]:
@@ -159,25 +159,26 @@ def periodic_orbit(
     segments: int | None = None,
     tolerance: float = 1e-12,
 ) -> PeriodicOrbit:
-    """Find the periodic motion near a state, apart from a turn of the whole, by multiple shooting.
+    """Find by multiple shooting the periodic motion near a state, up to a turn of the whole pair.
 
     Parameters
     ----------
     system : System
-        Two bodies, without forces from outside.
+        Two bodies without external forces.
     state : State
-        Near the orbit, such as :meth:`Modes.excited` gives.
+        A state near the orbit, such as :meth:`Modes.excited` gives.
     period : float or Quantity
-        About the period.
+        Approximate period.
     hold : str or sequence of str
-        What keeps the value that it has at the start: some of ``"period"``, ``"energy"`` and ``"angular_momentum"``.
-        Orbits make families with two parameters; where fewer than two are held, the orbit that is nearest to the start
-        is found. To hold the energy takes a better start: the little energy that a swing has is quadratic in it.
+        Quantities that keep the value they have at the start: some of ``"period"``, ``"energy"`` and
+        ``"angular_momentum"``. Orbits form families with two parameters; where fewer than two are held, the orbit
+        nearest to the start is found. To hold the energy takes a better start, since the small energy of an oscillation
+        is quadratic in its amplitude.
     segments : int, optional
-        Into how many parts the period is divided; unless given, one for each revolution. More of them find orbits that
-        are very unstable or long.
+        The number of parts into which the period is divided; by default one for each revolution. More segments find
+        orbits that are very unstable or long.
     tolerance : float
-        What the orbit may miss its start by: the largest ``closure``.
+        The largest accepted ``closure``, which is the distance of the orbit's end from its start.
 
     Returns
     -------
@@ -187,17 +188,17 @@ def periodic_orbit(
     ------
     InvalidInput
     NotConverged
-        Where no orbit is found.
+        If no orbit is found.
     BodiesOverlap
 
     Notes
     -----
-    After the period the whole is turned by an angle about the angular momentum, which is found with the orbit; bodies
-    may be turned besides by any angle about their axes of symmetry, and ellipsoids by half a turn about a principal
-    axis, whichever is nearest to what the start does. Attitudes of spheres and points do not count. The linear
-    equations of Newton's method, with the derivatives of the motion by :attr:`fullbody.Run.transition`, are solved by
-    least squares, of least change where they leave a choice: of the phase, of the turn of the whole, and within a
-    family.
+    After the period the pair is turned by an angle about the angular momentum, which is found with the orbit. In
+    addition bodies may be turned by any angle about their axes of symmetry, and ellipsoids by a half turn about a
+    principal axis; the turns nearest to the motion of the start are taken. Attitudes of spheres and points are ignored.
+    Newton's linear equations, with the derivatives of the motion from :attr:`fullbody.Run.transition`, are solved by
+    least squares; where they leave a choice (the phase, the turn of the whole, a place within a family), the solution
+    of least change is taken.
 
     Examples
     --------
@@ -236,18 +237,18 @@ def periodic_orbit(
 def periodic_family(
     equilibrium: RelativeEquilibrium, mode: int, amplitudes: Any, *, segments: int | None = None
 ) -> tuple[PeriodicOrbit, ...]:
-    """The family of periodic orbits that grows out of a mode of a relative equilibrium, at its angular momentum.
+    """Find the family of periodic orbits that grows out of a mode of an equilibrium, at its angular momentum.
 
     Parameters
     ----------
     equilibrium : RelativeEquilibrium
     mode : int
-        The place of the mode.
+        Index of the mode.
     amplitudes : array_like, (F,)
-        About the amplitudes of the orbits, as in :meth:`Modes.excited`, in an order in which each is near the one
-        before; the first is to be small.
+        Approximate amplitudes of the orbits, as in :meth:`Modes.excited`, ordered so that each is near the one before;
+        the first has to be small.
     segments : int, optional
-        As in :func:`periodic_orbit`.
+        Number of segments, as in :func:`periodic_orbit`.
 
     Returns
     -------
@@ -257,12 +258,12 @@ def periodic_family(
     ------
     InvalidInput
     NotConverged
-        Where an orbit is not found; its attribute ``orbits`` has those before.
+        If an orbit is not found; the error's attribute ``orbits`` contains those before.
 
     Notes
     -----
-    Each orbit is sought near the one before, its departure from the equilibrium scaled by the ratio of the amplitudes,
-    with the angular momentum of the equilibrium, and changed from that start only across its departure.
+    Each orbit is searched near the one before: its difference from the equilibrium is scaled by the ratio of the
+    amplitudes, the angular momentum of the equilibrium is held, and the start may change only across that difference.
 
     Examples
     --------
@@ -314,7 +315,7 @@ def _held(hold: str | Sequence[str]) -> tuple[str, ...]:
 
 
 def _segments(pair: Pair, pose: Pose, time: float, segments: Any) -> int:
-    """How many segments: as many as asked for, or one for each revolution of a circular orbit."""
+    """Return the number of segments: the given one, or one for each revolution of a circular orbit."""
     if segments is None:
         revolution = 2 * np.pi * np.sqrt(pair.mass * pose.distance**3 / pair.strength)
         return int(np.clip(np.ceil(time / revolution - 0.5), 1, _MOST))

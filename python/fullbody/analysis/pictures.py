@@ -12,19 +12,19 @@ from ..errors import InvalidInput
 from ..plots._style import LINES, check_axes, grid, legend, line, matplotlib, panels, plain, single, wishes
 
 _QUANTITIES = ("separation", "angular_momentum", "rate", "energy")
-#: Parts of a mode below this are not drawn.
+#: Components of a mode smaller than this are not drawn.
 _SEEN = 1e-3
 
 
 def _bare(values: Any) -> tuple[Any, str]:
-    """Numbers, and their unit in brackets."""
+    """Return plain numbers, and their unit in brackets for a label."""
     unit = getattr(values, "unit", None)
     text = f" [{unit.to_string('unicode')}]" if unit is not None else " [system units]"
     return np.asarray(getattr(values, "value", values)), text
 
 
 def branch(branch: Any, ax: Any, x: str, y: str, **kwargs: Any) -> Any:
-    """See :meth:`Branch.plot`."""
+    """Draw a branch; see :meth:`Branch.plot`."""
     for what, name, known in (("x", x, _QUANTITIES), ("y", y, (*_QUANTITIES, "frequency"))):
         if name not in known:
             raise InvalidInput(f"{what} is {name!r}; expected one of {', '.join(known)}")
@@ -35,7 +35,7 @@ def branch(branch: Any, ax: Any, x: str, y: str, **kwargs: Any) -> Any:
     kinds = np.where(branch.energetically_stable, 0, np.where(branch.linearly_stable, 1, 2))
     names = ("minimum of energy", "linearly stable", "unstable")
     seen = set()
-    # Pieces of one kind; each goes on to the first point of the next, so that the curve has no gaps.
+    # Pieces of one kind of stability; each extends to the first point of the next, so that the curve has no gaps.
     ends = [*np.flatnonzero(np.diff(kinds)) + 1, len(kinds)]
     begin = 0
     for end in ends:
@@ -67,7 +67,7 @@ def _words(name: str) -> str:
 
 
 def modes(modes: Any, axes: Any) -> Any:
-    """See :meth:`Modes.plot`."""
+    """Draw modes; see :meth:`Modes.plot`."""
     count = len(modes)
     flat, given = panels(axes, (count,), (7.0, 1.1 * count + 0.6))
     names = modes.system.names
@@ -95,7 +95,7 @@ def modes(modes: Any, axes: Any) -> Any:
 
 
 def section(x: Sequence[Any], y: Sequence[Any], ax: Any, **kwargs: Any) -> Any:
-    """See :meth:`Section.plot`."""
+    """Draw a section; see :meth:`Section.plot`."""
     kwargs = wishes(kwargs)
     ax = single(None, (6.0, 4.5)) if ax is None else check_axes(ax, "ax")
     colours = matplotlib("pyplot").get_cmap("viridis")(np.linspace(0.0, 0.9, max(len(x), 1)))

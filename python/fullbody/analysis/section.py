@@ -16,24 +16,24 @@ from ..ensembles.many import integrate_many
 from ..errors import FullbodyError, InvalidInput
 from ..events import Event, Occurrence
 from ..model.state import State
-from ..motion.simulation import System
+from ..motion.run import Run
+from ..motion.system import System
 from ..observables._signal import lines
-from ..record.base import BaseRun
 from ..typing import Array as Floats
 
 __all__ = ["Frequencies", "Section", "frequencies", "section"]
 
 
 class Section(Tabled):
-    """Where motions cross a surface, made by :func:`section`.
+    """The states in which motions cross a surface, made by :func:`section`.
 
     Attributes
     ----------
     system : System
     crossings : tuple of tuple of State
-        For each start its crossings in order of time.
+        For each start its crossings in the order of time.
     errors : tuple of FullbodyError or None
-        For each start what cut its run short, if that was an error; the crossings until then are kept.
+        For each start the error that ended its run early, or ``None``; the crossings until then are kept.
     """
 
     def __init__(
@@ -44,12 +44,12 @@ class Section(Tabled):
         self.errors = tuple(errors)
 
     def values(self, coordinate: Callable[[State], Any]) -> tuple[Any, ...]:
-        """A coordinate of the crossings: for each start an array (C,).
+        """Evaluate a coordinate at the crossings: an array (C,) for each start.
 
         Parameters
         ----------
         coordinate : callable
-            Takes a State, gives a number or Quantity.
+            A function that takes a State and returns a number or Quantity.
 
         Returns
         -------
@@ -66,15 +66,15 @@ class Section(Tabled):
         return tuple(found)
 
     def plot(self, x: Callable[[State], Any], y: Callable[[State], Any], ax: Any = None, **kwargs: Any) -> Any:
-        """Draw two coordinates of all crossings against each other, a colour for each start.
+        """Draw two coordinates of all crossings against each other, with a colour for each start.
 
         Parameters
         ----------
         x, y : callable
-            Take a State, give a number or Quantity.
+            Functions that take a State and return a number or Quantity.
         ax : matplotlib axes, optional
         **kwargs
-            For ``Axes.plot``.
+            Passed to ``Axes.plot``.
 
         Returns
         -------
@@ -104,19 +104,19 @@ class Section(Tabled):
 def section(
     system: System, states: State | Sequence[State], until: Any, event: Event, *, threads: int | None = None
 ) -> Section:
-    """Surface of section: the states in which motions make an event happen.
+    """Compute a surface of section: the states in which motions make an event happen.
 
     Parameters
     ----------
     system : System
     states : State or sequence of State
-        Where the motions start.
+        The states in which the motions start.
     until : float or Quantity
     event : Event
-        The surface, from :mod:`fullbody.events`: such as :class:`fullbody.events.Periapsis`, or a
+        The event that defines the surface, from :mod:`fullbody.events`, such as :class:`fullbody.events.Periapsis` or a
         :class:`fullbody.events.Function` with a direction.
     threads : int, optional
-        As in :func:`fullbody.integrate_many`.
+        Number of threads, as in :func:`fullbody.integrate_many`.
 
     Returns
     -------
@@ -139,7 +139,7 @@ def section(
     for answer in answers:
         if isinstance(answer, Exception) and not isinstance(answer, FullbodyError):
             raise answer
-        run = answer if isinstance(answer, BaseRun) else answer.run
+        run = answer if isinstance(answer, Run) else answer.run
         happened: list[Occurrence] = [] if run is None else run.events
         crossings.append([one.state for one in happened])
         errors.append(answer if isinstance(answer, FullbodyError) else None)
@@ -153,9 +153,9 @@ class Frequencies(ArrayFields):
     Attributes
     ----------
     frequency : ndarray or Quantity, (F,)
-        Angular, the strongest first.
+        Angular frequencies, the one of largest amplitude first.
     amplitude : ndarray or Quantity, (F,)
-        Half of peak to peak, in the unit of the quantity.
+        Half of the peak-to-peak size of each term, in the unit of the quantity.
     """
 
     frequency: Floats
@@ -166,17 +166,17 @@ class Frequencies(ArrayFields):
 
 
 @named_options
-def frequencies(run: BaseRun, quantity: Any, count: int = 3) -> Frequencies:
-    """Frequency analysis: the strongest periodic terms of a quantity along a run.
+def frequencies(run: Run, quantity: Any, count: int = 3) -> Frequencies:
+    """Find the strongest periodic terms of a quantity along a run by frequency analysis.
 
     Parameters
     ----------
     run : Run
-        Sampled several times in the shortest period that matters.
+        A run with several samples in the shortest period of interest.
     quantity : array_like or Quantity, (K,), or callable
-        Its values at the samples of the run, or a function of the run that gives them.
+        The values at the samples of the run, or a function of the run that returns them.
     count : int
-        How many terms at most.
+        The largest number of terms.
 
     Returns
     -------
@@ -184,7 +184,7 @@ def frequencies(run: BaseRun, quantity: Any, count: int = 3) -> Frequencies:
 
     Notes
     -----
-    Laskar's (1990) method: peaks of the spectrum behind a Hann window, refined one after another, and fitted together.
+    The method is Laskar's (1990): peaks of the spectrum under a Hann window are refined in turn, and fitted together.
 
     Examples
     --------

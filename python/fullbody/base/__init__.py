@@ -1,1 +1,1 @@
-"""The base of all other rooms: units, arguments, values that compare, tables, whole files, dates, the version."""
+"""The base of all other subpackages: units, arguments, values that compare, tables, whole files, dates, the version."""

@@ -113,7 +113,7 @@ def positive(value: Any, unit: str, what: str) -> Any:
 
 
 def nonzero(value: Any, unit: str, what: str) -> Any:
-    """The same of a number of either sign."""
+    """A finite number that is not zero, or a Quantity that is one and converts to this unit."""
     return _amount(value, unit, what, "a finite number that is not zero", lambda number: number != 0)
 
 
@@ -164,8 +164,8 @@ def directions(value: Any, what: str, one: bool = False) -> npt.NDArray[np.float
     return plain
 
 
-def doubt_radians(value: Any, what: str) -> None:
-    """Warn of angles in plain numbers that look like degrees: two turns to 3600, with six decimals at most.
+def warn_if_degrees(value: Any, what: str, turns: float = 2.0) -> None:
+    """Warn of angles in plain numbers that look like degrees: so many turns to 3600, with six decimals at most.
 
     Sums and differences of two angles within a turn stay below two turns. An angle that a program has computed, such as
     an integrated rotation or a mean anomaly, may be larger, but it has all its digits.
@@ -174,7 +174,7 @@ def doubt_radians(value: Any, what: str) -> None:
     if is_quantity(value):
         return
     sizes = np.abs(numbers(value, what))
-    beyond = sizes[sizes > 4.0 * np.pi]
+    beyond = sizes[sizes > 2.0 * np.pi * turns]
     largest = beyond.max(initial=0.0)
     if 0.0 < largest <= 3600.0 and (np.abs(beyond * 1e6 - np.round(beyond * 1e6)) < 1e-4).all():
         caution(
@@ -194,7 +194,7 @@ def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
     lat = Units().number(latitude, "angle", f"latitude of {what}")
     if not -np.pi / 2 <= lat <= np.pi / 2:
         raise InvalidInput(f"{what} is ({longitude}, {latitude}); {expected}")
-    doubt_radians(longitude, f"longitude of {what}")
+    warn_if_degrees(longitude, f"longitude of {what}")
     return lon, lat
 
 
@@ -211,7 +211,7 @@ def _synonyms(name: str, known: Iterable[str]) -> list[str]:
 
 
 def refuse_unknown(given: Iterable[str], known: Iterable[str], owner: str) -> None:
-    """Raise an error for the first name that is not known."""
+    """Raise an error for the first unknown name."""
     known = list(known)
     for name in given:
         if name not in known:

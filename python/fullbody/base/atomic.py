@@ -38,7 +38,7 @@ def content(path: Any) -> bytes:
 
 
 def check_suffix(path: Any, suffixes: tuple[str, ...]) -> None:
-    """Refuse a name that ends in none of these."""
+    """Raise an error for a name that ends in none of these suffixes."""
     if as_path(path).suffix.lower() not in suffixes:
         raise InvalidInput(f"path is {str(path)!r}; expected a name that ends in one of {', '.join(suffixes)}")
 
@@ -79,7 +79,7 @@ def replacing(path: Any) -> Iterator[Path]:
     Raises
     ------
     InvalidInput
-        Where ``path`` is no name of a file.
+        If ``path`` is not the name of a file.
     OSError
         Where the file cannot be written, before the block where that is known then; names ``path`` alone. Devices,
         pipes and write-protected files are refused.
@@ -89,7 +89,7 @@ def replacing(path: Any) -> Iterator[Path]:
     target = Path(os.path.realpath(path))
     if not target.parent.is_dir():
         raise FileNotFoundError(f"no folder {target.parent} to write {target.name} in")
-    # Not from tempfile, whose files nobody else may read; short, since names are limited to 255 bytes.
+    # Nobody else may read files of the module tempfile. Names are limited to 255 bytes, so that this one is short.
     mark = uuid.uuid4().hex
     temporary = target.with_name(f".{target.stem[:12]}.{mark}.part{target.suffix[:12]}")
     try:

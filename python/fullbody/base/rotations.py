@@ -1,4 +1,4 @@
-"""Rotations at set-up and in observables: quaternions ``[w, x, y, z]`` and matrices."""
+"""Rotations: quaternions ``[w, x, y, z]`` and matrices."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ def to_text(*tables: Table) -> str:
 
 
 class Tabled:
-    """Base of the classes that Jupyter shows as tables."""
+    """Base class of objects that Jupyter shows as tables."""
 
     __slots__ = ()
 

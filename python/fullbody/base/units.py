@@ -40,6 +40,7 @@ _DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
     "pressure": (-1, -2, 1, 0),
     "rate": (0, -1, 0, 0),
     "force gradient": (0, -2, 1, 0),
+    "number": (0, 0, 0, 0),
     "G": (3, -2, -1, 0),
     "mu": (3, -2, 0, 0),
     "area to mass": (2, 0, -1, 0),
@@ -172,7 +173,7 @@ def _bare(value: Any, what: str) -> Any:
 
 
 def refuse_masked(value: Any, what: str) -> None:
-    """Refuse a masked value, and an array or a list that has some."""
+    """Raise an error for a masked value, and for an array or a list that contains one."""
     mask = getattr(value, "mask", None)
     if isinstance(value, list | tuple):
         masked = sum(part is np.ma.masked for part in value)
@@ -213,7 +214,7 @@ def need(extra: str | None, what: str) -> Iterator[None]:
     except ModuleNotFoundError as error:
         name = (error.name or "").partition(".")[0]
         install = name if extra is None else f"'fullbody[{extra}]'"
-        # Without the error itself, whose traceback would bury this line.
+        # The error itself is left out, since its traceback would bury this line.
         raise ModuleNotFoundError(f"{what} needs the package {name}: pip install {install}", name=name) from None
 
 
@@ -279,6 +280,8 @@ class Units:
 
     def strip(self, value: object, dimension: str, what: str) -> npt.NDArray[np.float64]:
         """Numbers in this system's units."""
+        if dimension == "number":
+            return numbers(value, what)
         value = gathered(value, what, dimension)
         if not is_quantity(value):
             return _floats(value, what)
@@ -326,6 +329,21 @@ class Units:
         return float(constants.G.to_value(self.unit("G")))
 
 
+class AnyUnits(Units):
+    """The units of a system that is not known yet, for checks of what is given to it later.
+
+    Quantities have to be of the right dimension and count in their own units, angles in radians.
+    """
+
+    def strip(self, value: object, dimension: str, what: str) -> npt.NDArray[np.float64]:
+        """Numbers in the value's own units."""
+        value = gathered(value, what, dimension)
+        if is_quantity(value) and dimension not in ("angle", "number"):
+            Units(("m", "s", "kg")).strip(value, dimension, what)
+            value = value.value  # type: ignore[attr-defined]
+        return super().strip(value, dimension, what)
+
+
 def units_of(mu: Any) -> Units | None:
     """The units of the system whose mu this is; ``None`` for any other number or Quantity."""
     return getattr(mu, "_units_of_system", None)
@@ -352,7 +370,7 @@ def _unit(make: Any, name: object, known: tuple[str, ...], names: object) -> Any
 
 
 def refuse_cycles(unit: Any, what: str) -> None:
-    """Refuse a spin in hertz or the like, whose angle is a turn: as a mere 1/time it would count as radians."""
+    """Raise an error for a spin in hertz or the like, whose angle is a turn and would count as radians."""
     from astropy import units as u
 
     if any(base.is_equivalent(u.Hz) for base in unit.bases):

@@ -1,16 +1,26 @@
-"""``fullbody info file``: what a recorded run or a ``system.toml`` holds."""
+"""``fullbody info file``: what a recorded run, a flight, a map or a ``system.toml`` holds."""
 
 from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from ..base import tables
+from ..ensembles.dataset import FAILURE
+from ..ensembles.store import ATTRIBUTE
 from ..errors import FullbodyError
-from ..motion.loading import load
+from ..files.reading import netcdf
+from ..motion.loading import load, load_flight
 from ..setups.toml import read_toml
+
+if TYPE_CHECKING:
+    import xarray
 
 __all__ = ["register"]
 
@@ -19,9 +29,9 @@ def register(subparsers: Any) -> None:
     """Add the command."""
     parser = subparsers.add_parser(
         "info",
-        help="what a recorded run or a system.toml holds",
-        description="Print what a recorded run (NetCDF) or a system.toml holds. A file that cannot be read is named; "
-        "the others are shown.",
+        help="what a recorded run, a flight, a map or a system.toml holds",
+        description="Print what a recorded run, a flight of particles, a map of a sweep (NetCDF) or a system.toml "
+        "holds. A file that cannot be read is named; the others are shown.",
     )
     parser.add_argument("files", nargs="+", metavar="file", type=Path)
     parser.set_defaults(run=run)
@@ -32,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
     shown = failed = 0
     for path in arguments.files:
         try:
-            text = of_toml(path) if path.suffix.lower() == ".toml" else of_run(path)
+            text = of_toml(path) if path.suffix.lower() == ".toml" else of_netcdf(path)
         except (FullbodyError, ImportError, OSError) as error:
             # Both streams may go to one place, where the order is to be kept.
             sys.stdout.flush()
@@ -47,8 +57,38 @@ def run(arguments: argparse.Namespace) -> int:
     return 1 if failed else 0
 
 
+def of_netcdf(path: Path) -> str:
+    """Describe the content of a NetCDF file of this package."""
+    attributes: dict[str, Any] = {}
+    # Errors of a file are reported where runs are loaded.
+    with suppress(Exception), netcdf().open_dataset(path, engine="h5netcdf") as file:
+        attributes = dict(file.attrs)
+        if ATTRIBUTE in attributes:
+            return of_map(file)
+    if "fullbody_flight" in attributes:
+        return tables.to_text(*load_flight(path)._tables())
+    return of_run(path)
+
+
+def of_map(found: xarray.Dataset) -> str:
+    """Describe the content of a sweep's map."""
+    dimensions = [tables.Table("Map", (), [(name, f"{size} values") for name, size in found.error.sizes.items()])]
+    rows: list[Sequence[str]] = [
+        (str(name), ", ".join(map(str, one.dims)), str(one.attrs.get("units", "")))
+        for group in (found.coords, found.data_vars)
+        for name, one in group.items()
+        if name not in FAILURE
+    ]
+    kinds, counts = np.unique(found.error.values, return_counts=True)
+    errors: list[Sequence[str]] = [
+        (kind or "none", str(count)) for kind, count in zip(kinds.tolist(), counts.tolist(), strict=True)
+    ]
+    variables = tables.Table("Variables", ("name", "dimensions", "unit"), rows)
+    return tables.to_text(*dimensions, variables, tables.Table("Errors", ("kind", "rows"), errors))
+
+
 def of_run(path: Path) -> str:
-    """What a recorded run holds."""
+    """Print the content of a recorded run."""
     run = load(path)
     parts = list(run._tables())
     if len(run):
@@ -59,7 +99,7 @@ def of_run(path: Path) -> str:
 
 
 def of_toml(path: Path) -> str:
-    """What a description asks for."""
+    """Print the content of a description in TOML."""
     setup = read_toml(path)
     output = "every step" if setup.output is None else f"{setup.output}"
     rows = [

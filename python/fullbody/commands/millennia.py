@@ -13,9 +13,10 @@ import numpy as np
 from ..base.atomic import replacing
 from ..base.tables import Table, to_text
 from ..errors import InvalidInput
-from ..files.netcdf import netcdf
+from ..files.reading import netcdf
 from ..motion.loading import load
-from ..motion.simulation import Run, Simulation
+from ..motion.run import Run
+from ..motion.simulation import Simulation
 from ..plots._style import LINES, grid, legend, matplotlib
 from ..record.integrators import SymplecticSplitting
 from ..systems import kw4_ho2021

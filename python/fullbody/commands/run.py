@@ -10,7 +10,8 @@ from typing import Any
 from ..base.atomic import check_place, check_suffix, replacing
 from ..base.units import from_text
 from ..errors import FullbodyError, Interrupted
-from ..files.netcdf import SUFFIXES, netcdf
+from ..files.netcdf import SUFFIXES
+from ..files.reading import netcdf
 from ..plots._style import matplotlib
 from ..setups.toml import read_toml
 

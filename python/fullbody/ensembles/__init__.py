@@ -1,5 +1,6 @@
-"""Many runs at once, and maps over parameters."""
+"""Many runs at once, and maps of results over parameters."""
 
+from .conversion import in_units
 from .measures import attitude, drift, fate, libration, orbit
 from .parameters import Draws, Paired, draws, paired
 from .sweep import sweep
@@ -11,12 +12,9 @@ __all__ = [
     "draws",
     "drift",
     "fate",
+    "in_units",
     "libration",
     "orbit",
     "paired",
     "sweep",
 ]
-
-
-def __dir__() -> list[str]:
-    return __all__

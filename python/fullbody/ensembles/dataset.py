@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FAILURE", "dataset"]
 
-#: Variables that tell what went wrong with a row, with their meanings.
+#: Variables that describe what went wrong in a row, with their meanings.
 FAILURE = {
     "error": "the kind of error that a row ended with; empty for none",
     "error_text": "what the error says",
@@ -27,22 +27,23 @@ _UNDONE = Failure("NotComputed", "the sweep ended before this row", "setup")
 
 
 def dataset(plan: Plan, outcomes: Iterable[Outcome], attributes: Mapping[str, Any]) -> xarray.Dataset:
-    """A dataset of what is done so far; rows that are missing say so as their error."""
+    """Make a dataset of the outcomes so far; missing rows have an error that says so."""
     with need("data", "a sweep"):
         import xarray as xr
 
     found = ordered(outcomes)
     failures = [_UNDONE] * len(plan)
     columns = columns_of(plan)
-    #: Names of parameters, variables and dimensions, by the variable that has them.
+    #: The owner of each name of a parameter, variable or dimension.
     taken = dict.fromkeys((*columns, *plan.dimensions, *FAILURE), "")
     variables: dict[str, _Variable] = {}
+    models = _models(found)
     for outcome in found:
         failure = outcome.failure
         for name, measured in outcome.values.items():
             try:
                 if name not in variables:
-                    variable = _Variable(name, measured, outcome.row, len(plan))
+                    variable = _Variable(name, *models[name], len(plan))
                     for own in (name, *variable.inner):
                         if own in taken:
                             of = f"a dimension of {taken[own]}" if taken[own] else "a parameter or kept for errors"
@@ -66,8 +67,22 @@ def dataset(plan: Plan, outcomes: Iterable[Outcome], attributes: Mapping[str, An
     return xr.Dataset(fields, coordinates, dict(attributes))
 
 
+def _models(outcomes: Iterable[Outcome]) -> dict[str, tuple[Measured, int]]:
+    """Return for each variable the value, and its row, that decides kind, shape and unit: the first one with a unit.
+
+    If no row has a unit, it is the first value that is not missing.
+    """
+    found: dict[str, tuple[Measured, int]] = {}
+    for outcome in outcomes:
+        for name, measured in outcome.values.items():
+            model = found.get(name, (measured,))[0]
+            if name not in found or (model.missing and not measured.missing) or (model.unit is None and measured.unit):
+                found[name] = (measured, outcome.row)
+    return found
+
+
 class _Variable:
-    """One measured quantity of all rows: the first row that has it tells shape and unit."""
+    """One measured quantity of all rows, with the kind, shape and unit of a model, which is the value in some row."""
 
     def __init__(self, name: str, first: Measured, row: int, rows: int) -> None:
         self._name, self._first, self._row = name, first, row
@@ -75,13 +90,15 @@ class _Variable:
             self.values: Any = np.full(rows, "", dtype=object)
         else:
             self.values = np.full((rows, *first.value.shape), np.nan)
-        #: Names of the dimensions that each row has.
+        #: Names of the dimensions within each row.
         self.inner = tuple(f"{name}_{axis}" for axis in range(self.values.ndim - 1))
         self.attributes = {} if first.unit is None else {"units": first.unit}
 
     def put(self, row: int, measured: Measured) -> None:
-        """Keep the values of a row, unless they do not go with those of the first one."""
+        """Store the values of a row, or raise an error if they do not match those of the model."""
         value, first = measured.value, self._first.value
+        if measured.missing:
+            return
         if isinstance(value, str) or isinstance(first, str):
             if type(value) is not type(first):
                 raise InvalidInput(self._unlike("a text" if isinstance(value, str) else "numbers", "the other"))
@@ -107,7 +124,7 @@ class _Variable:
 
 
 def _plain(values: Any) -> tuple[Any, dict[str, str]]:
-    """Values without their unit, and the unit as an attribute."""
+    """Return values without their unit, and the unit as an attribute."""
     if is_quantity(values):
         return values.value, {"units": str(values.unit)}
     return values, {}

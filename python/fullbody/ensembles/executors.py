@@ -1,8 +1,7 @@
-"""Chunks of a sweep by the workers of an executor."""
+"""Execution of a sweep's chunks by the workers of an executor."""
 
 from __future__ import annotations
 
-import pickle
 from collections.abc import Callable, Iterable
 from concurrent.futures import BrokenExecutor, CancelledError, Future, ThreadPoolExecutor
 from functools import partial
@@ -10,14 +9,15 @@ from itertools import islice
 from queue import SimpleQueue
 from typing import Any
 
+from ..base.units import need
 from ..errors import FullbodyError, InvalidInput
 from .work import Job, Outcome, Rows, work, work_sent
 
 __all__ = ["here", "submitted"]
 
-#: Chunks that an executor holds at a time.
+#: The number of chunks that an executor holds at a time.
 _HELD = 4096
-#: Times that a chunk is given to workers that die of it, or of something else.
+#: The number of attempts at a chunk whose worker dies or fails for another reason.
 _TRIES = 3
 
 _BROKEN = (
@@ -46,14 +46,14 @@ def _in_thread(job: Job, rows: Rows) -> list[Outcome]:
 
 
 def submitted(executor: Any, job: Job, chunks: Iterable[Rows], keep: _Keep) -> None:
-    """Give chunks to an executor, and keep each once it is done.
+    """Submit chunks to an executor, and keep the outcomes of each once it is done.
 
     Raises
     ------
     InvalidInput
-        For what is no executor, and where functions cannot be sent to other processes.
+        For an object that is not an executor, and for functions that cannot be sent to other processes.
     FullbodyError
-        Where the executor's workers die.
+        If the executor's workers die.
     """
     if isinstance(executor, type) or not callable(getattr(executor, "submit", None)):
         raise InvalidInput(
@@ -98,7 +98,7 @@ def submitted(executor: Any, job: Job, chunks: Iterable[Rows], keep: _Keep) -> N
     finally:
         for future in held:
             future.cancel()
-        # What was ready when something else went wrong.
+        # Chunks that were done when another error occurred are kept.
         while not done.empty():
             future = done.get()
             if future in held and not future.cancelled() and future.exception() is None:
@@ -106,16 +106,14 @@ def submitted(executor: Any, job: Job, chunks: Iterable[Rows], keep: _Keep) -> N
 
 
 def _packed(job: Job) -> bytes:
-    """The job for other processes: functions of notebooks and scripts whole, where cloudpickle is installed."""
+    """Pack the job for other processes, with functions of notebooks and scripts in full."""
+    with need("data", "a sweep by other processes"):
+        import cloudpickle
     try:
-        import cloudpickle as pickler
-    except ImportError:
-        pickler = pickle
-    try:
-        packed: bytes = pickler.dumps(job)
+        packed: bytes = cloudpickle.dumps(job)
     except Exception as error:
         raise InvalidInput(
-            f"the sweep cannot be sent to other processes: {error}; expected functions of a module, or with "
-            "pip install fullbody[dask] any functions, that use no open files and the like"
+            f"the sweep cannot be sent to other processes: {error}; expected functions that use no open files and the "
+            "like"
         ) from error
     return packed

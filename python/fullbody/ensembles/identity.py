@@ -1,62 +1,81 @@
-"""Whether two things compute the same: a digest of functions with all that they use, and of values."""
+"""The identity of functions and values: a digest that is equal only where two things compute the same."""
 
 from __future__ import annotations
 
 import copyreg
-import dis
 import functools
 import hashlib
-import importlib
+import importlib.util
+import io
+import pickle
 import sys
 import sysconfig
 import types
-from collections.abc import Iterator, Mapping
+import warnings
+from collections.abc import Iterator
+from modulefinder import ModuleFinder
 from typing import Any
 
 import numpy as np
 
-from ..base.units import is_quantity
-from ..errors import InvalidInput
+from ..base.units import is_quantity, need
+from ..errors import FullbodyError, InvalidInput
 
 __all__ = ["digest", "parts"]
 
-#: Entries of a class that say where it stands, not what it does.
+#: Entries of a class or a module that tell where it was defined but do not affect what it computes.
 _BOOKKEEPING = {
     *("__dict__", "__weakref__", "__doc__", "__module__", "__qualname__", "__firstlineno__", "__static_attributes__"),
     *("_abc_impl", "__annotations__", "__annotate__", "__annotate_func__", "__annotations_cache__"),
+    *("__builtins__", "__cached__", "__file__", "__loader__", "__name__", "__package__", "__path__", "__spec__"),
+    "__warningregistry__",
 }
-_WRAPPERS = (staticmethod, classmethod, types.MethodType)
+#: Names with which a function looks up other names at run time; such a function is refused, as its use is unknown.
+_BY_TEXT = {"eval", "exec", "globals", "__import__", "import_module"}
+#: Types of values that are written out as they are.
+_ATOMS = (type(None), bool, int, float, complex, str, bytes, type(...), type(NotImplemented))
+
+
+class _Unseen(FullbodyError):
+    """An object whose identity cannot be computed."""
 
 
 def digest(thing: Any) -> str:
-    """A text that is the same for things that compute the same, in every process of one version of Python.
+    """Compute a text that is equal for two things only where they compute the same, in any process.
 
-    Functions count by their instructions, constants, defaults, and what they use from around them: values, and
-    functions, classes and modules of the user's, each in the same way. What belongs to Python or to an installed
-    package counts by its name. Other objects count by what they pickle.
+    A function is identified by its instructions, constants, defaults and attributes, and by what it uses from its
+    surroundings: values, and the functions, classes and modules of the user, each in the same way. A module of the user
+    is identified by all that it contains. Objects that Python or an installed package defines are identified by their
+    name and the package's version. Any other object is identified by the content of its pickle.
 
     Raises
     ------
     InvalidInput
-        For what cannot be told from another, such as an open file.
+        For an object whose value cannot be read, such as an open file.
     """
-    return _Digest().of(thing)
+    try:
+        return _Digest().of(thing)
+    except (_Unseen, RecursionError) as error:
+        raise InvalidInput(
+            f"{error}, so that a store would not notice a change of it; expected setups and measures that use none, "
+            "or key=, a text of your own that stands for them and that you change whenever they change"
+        ) from error
 
 
 def parts(function: Any) -> dict[str, str]:
-    """The digests of a function and of each thing that it uses, by a name for people."""
-    if not isinstance(function, types.FunctionType) or not _is_users(function):
+    """Compute the digests of a function and of each object that it uses, by readable names."""
+    if not isinstance(function, types.FunctionType) or _has_name(function):
         return {"": digest(function)}
-    found = {"": digest((_code(function), function.__defaults__, function.__kwdefaults__))}
+    found = {"": digest(_own(function))}
     return found | {name: digest(value) for name, value in _used(function)}
 
 
 class _Digest:
-    """The digest of one thing."""
+    """The computation of the digest of one object."""
 
     def __init__(self) -> None:
         self._hash = hashlib.sha256()
-        #: What was met before, by its place: things may hold each other. It is kept, lest another takes its id.
+        #: The objects already visited, with their indices, by their ids. Keeping an object alive keeps its id unique.
         self._met: dict[int, tuple[int, Any]] = {}
 
     def of(self, thing: Any) -> str:
@@ -70,102 +89,113 @@ class _Digest:
             self._hash.update(data)
 
     def _feed(self, thing: Any) -> None:
-        match thing:
-            case None | bool() | int() | float() | complex() | str() | bytes() | types.EllipsisType() if (
-                type(thing).__module__ == "builtins"
-            ):
-                self._say(type(thing).__name__, thing if isinstance(thing, str | bytes) else repr(thing))
-            case np.ndarray() | np.generic() if not is_quantity(thing) and thing.dtype.kind != "O":
-                array = np.asarray(thing)
-                self._say("array", array.dtype.str, array.shape, np.ascontiguousarray(array).tobytes())
-            case tuple():
-                self._say("tuple", type(thing).__qualname__, len(thing))
-                for part in thing:
-                    self._feed(part)
-            case frozenset() | set():
-                self._say("set", *sorted(digest(part) for part in thing))
-            case types.CodeType():
-                self._code(thing)
-            case _:
-                place = self._met.get(id(thing))
-                if place is not None:
-                    self._say("met", place[0])
-                else:
-                    self._met[id(thing)] = (len(self._met), thing)
-                    self._object(thing)
+        kind = type(thing)
+        if kind in _ATOMS:
+            self._say(kind.__name__, thing if kind in (str, bytes) else repr(thing))
+        elif kind is tuple:
+            self._say("tuple", len(thing))
+            for part in thing:
+                self._feed(part)
+        elif kind in (set, frozenset):
+            self._say(kind.__name__, *sorted(_Digest().of(part) for part in thing))
+        elif kind is types.CodeType:
+            self._code(thing)
+        elif (kind is np.ndarray or isinstance(thing, np.generic)) and not thing.dtype.hasobject:
+            self._say("array", kind.__name__, np.lib.format.dtype_to_descr(thing.dtype), thing.shape, thing.flags.fnc)
+            self._say(np.ascontiguousarray(thing).tobytes())
+        elif id(thing) in self._met:
+            self._say("met", self._met[id(thing)][0])
+        else:
+            self._met[id(thing)] = (len(self._met), thing)
+            self._object(thing, kind)
 
-    def _object(self, thing: Any) -> None:
-        inner = getattr(thing, "py_func", None) or getattr(thing, "__wrapped__", None)
-        if is_quantity(thing):
-            self._say("quantity", thing.unit)
-            self._feed(np.asarray(thing.value))
-        elif thing is getattr(np.random.random, "__self__", None):
-            # Numpy's global random numbers, which distributions of scipy hold, begin anew in each process.
-            self._say("global random numbers")
-        elif isinstance(thing, list):
+    def _object(self, thing: Any, kind: type) -> None:
+        if kind is list:
             self._say("list", len(thing))
             for part in thing:
                 self._feed(part)
-        elif isinstance(thing, Mapping):
-            self._say("mapping", len(thing))
+        elif kind in (dict, types.MappingProxyType):
+            self._say(kind.__name__, len(thing))
             for key, value in thing.items():
                 self._feed(key)
                 self._feed(value)
-        elif isinstance(thing, functools.partial):
-            self._say("partial")
-            self._feed((thing.func, thing.args, thing.keywords))
-        elif isinstance(thing, _WRAPPERS):
-            self._say(type(thing).__name__)
-            self._feed(thing.__func__)
-            self._feed(getattr(thing, "__self__", None))
-        elif isinstance(thing, types.ModuleType):
-            self._say("module", thing.__name__)
-        elif isinstance(thing, type | types.FunctionType) and not _is_users(thing):
-            self._say("named", thing.__module__, thing.__qualname__)
-        elif isinstance(thing, types.FunctionType):
+        elif thing is getattr(np.random.random, "__self__", None):
+            # Numpy's global random generator, which distributions of scipy hold, is reseeded in each process.
+            self._say("global random numbers")
+        elif is_quantity(thing) and kind.__module__.startswith("astropy."):
+            # The pickled form of a unit includes a cache of earlier conversions.
+            self._say("quantity", kind.__qualname__, *_unit(thing.unit))
+            self._feed((np.asarray(thing.value), {k: v for k, v in vars(thing).items() if k not in ("_unit", "info")}))
+        elif kind is types.ModuleType:
+            self._module(thing)
+        elif isinstance(thing, type | types.FunctionType) and _has_name(thing):
+            self._say("named", thing.__module__, thing.__qualname__, _version(thing.__module__))
+        elif kind is types.FunctionType:
             self._say("function")
-            self._feed((_code(thing), thing.__defaults__, thing.__kwdefaults__))
+            self._feed(_own(thing))
             for name, value in _used(thing):
                 self._say(name)
                 self._feed(value)
         elif isinstance(thing, type):
-            self._class(thing)
-        elif isinstance(thing, property):
+            self._say("class", thing.__qualname__)
+            self._feed((type(thing), thing.__bases__))
+            self._entries(thing)
+        elif kind in (staticmethod, classmethod, types.MethodType):
+            self._say(kind.__name__)
+            self._feed((thing.__func__, getattr(thing, "__self__", None)))
+        elif kind is property:
             self._say("property")
             self._feed((thing.fget, thing.fset, thing.fdel))
-        elif isinstance(thing, functools.cached_property):
+        elif kind is functools.cached_property:
             self._say("cached property")
             self._feed(thing.func)
-        elif callable(thing) and inner is not None:
-            # Compiled or cached; what it does is what the function does.
-            self._say("wrapped", type(thing).__qualname__)
-            self._feed(inner)
+        elif kind is types.CellType:
+            self._say("cell")
+            self._feed(_content(thing))
+        elif kind is functools._lru_cache_wrapper:
+            # A cache returns what its function returns; the attributes of the wrapper hold the function.
+            self._say("cached", _version(kind.__module__))
+            self._feed(vars(thing))
+        elif kind.__module__.startswith("numba.") and callable(getattr(thing, "__wrapped__", thing)):
+            self._say("compiled", kind.__qualname__, _version("numba"), getattr(thing, "_sig", ""))
+            options = getattr(thing, "targetoptions", None), getattr(thing, "locals", None)
+            self._feed((getattr(thing, "py_func", None) or getattr(thing, "__wrapped__", None), options))
         else:
-            self._pickled(thing)
+            self._pickled(thing, kind)
 
-    def _class(self, thing: type) -> None:
-        self._say("class", thing.__qualname__)
-        self._feed(thing.__bases__)
+    def _module(self, module: types.ModuleType) -> None:
+        """Add a module of the user with all its content, or only the name of another module."""
+        self._say("module", module.__name__, "" if _is_users(module.__name__) else _version(module.__name__))
+        if _is_users(module.__name__):
+            self._entries(module)
+
+    def _entries(self, thing: type | types.ModuleType) -> None:
         for name, value in vars(thing).items():
             plain = isinstance(value, types.MemberDescriptorType | types.GetSetDescriptorType)
             if name not in _BOOKKEEPING and not plain:
                 self._say(name)
                 self._feed(value)
 
-    def _pickled(self, thing: Any) -> None:
-        reduce = copyreg.dispatch_table.get(type(thing))
+    def _pickled(self, thing: Any, kind: type) -> None:
+        """Add an object by what Python's pickling protocol says of it."""
+        reduce = copyreg.dispatch_table.get(kind)
         try:
-            reduced = thing.__reduce_ex__(4) if reduce is None else reduce(thing)
+            # Pickle looks for a name in all imported modules, some of which warn of whoever looks into them.
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                reduced = thing.__reduce_ex__(4) if reduce is None else reduce(thing)
+                if isinstance(reduced, str):
+                    # Pickling checks that the name leads to this very object.
+                    reduced = pickle.dumps(thing)
         except Exception as error:
-            raise InvalidInput(
-                f"{thing!r} cannot be told from another of the type {type(thing).__qualname__}, so that a change would "
-                "not be noticed; expected set-ups and measures that use none, or no store"
+            raise _Unseen(
+                f"{thing!r} is of the type {kind.__qualname__}, whose value cannot be seen ({error})"
             ) from error
         self._say("object")
-        if isinstance(reduced, str):
-            self._say(type(thing).__module__, type(thing).__qualname__, reduced)
-            return
-        self._feed(tuple(part if part is None or k < 3 else list(part) for k, part in enumerate(reduced[:5])))
+        if isinstance(reduced, bytes):
+            self._say(reduced)
+        else:
+            self._feed(tuple(part if part is None or k < 3 else list(part) for k, part in enumerate(reduced)))
 
     def _code(self, code: types.CodeType) -> None:
         self._say("code", code.co_code, code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)
@@ -174,78 +204,104 @@ class _Digest:
         self._feed(code.co_consts)
 
 
-def _code(function: types.FunctionType) -> types.CodeType:
-    """The code of a function, without its docstring."""
+def _own(function: types.FunctionType) -> Any:
+    """Return what a function contains itself: its code without the docstring, its defaults and attributes."""
     code = function.__code__
-    documented = function.__doc__ is not None and code.co_consts[:1] == (function.__doc__,)
-    return code.replace(co_consts=(None, *code.co_consts[1:])) if documented else code
+    if function.__doc__ is not None and code.co_consts[:1] == (function.__doc__,):
+        code = code.replace(co_consts=(None, *code.co_consts[1:]))
+    return code, function.__defaults__, function.__kwdefaults__, vars(function)
 
 
-def _is_users(thing: Any) -> bool:
-    """Whether a function, class or module is neither Python's nor an installed package's."""
-    name = thing.__name__ if isinstance(thing, types.ModuleType) else getattr(thing, "__module__", None)
-    if name is None or name == "__main__":
-        return True
-    if name.partition(".")[0] == __name__.partition(".")[0]:
+def _unit(unit: Any) -> tuple[str, ...]:
+    """Return the name of a unit and the units it is composed of."""
+    base = unit.decompose() if hasattr(unit, "decompose") else unit
+    return str(unit), repr(getattr(base, "scale", "")), str(base)
+
+
+def _version(module: str) -> str:
+    """Return the version of the package that a module belongs to, if the package has one."""
+    return str(getattr(sys.modules.get(module.partition(".")[0]), "__version__", ""))
+
+
+def _has_name(thing: Any) -> bool:
+    """Return whether a function or class is what a module of Python or an installed package has under its name."""
+    module = getattr(thing, "__module__", None)
+    if not isinstance(module, str) or _is_users(module):
         return False
-    file = getattr(sys.modules.get(name), "__file__", None)
-    if file is None:
-        # Built in, or made by a program while it runs.
-        return name not in sys.builtin_module_names and name not in sys.stdlib_module_names
+    found: Any = sys.modules.get(module)
+    for name in thing.__qualname__.split("."):
+        found = getattr(found, name, None)
+    return found is thing
+
+
+def _is_users(module: str) -> bool:
+    """Return whether a module, given by name, belongs neither to Python nor to an installed package."""
+    top = module.partition(".")[0]
+    if top == __name__.partition(".")[0] or top in sys.builtin_module_names or top in sys.stdlib_module_names:
+        return False
+    file = getattr(sys.modules.get(module), "__file__", None)
+    if top == "__main__" or file is None:
+        # A program may create modules while it runs.
+        return True
     folders = [sysconfig.get_path(kind) for kind in ("purelib", "platlib")]
-    installed = any(file.startswith(folder) for folder in folders) or "site-packages" in file or "dist-packages" in file
-    return not installed and name.partition(".")[0] not in sys.stdlib_module_names
+    return not (
+        any(file.startswith(folder) for folder in folders) or "site-packages" in file or "dist-packages" in file
+    )
 
 
 def _codes(code: types.CodeType) -> Iterator[types.CodeType]:
-    """A code and those within it."""
+    """Yield a code object and those nested in it."""
     yield code
     for constant in code.co_consts:
         if isinstance(constant, types.CodeType):
             yield from _codes(constant)
 
 
+def _content(cell: types.CellType) -> Any:
+    """Return the value of a variable of an enclosing function, or ``None`` if it has no value yet."""
+    try:
+        return cell.cell_contents
+    except ValueError:
+        return None
+
+
 def _used(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
-    """What a function uses from around it, by name."""
-    cells = function.__closure__ or ()
-    for name, cell in zip(function.__code__.co_freevars, cells, strict=True):
-        try:
-            yield name, cell.cell_contents
-        except ValueError:
-            # Not yet given a value, as in a function that is not made to the end.
-            yield name, None
-    names, attributes, imported = set(), set(), set()
+    """Yield what a function uses from its surroundings, by name."""
+    names = {name for code in _codes(function.__code__) for name in code.co_names}
+    unseen = sorted((names & _BY_TEXT) - function.__globals__.keys())
+    if unseen:
+        raise _Unseen(f"the function {function.__qualname__} uses {unseen[0]}, by which it may use anything")
+    found = dict(zip(function.__code__.co_freevars, map(_content, function.__closure__ or ()), strict=True))
+    found |= _globals(function)
+    for name, module in _imported(function):
+        found.setdefault(name, module)
+    yield from sorted(found.items())
+
+
+def _globals(function: types.FunctionType) -> dict[str, Any]:
+    """Return the global variables that a function and those nested in it use."""
+    with need("data", "a store of a sweep"):
+        import cloudpickle
+    # Functions with this module's name are those that cloudpickle sends with all that they use.
+    copy = types.FunctionType(function.__code__, function.__globals__, closure=function.__closure__)
+    copy.__module__ = "__main__"
+    _, _, (_, kept), *_ = cloudpickle.Pickler(io.BytesIO()).reducer_override(copy)
+    found: dict[str, Any] = kept["__globals__"]
+    return found
+
+
+def _imported(function: types.FunctionType) -> Iterator[tuple[str, types.ModuleType]]:
+    """Yield the modules that a function imports when it is called."""
+    package = function.__globals__.get("__package__") or ""
     for code in _codes(function.__code__):
-        for step in dis.get_instructions(code):
-            if step.opname in ("LOAD_GLOBAL", "LOAD_NAME"):
-                names.add(str(step.argval))
-            elif step.opname in ("LOAD_ATTR", "LOAD_METHOD", "IMPORT_FROM"):
-                attributes.add(str(step.argval))
-            elif step.opname == "IMPORT_NAME":
-                imported.add(str(step.argval))
-    around = function.__globals__
-    found = {name: around[name] for name in names if name in around}
-    for name in imported:
-        try:
-            found.setdefault(name, importlib.import_module(name))
-        except (ImportError, TypeError, ValueError):
-            # The function itself will say so, where it ever comes there.
-            continue
-    for name in sorted(found):
-        yield name, found[name]
-        if isinstance(found[name], types.ModuleType):
-            yield from _attributes(name, found[name], attributes, set())
-
-
-def _attributes(
-    path: str, module: types.ModuleType, attributes: set[str], seen: set[types.ModuleType]
-) -> Iterator[tuple[str, Any]]:
-    """What of a user's module has one of these names."""
-    if module in seen or not _is_users(module):
-        return
-    seen.add(module)
-    for name in sorted(attributes & vars(module).keys()):
-        value = vars(module)[name]
-        yield f"{path}.{name}", value
-        if isinstance(value, types.ModuleType):
-            yield from _attributes(f"{path}.{name}", value, attributes, seen)
+        for kind, found in ModuleFinder().scan_opcodes(code):
+            if kind not in ("absolute_import", "relative_import"):
+                continue
+            level, items, name = found if kind == "relative_import" else (0, *found)
+            for full in (name, *(f"{name}.{item}" for item in items or ())):
+                try:
+                    full = importlib.util.resolve_name("." * level + full, package)
+                    yield full, importlib.import_module(full)
+                except (ImportError, ValueError):
+                    # An item need not be a module; if the module is missing, the function itself will raise the error.
+                    continue

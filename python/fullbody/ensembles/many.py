@@ -12,17 +12,18 @@ from ..base.arguments import integer, named_options
 from ..errors import BodiesOverlap, Interrupted, InvalidInput, caution
 from ..events import Event
 from ..model.state import State
-from ..motion.doubts import of_start
+from ..motion.input_warnings import start_warnings
+from ..motion.integration import Task, prepare
 from ..motion.options import Tally, check_for_all, differentiated, watched
-from ..motion.simulation import Run, System
-from ..motion.task import Task, beginning
+from ..motion.run import Run
+from ..motion.system import System
 from ..record.integrators import Integrator
 
 __all__ = ["integrate_many"]
 
 Answer: TypeAlias = Run | Exception
 
-#: More threads than any machine has cores are a mistake.
+#: A larger number of threads than this is taken for a mistake.
 _MOST_THREADS = 1024
 
 
@@ -39,59 +40,59 @@ def integrate_many(
     derivatives: bool | Iterable[str] = False,
     chaos: bool = False,
 ) -> list[Answer]:
-    """Run many systems, each from its state to a time, on all cores.
+    """Integrate many systems, each from its state to a time, on all cores.
 
     Every run equals that of :meth:`fullbody.System.integrate` bit for bit, whatever the number of threads.
 
     Parameters
     ----------
     members : iterable of (System, State)
-        A generator is welcome: members are taken from it as they are needed.
+        Pairs of a system and its initial state. A generator is consumed only as members are needed.
     until : float, Quantity, text with a unit, or a sequence of them
-        End of the runs, or of each member's.
+        End time of all runs, or a sequence with one for each member.
     output : None, "ends", float, Quantity or array_like
-        As in :meth:`fullbody.System.integrate`. What is kept is what takes memory: ``"ends"`` keeps two samples a run,
-        and an empty array none.
+        Samples to keep, as in :meth:`fullbody.System.integrate`. They determine the memory that is used: ``"ends"``
+        keeps two samples per run, and an empty array none.
     integrator : Integrator, or a sequence of them, optional
-        :class:`fullbody.Verner98` unless given.
+        Integrator of all runs, or one for each member; by default :class:`fullbody.Verner98`.
     events : iterable of Event
-        What to watch for in every run. Functions of :class:`fullbody.events.Function` are called from other threads,
-        one at a time.
+        Events to detect in every run. Functions of :class:`fullbody.events.Function` are called from other threads, one
+        at a time.
     dense : bool
     progress : bool, str or callable
-        ``True`` or a label for a progress bar; or a function of (done, total, under_way), called about every 25 ms: how
-        many members are done, how many there are (``None`` for a generator), and how far those under way have come, in
-        members.
+        ``True`` or a label for a progress bar; or a function of (done, total, under_way), called about every 25 ms with
+        the number of finished members, the number of members (``None`` for a generator), and the summed progress of the
+        running ones, in members.
     threads : int, optional
-        As many as the process may run at once unless given.
+        Number of threads; by default the number that the process may run at once.
     derivatives : bool or sequence of str
     chaos : bool
-        As in :meth:`fullbody.System.integrate`.
+        Further options, as in :meth:`fullbody.System.integrate`.
 
     Returns
     -------
     list of Run or Exception
-        In the order of the members. In place of a run that failed stands what :meth:`fullbody.System.integrate` would
-        have raised, with the run so far in its ``.run`` (``None`` where the start is none): one member never stops the
-        others.
+        The results in the order of the members. For a run that failed it is the error that
+        :meth:`fullbody.System.integrate` would have raised, with the run so far in its attribute ``run`` (``None`` if
+        the start is invalid): one member never stops the others.
 
     Raises
     ------
     InvalidInput
-        For ``members``, ``events`` and ``threads`` that are none, and for sequences of another length than the members.
+        For invalid ``members``, ``events`` or ``threads``, and for sequences whose length differs from the members'.
     Interrupted
-        On Ctrl-C, within 100 ms; a KeyboardInterrupt. Its ``.runs`` is the list as far as it goes: whole runs,
-        interrupted ones (``run.stop_reason`` tells), and ``None`` for members that had not begun. Errors of the
-        iterable and of the progress function stop the runs too, and have the same ``.runs``.
+        On Ctrl-C, within 100 ms; it is a KeyboardInterrupt. Its attribute ``runs`` is the list so far: complete runs,
+        interrupted ones (see ``run.stop_reason``), and ``None`` for members that had not begun. Errors of the iterable
+        and of the progress function stop the runs too, and have the same attribute.
 
     Warns
     -----
     InconsistentInput
-        Once, for starts that are probably a mistake: how many there are, and what the first one is.
+        Once, for starts that are probably a mistake: their number, and the text of the first one.
 
     Notes
     -----
-    Where ``until`` or ``integrator`` is a sequence, a generator of members is made a list first.
+    If ``until`` or ``integrator`` is a sequence, a generator of members is first turned into a list.
 
     Examples
     --------
@@ -124,7 +125,7 @@ def integrate_many(
 
 
 def thread_count(threads: Any) -> int:
-    """A number of threads, or an error."""
+    """Return a number of threads, or raise an error."""
     number = integer(threads)
     if number is None or not 1 <= number <= _MOST_THREADS:
         raise InvalidInput(
@@ -134,7 +135,7 @@ def thread_count(threads: Any) -> int:
 
 
 class _Many:
-    """The members on their way to their answers."""
+    """The members of an ensemble and their answers so far."""
 
     def __init__(
         self,
@@ -166,12 +167,12 @@ class _Many:
         self._output, self._events, self._dense = output, events, dense
         self._following = (False if derivatives is None else derivatives or True, chaos)
         self.answers: list[Any] = []
-        #: How many were no members at all.
+        #: The number of members that are not pairs of a system and a state.
         self.refused = 0
-        self._doubts: dict[int, str] = {}
+        self._warnings: dict[int, str] = {}
 
     def given(self) -> Iterator[Any]:
-        """The members as the core takes them; those that are none have their errors at once."""
+        """Yield the members as the core takes them; invalid ones receive their errors at once."""
         until, integrator = (
             value if _is_sequence(value) else repeat(value) for value in (self._until, self._integrator)
         )
@@ -180,7 +181,7 @@ class _Many:
             try:
                 given = self._prepared(index, *parts)
             except Exception as error:
-                # A traceback would keep all members alive.
+                # A traceback would keep all members alive in memory.
                 self.answers[index] = error.with_traceback(None)
                 self.refused += 1
                 continue
@@ -190,19 +191,21 @@ class _Many:
         if not isinstance(member, tuple | list) or len(member) != 2:
             raise InvalidInput(f"member {index} is {member!r}; expected (system, state)")
         system, state = member
-        start, integrator, described = beginning(system, state, integrator)
+        if not isinstance(system, System):
+            raise InvalidInput(f"system is {system!r}; expected a System")
+        start, integrator, described = prepare(system, state, integrator)
         task = Task(system, integrator, start.time, until, self._output, self._events, self._dense, *self._following)
         tag = (index, task, system, start, integrator)
         options = (task.until, task.output, task.conditions, task.dense, task.following)
         return (tag, system._core, start, described, *options)
 
     def take(self, tag: Any, record: Any, counts: Any, time: Any, error: BaseException | None) -> None:
-        """Keep what became of a member."""
+        """Store the result of a member."""
         index, task, system, start, integrator = tag
         if record is not None:
-            if (doubt := next(of_start(system, start, integrator._tolerance), None)) is not None:
-                self._doubts[index] = doubt
-            run = task.run(Run, record, counts)
+            if (warning := next(start_warnings(system, start, integrator._tolerance), None)) is not None:
+                self._warnings[index] = warning
+            run = task.run(record, counts)
             if error is None:
                 self.answers[index] = run
                 return
@@ -217,23 +220,23 @@ class _Many:
             raise error
 
     def fill(self) -> None:
-        """Have a place for every member, also of those that were never asked for."""
+        """Add an entry for every member, also for those that were never requested."""
         self.answers += [None] * ((self.total or 0) - len(self.answers))
 
     def whole(self) -> str:
-        """How many members are done."""
+        """Return the number of members that are done."""
         of = "" if self.total is None else f" of {self.total}"
         done = [a for a in self.answers if a is not None and getattr(a, "stop_reason", None) != "interrupted"]
         return f"{len(done)}{of} {'member' if (self.total or len(done)) == 1 else 'members'}"
 
     def warn(self) -> None:
-        """Warn of doubtful starts."""
-        if self._doubts:
-            first = min(self._doubts)
-            count = f"the starts of {len(self._doubts)} of {len(self.answers)} members are doubtful"
-            caution(f"{count}; member {first}: {self._doubts[first]}")
+        """Warn of starts that are probably mistakes."""
+        if self._warnings:
+            first = min(self._warnings)
+            count = f"the starts of {len(self._warnings)} of {len(self.answers)} members are probably a mistake"
+            caution(f"{count}; member {first}: {self._warnings[first]}")
 
 
 def _is_sequence(value: Any) -> bool:
-    """Whether a value is one for each member."""
+    """Return whether a value is a sequence with one entry for each member."""
     return isinstance(value, list | tuple) or getattr(value, "ndim", 0) == 1

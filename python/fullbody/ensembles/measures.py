@@ -1,8 +1,8 @@
-"""What papers map: fates, attitudes, librations, orbits and drifts of runs, as numbers by names."""
+"""Measures of runs for maps: fates, attitudes, librations, orbits and drifts, as numbers by names."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -10,50 +10,52 @@ import numpy.typing as npt
 from ..base.arguments import named_options
 from ..errors import BodiesOverlap, InvalidInput
 from ..events import Contact, Escape
-from ..model.system import BaseSystem
+from ..motion.run import Run
+from ..motion.system import System
 from ..observables import libration as swings
 from ..observables import mutual_period, tumbles
 from ..observables._relative import check_run
-from ..record.base import BaseRun
+from ..typing import Scalar
 
-__all__ = ["attitude", "drift", "fate", "libration", "orbit"]
+__all__ = ["Measures", "attitude", "drift", "fate", "libration", "orbit"]
 
-#: Sums of the longest semi-axes. From there on figures and spins change the energy of an orbit by less than a
+#: The result of a measure: by name, numbers with or without units, texts, or ``None``.
+Measures: TypeAlias = dict[str, Scalar | str | None]
+
+#: Distance in sums of the longest semi-axes beyond which figures and spins change the energy of an orbit by less than a
 #: thousandth of its parts.
 _FAR = 20.0
 
 
 @named_options
-def fate(run: BaseRun, *, body: int | str = 1, about: int | str = 0, beyond: Any = None) -> dict[str, Any]:
-    """Whether a body hit another one, escaped or stayed, and when.
+def fate(run: Run, *, body: int | str = 1, about: int | str = 0, beyond: Any = None) -> Measures:
+    """Determine whether and when a body hit another one or escaped.
 
     Parameters
     ----------
     run : Run
-    body, about : int or str
+    Indices in the system, or names.
         Places in the system, or names.
-    beyond : float or Quantity, optional
-        The distance from which on an unbound orbit counts as escape; 20 times the sum of both longest semi-axes unless
-        given.
+    The distance beyond which an unbound orbit counts as escape; by default 20 times the sum of both longest semi-axes.
 
     Returns
     -------
     dict
-        ``fate``: ``"contact"``, with whatever body; ``"escape"``; ``"bound"``, at the end of the run; or
-        ``"unfinished"``, where an error other than a contact or Ctrl-C ended it. ``fate_time``: the time of the
-        contact, that of the escape, or the end of the run.
+        ``fate``: ``"contact"`` with any body; ``"escape"``; ``"bound"`` at the end of the run; or ``"unfinished"``, if
+        an error other than a contact, or Ctrl-C, ended the run. ``fate_time``: the time of the contact or of the
+        escape, otherwise the end of the run.
 
     Raises
     ------
     InvalidInput
-        For a run without samples that no contact ended.
+        For a run without samples that did not end with a contact.
 
     Notes
     -----
-    A contact is a :class:`fullbody.events.Contact` that happened, or the overlap that ended the run. An escape is a
-    :class:`fullbody.events.Escape` that the run ended with. Otherwise the body has escaped if its last sample is beyond
-    the distance with a positive energy of the relative motion as points, and the time is that of the first sample from
-    which on that stays so.
+    A contact is an occurrence of :class:`fullbody.events.Contact`, or the overlap that ended the run. An escape is a
+    :class:`fullbody.events.Escape` that ended the run. Otherwise the body has escaped if its last sample is beyond the
+    distance with a positive energy of the relative motion as points; the time is that of the first sample from which on
+    this holds.
 
     Examples
     --------
@@ -81,19 +83,19 @@ def fate(run: BaseRun, *, body: int | str = 1, about: int | str = 0, beyond: Any
     if gone[-1]:
         since = len(gone) - int(np.argmin(gone[::-1])) if not gone.all() else 0
         return {"fate": "escape", "fate_time": run.time[since]}
-    ended = run.stop_reason in ("end", "event", "unknown")
+    ended = run.stop_reason in ("end", "event")
     return {"fate": "bound" if ended else "unfinished", "fate_time": run.time[-1]}
 
 
-def _places(system: BaseSystem, event: Any) -> set[int]:
+def _places(system: System, event: Any) -> set[int]:
     return {system._place(event.i, "i"), system._place(event.j, "j")}
 
 
-def _contact(run: BaseRun, body: int) -> Any:
-    """The time of a body's first contact, or none."""
+def _contact(run: Run, body: int) -> Any:
+    """Return the time of a body's first contact, or ``None``."""
     for happened in run.events:
         event = happened.event
-        # Bodies that part have not met.
+        # Bodies that separate have not met.
         if isinstance(event, Contact) and event.direction <= 0 and body in _places(run.system, event):
             return happened.time
     if isinstance(run.error, BodiesOverlap) and run.system.names[body] in run.error.bodies:
@@ -101,13 +103,13 @@ def _contact(run: BaseRun, body: int) -> Any:
     return None
 
 
-def _far(system: BaseSystem, body: int, about: int) -> float:
+def _far(system: System, body: int, about: int) -> float:
     sizes = (system.bodies[place]._semi_axes(system._units) for place in (body, about))
     return _FAR * float(sum(max(axes) for axes in sizes if axes is not None))
 
 
-def _gone(run: BaseRun, body: int, about: int, limit: float) -> npt.NDArray[np.bool_]:
-    """At which samples a body is far away and unbound."""
+def _gone(run: Run, body: int, about: int, limit: float) -> npt.NDArray[np.bool_]:
+    """Return at which samples a body is far away and unbound."""
     record, masses = run._record, run.system._masses
     r, v = (record[name][:, body] - record[name][:, about] for name in ("position", "velocity"))
     distance, mu = np.linalg.norm(r, axis=1), run.system._G * (masses[body] + masses[about])
@@ -116,23 +118,24 @@ def _gone(run: BaseRun, body: int, about: int, limit: float) -> npt.NDArray[np.b
 
 
 @named_options
-def attitude(run: BaseRun, limit: Any = np.pi / 2, *, body: int | str = 1, about: int | str = 0) -> dict[str, Any]:
-    """The largest roll, pitch and yaw of a body in its orbit's frame, and whether it tumbles.
+def attitude(run: Run, limit: Any = np.pi / 2, *, body: int | str = 1, about: int | str = 0) -> Measures:
+    """Determine the largest roll, pitch and yaw of a body in its orbit's frame, and whether it tumbles.
 
     Parameters
     ----------
     run : Run
-        With samples that :func:`fullbody.observables.tumbles` can follow.
+        A run with samples close enough for :func:`fullbody.observables.tumbles`.
     limit : float or Quantity
-        The angle that one of the three passes when the body begins to tumble: a quarter turn at most.
+        The angle beyond which the body counts as tumbling, for any of the three: at most a quarter turn.
     body, about : int or str
-        Places in the system, or names.
+        Indices in the system, or names.
 
     Returns
     -------
     dict
-        ``roll``, ``pitch``, ``yaw``: the largest of either sign, radians, half a turn where the body has gone round.
-        ``tumbles``: 1 where it does, else 0. ``tumbling_time``: when it began, or ``None``.
+        ``largest_roll``, ``largest_pitch``, ``largest_yaw``: absolute values in radians; half a turn if the body has
+        gone round.
+        ``tumbles``: 1 if the body tumbles, else 0. ``tumbling_time``: when it began, or ``None``.
 
     Examples
     --------
@@ -146,28 +149,28 @@ def attitude(run: BaseRun, limit: Any = np.pi / 2, *, body: int | str = 1, about
     attach = run.system._units.attach
     largest = run.system._units.strip(found.largest, "angle", "angle")
     angles = {
-        name: attach(np.float64(min(size, np.pi)), "angle")
+        f"largest_{name}": attach(np.float64(min(size, np.pi)), "angle")
         for name, size in zip(("roll", "pitch", "yaw"), largest, strict=True)
     }
     return angles | {"tumbles": float(found.time is not None), "tumbling_time": found.time}
 
 
 @named_options
-def libration(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> dict[str, Any]:
-    """The amplitude of a body's libration and the period of its strongest term.
+def libration(run: Run, *, body: int | str = 1, about: int | str = 0) -> Measures:
+    """Determine the amplitude of a body's libration and the period of its strongest term.
 
     Parameters
     ----------
     run : Run
-        As :func:`fullbody.observables.libration` needs it.
+        A run that fulfils the conditions of :func:`fullbody.observables.libration`.
     body, about : int or str
-        Places in the system, or names.
+        Indices in the system, or names.
 
     Returns
     -------
     dict
-        ``libration``: half of peak to peak, radians, and ``libration_period``; both ``None`` for a body that turns
-        round.
+        ``libration``: half of the peak-to-peak angle, radians, and ``libration_period``; both ``None`` for a body that
+        rotates relative to the line between the bodies.
 
     Examples
     --------
@@ -186,23 +189,23 @@ def libration(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> dic
 
 
 @named_options
-def orbit(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> dict[str, Any]:
-    """The mean period of an orbit and the means of its osculating elements.
+def orbit(run: Run, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> Measures:
+    """Determine the mean period of an orbit and the means of its osculating elements.
 
     Parameters
     ----------
     run : Run
-        Of two revolutions or more, sampled at even times.
+        A run of two revolutions or more, sampled at even times.
     mu : float or Quantity, optional
-        As for :meth:`fullbody.Run.elements`.
+        Gravitational parameter, as for :meth:`fullbody.Run.elements`.
     body, about : int or str
-        Places in the system, or names.
+        Indices in the system, or names.
 
     Returns
     -------
     dict
-        ``period``, the mean one of :func:`fullbody.observables.mutual_period`; ``a``, ``e`` and ``i``, means under a
-        Hann window, which leaves next to nothing of what recurs several times in the run.
+        ``period``: the mean period from :func:`fullbody.observables.mutual_period`; ``a``, ``e`` and ``i``: means under
+        a Hann window, which suppresses terms that recur several times in the run.
 
     Raises
     ------
@@ -220,7 +223,7 @@ def orbit(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: int | str
     period = mutual_period(run, body=body, about=about).mean
     elements = run.elements(mu, body=body, about=about)
     time = run._record["time"]
-    # Each sample counts for the time that it stands for.
+    # Each sample is weighted by the length of time around it.
     weight = np.sin(np.pi * (time - time[0]) / (time[-1] - time[0])) ** 2 * np.abs(np.gradient(time))
     weight /= weight.sum()
     means = {name: (getattr(elements, name) * weight).sum() for name in ("a", "e", "i")}
@@ -228,8 +231,8 @@ def orbit(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: int | str
 
 
 @named_options
-def drift(run: BaseRun) -> dict[str, Any]:
-    """The largest drifts of a run, which tell how exact its integration was.
+def drift(run: Run) -> Measures:
+    """Determine the largest drifts of a run, which tell how exact its integration was.
 
     Parameters
     ----------
@@ -238,8 +241,9 @@ def drift(run: BaseRun) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``energy_drift``, ``energy_drift_orbital``, ``angular_momentum_drift``: the largest size of
-        :attr:`fullbody.Run.energy_drift` and the others over the samples, ``None`` without any.
+        ``energy_drift``, ``energy_drift_orbital``, ``angular_momentum_drift``: the largest absolute values over the
+        samples of :attr:`fullbody.Run.energy_drift` and the properties of the other names; ``None`` for a run without
+        samples.
 
     Examples
     --------
@@ -251,4 +255,7 @@ def drift(run: BaseRun) -> dict[str, Any]:
     """
     check_run(run, "a drift")
     names = ("energy_drift", "energy_drift_orbital", "angular_momentum_drift")
-    return {name: float(np.abs(getattr(run, name)).max()) if len(run) else None for name in names}
+    found: Measures = {}
+    for name in names:
+        found[name] = cast(Scalar, float(np.abs(getattr(run, name)).max())) if len(run) else None
+    return found

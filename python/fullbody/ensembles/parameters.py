@@ -1,12 +1,13 @@
-"""What a sweep goes over: grids, rows of a table, random draws, and products of these."""
+"""Parameters of a sweep: grids, rows of a table, random draws, and products of them."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -14,17 +15,19 @@ from ..base.arguments import integer, named_options
 from ..base.units import gathered, is_quantity, need, refuse_masked
 from ..errors import InvalidInput
 
-__all__ = ["RNG", "Draws", "Paired", "Plan", "draws", "paired", "plan"]
+__all__ = ["RNG", "Columns", "Draws", "Paired", "Plan", "draws", "identities", "paired", "plain_columns", "plan"]
 
-#: More rows than any machine has the memory for are a mistake.
+#: A larger number of rows than this is taken for a mistake, as it exceeds any machine's memory.
 _MOST_ROWS = 10**8
-#: The argument of a set-up that takes the row's random numbers, and no parameter's name.
+#: Parameters as files hold them: by name, the dimensions, the values in order, and the unit.
+Columns: TypeAlias = Mapping[str, tuple[Sequence[Hashable], Sequence[Any], str | None]]
+#: The argument of a setup that receives the row's random generator; no parameter may have this name.
 RNG = "rng"
 
 
 @dataclass(frozen=True, slots=True)
 class Paired:
-    """Columns of equal length, whose rows are set up one by one; made by :func:`paired`."""
+    """Columns of equal length whose rows are taken together; made by :func:`paired`."""
 
     columns: Mapping[str, Any]
     dimension: str = "row"
@@ -33,7 +36,7 @@ class Paired:
 
 @dataclass(frozen=True, slots=True)
 class Draws:
-    """Random draws; made by :func:`draws`."""
+    """Random draws of parameters; made by :func:`draws`."""
 
     count: int
     distributions: Mapping[str, Any]
@@ -41,17 +44,18 @@ class Draws:
 
 @named_options
 def paired(**columns: Any) -> Paired:
-    """Columns of equal length for :func:`fullbody.sweep`: the first values together, then the second ones, and so on.
+    """Pair columns of equal length for :func:`fullbody.sweep`: the first values together, then the second ones, and so
+    on.
 
     Parameters
     ----------
     **columns
-        Numbers, Quantities or texts by the name of the parameter.
+        Numbers, Quantities or texts by the names of the parameters.
 
     Returns
     -------
     Paired
-        Gives the map one dimension, ``row``.
+        Parameters that give the map one dimension, ``row``.
 
     Raises
     ------
@@ -70,21 +74,22 @@ def paired(**columns: Any) -> Paired:
 
 @named_options
 def draws(count: int, **distributions: Any) -> Draws:
-    """Random draws for :func:`fullbody.sweep`, which takes ``seed=`` with them.
+    """Draw parameters at random in :func:`fullbody.sweep`, which then needs ``seed=``.
 
     Parameters
     ----------
     count : int
-        How many.
+        Number of draws.
     **distributions
-        By the name of the parameter: a function of a ``numpy.random.Generator`` that gives one number, Quantity or
-        text; or a distribution of ``scipy.stats`` with its parameters. The draws of each row of the map have a
-        generator of their own, made from the seed and the row's number.
+        For each parameter a function of a ``numpy.random.Generator`` that returns one number, Quantity or text, or a
+        distribution of ``scipy.stats`` with its parameters. The draws of each row of the map have a generator of their
+        own, made from the seed and the row's number.
 
     Returns
     -------
     Draws
-        Gives the map one dimension, ``draw``. In a product with a grid, each place of the grid has draws of its own.
+        Parameters that give the map one dimension, ``draw``. In a product with a grid, each grid point has draws of its
+        own.
 
     Examples
     --------
@@ -106,13 +111,13 @@ def draws(count: int, **distributions: Any) -> Draws:
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """The values of a parameter and the dimensions of the map that they lie along, none for a fixed value."""
+    """The values of a parameter and the dimensions of the map along which they lie, none for a fixed value."""
 
     values: Any
     along: tuple[int, ...]
 
     def value(self, place: tuple[int, ...]) -> Any:
-        """The value at a place of the map, of a type of Python's own or a Quantity."""
+        """Return the value at an index of the map, as one of Python's own types or as a Quantity."""
         found = self.values[tuple(place[axis] for axis in self.along)] if self.along else self.values[()]
         return found if is_quantity(found) else found.item() if isinstance(found, np.generic) else found
 
@@ -124,13 +129,13 @@ class Plan:
     Attributes
     ----------
     dimensions : dict
-        Lengths by name; rows are counted with the last dimension the fastest.
+        Lengths of the dimensions by name; rows are numbered with the last dimension varying fastest.
     columns : dict
-        The parameters.
+        The parameters by name.
     labels : dict
-        Labels of dimensions that are no parameter.
+        Labels of dimensions that are not parameters.
     random : bool
-        Whether parameters are drawn.
+        Whether any parameters are drawn at random.
     """
 
     dimensions: dict[str, int]
@@ -143,17 +148,17 @@ class Plan:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Lengths of the dimensions."""
+        """The lengths of the dimensions."""
         return tuple(self.dimensions.values())
 
     def row(self, number: int) -> dict[str, Any]:
-        """The parameters of a row."""
+        """Return the parameters of a row."""
         place = tuple(int(k) for k in np.unravel_index(number, self.shape)) if self.dimensions else ()
         return {name: column.value(place) for name, column in self.columns.items()}
 
 
 def storable(text: str) -> bool:
-    """Whether files can hold a text."""
+    """Return whether files can hold a text."""
     try:
         text.encode()
     except UnicodeEncodeError:
@@ -162,17 +167,17 @@ def storable(text: str) -> bool:
 
 
 def fits(name: str) -> bool:
-    """Whether files can have a variable or dimension of that name."""
+    """Return whether files can have a variable or dimension of that name."""
     return name not in ("", ".") and "/" not in name and storable(name)
 
 
 def stream(seed: Any, row: int, kind: int) -> np.random.Generator:
-    """The random numbers of a row: kind 0 for its drawn parameters, 1 for its set-up."""
+    """Return the random generator of a row: kind 0 for its drawn parameters, 1 for its setup."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(row, kind)))
 
 
 def plan(parameters: Any, seed: Any) -> Plan:
-    """The rows of what :func:`fullbody.sweep` takes as parameters."""
+    """Return the rows of what :func:`fullbody.sweep` takes as parameters."""
     parts = list(parameters) if isinstance(parameters, list | tuple) else [parameters]
     if not parts:
         raise InvalidInput(
@@ -224,7 +229,7 @@ def plan(parameters: Any, seed: Any) -> Plan:
             case grid:
                 for name, given in grid.items():
                     values = _values(given, name)
-                    # The name is looked at before it becomes that of a dimension.
+                    # The name is checked before it becomes that of a dimension.
                     column(name, values, (len(dimensions),) if np.ndim(values) else ())
                     if np.ndim(values):
                         dimension(name, len(values))
@@ -239,7 +244,7 @@ def plan(parameters: Any, seed: Any) -> Plan:
 
 
 def _kind(part: Any) -> Any:
-    """A part of the parameters as a mapping, as draws or as columns that go together."""
+    """Return a part of the parameters as a mapping, as draws or as paired columns."""
     if isinstance(part, Mapping | Draws | Paired):
         return part
     with need("data", "a sweep"):
@@ -259,7 +264,7 @@ def _kind(part: Any) -> Any:
 
 
 def _values(given: Any, name: str) -> Any:
-    """The values of a parameter as an array of one dimension or none, or as a Quantity."""
+    """Return the values of a parameter as an array with at most one dimension, or as a Quantity."""
     expected = "expected numbers, Quantities or texts, one or a list of them"
     if isinstance(given, str):
         return np.array(given)
@@ -273,8 +278,10 @@ def _values(given: Any, name: str) -> Any:
             raise InvalidInput(f"{name} is {given!r}, texts and others; {expected}")
         if not texts:
             given = gathered(given, name)
+        if not texts and not is_quantity(given):
+            given = _exact(given, name)
     elif not is_quantity(given) and not isinstance(given, np.ndarray):
-        # The column of an astropy table keeps its unit.
+        # A column of an astropy table keeps its unit.
         given = gathered(given, name)
     try:
         values = given if is_quantity(given) else np.asarray(given)
@@ -290,8 +297,27 @@ def _values(given: Any, name: str) -> Any:
     return values
 
 
+def _exact(given: Any, name: str) -> Any:
+    """Return values as an array that represents each integer exactly.
+
+    Numpy converts integers to floats beside floats, and beside negative integers if they are near 2**64.
+    """
+    if any(type(value) is bool or not isinstance(value, int | float | np.integer) for value in given):
+        return given
+    kinds = (np.float64,) if any(isinstance(value, float) for value in given) else (np.int64, np.uint64)
+    for kind in kinds:
+        with suppress(OverflowError):
+            values = np.array(given, kind)
+            if all(value != value or kept == value for kept, value in zip(values.tolist(), given, strict=True)):
+                return values
+    raise InvalidInput(
+        f"{name} is {given!r}, whole numbers that one column cannot hold exactly; expected all of them from -2**63 to "
+        "2**63 - 1, or from 0 to 2**64 - 1, and beside floats up to 2**53"
+    )
+
+
 def _draw(without: Plan, random: Mapping[str, Any], seed: Any) -> Plan:
-    """The plan with the values of what is drawn."""
+    """Return the plan with the values of the drawn parameters."""
     if not random:
         return without
     if seed is None:
@@ -316,13 +342,13 @@ def _drawn(distribution: Callable[[np.random.Generator], Any] | Any, rng: np.ran
     if np.ndim(value):
         raise InvalidInput(
             f"a draw of {name} has shape {np.shape(value)}; expected one number, Quantity or text (arrays are drawn in "
-            f"the set-up, from its argument {RNG})"
+            f"the setup, from its argument {RNG})"
         )
     return value if is_quantity(value) else np.asarray(value).item()
 
 
 def chunks(missing: Sequence[bool], size: int) -> Iterable[list[int]]:
-    """The numbers of the missing rows, those of each block of that many rows together."""
+    """Yield the numbers of the missing rows in chunks, one chunk for each block of ``size`` rows."""
     for start in range(0, len(missing), size):
         rows = [row for row in range(start, min(start + size, len(missing))) if missing[row]]
         if rows:
@@ -330,9 +356,34 @@ def chunks(missing: Sequence[bool], size: int) -> Iterable[list[int]]:
 
 
 def columns_of(found: Plan) -> dict[str, tuple[tuple[str, ...], Any]]:
-    """For each parameter the names of its dimensions, and its values."""
+    """Return the dimensions' names and the values of each parameter."""
     names = list(found.dimensions)
     return {
         name: (tuple(itertools.compress(names, (k in column.along for k in range(len(names))))), column.values)
         for name, column in found.columns.items()
     }
+
+
+def plain_columns(found: Plan) -> Columns:
+    """Return the parameters of a plan as files hold them."""
+    return {
+        name: (
+            along,
+            np.ravel(values.value if is_quantity(values) else values).tolist(),
+            str(values.unit) if is_quantity(values) else None,
+        )
+        for name, (along, values) in columns_of(found).items()
+    }
+
+
+def identities(dimensions: Mapping[str, int], columns: Columns) -> list[tuple[str, ...]]:
+    """Return for each row of a sweep a tuple that is equal for rows of equal parameters."""
+    shape = tuple(dimensions.values())
+    parts = []
+    for name in sorted(columns):
+        along, values, unit = columns[name]
+        texts = np.array([f"{name} = {value!r} {unit or ''}" for value in values], dtype=object)
+        # Each column lies along some of the dimensions, in the plan's order.
+        inner = texts.reshape([size if dimension in along else 1 for dimension, size in dimensions.items()])
+        parts.append(np.broadcast_to(inner, shape).ravel().tolist())
+    return list(zip(*parts, strict=True)) if parts else [()] * math.prod(shape)

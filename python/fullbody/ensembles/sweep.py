@@ -1,4 +1,4 @@
-"""Maps: a measure of runs over parameters of their set-up."""
+"""Maps: measures of runs over parameters of their setup."""
 
 from __future__ import annotations
 
@@ -6,18 +6,21 @@ import inspect
 import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..base.arguments import integer, named_options, suggestion
-from ..base.units import need
+from ..base.units import is_quantity, need
 from ..base.version import version
 from ..errors import FullbodyError, Interrupted, InvalidInput, caution
 from ..events import Event
 from ..motion.options import check_for_all, differentiated, watched
 from ..record.integrators import Integrator, Verner98
+from . import identity
+from . import store as stores
+from .dataset import FAILURE, dataset
+from .executors import here, submitted
 from .many import thread_count
 from .parameters import RNG, Plan, chunks, columns_of, plan
 from .work import Job, Outcome, ordered
@@ -27,7 +30,7 @@ if TYPE_CHECKING:
 
 __all__ = ["sweep"]
 
-#: Rows of a chunk that an executor's worker takes; and least number here, with so many for each thread.
+#: The chunk size for an executor's worker, the least one in this process, and the number per thread in this process.
 _OF_WORKER, _LEAST, _OF_THREAD = 16, 64, 16
 
 
@@ -47,48 +50,55 @@ def sweep(
     executor: Any = None,
     threads: int | None = None,
     store: Any = None,
+    key: str | None = None,
     seed: Any = None,
     chunk: int | None = None,
     progress: Any = False,
 ) -> xarray.Dataset:
-    """A map: set up, run and measure for all values of some parameters.
+    """Compute a map: set up, integrate and measure runs for all values of some parameters.
 
     Parameters
     ----------
     setup : callable
-        ``setup(**parameters) -> (system, state)``. An argument ``rng`` takes a ``numpy.random.Generator`` of the row's
-        own, which depends on ``seed`` and the row's number alone.
+        ``setup(**parameters) -> (system, state)``. An argument ``rng`` receives a ``numpy.random.Generator`` of the
+        row's own, which depends only on ``seed`` and the row's number. If it has a default value and there is no seed,
+        nothing is drawn.
     parameters : mapping, pandas.DataFrame, Paired, Draws, or a list of these
-        A mapping of names to values makes a grid, with a dimension for each list of values; a single value is a
+        A mapping of names to values makes a grid with a dimension for each list of values; a single value is a
         parameter without dimension. A table, or :func:`fullbody.ensembles.paired`, has one dimension along its rows;
-        :func:`fullbody.ensembles.draws` one along random draws. A list makes the product of its parts. Values are
+        :func:`fullbody.ensembles.draws` has one along random draws. A list makes the product of its parts. Values are
         numbers, Quantities or texts.
     until : float, Quantity, text or callable
-        The end of the runs, as for :meth:`fullbody.System.integrate`; or the name of the parameter that is the end; or
-        a function that gives it, ``until(**parameters)``.
+        The end of the runs, as for :meth:`fullbody.System.integrate`, or the name of the parameter that is the end, or
+        a function that returns it, ``until(**parameters)``.
     measure : callable, or list of callables
         ``measure(run) -> dict`` of numbers, arrays of numbers of the same shape in all rows, or texts, each under the
-        name of its variable. Numbers may be Quantities. What a row leaves out, or gives as ``None``, is nan there. Of a
-        list each measure is called by itself: the values of the others stay where one fails.
+        name of its variable. Numbers may be Quantities. Entries that a row omits, or returns as ``None``, are nan
+        there. In a list each measure is called separately: if one fails, the values of the others remain.
     output, integrator, events, dense, derivatives, chaos
-        As for :func:`fullbody.integrate_many`, for all runs; by default a run has its start and its end.
+        Options of :func:`fullbody.integrate_many`, for all runs; by default a run keeps its start and its end.
     executor : optional
         Anything with the interface of ``concurrent.futures``: ``ProcessPoolExecutor()``, ``client.get_executor()`` of
         dask.distributed, ``mpi4py.futures.MPIPoolExecutor()``. Its workers take chunks of rows. Functions of notebooks
-        and scripts reach other processes by cloudpickle (``pip install fullbody[dask]``).
+        and scripts reach other processes by cloudpickle.
     threads : int, optional
-        Threads of this process, by default one for each core; or those of each worker of the executor, by default one.
+        Number of threads of this process, by default one per core; or of each worker of the executor, by default one.
     store : str or Path, optional
-        Where to keep what is done: a name that ends in ``.nc``, or a folder. A sweep that was cut short, by whatever
-        it was, goes on from there when it is called again, and ends with the map of an unbroken one, bit for bit on a
-        machine with the same vector instructions. See the notes.
+        Where to keep the outcomes: a name that ends in ``.nc``, or a folder. A sweep that was interrupted for any
+        reason continues from there when it is called again, and ends with the map of an uninterrupted one, bit for bit
+        on a machine with the same vector instructions. A sweep whose parameters include all rows of the stored one
+        keeps those rows and computes the others. See the notes.
+    key : str, optional
+        A text that stands for the setup, the measure, the events, and an end that is a function: the store then
+        compares it instead of these, and it has to be changed whenever they change. It is needed if they use things
+        that cannot be compared, such as open files, or functions found by ``eval``.
     seed : int or sequence of int, optional
-        Needed where anything is drawn.
+        The seed of random numbers, needed if anything is drawn.
     chunk : int, optional
-        Rows that are kept in the store at a time, and whose runs are in memory together; by default 16 with an
-        executor, otherwise 64, or 16 for each thread where that is more. The map does not depend on it.
+        Number of rows that are stored at a time and whose runs are in memory together; by default 16 with an executor,
+        otherwise 64, or 16 per thread if that is more. The map does not depend on it.
     progress : bool or str
-        Whether to show a bar, or its label.
+        Whether to show a progress bar, or its label.
 
     Returns
     -------
@@ -102,10 +112,10 @@ def sweep(
     Raises
     ------
     InvalidInput
-        For arguments that cannot be used; where the store has another sweep, with what differs; and where a file of the
-        store is damaged or another's, with its name. What goes wrong with single rows does not raise.
+        For invalid arguments; if the store holds another sweep, with the differences; and if a file of the store is
+        damaged or belongs to something else, with its name. Errors in single rows do not raise.
     FullbodyError
-        Where another process has the store, or the executor's workers die. The attribute ``dataset`` has the map so
+        If another process has the store open, or the executor's workers die. Its attribute ``dataset`` is the map so
         far.
     Interrupted
         On Ctrl-C, with the map so far in the attribute ``dataset``. Rows that were not computed have the error
@@ -114,7 +124,7 @@ def sweep(
     Warns
     -----
     InconsistentInput
-        Where every row has an error: how many there are, and the first one.
+        If every row has an error: the number of rows, and the first error.
 
     Notes
     -----
@@ -124,9 +134,15 @@ def sweep(
 
     A store ``map.nc`` is a folder of chunks, ``map.nc.parts``, until all is done, and then the map itself. Every file
     is written whole or not at all. A sweep is another one, and is refused, where it has other parameters, seeds, ends,
-    output, integrators or events; with another version of fullbody, numpy or Python; and where the set-up or the
-    measure has changed, or what these use: default values, variables from around them, and functions and classes that
-    are not of an installed package. Files that they read are not looked at.
+    output, integrators or events; with another version of fullbody, numpy or Python; and where the setup or the
+    measure has changed, or what these use: default values, attributes, variables from around them, functions and
+    classes that are not of an installed package, and modules that are not, with all that they hold. What cannot be
+    compared is refused, unless ``key`` stands for it. Files and environment variables that functions read are not
+    looked at: change ``key`` where they change.
+
+    A stored sweep is extended by other parameters where each of its rows is among the new ones: by more values in a
+    grid, by more rows of a table, or by another dimension. Random numbers come from the row's number, so that a sweep
+    with a seed keeps its rows only where they stay the first ones, as with more draws.
 
     Examples
     --------
@@ -142,36 +158,73 @@ def sweep(
     """
     with need("data", "a sweep"):
         import xarray  # noqa: F401
-    # Most sessions have no sweep, and are spared the time to import these.
-    from . import store as stores
-    from .dataset import FAILURE, dataset
-    from .executors import here, submitted
+    rows, job = _checked(
+        setup,
+        parameters,
+        until,
+        measure,
+        output,
+        integrator,
+        events,
+        dense,
+        derivatives,
+        chaos,
+        executor,
+        threads,
+        seed,
+    )
+    size = _chunk_size(chunk, executor, job.threads)
+    if key is not None and (store is None or not isinstance(key, str) or not key):
+        raise InvalidInput(f"key is {key!r}; expected a text that is not empty, and only with a store")
+    notes = {"title": "fullbody sweep", "fullbody_version": version()} | ({} if seed is None else {"seed": seed})
+    if store is None:
+        with _Bar(progress, len(rows), {}) as bar:
+            return _warned(_computed(job, rows, {}, notes, size, executor, bar, None))
+    with stores.opened(store, _manifest(job, rows, key), rows) as kept:
+        if kept.map is not None:
+            return _warned(kept.map)
+        outcomes = kept.outcomes()
+        with _Bar(progress, len(rows), outcomes) as bar:
+            return _warned(kept.finish(_computed(job, rows, outcomes, notes, size, executor, bar, kept)))
 
+
+def _checked(
+    setup: Any,
+    parameters: Any,
+    until: Any,
+    measure: Any,
+    output: Any,
+    integrator: Any,
+    events: Iterable[Event],
+    dense: bool,
+    derivatives: bool | Iterable[str],
+    chaos: bool,
+    executor: Any,
+    threads: int | None,
+    seed: Any,
+) -> tuple[Plan, Job]:
+    """The rows of a sweep and what is done with each, or an error before any work."""
     if not callable(setup):
         raise InvalidInput(f"setup is {setup!r}; expected a function")
     measures = tuple(measure) if isinstance(measure, list | tuple) else (measure,)
     if not measures or not all(callable(one) for one in measures):
         raise InvalidInput(f"measure is {measure!r}; expected a function, or a list of functions")
-    rng = RNG in _arguments(setup)
+    argument = _arguments(setup).get(RNG)
+    rng = argument is not None and (seed is not None or argument.default is argument.empty)
     rows = plan(parameters, _seed(seed))
     for name in (*rows.columns, *rows.dimensions):
         if name in FAILURE:
             raise InvalidInput(f"parameters has the name {name!r}, which is kept for what goes wrong with a row")
     _check_names(setup, rows, rng)
     if rng and seed is None:
-        raise InvalidInput(f"seed is None, but the set-up takes {RNG}; expected a whole number")
+        raise InvalidInput(f"seed is None, but the setup takes {RNG}; expected a whole number")
     if seed is not None and not (rng or rows.random):
         raise InvalidInput(f"seed is {seed!r}, but nothing is drawn; expected none")
     width = None if threads is None and executor is None else thread_count(1 if threads is None else threads)
-    many = max(_LEAST, _OF_THREAD * (width or os.cpu_count() or 1)) if executor is None else _OF_WORKER
-    size = many if chunk is None else integer(chunk)
-    if size is None or size < 1:
-        raise InvalidInput(f"chunk is {chunk!r}; expected a whole number above zero")
-    # An error comes before all work.
     check_for_all(integrator, output, None if isinstance(until, str) and until in rows.columns else until)
     names = differentiated(derivatives)
     wanted = False if names is None else tuple(names) or True
-    job = Job(
+    return rows, Job(
         setup,
         measures,
         until,
@@ -185,45 +238,57 @@ def sweep(
         seed,
         rng,
     )
-    outcomes: dict[int, Outcome] = {}
-    notes = {"title": "fullbody sweep", "fullbody_version": version()} | ({} if seed is None else {"seed": seed})
-    with ExitStack() as stack:
-        kept = None
-        if store is not None:
-            kept = stack.enter_context(stores.opened(store, _manifest(job, rows)))
-            if kept.map is not None:
-                return _looked_at(kept.map)
-            outcomes |= kept.outcomes()
-        bar = stack.enter_context(_Bar(progress, len(rows), outcomes))
-
-        def keep(found: list[Outcome]) -> None:
-            found = ordered(found)
-            outcomes.update((outcome.row, outcome) for outcome in found)
-            if kept is not None:
-                kept.add(found)
-            bar.update(found)
-
-        missing = [row not in outcomes for row in range(len(rows))]
-        tasks = ([(row, rows.row(row)) for row in numbers] for numbers in chunks(missing, size))
-        try:
-            here(job, tasks, keep, bar.under_way) if executor is None else submitted(executor, job, tasks, keep)
-        except (KeyboardInterrupt, FullbodyError, OSError) as error:
-            where = "in .dataset" if kept is None else f"in {kept.path} and in .dataset"
-            done = f"{len(outcomes)} of {len(rows)} rows are done, {where}"
-            raised: Any = Interrupted(f"interrupted; {done}") if isinstance(error, KeyboardInterrupt) else error
-            raised.dataset = dataset(rows, outcomes.values(), notes)
-            if raised is not error:
-                raise raised from None
-            error.add_note(done)
-            raise
-        found = dataset(rows, outcomes.values(), notes)
-        return _looked_at(found if kept is None else kept.finish(found))
 
 
-def _looked_at(found: xarray.Dataset) -> xarray.Dataset:
-    """A map, with a warning where all of its rows have an error."""
-    from .dataset import FAILURE
+def _chunk_size(chunk: Any, executor: Any, width: int | None) -> int:
+    """The number of rows in a chunk."""
+    usual = max(_LEAST, _OF_THREAD * (width or os.cpu_count() or 1)) if executor is None else _OF_WORKER
+    size = usual if chunk is None else integer(chunk)
+    if size is None or size < 1:
+        raise InvalidInput(f"chunk is {chunk!r}; expected a whole number above zero")
+    return size
 
+
+def _computed(
+    job: Job,
+    rows: Plan,
+    outcomes: dict[int, Outcome],
+    notes: dict[str, Any],
+    size: int,
+    executor: Any,
+    bar: _Bar,
+    kept: Any,
+) -> xarray.Dataset:
+    """Compute all rows that have no outcome yet and return the map.
+
+    An error that ends the sweep has the map so far in its attribute ``dataset``.
+    """
+
+    def keep(found: list[Outcome]) -> None:
+        found = ordered(found)
+        outcomes.update((outcome.row, outcome) for outcome in found)
+        if kept is not None:
+            kept.add(found)
+        bar.update(found)
+
+    missing = [row not in outcomes for row in range(len(rows))]
+    tasks = ([(row, rows.row(row)) for row in numbers] for numbers in chunks(missing, size))
+    try:
+        here(job, tasks, keep, bar.under_way) if executor is None else submitted(executor, job, tasks, keep)
+    except (KeyboardInterrupt, FullbodyError, OSError) as error:
+        where = "in .dataset" if kept is None else f"in {kept.path} and in .dataset"
+        done = f"{len(outcomes)} of {len(rows)} rows are done, {where}"
+        raised: Any = Interrupted(f"interrupted; {done}") if isinstance(error, KeyboardInterrupt) else error
+        raised.dataset = dataset(rows, outcomes.values(), notes)
+        if raised is not error:
+            raise raised from None
+        error.add_note(done)
+        raise
+    return dataset(rows, outcomes.values(), notes)
+
+
+def _warned(found: xarray.Dataset) -> xarray.Dataset:
+    """Return a map, after a warning if all of its rows have an error."""
     kinds, texts, stages = (found[name].values.ravel() for name in FAILURE)
     if all(kinds):
         rows = "the only row" if len(kinds) == 1 else f"all {len(kinds)} rows"
@@ -238,28 +303,26 @@ def _arguments(function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
     try:
         return inspect.signature(function).parameters
     except (TypeError, ValueError):
-        # Compiled functions need not tell.
+        # Compiled functions may not tell their arguments.
         return {}
 
 
 def _check_names(setup: Callable[..., Any], rows: Plan, rng: bool) -> None:
-    """Refuse parameters that the set-up does not take, and missing ones."""
+    """Raise an error for parameters that the setup does not take, and for missing ones."""
     arguments = _arguments(setup)
     if not arguments or any(a.kind is a.VAR_KEYWORD for a in arguments.values()):
         return
     for name in rows.columns:
         if name not in arguments:
-            raise InvalidInput(
-                f"parameters has {name!r}, which the set-up does not take; {suggestion(name, arguments)}"
-            )
+            raise InvalidInput(f"parameters has {name!r}, which the setup does not take; {suggestion(name, arguments)}")
     for name, argument in arguments.items():
         needed = argument.default is argument.empty and argument.kind is not argument.VAR_POSITIONAL
         if needed and name not in rows.columns and not (rng and name == RNG):
-            raise InvalidInput(f"parameters has no {name!r}, which the set-up needs; it has {', '.join(rows.columns)}")
+            raise InvalidInput(f"parameters has no {name!r}, which the setup needs; it has {', '.join(rows.columns)}")
 
 
 def _seed(seed: Any) -> Any:
-    """A seed as numpy takes it: a whole number or some."""
+    """Return a seed as numpy takes it: one integer or several."""
     if seed is None:
         return None
     many = isinstance(seed, list | tuple)
@@ -269,10 +332,8 @@ def _seed(seed: Any) -> Any:
     return numbers if many else numbers[0]
 
 
-def _manifest(job: Job, rows: Plan) -> Mapping[str, str]:
-    """What the sweep is: digests by names for people."""
-    from . import identity
-
+def _manifest(job: Job, rows: Plan, key: str | None) -> Mapping[str, str]:
+    """Return digests of all that determines a sweep, by readable names. A key stands for all functions."""
     told = {
         "version of fullbody": version(),
         "version of numpy": np.__version__,
@@ -281,21 +342,24 @@ def _manifest(job: Job, rows: Plan) -> Mapping[str, str]:
         "dimensions": identity.digest((dict(rows.dimensions), rows.labels)),
         "output": identity.digest(job.output),
         "integrator": identity.digest(Verner98() if job.integrator is None else job.integrator),
-        "events": identity.digest(job.events),
+        **({"events": identity.digest(job.events)} if key is None else {"key": key}),
         "dense": repr(job.dense),
         **({"derivatives": repr(job.derivatives)} if job.derivatives else {}),
         **({"chaos": "True"} if job.chaos else {}),
     }
     told |= {f"parameter {name}": identity.digest(column) for name, column in columns_of(rows).items()}
     measures = {f"measure {place}" if place else "measure": one for place, one in enumerate(job.measures)}
-    for name, thing in {"setup": job.setup, **measures, "until": job.until}.items():
+    functions = {"setup": job.setup, **measures} if key is None else {}
+    if key is None or is_quantity(job.until) or not callable(job.until):
+        functions["until"] = job.until
+    for name, thing in functions.items():
         for part, found in identity.parts(thing).items():
             told[f"{name} ({part})" if part else name] = found
     return told
 
 
 class _Bar:
-    """A progress bar of rows as a context; none where it is not asked for."""
+    """A progress bar of rows as a context manager; it shows nothing unless requested."""
 
     def __init__(self, progress: bool | str, rows: int, done: Mapping[int, Outcome]) -> None:
         self._bar: Any = None
@@ -315,7 +379,7 @@ class _Bar:
             self._bar.close()
 
     def under_way(self, runs: int) -> None:
-        """Show runs of a chunk that is not done."""
+        """Show finished runs of a chunk that is not done."""
         if self._bar is not None:
             self._bar.update(self._done + runs - self._bar.n)
 

@@ -1,4 +1,4 @@
-"""Rows of a sweep set up, run and measured: what a worker does."""
+"""The work on rows of a sweep: set up, integrate and measure."""
 
 from __future__ import annotations
 
@@ -15,32 +15,38 @@ from ..base.units import is_quantity, refuse_masked
 from ..errors import InvalidInput
 from ..events import Event
 from ..model.state import State
-from ..motion.simulation import System
+from ..motion.system import System
 from ..record.integrators import Integrator
 from .many import integrate_many
 from .parameters import RNG, fits, storable, stream
 
 __all__ = ["Failure", "Job", "Measured", "Outcome", "Rows", "work", "work_sent"]
 
-#: Numbers and the parameters of rows.
+#: Row numbers with the parameters of the rows.
 Rows: TypeAlias = Sequence[tuple[int, Mapping[str, Any]]]
 
 
-#: Of a row alone; Ctrl-C is of the whole sweep.
+#: Errors that end a single row; Ctrl-C ends the whole sweep.
 _FAILURES = (Exception, SystemExit)
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """Numbers (any shape) with the name of their unit, or a text."""
+    """Measured numbers (any shape) with the name of their unit, or a text."""
 
     value: npt.NDArray[np.float64] | str
     unit: str | None = None
 
+    @property
+    def missing(self) -> bool:
+        """Whether the value is one nan without a unit, as a measure's ``None`` becomes: it fits any variable."""
+        one_number = self.unit is None and not isinstance(self.value, str) and not self.value.shape
+        return one_number and bool(np.isnan(self.value))
+
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """What went wrong with a row: the name of the error, its text, and whether it came in setup, run or measure."""
+    """The failure of a row: the name of the error, its text, and whether it came in setup, run or measure."""
 
     name: str
     text: str
@@ -48,12 +54,12 @@ class Failure:
 
     @classmethod
     def of(cls, error: BaseException, stage: str, part: str = "") -> Failure:
-        """From an error; the text begins with the part of the stage that failed, where it has several."""
+        """Make the failure of an error; the text begins with the part of the stage that failed, if it has several."""
         text = str(error).replace("\0", "\\0").encode("utf-8", "backslashreplace").decode()
         return cls(type(error).__name__, f"{part}: {text}" if part else text, stage)
 
     def after(self, first: Failure | None) -> Failure:
-        """Both failures as one, which has the name and the stage of the first, and both texts."""
+        """Combine both failures into one with the name and the stage of the first, and both texts."""
         if first is None:
             return self
         return Failure(first.name, f"{first.text}; also {self.name} in {self.stage}: {self.text}", first.stage)
@@ -61,7 +67,7 @@ class Failure:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of a row."""
+    """The outcome of a row: its values, or its failure."""
 
     row: int
     values: dict[str, Measured]
@@ -70,7 +76,7 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """What is done with each row; see :func:`fullbody.sweep`."""
+    """The work on each row; see :func:`fullbody.sweep`."""
 
     setup: Callable[..., Any]
     measures: tuple[Callable[..., Any], ...]
@@ -87,16 +93,16 @@ class Job:
 
 
 def work_sent(packed: bytes, rows: Rows) -> list[Outcome]:
-    """The outcomes of rows, of a job that was packed for another process."""
+    """Return the outcomes of rows, of a job that was packed for another process."""
     outcomes: list[Outcome] = []
     work(pickle.loads(packed), rows, outcomes)
     return outcomes
 
 
 def work(job: Job, rows: Rows, outcomes: list[Outcome], report: Callable[[int], None] | None = None) -> None:
-    """Work on rows and append their outcomes, so that an interrupt leaves those that were done.
+    """Work on rows and append their outcomes to a list, so that an interrupt leaves the finished ones.
 
-    ``report`` is called with the number of runs that are done.
+    ``report`` is called with the number of finished runs.
     """
     members: dict[int, tuple[System, State]] = {}
     ends: dict[int, Any] = {}
@@ -141,11 +147,11 @@ def _member(job: Job, row: int, parameters: Mapping[str, Any]) -> tuple[System, 
     match member:
         case (System() as system, State() as state):
             return system, state
-    raise InvalidInput(f"the set-up gives {member!r}; expected (system, state)")
+    raise InvalidInput(f"the setup gives {member!r}; expected (system, state)")
 
 
 def _outcome(job: Job, row: int, run: Any) -> Outcome:
-    """What came of a run, or of the error that ended it with the run so far."""
+    """Return the outcome of a run, or of the error that ended it with the run so far."""
     failure = None
     if isinstance(run, BaseException):
         failure = Failure.of(run, "run")
@@ -155,7 +161,7 @@ def _outcome(job: Job, row: int, run: Any) -> Outcome:
     values: dict[str, Measured] = {}
     for place, measure in enumerate(job.measures):
         part = _called(measure, place) if len(job.measures) > 1 else ""
-        # What fails takes nothing from the rest.
+        # A measure that fails does not affect the others.
         try:
             found = _mapping(measure(run))
         except _FAILURES as error:
@@ -171,7 +177,7 @@ def _outcome(job: Job, row: int, run: Any) -> Outcome:
 
 
 def _called(measure: Any, place: int) -> str:
-    """The name of one of several measures; of one without a name its place."""
+    """Return the name of one of several measures, or its index if it has none."""
     while isinstance(measure, partial):
         measure = measure.func
     name = getattr(measure, "__name__", "")
@@ -205,5 +211,5 @@ def _value(value: Any, name: str) -> Measured:
 
 
 def ordered(outcomes: Iterable[Outcome]) -> list[Outcome]:
-    """By the number of their rows."""
+    """Sort outcomes by the number of their rows."""
     return sorted(outcomes, key=lambda outcome: outcome.row)

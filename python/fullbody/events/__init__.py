@@ -19,14 +19,14 @@ import numpy as np
 
 from .. import _core
 from ..base.arguments import directions, integer, named_options, place
-from ..base.units import gathered, numbers, scalar
+from ..base.units import gathered, is_quantity, numbers, scalar
 from ..base.values import ScalarFields
 from ..errors import InvalidInput
 from ..model.state import State
 from ..typing import Scalar
 
 if TYPE_CHECKING:
-    from ..model.system import BaseSystem
+    from ..motion.system import System
 
 __all__ = [
     "Alignment",
@@ -36,6 +36,7 @@ __all__ = [
     "Escape",
     "Event",
     "Function",
+    "Occultation",
     "Occurrence",
     "Periapsis",
     "PlaneCrossing",
@@ -46,7 +47,7 @@ __all__ = [
 @named_options
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Event(ScalarFields):
-    """Base of all events.
+    """Base class of all events.
 
     Parameters
     ----------
@@ -65,14 +66,14 @@ class Event(ScalarFields):
         if not isinstance(self.terminal, bool | np.bool_):
             raise InvalidInput(f"terminal is {self.terminal!r}; expected True or False")
 
-    def _place(self, system: BaseSystem, name: str) -> int:
+    def _place(self, system: System, name: str) -> int:
         return place(getattr(self, name), system.names, f"{name} of {type(self).__name__}")
 
-    def _condition(self, system: BaseSystem) -> _core.Condition:
+    def _condition(self, system: System) -> _core.Condition:
         """The condition for the core to watch."""
         raise InvalidInput(f"event is {self!r}; expected one of fullbody.events, such as Contact(0, 1)")
 
-    def _watched(self, system: BaseSystem) -> tuple[_core.Condition, int, bool]:
+    def _watched(self, system: System) -> tuple[_core.Condition, int, bool]:
         """The condition, the direction and whether the run stops there."""
         return self._condition(system), integer(self.direction) or 0, bool(self.terminal)
 
@@ -82,7 +83,7 @@ class _TwoBodyEvent(Event):
     i: int | str = 0
     j: int | str = 1
 
-    def _places(self, system: BaseSystem) -> tuple[int, int]:
+    def _places(self, system: System) -> tuple[int, int]:
         return self._place(system, "i"), self._place(system, "j")
 
 
@@ -94,7 +95,7 @@ class Separation(_TwoBodyEvent):
     Parameters
     ----------
     i, j : int or str
-        Places in the system, or names.
+        Indices in the system, or names.
     value : float or Quantity
     direction : {-1, 0, 1}
         -1 approaching, 1 receding.
@@ -111,7 +112,7 @@ class Separation(_TwoBodyEvent):
 
     value: Any = None
 
-    def _condition(self, system: BaseSystem) -> _core.Condition:
+    def _condition(self, system: System) -> _core.Condition:
         value = _length(self.value, system, "value of Separation")
         return _core.Condition.Separation(*self._places(system), value)
 
@@ -127,7 +128,7 @@ class Contact(_TwoBodyEvent):
     Parameters
     ----------
     i, j : int or str
-        Places in the system, or names.
+        Indices in the system, or names.
     direction : {-1, 0, 1}
         -1: the bodies come together; 1: they part; 0: both.
     terminal : bool
@@ -146,7 +147,7 @@ class Contact(_TwoBodyEvent):
     ('event', 2.0)
     """
 
-    def _condition(self, system: BaseSystem) -> _core.Condition:
+    def _condition(self, system: System) -> _core.Condition:
         return _core.Condition.Contact(*self._places(system))
 
 
@@ -169,7 +170,7 @@ class Periapsis(_TwoBodyEvent):
     True
     """
 
-    def _condition(self, system: BaseSystem) -> _core.Condition:
+    def _condition(self, system: System) -> _core.Condition:
         return _core.Condition.Periapsis(*self._places(system))
 
 
@@ -184,7 +185,7 @@ class Apoapsis(_TwoBodyEvent):
     terminal : bool
     """
 
-    def _condition(self, system: BaseSystem) -> _core.Condition:
+    def _condition(self, system: System) -> _core.Condition:
         return _core.Condition.Apoapsis(*self._places(system))
 
 
@@ -213,7 +214,7 @@ class PlaneCrossing(Event):
         normal = directions(self.normal, "normal of PlaneCrossing", one=True)
         object.__setattr__(self, "normal", tuple(float(component) for component in normal))
 
-    def _condition(self, system: BaseSystem) -> _core.Condition:
+    def _condition(self, system: System) -> _core.Condition:
         reference = None if self.j is None else self._place(system, "j")
         return _core.Condition.PlaneCrossing(self._place(system, "i"), reference, self.normal)
 
@@ -234,7 +235,7 @@ class Escape(_TwoBodyEvent):
 
     distance: Any = None
 
-    def _condition(self, system: BaseSystem) -> _core.Condition:
+    def _condition(self, system: System) -> _core.Condition:
         distance = _length(self.distance, system, "distance of Escape")
         return _core.Condition.Escape(*self._places(system), distance)
 
@@ -250,7 +251,7 @@ class Alignment(_TwoBodyEvent):
     terminal : bool
     """
 
-    def _condition(self, system: BaseSystem) -> _core.Condition:
+    def _condition(self, system: System) -> _core.Condition:
         return _core.Condition.Alignment(*self._places(system))
 
 
@@ -281,7 +282,7 @@ class ClosestApproach(Event):
 
     force: str = ""
 
-    def _condition(self, system: BaseSystem) -> _core.Condition:
+    def _condition(self, system: System) -> _core.Condition:
         return _core.Condition.ClosestApproach(system._third_body(self.force, "force of ClosestApproach"))
 
 
@@ -311,7 +312,7 @@ class Function(Event):
 
     f: Callable[[State], Any] = field(default=lambda state: 1.0)
 
-    def _condition(self, system: BaseSystem) -> _core.Condition:
+    def _condition(self, system: System) -> _core.Condition:
         if not callable(self.f):
             raise InvalidInput(f"f is {self.f!r}; expected a function of a State")
 
@@ -326,6 +327,79 @@ class Function(Event):
             return number
 
         return _core.Condition.Function(call)
+
+
+@named_options
+@dataclass(frozen=True, eq=False)
+class Occultation(_TwoBodyEvent):
+    """Body j, in front, begins or ceases to cover body i, as seen along the direction to a distant point.
+
+    Towards the observer this is an occultation; towards the Sun it is an eclipse. The function is the gap between the
+    outlines of the two bodies, or with ``total=True`` how far that of body i reaches out of the other's. The outline of
+    a polyhedron is the convex hull of its vertices. :func:`fullbody.observing.occultation` makes the event from a
+    geometry, and :func:`fullbody.observing.mutual_events` finds all such events of a run that is there already.
+
+    Parameters
+    ----------
+    i, j : int or str
+        The body behind and the body in front; places in the system, or names.
+    toward : array_like, (3,) or (T, 3)
+        The direction to the distant point, of any length; or its directions at ``times``, with a cubic spline between.
+    times : array_like or Quantity, (T,), optional
+        Times of the directions, four or more. A run beyond them is refused.
+    total : bool
+        Whether body j covers all of body i. What only several parts of body j cover together counts as seen.
+    direction : {-1, 0, 1}
+        -1: it begins; 1: it ends; 0: both.
+    terminal : bool
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.didymos()
+    >>> hidden = fullbody.events.Occultation("Dimorphos", "Didymos", toward=[1.0, 0.0, 0.0], terminal=True)
+    >>> run = system.integrate(state, 24.0, events=[hidden])
+    >>> run.stop_reason
+    'event'
+    """
+
+    toward: Any = None
+    times: Any = None
+    total: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not isinstance(self.total, bool | np.bool_):
+            raise InvalidInput(f"total of Occultation is {self.total!r}; expected True or False")
+        if self.toward is None:
+            raise InvalidInput("toward of Occultation is not given; expected a direction (3,), or (T, 3) with times=")
+        toward = directions(self.toward, "toward of Occultation")
+        times = gathered(self.times, "times of Occultation", "time") if self.times is not None else None
+        count = () if times is None else np.shape(times)
+        if toward.ndim != (1 if times is None else 2) or toward.shape[:-1] != count:
+            raise InvalidInput(
+                f"toward of Occultation has shape {toward.shape} and times {count}; expected (3,) without times, or "
+                "(T, 3) and (T,)"
+            )
+        # Tuples can be compared and hashed.
+        object.__setattr__(self, "toward", _tuples(toward))
+        object.__setattr__(self, "times", times if is_quantity(times) or times is None else _tuples(times))
+
+    def _condition(self, system: System) -> _core.Condition:
+        places, times = np.atleast_2d(self.toward), self.times
+        if times is None:
+            places, when = np.repeat(places, 4, axis=0), np.arange(4.0)
+        else:
+            when = system._units.strip(times, "time", "times of Occultation")
+        toward = _core.Toward(when.tolist(), places.tolist(), 0.0, times is not None)
+        i, j = self._places(system)
+        return _core.Condition.Occultation(i, j, bool(self.total), toward)
+
+
+def _tuples(values: Any) -> Any:
+    """Nested tuples of floats of an array."""
+    array = np.asarray(values, dtype=np.float64)
+    return float(array) if array.ndim == 0 else tuple(_tuples(row) for row in array)
 
 
 @dataclass(frozen=True, slots=True)
@@ -343,13 +417,11 @@ class Occurrence:
     event: Event
     time: Scalar
     state: State
+    #: Transition matrix (12 N, 12 N) and sensitivities (P, 12 N) there, in runs with derivatives.
+    _derivatives: tuple[Any, Any] | None = field(default=None, compare=False, repr=False)
 
 
-def __dir__() -> list[str]:
-    return __all__
-
-
-def _length(value: Any, system: BaseSystem, what: str) -> float:
+def _length(value: Any, system: System, what: str) -> float:
     if value is None:
         raise InvalidInput(f"{what} is not given; expected a length")
     return system._units.number(value, "length", what)

@@ -1,18 +1,14 @@
 """Fields that people look at: geopotential and slope of a surface, and the rotating frame of a synchronous pair with
 its equilibrium points, zero-velocity curves and Roche lobes.
 
-Pictures of them are drawn by :mod:`fullbody.plots`.
+Module :mod:`fullbody.plots` draws pictures of them.
 """
 
 from __future__ import annotations
 
 from .equilibria import Equilibrium
 from .lobes import RocheLobe
-from .surface import SurfaceField, surface
+from .surface import SurfaceField, SurfaceRange, surface, surface_along
 from .synodic import Synodic
 
-__all__ = ["Equilibrium", "RocheLobe", "SurfaceField", "Synodic", "surface"]
-
-
-def __dir__() -> list[str]:
-    return __all__
+__all__ = ["Equilibrium", "RocheLobe", "SurfaceField", "SurfaceRange", "Synodic", "surface", "surface_along"]

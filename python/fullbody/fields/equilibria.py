@@ -16,9 +16,9 @@ from .frame import Frame
 __all__ = ["Equilibrium", "equilibria", "inner_point"]
 
 _Numbers = npt.NDArray[np.float64]
-#: Real parts of eigenvalues, in units of the rate, that count as zero.
+#: Real parts of eigenvalues that count as zero, in units of the rate.
 _NEUTRAL = 1e-6
-#: Points that are nearer than this, in separations, are the same one.
+#: Points nearer to each other than this, in separations, are equal.
 _SAME = 1e-6
 
 
@@ -30,15 +30,15 @@ class Equilibrium(ArrayFields):
     ----------
     name : str
         ``"L1"`` to ``"L5"``: between the bodies, behind the lighter one, behind the heavier one, 60 degrees before and
-        behind the lighter one. Others, which two points do not have, are ``"E6"`` and so on.
+        behind the lighter one. Further points, which two point masses do not have, are ``"E6"`` and so on.
     position : ndarray or Quantity, (3,)
-        In the rotating frame.
+        Position in the rotating frame.
     jacobi : float or Quantity
-        Jacobi's constant there.
+        Jacobi's constant at the point.
     eigenvalues : ndarray or Quantity, (6,)
-        Of the linear motion about the point, complex, by time.
+        Complex eigenvalues of the linear motion about the point, per unit of time.
     stable : bool
-        Whether none of them has a real part above zero.
+        Whether no eigenvalue has a positive real part.
     """
 
     name: str
@@ -49,26 +49,26 @@ class Equilibrium(ArrayFields):
 
 
 def equilibria(frame: Frame) -> list[Equilibrium]:
-    """As :meth:`fullbody.fields.Synodic.equilibria`."""
+    """Find the equilibrium points; see :meth:`fullbody.fields.Synodic.equilibria`."""
     found: list[tuple[str, _Numbers]] = []
     for name, seed in [*_of_points(frame), *(("", seed) for seed in _grid())]:
         x = _root(frame, seed)
         if x is None or any(np.linalg.norm(x - other) < _SAME for _, other in found):
             continue
-        # Where the bodies' extent leaves none of the classical points there, the next one is another.
+        # The extent of the bodies may remove a classical point; the search then finds another point.
         classical = name and np.linalg.norm(x - seed) < 0.3
         found.append((name if classical else f"E{6 + sum(other[0] == 'E' for other, _ in found)}", x))
     return [_described(frame, name, x * frame._distance) for name, x in found]
 
 
 def inner_point(frame: Frame) -> Equilibrium | None:
-    """The point between the bodies, if there is one."""
+    """Return the point between the bodies, or ``None`` if there is none."""
     x = _root(frame, _of_points(frame)[0][1])
     return None if x is None else _described(frame, "L1", x * frame._distance)
 
 
 def _of_points(frame: Frame) -> list[tuple[str, _Numbers]]:
-    """The equilibrium points of two masses without extent, in separations."""
+    """Return the equilibrium points of two point masses, in separations."""
     with need("analysis", "an equilibrium point"):
         from scipy.optimize import brentq
 
@@ -86,13 +86,13 @@ def _of_points(frame: Frame) -> list[tuple[str, _Numbers]]:
 
 
 def _grid() -> list[_Numbers]:
-    """Places about both bodies, in separations."""
+    """Return a grid of points about both bodies, in separations."""
     angles = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
     return [r * np.array([np.cos(a), np.sin(a), 0.0]) for r in (0.4, 0.7, 1.1) for a in angles]
 
 
 def _root(frame: Frame, seed: _Numbers) -> _Numbers | None:
-    """The point of rest, in separations, to which Newton's method leads, if it does, outside of the bodies."""
+    """Return the equilibrium point, in separations, that Newton's method finds outside of the bodies, or ``None``."""
     with need("analysis", "an equilibrium point"):
         from scipy.optimize import root
 
@@ -104,7 +104,7 @@ def _root(frame: Frame, seed: _Numbers) -> _Numbers | None:
 
     answer = root(pull, seed, jac=True, options={"xtol": 1e-14})
     x: _Numbers = answer.x
-    # What is left is round-off of the pull of the nearest body.
+    # The remaining acceleration is round-off of the gravity of the nearest body.
     value, slopes = pull(x)
     x = x - np.linalg.solve(slopes, value)
     if not np.abs(pull(x)[0]).max() < 1e-11 * np.abs(slopes).max() or np.abs(x).max() > 3.0:
@@ -113,7 +113,7 @@ def _root(frame: Frame, seed: _Numbers) -> _Numbers | None:
 
 
 def _described(frame: Frame, name: str, x: _Numbers) -> Equilibrium:
-    """The linear motion about a point: x'' = W x + 2 Omega (y', -x', 0) with W the derivatives of the acceleration."""
+    """Return the matrix of x'' = W x + 2 Omega (y', -x', 0) about a point, W the derivatives of the acceleration."""
     coriolis = 2.0 * frame._rate * np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     eigenvalues: Any = np.linalg.eigvals(np.block([[np.zeros((3, 3)), np.eye(3)], [frame._slope(x)[1], coriolis]]))
     return Equilibrium(

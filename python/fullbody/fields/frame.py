@@ -1,8 +1,9 @@
-"""The frame that turns with a pair of bodies, and the field in it."""
+"""The rotating frame of a pair of bodies, and the field in it."""
 
 from __future__ import annotations
 
-from typing import Any
+import warnings
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,20 +12,22 @@ from ..base.units import Units
 from ..errors import InvalidInput, caution
 from ..model.gravity import Gravity, gravity_at, points_in
 from ..model.state import State
-from ..model.system import BaseSystem
 from ..typing import Array, Scalar
+
+if TYPE_CHECKING:
+    from ..motion.system import System
 
 __all__ = ["Frame"]
 
 _Numbers = npt.NDArray[np.float64]
-#: Accelerations or figures that change by more than this share of what they are do not rest in the frame.
+#: Relative rates of change of accelerations or figures above which they do not rest in the frame.
 _STEADY = 1e-3
 
 
 class Frame:
-    """Base of :class:`fullbody.fields.Synodic`: the frame itself."""
+    """Base class of :class:`fullbody.fields.Synodic`: the frame itself."""
 
-    def __init__(self, system: BaseSystem, state: State) -> None:
+    def __init__(self, system: System, state: State) -> None:
         if len(system) != 2:
             raise InvalidInput(f"system has {len(system)} bodies; expected 2")
         self.system, self._state, self._units = system, state, system._units
@@ -41,12 +44,16 @@ class Frame:
             raise InvalidInput("the bodies move along a line; expected bodies that go round each other")
         self._rate = float(np.linalg.norm(h) / self._distance**2)
         x, z = r / self._distance, h / np.linalg.norm(h)
-        #: Turns vectors of the frame into inertial ones.
+        #: The matrix from the rotating frame to the inertial frame.
         self._turn = np.stack([x, np.cross(z, x), z], axis=1)
         self._poses, self._attitudes = (core.position[None], core.attitude[None]), core.rotation_matrix
         self._centres = (core.position - self._origin) @ self._turn
         self._bodies = system._core_bodies()
         self._check_rest(core)
+
+    def __reduce__(self) -> Any:
+        # The warnings of a pair that is not at rest were given when it was made.
+        return _remade, (type(self), self.system, self._state)
 
     def _check_rest(self, core: Any) -> None:
         """Warn of a pair that is not at rest in the frame."""
@@ -55,13 +62,13 @@ class Frame:
         off = float(np.abs(force - needed).max() / np.abs(needed).max())
         way = core.velocity[1] - core.velocity[0]
         radial = float(abs(way @ self._turn[:, 0]) / np.linalg.norm(way))
-        doubts = []
+        deviations = []
         told = {
             f"their pull is off by {off:.2g} of what keeps them at rest in the rotating frame": off,
             f"they approach or recede at {radial:.2g} of their speed": radial,
         }
         if large := [text for text, share in told.items() if share > _STEADY]:
-            doubts.append(f"the bodies are not on a circular orbit ({', and '.join(large)})")
+            deviations.append(f"the bodies are not on a circular orbit ({', and '.join(large)})")
         for body, turn, spin, name in zip(
             self._bodies, core.rotation_matrix, core.spin, self.system.names, strict=True
         ):
@@ -69,9 +76,9 @@ class Frame:
             cross = np.cross(np.eye(3), turn @ spin - self._rate * self._turn[:, 2])
             change = float(np.abs(inertia @ cross - cross @ inertia).max())
             if change > _STEADY * self._rate * float(np.abs(inertia).max()):
-                doubts.append(f"{name} turns in the rotating frame, and its figure with it")
-        if doubts:
-            caution(f"{'; '.join(doubts)}: the rotating frame and the field in it are those of the moment")
+                deviations.append(f"{name} turns in the rotating frame, and its figure with it")
+        if deviations:
+            caution(f"{'; '.join(deviations)}: the rotating frame and the field in it are those of the moment")
 
     @property
     def rate(self) -> Scalar:
@@ -81,18 +88,18 @@ class Frame:
 
     @property
     def separation(self) -> Scalar:
-        """Distance of the centres."""
+        """Distance between the centres."""
         distance: Scalar = self._units.attach(self._distance, "length")
         return distance
 
     @property
     def position(self) -> Array:
-        """The bodies' centres (2, 3) in the frame."""
+        """Positions (2, 3) of the bodies' centres in the frame."""
         centres: Array = self._units.attach(self._centres, "length")
         return centres
 
     def to_inertial(self, points: Any, velocity: Any = None) -> tuple[Array, Array]:
-        """Inertial positions and velocities of points of the frame, at rest in it unless they have velocities there.
+        """Convert points of the frame, with velocities relative to it or at rest, to inertial positions and velocities.
 
         Parameters
         ----------
@@ -109,13 +116,13 @@ class Frame:
         return self._units.attach(place, "length"), self._units.attach(speed, "velocity")
 
     def jacobi(self, points: Any, velocity: Any = None) -> Array:
-        """Jacobi's constant C = 2 Phi + Omega^2 (x^2 + y^2) - v^2 at points of the frame.
+        """Compute Jacobi's constant C = 2 Phi + Omega^2 (x^2 + y^2) - v^2 at points of the frame.
 
         Parameters
         ----------
         points : array_like or Quantity, (..., 3)
         velocity : array_like or Quantity, (..., 3), optional
-            In the frame; zero unless given.
+            Velocities relative to the frame; zero by default.
 
         Returns
         -------
@@ -132,15 +139,22 @@ class Frame:
         return value
 
     def _gravity(self, x: _Numbers) -> Gravity:
-        """In numbers, at points of the frame and along inertial axes."""
+        """Return gravity as numbers, at points of the frame and along inertial axes."""
         return gravity_at(self.system._attracting, *self._poses, self._origin + x @ self._turn.T, Units())
 
     def _slope(self, x: _Numbers) -> tuple[_Numbers, _Numbers]:
-        """The acceleration at rest in the frame, half the gradient of C, and its derivatives, along its axes."""
+        """Return half the gradient of C, which is the acceleration at rest in the frame, and its derivatives."""
         gravity = self._gravity(x)
         outward = self._rate**2 * np.array([1.0, 1.0, 0.0])
         return gravity.field @ self._turn + outward * x, self._turn.T @ gravity.gradient @ self._turn + np.diag(outward)
 
     def _is_inside(self, x: _Numbers) -> bool:
-        """Whether a point is within a body: there gravity has a source."""
+        """Return whether a point is within a body, where gravity has a source."""
         return bool(np.trace(self._gravity(x).gradient) < -0.01 * self._rate**2)
+
+
+def _remade(kind: type[Frame], system: System, state: State) -> Frame:
+    """Rebuild the frame of a copy or a pickle, without the warnings."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return kind(system, state)

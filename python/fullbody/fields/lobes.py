@@ -17,27 +17,27 @@ from .frame import Frame
 __all__ = ["RocheLobe", "roche_lobe"]
 
 _Numbers = npt.NDArray[np.float64]
-#: Steps in which a ray looks for the surface, and halvings of the last one.
+#: The number of steps in which a ray searches for the surface, and of halvings of the last one.
 _STEPS, _HALVINGS = 200, 50
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class RocheLobe(ArrayFields):
-    """The Roche lobe of a body: matter at rest in the rotating frame that it holds lies within.
+    """The Roche lobe of a body: it holds matter at rest in the rotating frame inside this surface.
 
     Attributes
     ----------
     name : str
-        Of the body.
+        Name of the body.
     jacobi : float or Quantity
         Jacobi's constant on the surface: that of the equilibrium point between the bodies.
     points : ndarray or Quantity, (rows + 1, 2 rows + 1, 3)
-        Of the surface, in the rotating frame: rows from the end at that point to the other one, columns about the
-        axis, the last as the first.
+        Points of the surface in the rotating frame: rows from the end at that equilibrium point to the opposite one,
+        columns about the axis, with the last equal to the first.
     volume : float or Quantity
-        Of the mesh through the points, which is smaller than the lobe by about one part in ``rows**2``.
+        Volume of the mesh through the points, which is smaller than the lobe by about 3.7 parts in ``rows**2``.
     radius : float or Quantity
-        Of the sphere with that volume.
+        Radius of the sphere with that volume.
     """
 
     name: str
@@ -48,7 +48,7 @@ class RocheLobe(ArrayFields):
 
 
 def roche_lobe(frame: Frame, body: int, rows: int) -> RocheLobe:
-    """As :meth:`fullbody.fields.Synodic.roche_lobe`."""
+    """Compute the Roche lobe of a body; see :meth:`fullbody.fields.Synodic.roche_lobe`."""
     name, inner = frame.system.names[body], inner_point(frame)
     if inner is None:
         raise InvalidInput(
@@ -67,7 +67,7 @@ def roche_lobe(frame: Frame, body: int, rows: int) -> RocheLobe:
     ends = np.stack([along, -along])
     reach = float(np.linalg.norm(tip))
     distance = _crossings(frame, centre, np.concatenate([ends, rays.reshape(-1, 3)]), level, reach)
-    # The end at the point itself is a cone's, where no crossing is.
+    # The surface ends at the point in a cone, where a ray finds no crossing.
     distance[0] = reach
     flat = centre + distance[:, None] * np.concatenate([ends, rays.reshape(-1, 3)])
     middle = flat[2:].reshape(rows - 1, 2 * rows, 3)
@@ -85,7 +85,7 @@ def roche_lobe(frame: Frame, body: int, rows: int) -> RocheLobe:
 
 
 def _crossings(frame: Frame, centre: _Numbers, rays: _Numbers, level: float, reach: float) -> _Numbers:
-    """The distance on each ray at which Jacobi's constant first falls below the level; the reach where it does not."""
+    """Return the distance on each ray where Jacobi's constant first falls below the level, or else the reach."""
     low, high = np.zeros(len(rays)), np.full(len(rays), reach)
     going = np.arange(len(rays))
     for distance in reach * np.linspace(0.0, 1.0, _STEPS + 1)[1:]:
@@ -101,7 +101,7 @@ def _crossings(frame: Frame, centre: _Numbers, rays: _Numbers, level: float, rea
 
 
 def _faces(rows: int) -> npt.NDArray[np.int64]:
-    """Triangles between two ends, the first vertices, and rings of points between them."""
+    """Return triangles between two ends, the first vertices, and rings of points between them."""
     count = 2 * rows
     here = np.arange(count)
     after = (here + 1) % count

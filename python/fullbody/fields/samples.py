@@ -1,4 +1,4 @@
-"""Points all over a body's surface, each with its normal and the cell that it stands for."""
+"""Sample points on a body's surface, each with its normal and its cell."""
 
 from __future__ import annotations
 
@@ -15,20 +15,21 @@ _Numbers = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """Points (S, 3), unit normals (S, 3) and the corners of cells (S, 4, 3), in the body frame."""
+    """Sample points (S, 3), unit normals (S, 3) and the corners of cells (S, 4, 3), in the body frame."""
 
     points: _Numbers
     normals: _Numbers
     cells: _Numbers
 
     def chosen(self, which: npt.NDArray[np.bool_]) -> Samples:
-        """Some of them."""
+        """Return the samples that a mask selects."""
         return Samples(self.points[which], self.normals[which], self.cells[which])
 
 
 def samples(body: _core.Body, rows: int) -> Samples:
-    """Of all parts that are matter, but for what lies within another part; none of points.
+    """Sample points on the surface of a body: one per cell of each part with positive mass.
 
+    Points inside another part are left out, and a point mass has none.
     An ellipsoid has so many rows of cells from pole to pole, and points on the surface itself. A polyhedron has its
     faces and their centres. The corners of a triangle have the last one twice.
     """
@@ -62,14 +63,14 @@ def _of_part(shape: Any, mass: float, position: Any, rotation: Any, rows: int) -
 
 
 def _ball(row: Any, column: Any, rows: int) -> _Numbers:
-    """Unit vectors at the rows from the pole on and the columns of a grid."""
+    """Return unit vectors of a grid, with rows from the pole on and columns in longitude."""
     polar, longitude = np.meshgrid(np.pi * row / rows, np.pi * column / rows - np.pi, indexing="ij")
     ring = np.sin(polar)
     return np.stack([ring * np.cos(longitude), ring * np.sin(longitude), np.cos(polar)], axis=-1)
 
 
 def _within(part: Any, points: _Numbers) -> npt.NDArray[np.bool_]:
-    """Which points lie inside a part: there its gravity has a source."""
+    """Return whether each point lies inside a part, where the divergence of its gravity is not zero."""
     shape, mass, position, rotation = part
     alone = _core.Attraction([_core.Body("part", shape, mass)], 1.0, "auto")
     local = np.ascontiguousarray((points - position) @ np.array(rotation))

@@ -1,8 +1,9 @@
-"""What a particle at rest on a body's surface feels."""
+"""Acceleration, geopotential and slope on the surface of a body, for a particle at rest on it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,11 +14,15 @@ from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..model.gravity import gravity_at
 from ..model.state import State
-from ..model.system import BaseSystem
+from ..record.derivatives import Differentiated
 from ..typing import Array
 from .samples import samples
 
-__all__ = ["SurfaceField", "surface"]
+if TYPE_CHECKING:
+    from ..motion.run import Run
+    from ..motion.system import System
+
+__all__ = ["SurfaceField", "SurfaceRange", "surface", "surface_along"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -27,21 +32,21 @@ class SurfaceField(ArrayFields):
     Attributes
     ----------
     name : str
-        Of the body.
+        Name of the body.
     point, normal : ndarray or Quantity, (S, 3)
-        Points of the surface and its outward unit normals, body frame.
+        Points of the surface and outward unit normals there, in the body frame.
     area : ndarray or Quantity, (S,)
-        Of the cells.
+        Areas of the cells.
     cells : ndarray or Quantity, (S, 4, 3)
-        Corners of the cells, body frame; a triangle has its last one twice.
+        Corners of the cells in the body frame; a triangle has its last corner twice.
     longitude, latitude : ndarray or Quantity, (S,)
-        Of the points' directions from the centre of mass, radians, body frame.
+        Directions of the points from the centre of mass, radians, in the body frame.
     geopotential : ndarray or Quantity, (S,)
-        Of a particle of unit mass at rest in the body's frame.
+        Geopotential of a particle of unit mass at rest in the body's frame.
     acceleration : ndarray or Quantity, (S, 3)
-        Of a particle that is let go there, relative to the surface; body frame.
+        Initial acceleration of a particle released there, relative to the surface, in the body frame.
     slope : ndarray or Quantity, (S,)
-        Angle between the outward normal and the upward vertical, which is against the acceleration.
+        Angle between the outward normal and the upward vertical, which is opposite to the acceleration.
     """
 
     name: str
@@ -57,21 +62,101 @@ class SurfaceField(ArrayFields):
 
     @property
     def surface_acceleration(self) -> Array:
-        """The size of the acceleration (S,)."""
+        """Magnitudes (S,) of the acceleration."""
         size: Array = np.sqrt((self.acceleration**2).sum(axis=-1))
         return size
 
 
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class SurfaceRange(ArrayFields):
+    """Smallest and largest slope and acceleration at each of S points of a body's surface along a run.
+
+    Attributes
+    ----------
+    name, point, normal, area, cells, longitude, latitude
+        Geometry of the surface, as in a :class:`SurfaceField`.
+    least_slope, greatest_slope : ndarray or Quantity, (S,)
+    least_surface_acceleration, greatest_surface_acceleration : ndarray or Quantity, (S,)
+    """
+
+    name: str
+    point: Array
+    normal: npt.NDArray[np.float64]
+    area: Array
+    cells: Array
+    longitude: Array
+    latitude: Array
+    least_slope: Array
+    greatest_slope: Array
+    least_surface_acceleration: Array
+    greatest_surface_acceleration: Array
+
+
 @named_options
-def surface(system: BaseSystem, state: State, body: int | str = 0, *, rows: int = 36) -> SurfaceField:
-    """Geopotential, acceleration and slope on a body's surface, with its rotation and the tide of the other bodies.
+def surface_along(run: Run, body: int | str = 0, *, rows: int = 36) -> SurfaceRange:
+    """Compute the smallest and the largest slope and acceleration at each point of a body's surface along a run.
+
+    They change if a body librates, rolls or comes nearer to the other one; the largest slope decides whether loose
+    matter stays in place.
+
+    Parameters
+    ----------
+    run : Run
+        The run whose samples are examined; some thirty samples in each libration or revolution give extremes to a few
+        parts in a thousand of their change.
+    body : int or str
+        The body's index in the system, or its name.
+    rows : int
+        Number of rows of cells, as for :func:`surface`.
+
+    Returns
+    -------
+    SurfaceRange
+
+    Raises
+    ------
+    InvalidInput
+        For a run without samples, and for the reasons given at :func:`surface`.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4()
+    >>> run = system.integrate(state.rotated("Beta", [0, 0, 1], 0.2), 17.0, output=1.0)
+    >>> found = fullbody.fields.surface_along(run, "Beta", rows=12)
+    >>> bool((found.greatest_slope > found.least_slope).all())
+    True
+    """
+    if not isinstance(run, Differentiated) or not len(run):
+        raise InvalidInput(f"run is {run!r}; expected a fullbody.Run with samples")
+    first = surface(run.system, run[0], body, rows=rows)
+    low: Any = [first.slope, first.surface_acceleration]
+    high: Any = list(low)
+    for k in range(1, len(run)):
+        field = surface(run.system, run[k], body, rows=rows)
+        for place, found in enumerate((field.slope, field.surface_acceleration)):
+            low[place], high[place] = np.minimum(low[place], found), np.maximum(high[place], found)
+    points = {name: getattr(first, name) for name in SurfaceRange.__slots__[:7]}
+    return SurfaceRange(
+        **points,
+        least_slope=low[0],
+        greatest_slope=high[0],
+        least_surface_acceleration=low[1],
+        greatest_surface_acceleration=high[1],
+    )
+
+
+@named_options
+def surface(system: System, state: State, body: int | str = 0, *, rows: int = 36) -> SurfaceField:
+    """Compute geopotential, acceleration and slope on a body's surface, with its rotation and the tide of the other
+    bodies.
 
     With r from the body's centre of mass, omega its spin, Phi the potential and g the field of all bodies, Phi_o that
     of the others, and a_c the acceleration of the centre, in the body frame,
 
     ``a = g - a_c - omega x (omega x r) - omega' x r`` and ``V = -(Phi - Phi_o(0)) + a_c.r - |omega x r|^2 / 2``.
 
-    a_c and omega' come from the mutual forces and torques. Forces from outside are left out. V has no part for omega',
+    a_c and omega' come from the mutual forces and torques. External forces are left out. V has no part for omega',
     which has no potential.
 
     Parameters
@@ -79,10 +164,10 @@ def surface(system: BaseSystem, state: State, body: int | str = 0, *, rows: int 
     system : System
     state : State
     body : int or str
-        Its place or name.
+        The body's index in the system, or its name.
     rows : int
-        Rows of cells from pole to pole of an ellipsoid. A polyhedron has its faces, a composite the surfaces of its
-        parts outside of each other.
+        Number of rows of cells from pole to pole of an ellipsoid. For a polyhedron its faces are used, for a composite
+        the surfaces of its parts outside of each other.
 
     Returns
     -------
@@ -91,11 +176,12 @@ def surface(system: BaseSystem, state: State, body: int | str = 0, *, rows: int 
     Raises
     ------
     InvalidInput
-        For a body without a surface: a point mass.
+        For a body without a surface, which is a point mass.
 
     Notes
     -----
-    The geopotential and slope of Scheeres (2012), "Orbital Motion in Strongly Perturbed Environments", with the tide.
+    Geopotential and slope are those of Scheeres (2012), "Orbital Motion in Strongly Perturbed Environments", with the
+    tide.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What the rotating frame of a pair tells: equilibrium points, zero-velocity curves, Roche lobes."""
+"""The rotating frame of a pair: equilibrium points, zero-velocity curves, Roche lobes."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ __all__ = ["Synodic"]
 class Synodic(Frame):
     """The frame that turns with a pair of bodies, and the field in it.
 
-    Its origin is the barycentre, x points from the heavier body to the lighter one, z along the orbital angular
-    momentum. The bodies stand in it as they do in the state: the field is the true one of a pair on a circular orbit
-    whose figures do not turn in the frame. There Jacobi's constant C = 2 Phi + Omega^2 (x^2 + y^2) - v^2 is kept.
+    Its origin is the barycentre, x points from the heavier body to the lighter one, and z along the orbital angular
+    momentum. The bodies have the poses of the state: the field is exact for a pair on a circular orbit whose figures do
+    not turn in the frame. Then Jacobi's constant C = 2 Phi + Omega^2 (x^2 + y^2) - v^2 is conserved.
 
     Parameters
     ----------
     system : System
-        Of two bodies.
+        A system of two bodies.
     state : State
 
     Attributes
@@ -37,19 +37,19 @@ class Synodic(Frame):
     rate : float or Quantity
         Omega, the orbit's angular velocity in the state.
     separation : float or Quantity
-        Of the centres.
+        Distance between the centres.
     position : ndarray or Quantity, (2, 3)
-        The bodies' centres in the frame, in the system's order.
+        Positions of the bodies' centres in the frame, in the system's order.
 
     Raises
     ------
     InvalidInput
-        For another number of bodies, and for bodies that do not go round each other.
+        For another number of bodies, and for bodies that do not orbit each other.
 
     Warns
     -----
     InconsistentInput
-        Where the pair is not at rest in the frame: on another orbit than a circle, or with a figure that turns in it.
+        If the pair is not at rest in the frame: the orbit is not a circle, or a figure turns in the frame.
 
     Examples
     --------
@@ -63,9 +63,9 @@ class Synodic(Frame):
     """
 
     def equilibria(self) -> list[Equilibrium]:
-        """The points where a particle can rest, outside of the bodies, and how the motion about them goes.
+        """Find the points outside of the bodies where a particle can rest, and the linear motion about them.
 
-        Newton's method from the points of two masses and from a grid about the bodies, by scipy.
+        Newton's method starts from the points of two point masses and from a grid about the bodies. It needs scipy.
 
         Returns
         -------
@@ -74,14 +74,14 @@ class Synodic(Frame):
         return equilibria(self)
 
     def plane(self, extent: Any = None, count: int = 401) -> tuple[Array, Array, Array]:
-        """Jacobi's constant of particles at rest, on a grid of the plane z = 0.
+        """Compute Jacobi's constant of particles at rest on a grid of the plane z = 0.
 
         Parameters
         ----------
         extent : float or Quantity, optional
-            Half the side of the square about the barycentre; 1.618 separations unless given.
+            Half the side length of the square about the barycentre; by default 1.618 separations.
         count : int
-            Points along a side.
+            Number of points along a side.
 
         Returns
         -------

@@ -1,1 +1,1 @@
-"""Runs as files and tables of other libraries."""
+"""Runs as files and as tables of other libraries."""

@@ -1,11 +1,11 @@
-"""The events of a run, as variables of a dataset and back."""
+"""Conversion of a run's events to variables of a dataset and back."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,13 +14,15 @@ from ..base.units import is_quantity
 from ..errors import InvalidInput
 from ..events import Event, Occurrence
 from ..model.state import State
-from ..model.system import BaseSystem
-from ..record.base import BaseRun
-from .stored import Stored, check_order, check_unit
+from .reading import Content, check_order, check_unit
 
-__all__ = ["from_file", "to_dataset", "watched_events"]
+if TYPE_CHECKING:
+    from ..motion.run import Run
+    from ..motion.system import System
 
-#: Variables: dimensions after the event's, dimension of the unit, meaning.
+__all__ = ["from_file", "to_dataset"]
+
+#: Variables: further dimensions after the event's, dimension of the unit, meaning.
 _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
     "time": ((), "time", "times of the events"),
     "position": (("body", "axis"), "length", "centres at the events, inertial frame"),
@@ -28,12 +30,17 @@ _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
     "attitude": (("body", "quaternion"), None, "unit quaternions at the events, body frame to inertial"),
     "spin": (("body", "axis"), "spin", "angular velocities at the events, body frames"),
 }
+#: Variables of derivatives of events, in runs that have them.
+_DERIVATIVES: dict[str, tuple[tuple[str, ...], str]] = {
+    "transition": (("departure", "start_departure"), "transition matrices from the start of the run to the events"),
+    "sensitivity": (("parameter", "departure"), "derivatives of the states at the events by parameters of the system"),
+}
 _KINDS = [name for name in events.__all__ if name not in ("Event", "Occurrence")]
 
 
 @dataclasses.dataclass(frozen=True)
 class Unstored:
-    """A user's function, of which a file keeps the name alone."""
+    """The placeholder for a user's function, of which a file keeps only the name."""
 
     name: str
 
@@ -43,16 +50,16 @@ class Unstored:
 
 
 def to_dataset(
-    run: BaseRun, attributes: Callable[[str | None, str], dict[str, str]]
+    run: Run, attributes: Callable[[str | None, str], dict[str, str]]
 ) -> tuple[dict[str, Any], dict[str, Any], str]:
-    """Variables, coordinates, and the watched events as JSON. Where no event happened, there are no variables.
+    """Return variables, coordinates, and the events as JSON. If no event happened, there are no variables.
 
-    ``attributes`` gives a variable's from the dimension of its unit and its meaning.
+    ``attributes`` returns a variable's attributes from the dimension of its unit and its meaning.
     """
     watched: list[Event] = []
     places = []
     for happened in run.events:
-        # By identity: comparing events would compare arrays and functions in them.
+        # Events are found by identity: comparing them would compare arrays and functions in them.
         known = [k for k, event in enumerate(watched) if event is happened.event]
         places.append(known[0] if known else len(watched))
         watched += [] if known else [happened.event]
@@ -64,6 +71,11 @@ def to_dataset(
     for name, (dims, dimension, meaning) in _VARIABLES.items():
         values = np.array([getattr(state, name) for state in states])
         variables[f"event_{name}"] = (("event", *dims), values, attributes(dimension, meaning))
+    found = [happened._derivatives for happened in run.events]
+    for k, (name, (dims, meaning)) in enumerate(_DERIVATIVES.items()):
+        if all(pair is not None and pair[k].size for pair in found):
+            values = np.array([pair[k] for pair in found if pair is not None])
+            variables[f"event_{name}"] = (("event", *dims), values, attributes(None, meaning))
     labels = [type(happened.event).__name__ for happened in run.events]
     coordinates = {
         "event": ("event", labels, {"long_name": "what happened"}),
@@ -72,25 +84,27 @@ def to_dataset(
     return variables, coordinates, text
 
 
-def watched_events(described: list[dict[str, Any]], system: BaseSystem) -> list[Event]:
-    """The events that were watched for."""
-    watched = [_rebuild(event) for event in described]
-    for event in watched:
-        # Refuses what the system has no bodies or units for, as a run would.
-        event._condition(system)
-    return watched
-
-
-def from_file(stored: Stored, system: BaseSystem, watched: list[Event]) -> list[Occurrence]:
-    """The events of a run's file; none in files that keep none."""
+def from_file(content: Content, system: System, parameters: int) -> list[Occurrence]:
+    """Read the events of a run's file; derivatives, if present, are by the start and ``parameters`` parameters."""
+    watched = content.parsed("fullbody_events", lambda described: _watched(described, system))
     if not watched:
         return []
-    places = stored.numbers("event_asked", {"event": None}, whole=True)
+    places = content.numbers("event_asked", {"event": None}, whole=True)
     sizes = {"event": len(places), "body": len(system), "axis": 3, "quaternion": 4}
     record = {
-        name: stored.numbers(f"event_{name}", {dim: sizes[dim] for dim in ("event", *dims)})
+        name: content.numbers(f"event_{name}", {dim: sizes[dim] for dim in ("event", *dims)})
         for name, (dims, _, _) in _VARIABLES.items()
     }
+    sizes |= {"departure": 12 * len(system), "start_departure": 12 * len(system), "parameter": parameters}
+    derivatives: list[Any] = [None] * len(places)
+    if "event_transition" in content:
+        shape: dict[str, int | None] = {dim: sizes[dim] for dim in ("event", *_DERIVATIVES["transition"][0])}
+        transition = content.numbers("event_transition", shape)
+        sensitivity = np.zeros((len(places), 0, sizes["departure"]))
+        if parameters:
+            shape = {dim: sizes[dim] for dim in ("event", *_DERIVATIVES["sensitivity"][0])}
+            sensitivity = content.numbers("event_sensitivity", shape)
+        derivatives = list(zip(transition, sensitivity, strict=True))
     check_order(record["time"], "event_time", repeated=True)
     check_unit(record["attitude"], "event_attitude")
     happened = []
@@ -100,12 +114,21 @@ def from_file(stored: Stored, system: BaseSystem, watched: list[Event]) -> list[
         arrays = (np.ascontiguousarray(record[name][k]) for name in ("position", "velocity", "attitude", "spin"))
         core = _core.State(float(record["time"][k]), *arrays)
         state = system._state(core)
-        happened.append(Occurrence(watched[int(place)], state.time, state))
+        happened.append(Occurrence(watched[int(place)], state.time, state, derivatives[k]))
     return happened
 
 
+def _watched(described: list[dict[str, Any]], system: System) -> list[Event]:
+    """Rebuild the events that were detected."""
+    watched = [_rebuild(event) for event in described]
+    for event in watched:
+        # This raises an error if the system lacks bodies or units of the event, as a run would.
+        event._condition(system)
+    return watched
+
+
 def _describe(event: Event) -> dict[str, Any]:
-    """Kind and parameters of an event as JSON has them."""
+    """Return the kind and the parameters of an event for JSON."""
 
     def plain(value: Any) -> Any:
         if is_quantity(value):
@@ -121,7 +144,7 @@ def _describe(event: Event) -> dict[str, Any]:
 
 
 def _rebuild(described: dict[str, Any]) -> Event:
-    """The event of such a description."""
+    """Rebuild an event from such a description."""
 
     def full(value: Any) -> Any:
         if isinstance(value, list):

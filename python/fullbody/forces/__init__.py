@@ -1,11 +1,11 @@
-"""Forces from outside a system, and those that its bodies have from each other beside gravity.
+"""External forces on a system, and forces between its bodies in addition to gravity.
 
-They are given to a system, and its runs tell what each of them did: :attr:`fullbody.Run.work`,
+Forces are given to a system, and its runs record the effect of each: :attr:`fullbody.Run.work`,
 :attr:`fullbody.Run.impulse`, :attr:`fullbody.Run.angular_impulse`. The drifts of energy and angular momentum of a run
-are what is left after them.
+are the changes that these do not explain.
 
-A third body moves on a prescribed path. The coordinates of states fall with the system's barycentre in its gravity:
-what acts on a body is the difference between its pull there and at the barycentre.
+A third body moves on a prescribed path. The coordinates of states fall freely with the system's barycentre in the third
+body's gravity, so that the force on a body is the difference between its gravity there and at the barycentre.
 """
 
 from __future__ import annotations
@@ -17,7 +17,3 @@ from .third_body import ThirdBody
 from .tide import Tide, lag_from_quality_factor
 
 __all__ = ["Byorp", "Force", "Function", "ThirdBody", "Tide", "Yorp", "lag_from_quality_factor", "solar_pressure"]
-
-
-def __dir__() -> list[str]:
-    return __all__

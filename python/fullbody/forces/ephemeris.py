@@ -18,10 +18,10 @@ from ..orbit.elements import KeplerElements
 if TYPE_CHECKING:
     from astropy.time import Time
 
-__all__ = ["path"]
+__all__ = ["about_sun", "barycentric", "dense_table", "path"]
 
 _Array = npt.NDArray[np.float64]
-#: G times mass, km^3/s^2, of DE440 (Park et al. 2021, table 2); those of planets with satellites include these.
+#: G times mass, km^3/s^2, from DE440 (Park et al. 2021, table 2); values of planets with satellites include these.
 _GM = {
     "sun": 132712440041.279419,
     "mercury": 22031.868551,
@@ -36,11 +36,11 @@ _GM = {
     "neptune": 6836527.10058,
     "pluto": 975.5,
 }
-#: The error of the cubic spline, relative to the distance.
+#: The largest error of the cubic spline, relative to the distance.
 _ERROR = 1e-9
 #: The longest step for planets in s, a ninth of the month.
 _PLANETS = 3.0 * 86400.0
-#: Steps beyond either end, so that the spline's ends are outside.
+#: The number of steps beyond either end, so that the ends of the spline lie outside the path.
 _MARGIN = 8
 _MOST = 200_000
 
@@ -48,7 +48,7 @@ _MOST = 200_000
 def path(
     name: Any, date: Any, orbit: Any, duration: Any, epoch: Any, ephemeris: Any, frame: Any, units: Any
 ) -> dict[str, Any]:
-    """Name, mu, times and positions of a third body; see :meth:`fullbody.forces.ThirdBody.from_ephemeris`."""
+    """Compute name, mu, times and positions of a third body; see :meth:`fullbody.forces.ThirdBody.from_ephemeris`."""
     with need("units", "an ephemeris"):
         from astropy import units as u
 
@@ -58,19 +58,22 @@ def path(
     given = Units(units)
     start = _date(date, "date")
     axes = _axes(frame)
-    about_sun, longest = _about_sun(orbit, start, start if epoch is None else _date(epoch, "epoch"), given)
+    from_sun, longest = about_sun(orbit, start, start if epoch is None else _date(epoch, "epoch"), given)
 
     def relative(times: _Array) -> _Array:
-        """Positions in km at seconds from the date."""
-        away = -about_sun(times)
+        """Return positions in km at times in seconds from the date."""
+        away = -from_sun(times)
         if body != "sun":
-            away += _from_sun(body, start + times * u.s, ephemeris)
+            dates = start + times * u.s
+            planet = barycentric(body, dates, ephemeris) - barycentric("sun", dates, ephemeris)
+            away += planet @ rotation("equatorial", "ecliptic").T
         return np.asarray(away @ axes.T)
 
     length = _seconds(duration, given)
     if body != "sun":
         longest = min(longest, _PLANETS)
-    times, positions = _table(relative, min(length, 0.0), max(length, 0.0), longest, body)
+    ends = min(length, 0.0), max(length, 0.0)
+    times, positions = dense_table(relative, *ends, longest, f"duration of the path of {body}")
     found = {"mu": _GM[body] * u.km**3 / u.s**2, "times": times * u.s, "positions": positions * u.km}
     if given.known:
         kinds = {"mu": "mu", "times": "time", "positions": "length"}
@@ -79,31 +82,37 @@ def path(
     return {"name": body.title(), **found}
 
 
-def _table(
-    relative: Callable[[_Array], _Array], first: float, last: float, longest: float, body: str
+def dense_table(
+    relative: Callable[[_Array], _Array], first: float, last: float, longest: float, what: str, margin: int = _MARGIN
 ) -> tuple[_Array, _Array]:
-    """Times in even steps and positions there, so dense that a cubic spline is right to the error.
+    """Choose times in even steps, dense enough for a cubic spline with an error of 1e-9 of the distance.
 
-    That of a spline between even knots is a 384th of the fourth difference. Steps of about a period would not see the
-    motion, so that none is longer than the longest.
+    The error of a spline between even knots is a 384th of the fourth difference. Steps of about a period would not
+    resolve the motion, so that a longest step is given.
     """
     step = min((last - first) / 64, longest)
     while True:
-        count = int(np.ceil((last - first) / step)) + 1 + 2 * _MARGIN
+        count = int(np.ceil((last - first) / step)) + 1
+        if margin == 0:
+            # The table has no row beyond its ends.
+            step = (last - first) / (count - 1)
+        count += 2 * margin
         if count > _MOST:
-            raise InvalidInput(f"duration of the path of {body} needs more than {_MOST} rows; expected a shorter one")
-        times = np.asarray(first + step * (np.arange(count) - _MARGIN), dtype=np.float64)
+            raise InvalidInput(f"{what} needs more than {_MOST} rows; expected a shorter one")
+        times = np.asarray(first + step * (np.arange(count) - margin), dtype=np.float64)
         positions = relative(times)
         fourth = np.linalg.norm(np.diff(positions, n=4, axis=0), axis=1)
         error = float((fourth / 384 / np.linalg.norm(positions[2:-2], axis=1)).max())
+        # The first and the last pieces of a spline have larger errors.
+        error *= 1.0 if margin else 10.0
         if error <= _ERROR:
             return times, positions
-        # The error goes with the fourth power of the step.
+        # The error is proportional to the fourth power of the step.
         step *= min(0.9 * (_ERROR / error) ** 0.25, 0.9)
 
 
-def _about_sun(orbit: Any, start: Time, epoch: Time, given: Units) -> tuple[Callable[[_Array], _Array], float]:
-    """The system from the Sun in km, in the ecliptic of J2000, at seconds from the start; an eighth of its period."""
+def about_sun(orbit: Any, start: Time, epoch: Time, given: Units) -> tuple[Callable[[_Array], _Array], float]:
+    """Return the system's path from the Sun, in km by seconds, ecliptic of J2000, and an eighth of its period."""
     from astropy import units as u
 
     if not isinstance(orbit, KeplerElements):
@@ -136,22 +145,22 @@ def _about_sun(orbit: Any, start: Time, epoch: Time, given: Units) -> tuple[Call
     return place, 2 * np.pi / rate / 8 if e < 1.0 else np.inf
 
 
-def _from_sun(body: str, times: Time, ephemeris: Any) -> _Array:
-    """A planet from the Sun in km, in the ecliptic of J2000."""
+def barycentric(body: Any, times: Time, ephemeris: Any) -> _Array:
+    """Return positions (T, 3) of a body from the barycentre of the solar system in km, along the axes of the ICRF."""
     from astropy.coordinates import get_body_barycentric
 
     with need(None, f"the ephemeris {ephemeris!r}"):
         if ephemeris != "builtin":
             import_module("jplephem")
         try:
-            planet, sun = (get_body_barycentric(name, times, ephemeris=ephemeris) for name in (body, "sun"))
-        except (KeyError, ValueError, TypeError, OSError) as error:
+            found = get_body_barycentric(body, times, ephemeris=ephemeris)
+        except (AttributeError, KeyError, ValueError, TypeError, OSError) as error:
             raise InvalidInput(f"{body} cannot be had from the ephemeris {ephemeris!r}: {error}") from error
-    return np.asarray((planet - sun).xyz.to_value("km").T @ rotation("equatorial", "ecliptic").T)
+    return np.asarray(found.xyz.to_value("km").T, dtype=np.float64)
 
 
 def _axes(frame: Any) -> _Array:
-    """The matrix from the ecliptic of J2000 to the axes of the system."""
+    """Return the matrix from the ecliptic of J2000 to the axes of the system."""
     if isinstance(frame, str):
         return rotation("ecliptic", frame)
     matrix = numbers(frame, "frame")

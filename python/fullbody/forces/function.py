@@ -1,4 +1,4 @@
-"""A caller's own force: a function of Python, or a compiled one."""
+"""Forces from a user's function in Python or compiled."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .. import _core
 from ..base.arguments import named_options
 from ..base.units import gathered
 from ..errors import InvalidInput
-from ..model.force import Call, Force, Ground
+from ..model.force import Call, Context, Force, SystemContext
 from ..model.state import State
 
 if TYPE_CHECKING:
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 __all__ = ["Function"]
 
 _POINTER = ctypes.POINTER(ctypes.c_double)
-#: The answer of a function of Python where all is well: no other, not even one that ctypes makes up where Ctrl-C comes
-#: before the function's first line, is likely to be it.
+#: The status that a Python function's wrapper returns on success. The value is unlikely to arise otherwise, even if
+#: ctypes makes up one when Ctrl-C comes before the function's first line.
 _SUCCESS = 0x5AFEC0DE
-#: The base of all of ctypes' function pointers.
+#: The base class of all function pointers of ctypes.
 _FUNCTION_POINTER: Any = ctypes.CFUNCTYPE(None).__mro__[1]
-#: time, bodies, position, velocity, attitude, spin, force, torque, data; zero is success.
+#: The arguments: time, bodies, position, velocity, attitude, spin, force, torque, data; a result of zero is success.
 SIGNATURE = ctypes.CFUNCTYPE(
     ctypes.c_int, ctypes.c_double, ctypes.c_int64, *[_POINTER] * 4, *[_POINTER] * 2, ctypes.c_void_p
 )
@@ -34,12 +34,12 @@ SIGNATURE = ctypes.CFUNCTYPE(
 
 @dataclass(frozen=True)
 class Unstored:
-    """The function of a force from a file, which keeps the force's name alone."""
+    """The placeholder for the function of a force read from a file, which keeps only the force's name."""
 
     name: str
 
     def __call__(self, time: Any, state: State) -> Any:
-        """Raise an error that says where the function is to be given again."""
+        """Raise an error that says where the function has to be given again."""
         raise InvalidInput(
             f"the function of {self.name} is not in the file; give it again: system.with_forces([Function(...), ...])"
         )
@@ -48,11 +48,11 @@ class Unstored:
 @named_options
 @dataclass(frozen=True, eq=False, repr=False)
 class Function(Force):
-    """A force of your own: a function of Python, or a compiled one.
+    """A user's force: a function in Python, or a compiled one.
 
-    A function of Python is called with a time and a :class:`fullbody.State` at every evaluation, which takes some tens
-    of microseconds: a run takes twenty times as long. It gives the forces (N, 3), inertial, or these and the torques
-    (N, 3), in the body frames.
+    A Python function is called with a time and a :class:`fullbody.State` at every evaluation, which takes some tens of
+    microseconds: a run takes twenty times as long. It returns the forces (N, 3) in the inertial frame, or these and the
+    torques (N, 3) in the body frames.
 
     A compiled function runs without the interpreter. It is given as a ``numba.cfunc``, a ``scipy.LowLevelCallable`` or
     a ``ctypes`` function pointer with the signature ::
@@ -60,28 +60,29 @@ class Function(Force):
         int f(double time, int64_t bodies, const double *position, const double *velocity, const double *attitude,
               const double *spin, double *force, double *torque, void *data)
 
-    in the system's units. Arrays are (bodies, 3), the attitudes (bodies, 4); force and torque come in as zeros. The
-    answer is zero, or the run ends. The data are those of the LowLevelCallable, and may be used from another thread.
+    in the system's units. Arrays have shape (bodies, 3), the attitudes (bodies, 4); force and torque are zero on entry.
+    A result other than zero ends the run. The data are those of the LowLevelCallable, and may be used from another
+    thread.
 
     Parameters
     ----------
     function : callable, numba cfunc, LowLevelCallable or ctypes function
     depends_on_velocity : bool
-        ``False`` says that it depends on the time, the positions and the attitudes alone: the integrators of fixed
-        steps then take it.
+        ``False`` states that the force depends only on the time, the positions and the attitudes, which integrators
+        with fixed steps require.
     name : str, optional
-        The function's own unless given.
+        Name of the force; by default the function's own name.
 
     Raises
     ------
     ForceFailed
-        In a run, where the function raises, gives nan or answers another number than zero; the run so far is in its
-        ``.run``, and what the function raised is its cause.
+        In a run, if the function raises, returns nan or a status other than zero; the run so far is in the error's
+        attribute ``run``, and what the function raised is its cause.
 
     Notes
     -----
-    A smooth function: at a jump the step control takes many short steps. Only values count; nothing that a function
-    keeps from call to call may decide them, for steps are tried and taken back.
+    The function should be smooth: at a jump the step control takes many short steps. It must not depend on anything
+    that it stores from call to call, since steps are tried and taken back.
 
     Examples
     --------
@@ -99,8 +100,7 @@ class Function(Force):
 
     conserves_energy: ClassVar[bool] = False
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
         if not isinstance(self.depends_on_velocity, bool | np.bool_):
             raise InvalidInput(f"depends_on_velocity is {self.depends_on_velocity!r}; expected True or False")
         if not callable(self.function) and _compiled(self.function, self.name) is None:
@@ -113,10 +113,10 @@ class Function(Force):
         called = getattr(self.function, "__name__", None) or getattr(self.function, "name", None)
         return str(called or "function").strip("<>")
 
-    def _describe(self, ground: Ground) -> dict[str, Any]:
+    def _describe(self, system: Context) -> dict[str, Any]:
         return {"kind": "Function", "name": self.name, "depends_on_velocity": bool(self.depends_on_velocity)}
 
-    def _words(self, described: dict[str, Any], units: Units) -> str:
+    def _summary(self, described: dict[str, Any], units: Units) -> str:
         kind = "of Python" if _compiled(self.function, self.name) is None else "compiled"
         return f"a function {kind}" + (" that depends on velocities" if self.depends_on_velocity else "")
 
@@ -125,13 +125,13 @@ class Function(Force):
         name = described["name"]
         return cls(Unstored(name), depends_on_velocity=described["depends_on_velocity"], name=name)
 
-    def _call(self, ground: Ground) -> Call:
+    def _call(self, system: SystemContext) -> Call:
         compiled = _compiled(self.function, self.name)
-        return _from_python(self, ground) if compiled is None else compiled
+        return _from_python(self, system) if compiled is None else compiled
 
 
 def _compiled(function: Any, name: str) -> Call | None:
-    """The addresses of a compiled function; none of a function of Python."""
+    """Return the addresses of a compiled function, or ``None`` for a Python function."""
     if isinstance(function, _FUNCTION_POINTER):
         return Call(ctypes.cast(function, ctypes.c_void_p).value or 0, 0, function)
     if hasattr(function, "_wrapper_address") and isinstance(getattr(function, "address", None), int):
@@ -156,7 +156,7 @@ def _compiled(function: Any, name: str) -> Call | None:
 
 
 def _capsule(capsule: Any, name: str) -> int:
-    """The pointer in a capsule."""
+    """Return the pointer in a capsule."""
     api = ctypes.pythonapi
     api.PyCapsule_GetName.restype, api.PyCapsule_GetName.argtypes = ctypes.c_char_p, [ctypes.py_object]
     api.PyCapsule_GetPointer.restype = ctypes.c_void_p
@@ -167,9 +167,9 @@ def _capsule(capsule: Any, name: str) -> int:
         raise InvalidInput(f"function of {name} has {capsule!r}; expected a capsule with a pointer") from error
 
 
-def _from_python(own: Function, ground: Ground) -> Call:
-    """A way from the core into a function of Python."""
-    name, units, bodies = own.name, ground.units, len(ground.bodies)
+def _from_python(own: Function, system: SystemContext) -> Call:
+    """Return a C callback through which the core calls a Python function."""
+    name, units, bodies = own.name, system.units, len(system.bodies)
     shape = (bodies, 3)
 
     def take(pointer: Any, width: int = 3) -> Any:
@@ -190,7 +190,7 @@ def _from_python(own: Function, ground: Ground) -> Call:
                 core = _core.State(time, take(position), take(velocity), take(attitude, 4), take(spin))
             else:
                 core = _core.State.of_places(time, take(position), take(attitude, 4))
-            state = State._wrap(core, units, ground.names)
+            state = State._wrap(core, units, system.names)
             given = own.function(state.time, state)
             if isinstance(given, tuple) and len(given) != 2:
                 raise InvalidInput(f"{name} gives {len(given)} things; expected forces, or (forces, torques)")

@@ -1,4 +1,4 @@
-"""What sunlight does over many turns."""
+"""Forces of sunlight, averaged over many rotations: YORP and BYORP."""
 
 from __future__ import annotations
 
@@ -13,45 +13,45 @@ from ..base.arguments import directions, named_options, positive
 from ..base.tables import number
 from ..base.units import gathered, need, numbers, scalar
 from ..errors import InvalidInput
-from ..model.force import Force, Ground
+from ..model.force import Context, Force
 
 if TYPE_CHECKING:
     from ..base.units import Units
 
 __all__ = ["Byorp", "Yorp", "solar_pressure"]
 
-#: Force over pressure times squared radius, for a coefficient of one.
+#: Force divided by pressure and squared radius, for a coefficient of one.
 _BYORP = {
     "jacobson_scheeres_2011": 1.0,
     "quillen_2022": 1.0,
     "steinberg_sari_2011": 2.0 * pi / 3.0,
     "wang_hou_2021": 2.0 * pi / 3.0,
 }
-#: Torque over pressure times cubed radius, for a coefficient of one.
+#: Torque divided by pressure and cubed radius, for a coefficient of one.
 _YORP = {"quillen_2022": 1.0, "steinberg_sari_2011": 2.0 * pi / 3.0}
-#: Normalisations of YORP that are rates of the spin: of themselves, or by pressure times radius over mass.
+#: Normalisations of YORP that are rates of the spin, either directly or through pressure times radius over mass.
 _RATES = ("acceleration", "rossi_2009")
 
 
 def torque_dimension(normalization: str | None) -> str | None:
-    """The dimension of the torques of :class:`Yorp` by their normalisation; none of coefficients."""
+    """Return the dimension of the torques of :class:`Yorp` by their normalisation; ``None`` for coefficients."""
     return {None: "torque", "acceleration": "angular acceleration"}.get(normalization)
 
 
 @named_options
 def solar_pressure(semi_major_axis: Any, eccentricity: float = 0.0) -> Any:
-    """The mean pressure of sunlight along an orbit round the Sun.
+    """Compute the mean pressure of sunlight along an orbit round the Sun.
 
-    The mean over time of L / (4 pi c d^2), which is L / (4 pi c a^2 sqrt(1 - e^2)): what a black plate feels that
-    faces the Sun. L is the nominal luminosity of the IAU, with which L / (4 pi c) is 1.0161e17 N; papers round that
-    to 1e17 N.
+    It is the mean over time of L / (4 pi c d^2), which is L / (4 pi c a^2 sqrt(1 - e^2)): the pressure on a black plate
+    that faces the Sun. L is the nominal luminosity of the IAU, with which L / (4 pi c) is 1.0161e17 N; papers round
+    that to 1e17 N.
 
     Parameters
     ----------
     semi_major_axis : Quantity or str
-        Of the orbit round the Sun, such as ``"0.642 au"``.
+        Semi-major axis of the orbit round the Sun, such as ``"0.642 au"``.
     eccentricity : float
-        Of the same orbit.
+        Eccentricity of the same orbit.
 
     Returns
     -------
@@ -80,36 +80,38 @@ def solar_pressure(semi_major_axis: Any, eccentricity: float = 0.0) -> Any:
 @named_options
 @dataclass(frozen=True, eq=False, repr=False)
 class Yorp(Force):
-    """The torque of radiation on a body, a mean over its rotation and its orbit round the Sun.
+    """The mean torque of radiation on a body, averaged over its rotation and its orbit round the Sun.
 
     Parameters
     ----------
     on : int or str
-        The body.
+        The body that the torque acts on.
     along : float, Quantity or array_like
-        Along the spin: a torque, unless ``normalization`` names what else it is; one value, or one at each obliquity.
+        Component along the spin: a torque, unless ``normalization`` says otherwise; one value, or one at each
+        obliquity.
     across : float, Quantity or array_like
-        Likewise across the spin; above zero it raises the obliquity. A spin along ``pole`` has no such direction and
-        feels none of it.
+        Component across the spin, in the same form; a positive one raises the obliquity. The component vanishes for a
+        spin along ``pole``, which defines no such direction; a run in which a torque that does not vanish there drives
+        the spin to the pole raises :class:`fullbody.ForceFailed`.
     obliquity : array_like or Quantity, optional
-        Obliquities of a table, from 0 to pi, with a cubic spline between.
+        Obliquities of a table, from 0 to pi, interpolated by a cubic spline.
     pole : array_like, (3,)
-        Normal of the orbit round the Sun, inertial; the obliquity counts from it.
+        Normal of the orbit round the Sun in the inertial frame, from which the obliquity is measured.
     normalization : str, optional
         ``"acceleration"``: rates of the spin, such as ``"5e-8 rad / day2"`` from light-curves; ``across`` is then the
         rate of the obliquity times the spin. ``"quillen_2022"``, ``"steinberg_sari_2011"`` and ``"rossi_2009"``: the
         dimensionless coefficients of these papers, see Notes.
     pressure : float, Quantity or str, optional
-        Of sunlight, for a coefficient: :func:`solar_pressure` has the mean along an orbit.
+        Pressure of sunlight, for a coefficient: :func:`solar_pressure` returns the mean along an orbit.
     radius : float, Quantity or str, optional
-        Of the body, for a coefficient; that of the sphere of its volume unless given.
+        Radius of the body, for a coefficient; by default that of the sphere of its volume.
     name : str, optional
-        ``YORP on`` the body unless given.
+        Name of the force; by default ``YORP on`` the body.
 
     Notes
     -----
-    Rubincam (2000). With C the largest moment of inertia the spin changes by torque ``along`` / C, and the obliquity by
-    torque ``across`` / (C spin). A coefficient f means, with P the pressure, R the radius and m the mass,
+    See Rubincam (2000). With C the largest moment of inertia the spin changes by torque ``along`` / C, and the
+    obliquity by torque ``across`` / (C spin). A coefficient f means, with P the pressure, R the radius and m the mass,
 
     - ``"quillen_2022"``: a torque f P R^3 (Quillen, LaBarca & Chen);
     - ``"steinberg_sari_2011"``: a torque (2 pi / 3) f P R^3;
@@ -135,20 +137,21 @@ class Yorp(Force):
     pressure: Any = None
     radius: Any = None
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
         pole = directions(self.pole, f"pole of {self.name}", one=True)
         object.__setattr__(self, "pole", tuple(float(component) for component in pole))
-        _check(self, self.normalization, (*_RATES, *_YORP), self.normalization not in (None, "acceleration"))
+        _check_normalization(
+            self, self.normalization, (*_RATES, *_YORP), self.normalization not in (None, "acceleration")
+        )
         if self.normalization == "rossi_2009" and np.any(gathered(self.across, f"across of {self.name}") != 0.0):
             raise InvalidInput(f"across of {self.name} is {self.across!r}; expected none, for rossi_2009 defines along")
 
     def _usual_name(self) -> str:
         return f"YORP on {self.on}" if isinstance(self.on, str) else f"YORP on body {self.on}"
 
-    def _describe(self, ground: Ground) -> dict[str, Any]:
-        units, name = ground.units, self.name
-        on = self._place(ground, "on")
+    def _describe(self, system: Context) -> dict[str, Any]:
+        units, name = system.units, self.name
+        on = self._place(system, "on")
         obliquity = (
             np.zeros(0) if self.obliquity is None else units.strip(self.obliquity, "angle", f"obliquity of {name}")
         )
@@ -156,7 +159,7 @@ class Yorp(Force):
             raise InvalidInput(f"obliquity of {name} is {self.obliquity!r}; expected finite angles (T,)")
         rows = max(obliquity.size, 1)
         dimension = torque_dimension(self.normalization)
-        factor = self._factor(ground, on)
+        factor = self._factor(system, on)
 
         def torque(role: str) -> list[float]:
             given, what = getattr(self, role), f"{role} of {name}"
@@ -170,29 +173,29 @@ class Yorp(Force):
         return {
             "kind": "Yorp",
             "name": name,
-            "on": ground.names[on],
+            "on": system.names[on],
             "pole": list(self.pole),
             "obliquity": obliquity.tolist(),
             "along": torque("along"),
             "across": torque("across"),
         }
 
-    def _factor(self, ground: Ground, on: int) -> float:
-        """The torque for a value of one."""
+    def _factor(self, system: Context, on: int) -> float:
+        """Return the torque for a value of one."""
         if self.normalization is None:
             return 1.0
-        body = ground.body(on)
+        body = system.body(on)
         inertia = float(np.max(body.inertia))
         if self.normalization in _RATES and inertia == 0.0:
-            raise InvalidInput(f"on of {self.name} is {ground.names[on]}, a point; expected a body that can turn")
+            raise InvalidInput(f"on of {self.name} is {system.names[on]}, a point; expected a body that can turn")
         if self.normalization == "acceleration":
             return inertia
-        pressure, radius = _light(self, ground, on)
+        pressure, radius = _light(self, system, on)
         if self.normalization == "rossi_2009":
             return float(inertia * 2.0 / 3.0 * pressure * radius / body.mass)
         return _YORP[self.normalization] * pressure * radius**3
 
-    def _words(self, described: dict[str, Any], units: Units) -> str:
+    def _summary(self, described: dict[str, Any], units: Units) -> str:
         if described["obliquity"]:
             return f"on {described['on']}, torques at {len(described['obliquity'])} obliquities"
         along, across = (number(units.attach(described[role][0], "torque")) for role in ("along", "across"))
@@ -213,41 +216,46 @@ class Yorp(Force):
 @named_options
 @dataclass(frozen=True, eq=False, repr=False)
 class Byorp(Force):
-    """The force of radiation on a synchronous secondary along its motion, a mean over both orbits.
+    """The mean force of radiation on a synchronous secondary along its motion, averaged over both orbits.
 
-    It acts while the secondary is locked, which is decided at the start of every step: its short axis is within 45
-    degrees of the orbit's normal, and the angle psi of its long axis to the line to the other body is that of a
-    pendulum which does not turn over, psi'^2 + w^2 sin^2 psi < w^2 with w^2 = 3 (B - A)/C mu/r^3.
-    ``run.switched_off`` counts how often it was lost.
+    The force acts while the secondary is locked: its short axis is within 45 degrees of the orbit's normal, and the
+    angle psi of its long axis to the line to the other body is that of a pendulum which does not turn over, psi'^2 +
+    w^2 sin^2 psi < w^2 with w^2 = 3 (B - A)/C mu/r^3. A step ends where the lock is lost or regained, and derivatives
+    of a run include the jump there. ``run.switched_off`` counts how often the lock was lost. A force so strong that it
+    breaks its own lock, which would return at once without it, raises :class:`fullbody.ForceFailed`.
 
     Parameters
     ----------
     on : int or str
         The secondary.
     about : int or str
-        The body that it moves about.
+        The body that the secondary orbits.
     force : float, Quantity or str
-        Along the motion: in the plane of the orbit, across the line to the other body. Above zero the orbit grows. Or
-        else a ``coefficient``.
+        The force along the motion: in the plane of the orbit, across the line to the other body. A positive force
+        enlarges the orbit. Either this or ``coefficient`` is given.
     coefficient : float
         Dimensionless, with the ``normalization`` and the ``pressure`` that go with it.
     normalization : str
-        Whose coefficient it is: ``"jacobson_scheeres_2011"``, ``"quillen_2022"``, ``"steinberg_sari_2011"`` or
-        ``"wang_hou_2021"``. They differ by 2 pi / 3, see Notes.
+        The definition of the coefficient: ``"jacobson_scheeres_2011"``, ``"quillen_2022"``, ``"steinberg_sari_2011"``
+        or ``"wang_hou_2021"``. They differ by 2 pi / 3, see Notes.
     pressure : float, Quantity or str
-        Of sunlight: :func:`solar_pressure` has the mean along an orbit.
+        Pressure of sunlight: :func:`solar_pressure` returns the mean along an orbit.
     radius : float, Quantity or str, optional
-        Of the secondary, for a coefficient; that of the sphere of its volume unless given.
+        Radius of the secondary, for a coefficient; by default that of the sphere of its volume.
     name : str, optional
-        ``BYORP on`` the body unless given.
+        Name of the force; by default ``BYORP on`` the body.
 
     Notes
     -----
-    Cuk & Burns (2005), McMahon & Scheeres (2010): a circular orbit drifts by da/dt = 2 F / (m n), where m is the
+    See Cuk & Burns (2005), McMahon & Scheeres (2010): a circular orbit drifts by da/dt = 2 F / (m n), where m is the
     secondary's mass. A coefficient f means, with P the pressure and R the secondary's radius,
 
     - ``"jacobson_scheeres_2011"``, ``"quillen_2022"``: F = f P R^2;
     - ``"steinberg_sari_2011"``, ``"wang_hou_2021"``: F = (2 pi / 3) f P R^2.
+
+    Where a definition is that of a torque, it is F times the distance of the two centres: about the centre of the other
+    body. The drift that Jacobson & Scheeres (2011) print is larger than 2 F / (m n) by sqrt(1 + q), with q the ratio of
+    the masses, for they take the mean motion of a secondary without mass.
 
     Examples
     --------
@@ -273,8 +281,7 @@ class Byorp(Force):
     pressure: Any = None
     radius: Any = None
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
         if (self.force is None) == (self.coefficient is None):
             raise InvalidInput(
                 f"force and coefficient of {self.name} are {self.force!r} and {self.coefficient!r}; "
@@ -285,33 +292,33 @@ class Byorp(Force):
                 f"normalization of {self.name} is not given, and coefficients differ by it; "
                 f"expected one of {', '.join(_BYORP)}"
             )
-        _check(self, self.normalization, _BYORP, self.coefficient is not None)
+        _check_normalization(self, self.normalization, _BYORP, self.coefficient is not None)
 
     def _usual_name(self) -> str:
         return f"BYORP on {self.on}" if isinstance(self.on, str) else f"BYORP on body {self.on}"
 
-    def _describe(self, ground: Ground) -> dict[str, Any]:
-        on = self._place(ground, "on")
+    def _describe(self, system: Context) -> dict[str, Any]:
+        on = self._place(system, "on")
         return {
             "kind": "Byorp",
             "name": self.name,
-            "on": ground.names[on],
-            "about": ground.names[self._place(ground, "about")],
-            "force": self._strength(ground, on),
+            "on": system.names[on],
+            "about": system.names[self._place(system, "about")],
+            "force": self._strength(system, on),
         }
 
-    def _strength(self, ground: Ground, on: int) -> float:
+    def _strength(self, system: Context, on: int) -> float:
         """The force as a number."""
         if self.normalization is None:
-            return ground.units.number(self.force, "force", f"force of {self.name}")
+            return system.units.number(self.force, "force", f"force of {self.name}")
         what = f"coefficient of {self.name}"
         coefficient = scalar(numbers(self.coefficient, what), what)
         if not np.isfinite(coefficient):
             raise InvalidInput(f"{what} is {self.coefficient!r}; expected a finite number")
-        pressure, radius = _light(self, ground, on)
+        pressure, radius = _light(self, system, on)
         return _BYORP[self.normalization] * coefficient * pressure * radius**2
 
-    def _words(self, described: dict[str, Any], units: Units) -> str:
+    def _summary(self, described: dict[str, Any], units: Units) -> str:
         force = number(units.attach(described["force"], "force"))
         return f"on {described['on']} about {described['about']}, {force} along the motion"
 
@@ -321,7 +328,9 @@ class Byorp(Force):
         return cls(**given, force=units.attach(described["force"], "force"))
 
 
-def _check(force: Yorp | Byorp, normalization: str | None, known: Iterable[str], needs_light: bool) -> None:
+def _check_normalization(
+    force: Yorp | Byorp, normalization: str | None, known: Iterable[str], needs_light: bool
+) -> None:
     """Refuse an unknown normalisation, and light that is missing or has no use."""
     if normalization is not None and normalization not in known:
         raise InvalidInput(f"normalization of {force.name} is {normalization!r}; expected one of {', '.join(known)}")
@@ -338,11 +347,11 @@ def _check(force: Yorp | Byorp, normalization: str | None, known: Iterable[str],
         )
 
 
-def _light(force: Yorp | Byorp, ground: Ground, on: int) -> tuple[float, float]:
-    """The pressure and the radius, above zero."""
+def _light(force: Yorp | Byorp, system: Context, on: int) -> tuple[float, float]:
+    """Return the pressure and the radius after checking that they are positive."""
     found = {
-        "pressure": ground.units.number(force.pressure, "pressure", f"pressure of {force.name}"),
-        "radius": force._radius(ground, on),
+        "pressure": system.units.number(force.pressure, "pressure", f"pressure of {force.name}"),
+        "radius": force._radius(system, on),
     }
     for role, value in found.items():
         if value <= 0.0:

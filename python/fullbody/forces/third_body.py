@@ -1,4 +1,4 @@
-"""Third bodies: the Sun, a planet that passes."""
+"""Third bodies, such as the Sun or a planet that passes."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
+from ..base import epochs
 from ..base.arguments import named_options
 from ..base.tables import number
 from ..errors import InvalidInput
-from ..model.force import Force, Ground
+from ..model.force import Context, Force
 from ..orbit.elements import KeplerElements
 
 if TYPE_CHECKING:
@@ -22,8 +23,10 @@ if TYPE_CHECKING:
 __all__ = ["ThirdBody"]
 
 _ANGLES = ("i", "Omega", "omega", "M")
-#: The error of a table's spline that is doubted, relative to the distance; that of the pull is three times as much.
+#: The relative error of a table's spline above which there is a warning; the error of the gravity is three times it.
 _COARSE = 1e-3
+#: Dates closer to each other than this, in s, are equal.
+_SAME_DATE = 1e-3
 
 
 @named_options
@@ -31,39 +34,41 @@ _COARSE = 1e-3
 class ThirdBody(Force):
     """The gravity of a point mass on a prescribed path: force and torque on every body, near and far.
 
-    The path is a Kepler orbit or a table of positions, relative to the system's barycentre. The third body itself is
-    not moved by the system. A path is that of the barycentre as it would go without the forces: what they change of
-    it, such as the pull on the quadrupoles, is computed.
+    The path is a Kepler orbit or a table of positions, relative to the system's barycentre. The system does not move
+    the third body. The path refers to the nominal barycentre, which moves as if there were no external forces; the
+    barycentre offset that forces cause, such as gravity on the quadrupoles, is computed.
 
     Parameters
     ----------
     mass : float or Quantity
-        Or else ``mu``.
+        Mass of the third body; either this or ``mu`` is given.
     mu : float or Quantity
-        G times the mass.
+        G times the mass of the third body.
     orbit : KeplerElements
         The path as an orbit; its mu is that of the third body and the system together.
     of : {"system", "body"}
-        Whose path about whom is given: ``"system"``, that of the system about the third body (an orbit round the Sun);
-        ``"body"``, that of the third body about the system (a planet that passes).
+        The body whose path is given: ``"system"`` for the path of the system about the third body (an orbit round the
+        Sun), ``"body"`` for the path of the third body about the system (a planet that passes).
     time : float or Quantity
-        Time of a state at which the mean anomaly of ``orbit`` holds.
+        Time of a state to which the mean anomaly of ``orbit`` refers.
     times, positions : array_like or Quantity, (T,) and (T, 3)
-        The path as a table, with a cubic spline (not-a-knot) between. Runs beyond it are refused, and those with rows
-        too far apart for the spline are warned of.
+        The path as a table, interpolated by a cubic spline (not-a-knot). Runs beyond the table are refused, and there
+        is a warning if rows are too far apart for the spline.
+    date : astropy Time or str, optional
+        The date of time zero of the path. A system with a different :attr:`~fullbody.System.epoch` is refused.
     name : str
 
     Raises
     ------
     InvalidInput
-        Also when a system is made or run: for a third body that is or comes inside the system, and a table that ends
-        before the run does.
+        For invalid arguments, and when a system is made or run: for a third body that is or comes inside the system,
+        and for a table that ends before the run does.
 
     Notes
     -----
     The acceleration of a point at r relative to the barycentre, by a third body at p, is Battin's (1999, section 8.4),
-    which loses no digits: -(mu/d^3) (r + f(q) p) with d = r - p, q = r.(r - 2p)/p^2. What a body's extent adds, and the
-    torque, come from its own exact exterior field at the third body, by the third law.
+    which loses no digits: -(mu/d^3) (r + f(q) p) with d = r - p, q = r.(r - 2p)/p^2. The effect of a body's extent, and
+    the torque, follow by the third law from its own exact exterior field at the third body.
 
     Examples
     --------
@@ -83,11 +88,11 @@ class ThirdBody(Force):
     time: Any = 0.0
     times: Any = None
     positions: Any = None
+    date: Any = None
 
     depends_on_velocity: ClassVar[bool] = False
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def _check(self) -> None:
         name = self.name
         if (self.mass is None) == (self.mu is None):
             raise InvalidInput(f"mass and mu of {name} are {self.mass!r} and {self.mu!r}; expected one of the two")
@@ -96,6 +101,8 @@ class ThirdBody(Force):
             raise InvalidInput(f"the path of {name} is not clear; expected orbit, or else times and positions")
         if self.orbit is not None and not isinstance(self.orbit, KeplerElements):
             raise InvalidInput(f"orbit of {name} is {self.orbit!r}; expected KeplerElements")
+        if self.date is not None:
+            object.__setattr__(self, "date", epochs.to_text(self.date))
         if self.of not in ("system", "body"):
             raise InvalidInput(
                 f"the argument 'of' of {name} is {self.of!r}; expected 'system' (the path is the system's about the "
@@ -115,33 +122,34 @@ class ThirdBody(Force):
         frame: Any = "ecliptic",
         units: tuple[object, object, object] | bool | None = None,
     ) -> Self:
-        """The Sun or a planet, at the positions of an ephemeris relative to a system on its orbit about the Sun.
+        """Make the Sun or a planet, with positions of an ephemeris relative to a system on its orbit about the Sun.
 
         Parameters
         ----------
         name : str
-            ``"sun"``, ``"earth"``, ``"moon"``, ``"jupiter"`` and so on; the third body's name too, as in ``Jupiter``.
+            ``"sun"``, ``"earth"``, ``"moon"``, ``"jupiter"`` and so on; capitalised, it becomes the third body's name.
         date : astropy Time or str
-            Of time zero of the states, such as ``"2022-09-26T00:00:00 TDB"``.
+            Date of time zero of the states, such as ``"2022-09-26T00:00:00 TDB"``; a system with another epoch is
+            refused.
         orbit : KeplerElements
-            Of the system about the Sun, in the ecliptic of J2000 or in their own frame.
+            Orbit of the system about the Sun, in the ecliptic of J2000 or in its elements' own frame.
         duration : float, Quantity or str
-            How long from the date the path is to be; below zero back in time.
+            Length of the path from the date; negative for a path back in time.
         epoch : astropy Time or str, optional
-            When the mean anomaly of the orbit holds; the date unless given.
+            Date to which the mean anomaly of the orbit refers; by default ``date``.
         ephemeris : str
-            ``"builtin"`` of astropy, ``"de432s"`` and others that it loads, or the path of one; all but the first need
-            the package jplephem.
+            ``"builtin"`` of astropy, ``"de432s"`` and others that it loads, or the path of a file; all but the first
+            need the package jplephem.
         frame : str or array_like, (3, 3)
             The axes of the system: a name (see :mod:`fullbody.frames`), or the matrix that turns components in the
             ecliptic of J2000 into components along the system's axes.
         units : (length, time, mass) or bool, optional
-            For a system without units: those that its plain numbers are in. Otherwise all are Quantities.
+            The units of plain numbers, for a system without units; otherwise all values are Quantities.
 
         Returns
         -------
         ThirdBody
-            With a table, so dense that its cubic spline is right to 1e-9 of the distance.
+            A third body with a table whose cubic spline has an error of at most 1e-9 of the distance.
 
         Raises
         ------
@@ -149,10 +157,10 @@ class ThirdBody(Force):
 
         Notes
         -----
-        The system moves on the Kepler orbit. How planets bend it is left out: for a close flyby give the orbit of the
-        planet about the system. The built-in ephemeris is erfa's, which is good to some kilometres for the Earth and to
-        two arc minutes for the other planets, as seen from the Sun. G times masses are those of DE440 (Park et al.
-        2021, Astron. J. 161, 105, doi:10.3847/1538-3881/abd414).
+        The system moves on the Kepler orbit; perturbations by planets are neglected: for a close flyby give the orbit
+        of the planet about the system. The built-in ephemeris is that of erfa, which has errors of some kilometres for
+        the Earth and up to two arc minutes for the other planets, as seen from the Sun. G times masses are from DE440
+        (Park et al. 2021, Astron. J. 161, 105, doi:10.3847/1538-3881/abd414).
 
         Examples
         --------
@@ -164,15 +172,22 @@ class ThirdBody(Force):
         """
         from .ephemeris import path
 
-        return cls(of="body", **path(name, date, orbit, duration, epoch, ephemeris, frame, units))
+        return cls(of="body", date=date, **path(name, date, orbit, duration, epoch, ephemeris, frame, units))
 
     def _usual_name(self) -> str:
         return "third body"
 
-    def _describe(self, ground: Ground) -> dict[str, Any]:
-        units, name = ground.units, self.name
+    def _describe(self, system: Context) -> dict[str, Any]:
+        units, name = system.units, self.name
+        if self.date is not None and system.epoch is not None:
+            apart = (epochs.to_time(self.date).tdb - epochs.to_time(system.epoch).tdb).to_value("s")
+            if abs(apart) > _SAME_DATE:
+                raise InvalidInput(
+                    f"the path of {name} is for the date {self.date} at time zero, and the epoch of the system is "
+                    f"{system.epoch}; expected one date for both"
+                )
         mu = (
-            ground.G * units.number(self.mass, "mass", f"mass of {name}")
+            system.G * units.number(self.mass, "mass", f"mass of {name}")
             if self.mu is None
             else units.number(self.mu, "mu", f"mu of {name}")
         )
@@ -181,7 +196,7 @@ class ThirdBody(Force):
             orbit = self.orbit
             elements = {
                 "a": units.number(orbit.a, "length", f"semi-major axis of {name}"),
-                "e": units.number(orbit.e, "angle", f"eccentricity of {name}"),
+                "e": units.number(orbit.e, "number", f"eccentricity of {name}"),
             }
             elements |= {key: units.number(getattr(orbit, key), "angle", f"{key} of {name}") for key in _ANGLES}
             path = {"orbit": {"elements": elements, "time": units.number(self.time, "time", f"time of {name}")}}
@@ -195,10 +210,21 @@ class ThirdBody(Force):
                 )
             if not (np.isfinite(times).all() and np.isfinite(positions).all()):
                 raise InvalidInput(f"times or positions of {name} are not finite; expected finite numbers")
+            steps = np.abs(np.diff(times))
+            if len(steps) and steps.min() <= 4.0 * np.spacing(np.abs(times).max()):
+                row = int(np.argmin(steps))
+                raise InvalidInput(
+                    f"times of {name} are {times[row]} and {times[row + 1]} in rows {row} and {row + 1}; expected "
+                    "rows further apart than the round-off of the times"
+                )
             path = {"table": {"times": times.tolist(), "positions": positions.tolist()}}
-        return {"kind": "ThirdBody", "name": name, "mu": mu, "of": self.of, "path": path}
+        given = {} if self.mass is None else {"mass": units.number(self.mass, "mass", f"mass of {name}")}
+        return {"kind": "ThirdBody", "name": name, "mu": mu, **given, "of": self.of, "path": path}
 
-    def _words(self, described: dict[str, Any], units: Units) -> str:
+    def _notes(self) -> dict[str, Any]:
+        return {} if self.date is None else {"date": self.date}
+
+    def _summary(self, described: dict[str, Any], units: Units) -> str:
         path, whose = described["path"], "it goes round" if described["of"] == "body" else "the system goes round it"
         mu = f"mu = {number(units.attach(described['mu'], 'mu'))}"
         if "orbit" in path:
@@ -208,12 +234,12 @@ class ThirdBody(Force):
         first, last = (number(units.attach(time, "time")) for time in (times[0], times[-1]))
         return f"{mu}; {len(times)} positions from {first} to {last}"
 
-    def _doubts(
+    def _input_warnings(
         self, described: dict[str, Any], names: tuple[str, ...], start: _core.State, units: Units
     ) -> Iterator[str]:
-        """Whether the rows of a table are so far apart that the spline does not follow the path.
+        """Yield a warning if the rows of a table are so far apart that the spline does not follow the path.
 
-        The cubic through the two rows before a row and the two after misses it by 64 times the spline's error.
+        The cubic through two rows before a row and two after it misses the row by 64 times the spline's error.
         """
         table = described["path"].get("table")
         if table is None or len(table["times"]) < 5:
@@ -222,7 +248,7 @@ class ThirdBody(Force):
         count, others = len(times) - 4, (0, 1, 3, 4)
         near = {k: times[k : k + count] for k in range(5)}
         there = np.zeros((count, 3))
-        # The run itself refuses a third body inside the system.
+        # A third body inside the system is refused by the run itself.
         with np.errstate(all="ignore"):
             for k in others:
                 factors = [(near[2] - near[j]) / (near[k] - near[j]) for j in others if j != k]
@@ -240,7 +266,10 @@ class ThirdBody(Force):
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
         path = described["path"]
-        given: dict[str, Any] = {"mu": units.attach(described["mu"], "mu"), "of": described["of"]}
+        given: dict[str, Any] = {"of": described["of"]}
+        kind = "mass" if "mass" in described else "mu"
+        given[kind] = units.attach(described[kind], kind)
+        given["date"] = described.get("date")
         if "orbit" in path:
             elements = dict(path["orbit"]["elements"])
             elements["a"] = units.attach(elements["a"], "length")

@@ -1,4 +1,4 @@
-"""Tides that dissipate."""
+"""Dissipative tides."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..base.rotations import matrices
 from ..base.tables import number
 from ..base.units import gathered, numbers, scalar, strip_to
 from ..errors import InvalidInput
-from ..model.force import Force, Ground
+from ..model.force import Context, Force
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -26,33 +26,33 @@ __all__ = ["Tide", "lag_from_quality_factor"]
 @named_options
 @dataclass(frozen=True, eq=False, repr=False)
 class Tide(Force):
-    """The tide that one body raises on another, with a constant time lag, for any orbit and any spin.
+    """The tide that one body raises on another, with a constant time lag, valid for any orbit and any spin.
 
-    It acts on both bodies and turns the deformed one. Only what the lag adds is computed: the figure is rigid, and the
-    bulges of the tide and of the rotation belong to it.
+    The force acts on both bodies and the torque on the deformed one. Only the effect of the lag is computed: bodies are
+    rigid, and the static bulges of tide and rotation are taken as part of their shapes.
 
     Parameters
     ----------
     on : int or str
-        The body that is deformed, by place or name.
+        The deformed body, by index or name.
     by : int or str
-        The body that raises the tide.
+        The body that raises the tide, by index or name.
     k2 : float
         Love's number of degree two of the deformed body, from 0 to 1.5.
     lag : float or Quantity
-        The time by which the bulge follows; :func:`lag_from_quality_factor` has one of a quality factor. The law is of
-        first order in the angle by which the body turns meanwhile: a run warns where that is above a radian at its
-        start.
+        The time by which the bulge lags behind; :func:`lag_from_quality_factor` computes it from a quality factor. The
+        law is of first order in the angle by which the body turns in that time: a run warns if it exceeds a radian at
+        its start.
     radius : float or Quantity, optional
-        Of the deformed body; that of the sphere of its volume unless given.
+        Radius of the deformed body; by default that of the sphere of its volume.
     name : str, optional
-        ``tide on`` the body unless given.
+        Name of the force; by default ``tide on`` the body.
 
     Notes
     -----
-    Mignard (1979), Hut (1981): with r from the deformed body to the raiser of mass m, v its rate and omega the
-    deformed body's spin, the force on the raiser is -(3 k2 G m^2 R^5 lag / r^10) [2 r (r.v) + r^2 (r x omega + v)],
-    its opposite acts on the deformed body, and the torque on that is -r x F.
+    The law is that of Mignard (1979) and Hut (1981): with r from the deformed body to the raiser of mass m, v its rate
+    and omega the deformed body's spin, the force on the raiser is -(3 k2 G m^2 R^5 lag / r^10) [2 r (r.v) + r^2 (r x
+    omega + v)], its opposite acts on the deformed body, and the torque on that is -r x F.
 
     Examples
     --------
@@ -73,33 +73,33 @@ class Tide(Force):
     def _usual_name(self) -> str:
         return f"tide on {self.on}" if isinstance(self.on, str) else f"tide on body {self.on}"
 
-    def _describe(self, ground: Ground) -> dict[str, Any]:
-        units, name = ground.units, self.name
-        on, by = self._place(ground, "on"), self._place(ground, "by")
+    def _describe(self, system: Context) -> dict[str, Any]:
+        units, name = system.units, self.name
+        on, by = self._place(system, "on"), self._place(system, "by")
         return {
             "kind": "Tide",
             "name": name,
-            "on": ground.names[on],
-            "by": ground.names[by],
-            "k2": units.number(self.k2, "angle", f"k2 of {name}"),
+            "on": system.names[on],
+            "by": system.names[by],
+            "k2": units.number(self.k2, "number", f"k2 of {name}"),
             "lag": units.number(self.lag, "time", f"lag of {name}"),
-            "radius": self._radius(ground, on),
+            "radius": self._radius(system, on),
         }
 
-    def _words(self, described: dict[str, Any], units: Units) -> str:
+    def _summary(self, described: dict[str, Any], units: Units) -> str:
         lag, radius = (number(units.attach(described[key], of)) for key, of in (("lag", "time"), ("radius", "length")))
         return f"by {described['by']} on {described['on']}, k2 = {number(described['k2'])}, lag {lag}, radius {radius}"
 
-    def _doubts(
+    def _input_warnings(
         self, described: dict[str, Any], names: tuple[str, ...], start: _core.State, units: Units
     ) -> Iterator[str]:
-        """Whether a body turns by more than a radian within the lag, relative to the other one or on its orbit."""
+        """Yield a warning if a body turns by more than a radian within the lag, relative to the other one."""
         on, by, lag = (described[key] for key in ("on", "by", "lag"))
         deformed, raiser = names.index(on), names.index(by)
         r, v = start.position[raiser] - start.position[deformed], start.velocity[raiser] - start.velocity[deformed]
         orbital = np.cross(r, v) / (r @ r)
         spin = matrices(start.attitude[deformed]) @ start.spin[deformed]
-        # A spin about the line of the centres raises no other tide.
+        # A spin about the line of the centres does not change the tide.
         relative, along = (
             lag * np.linalg.norm(np.cross(rate, r)) / np.linalg.norm(r) for rate in (spin - orbital, orbital)
         )
@@ -122,22 +122,22 @@ class Tide(Force):
 def lag_from_quality_factor(
     Q: float, mean_motion: Any, tide: Literal["eccentricity", "libration", "semidiurnal"], spin: Any = None
 ) -> Any:
-    """The time lag that dissipates as a quality factor does at one frequency.
+    """Compute the time lag with the same dissipation as a quality factor at one frequency.
 
-    A constant quality factor holds at one frequency alone; it changes its sign where the spin passes the mean motion,
-    which a lag does not.
+    A constant quality factor corresponds to a lag at one frequency only; its tide changes sign abruptly where the spin
+    passes the mean motion, while that of a lag does not.
 
     Parameters
     ----------
     Q : float
         The quality factor.
     mean_motion : float or Quantity
-        n of the orbit, angle by time.
+        Mean motion n of the orbit, angle per time.
     tide : {"eccentricity", "libration", "semidiurnal"}
-        Of which tide the factor is. On a synchronous body eccentricity and libration raise one of frequency n:
-        1/Q = n lag. A body that turns at another rate omega has the semidiurnal one: 1/Q = 2 abs(omega - n) lag.
+        The tide to which the factor refers. On a synchronous body eccentricity and libration raise a tide of frequency
+        n: 1/Q = n lag. A body that turns at another rate omega has the semidiurnal tide: 1/Q = 2 abs(omega - n) lag.
     spin : float or Quantity, optional
-        omega, for ``"semidiurnal"``.
+        Spin omega of the deformed body, for ``"semidiurnal"``.
 
     Returns
     -------

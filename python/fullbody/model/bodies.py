@@ -18,19 +18,7 @@ from ..typing import Scalar
 from .composite import SHOWN, Composite, Part, WorkingFrame
 from .gravity import Gravity, gravity_at, points_in
 from .polyhedron import Polyhedron
-from .shapes import (
-    SOLIDS,
-    Ellipsoid,
-    PointMass,
-    Solid,
-    attach,
-    attached,
-    core_shape,
-    lengths_of,
-    own_units,
-    sizes_in,
-    solid_noted,
-)
+from .shapes import Ellipsoid, PointMass, Solid, attach, attached, core_shape, lengths_of, own_units, rebuilt
 
 __all__ = ["Body"]
 
@@ -43,7 +31,7 @@ class Body(Tabled):
     ----------
     shape : Ellipsoid, Sphere, PointMass, Polyhedron or Composite
     mass, density : float or Quantity
-        One of the two; neither for a composite, whose parts have their own.
+        One of the two is given; neither for a composite, whose parts have their own.
     name : str, optional
         The name in errors, tables and plots. A body without one is named after its place in the system.
 
@@ -153,7 +141,7 @@ class Body(Tabled):
         Returns
         -------
         Ellipsoid
-            With semi-axes along the body frame: the body's own where it is an ellipsoid or a sphere.
+            An ellipsoid with semi-axes along the body frame: the body's own if it is an ellipsoid or a sphere.
 
         Raises
         ------
@@ -263,46 +251,33 @@ class Body(Tabled):
         )
         return _core.Body(name, shape, mass, density)
 
-    def _describe(self, units: Units, index: int) -> dict[str, Any]:
-        """The body in numbers of a system's units."""
-        core = self._core(units, index)
+    def _notes(self) -> dict[str, Any]:
+        """Return whether the body was named and the names of its classes, which the core's description leaves out."""
+        notes = {"named": self._name is not None, "shape": type(self._shape).__name__}
         if isinstance(self._shape, Composite):
-            size: dict[str, Any] = {"parts": self._shape._describe(units, core)}
-        else:
-            size = {"size": sizes_in(self._shape, units), "mass": core.mass}
-        return {"name": self._name, "shape": type(self._shape).__name__, **size}
+            notes["parts"] = [type(part.shape).__name__ for part in self._shape.parts]
+        return notes
 
     @classmethod
-    def _rebuild(cls, described: dict[str, Any]) -> Body:
-        """The body of such a description."""
-        if described["shape"] != Composite.__name__:
-            shape = SOLIDS[described["shape"]](**described["size"])
-            return cls(shape, mass=described["mass"], name=described["name"])
+    def _rebuild(cls, described: dict[str, Any], notes: dict[str, Any]) -> Body:
+        """The body of the core's description and of such notes, which a program in Rust does not leave."""
+        called = described["name"]
+        if (named := notes.get("named", True)) not in (True, False):
+            raise InvalidInput(f"the notes of {called} have {named!r} for named; expected true or false")
+        name = called if named else None
+        if "parts" not in described:
+            return cls(rebuilt(described["semi_axes"], notes.get("shape"), called), described["mass"], name=name)
+        kinds = notes.get("parts", [None] * len(described["parts"]))
         parts = [
-            Part(SOLIDS[p["shape"]](**p["size"]), mass=p["mass"], position=p["position"], attitude=p["attitude"])
-            for p in described["parts"]
+            Part(
+                rebuilt(part["semi_axes"], kind, f"part {k} of {called}"),
+                mass=part["mass"],
+                position=part["position"],
+                attitude=part["attitude"],
+            )
+            for k, (part, kind) in enumerate(zip(described["parts"], kinds, strict=True))
         ]
-        return cls(Composite(parts), name=described["name"])
-
-    def _shape_notes(self) -> dict[str, Any]:
-        """What the core does not keep of a shape: the names of the classes."""
-        kind = type(self._shape).__name__
-        if isinstance(self._shape, Composite):
-            return {"shape": kind, "parts": [type(part.shape).__name__ for part in self._shape.parts]}
-        return {"shape": kind}
-
-    @staticmethod
-    def _noted(core: dict[str, Any], note: dict[str, Any]) -> dict[str, Any]:
-        """The description of a core's description of a body, with such notes."""
-        if "parts" not in core:
-            return solid_noted(core, note.get("shape"), core["name"])
-        kinds = note.get("parts", [None] * len(core["parts"]))
-        parts = [
-            solid_noted(part, kind, f"part {k} of {core['name']}")
-            | {"position": part["position"], "attitude": part["attitude"]}
-            for k, (part, kind) in enumerate(zip(core["parts"], kinds, strict=True))
-        ]
-        return {"shape": Composite.__name__, "parts": parts}
+        return cls(Composite(parts), name=name)
 
     def gravity(self, points: Any, G: Any = None) -> Gravity:
         """Potential, field and gravity gradient at points of the body frame, outside and inside.
@@ -359,7 +334,7 @@ class Body(Tabled):
         constant = units.number(G, "G", "G")
         key = (units.names, constant)
         if self._attraction is None or self._attraction[0] != key:
-            # Of a polyhedron it is much to make.
+            # The sums of a polyhedron take long to prepare.
             self._attraction = key, _core.Attraction([self._core(units, 0)], constant, "auto")
         origin, unturned = np.zeros((1, 1, 3)), np.array([[[1.0, 0.0, 0.0, 0.0]]])
         return gravity_at(self._attraction[1], origin, unturned, array, units)

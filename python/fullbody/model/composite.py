@@ -14,7 +14,7 @@ from ..base.units import Units, is_quantity, numbers
 from ..base.values import ArrayFields, hashed, same
 from ..errors import InvalidInput, caution
 from .polyhedron import Polyhedron
-from .shapes import Ellipsoid, PointMass, Solid, Sphere, attach, attached, core_shape, lengths_of, own_units, sizes_in
+from .shapes import Ellipsoid, PointMass, Solid, Sphere, attach, attached, core_shape, lengths_of, own_units
 
 __all__ = ["SHOWN", "Composite", "Part", "WorkingFrame"]
 
@@ -32,7 +32,7 @@ class Part:
     ----------
     shape : Ellipsoid, Sphere, PointMass or Polyhedron
     mass, density : float or Quantity
-        One of the two; below zero for a void, or for what is missing against the matter that fills the same space.
+        One of the two is given; negative for a void, or for the difference to the matter that fills the same space.
     position : array_like or Quantity, (3,), optional
         The part's centre in the working frame, of a polyhedron the origin of its vertices' frame; the working frame's
         origin if not given.
@@ -137,7 +137,7 @@ class Composite:
     Parameters
     ----------
     parts : sequence of Part
-        In any working frame.
+        Parts in any working frame.
 
     Raises
     ------
@@ -199,7 +199,7 @@ class Composite:
         fractions : sequence of float
             Sizes of the layers' outer surfaces relative to that: falling from 1.
         densities : sequence of float or Quantity
-            Of the layers, from the outermost inwards, as many; zero for a cavity.
+            Densities of as many layers, from the outermost inwards; zero for a cavity.
 
         Returns
         -------
@@ -246,7 +246,7 @@ class Composite:
         return cls(parts)
 
     def with_mass(self, mass: Any) -> Composite:
-        """The same with all masses and densities in the proportion that gives this total.
+        """Return a composite whose masses and densities are all scaled so that the total mass is this one.
 
         Parameters
         ----------
@@ -280,20 +280,6 @@ class Composite:
     def _core(self, units: Units, name: str) -> _core.Body:
         rows = [part._in(units, f"part {k} of {name}") for k, part in enumerate(self.parts)]
         return _core.Body.composite(name, rows)
-
-    def _describe(self, units: Units, core: Any) -> list[dict[str, Any]]:
-        """The parts in numbers of a system's units."""
-        both = zip(self.parts, core.given, strict=True)
-        return [
-            {
-                "shape": type(part.shape).__name__,
-                "size": sizes_in(part.shape, units),
-                "mass": mass,
-                "position": list(position),
-                "attitude": list(attitude),
-            }
-            for part, (_, mass, position, attitude) in both
-        ]
 
 
 def _is_zero(value: Any) -> bool:
@@ -332,7 +318,7 @@ class WorkingFrame(ArrayFields):
 
 
 def _scaled(shape: Ellipsoid | Sphere | Polyhedron, factor: float) -> Solid:
-    """The same shape about the same centre with all lengths times a factor."""
+    """Scale all lengths of a shape about its centre by a factor."""
     if isinstance(shape, Polyhedron):
         return shape._layer(factor)
     return type(shape)(*(getattr(shape, name) * factor for name in shape.__slots__))

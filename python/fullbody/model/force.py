@@ -1,26 +1,27 @@
-"""What every force from outside is to a system."""
+"""The base of external forces, and what they are told of the system that they act in."""
 
 from __future__ import annotations
 
 from dataclasses import MISSING, dataclass, fields
 from itertools import count
 from math import cbrt, pi
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias
 
-from ..base.arguments import name_of, named_options, place, sequence
+from .. import _core
+from ..base.arguments import integer, name_of, named_options, place, sequence
+from ..base.units import AnyUnits, Units
 from ..base.values import ScalarFields, brief, same
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from .. import _core
-    from ..base.units import Units
     from .bodies import Body
 
-__all__ = ["Call", "Force", "Ground", "forces_of", "rebuilt"]
+__all__ = ["Call", "Context", "Force", "SystemContext", "forces_of", "rebuilt"]
 
-#: So many errors can be kept; below the answer for success.
+#: The number of errors that can be kept, which stays below the answer for success.
 _ANSWERS = 2**30
 
 #: The kinds of forces by their names.
@@ -28,17 +29,48 @@ KINDS: dict[str, type[Force]] = {}
 
 
 @dataclass(frozen=True)
-class Ground:
-    """What a force is told of the system that it acts in."""
+class SystemContext:
+    """The part of a system that a force describes itself by."""
 
     units: Units
     G: float
     bodies: tuple[Body, ...]
     names: tuple[str, ...]
+    epoch: str | None = None
+
+    def place(self, body: Any, what: str) -> int:
+        """The place of a body from its place or name."""
+        return place(body, self.names, what)
 
     def body(self, index: int) -> Any:
         """The body as the core has it: mass, volume and inertia in the system's units."""
         return self.bodies[index]._core(self.units, index)
+
+
+class UnknownSystem:
+    """Stands for the system of a force that is just constructed, for the checks that depend on no system."""
+
+    units = AnyUnits()
+    G = 1.0
+    epoch = None
+
+    def __init__(self) -> None:
+        self.names: list[str] = []
+
+    def place(self, body: Any, what: str) -> int:
+        """A place for a body, which is known by its place or name alone."""
+        index = integer(body)
+        if not isinstance(body, str) and (index is None or index < 0):
+            raise InvalidInput(f"{what} is {body!r}; expected the place or the name of a body")
+        self.names.append(body if isinstance(body, str) else f"body {index}")
+        return len(self.names) - 1
+
+    def body(self, index: int) -> Any:
+        """A body of mass, volume and moments of inertia one."""
+        return SimpleNamespace(mass=1.0, volume=1.0, inertia=(1.0, 1.0, 1.0))
+
+
+Context: TypeAlias = SystemContext | UnknownSystem
 
 
 class Call:
@@ -64,7 +96,7 @@ class Call:
         return None if answer is None else self._raised.pop(answer, None)
 
     def given(self) -> tuple[int, int, int, Any]:
-        """What the core takes."""
+        """The function as the core takes it."""
         return (self.address, self.data, self.success, self.keep)
 
     def is_lost(self, answer: int | None) -> bool:
@@ -78,14 +110,14 @@ class Call:
 @named_options
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Force(ScalarFields):
-    """Base of all forces.
+    """Base class of all forces.
 
     Attributes
     ----------
     name : str
         The force's own among those of a system; by it ``run.work`` and errors name the force.
     depends_on_velocity : bool
-        Whether it depends on velocities or spins. The integrators of fixed steps refuse such forces.
+        Whether the force depends on velocities or spins. Integrators with fixed steps refuse such forces.
     conserves_energy : bool
         Whether the energy of the bodies alone stays what it is.
     """
@@ -95,7 +127,7 @@ class Force(ScalarFields):
     depends_on_velocity: ClassVar[bool] = True
     conserves_energy: ClassVar[bool] = False
 
-    #: As the core calls it; a kind made from another one is that one there.
+    #: The core's name of the kind; a kind derived from another one has that one's name there.
     _kind: ClassVar[str] = "Force"
 
     def __init_subclass__(cls) -> None:
@@ -105,6 +137,12 @@ class Force(ScalarFields):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "name", name_of(self.name) or self._usual_name())
+        self._check()
+        if type(self) is not Force:
+            _core.check_force(self._describe(UnknownSystem()))
+
+    def _check(self) -> None:
+        """Raise an error for arguments that are not compatible; the core checks their values."""
 
     def __hash__(self) -> int:
         return hash((type(self), self.name))
@@ -123,41 +161,45 @@ class Force(ScalarFields):
         """The name where none is given."""
         return type(self).__name__
 
-    def _place(self, ground: Ground, role: str) -> int:
-        return place(getattr(self, role), ground.names, f"{role} of {self.name}")
+    def _place(self, system: Context, role: str) -> int:
+        return system.place(getattr(self, role), f"{role} of {self.name}")
 
-    def _radius(self, ground: Ground, index: int) -> float:
+    def _radius(self, system: Context, index: int) -> float:
         """The radius that the force was given, or that of the sphere of the body's volume."""
         given = getattr(self, "radius", None)
         if given is not None:
-            return ground.units.number(given, "length", f"radius of {self.name}")
-        volume = float(ground.body(index).volume)
+            return system.units.number(given, "length", f"radius of {self.name}")
+        volume = float(system.body(index).volume)
         if volume == 0.0:
             raise InvalidInput(
-                f"radius of {self.name} is not given, and {ground.names[index]} is a point; expected a radius"
+                f"radius of {self.name} is not given, and {system.names[index]} is a point; expected a radius"
             )
         return float(cbrt(0.75 * volume / pi))
 
-    def _describe(self, ground: Ground) -> dict[str, Any]:
+    def _describe(self, system: Context) -> dict[str, Any]:
         """The force in numbers of a system's units, as the core takes it."""
         raise InvalidInput(f"force is {self!r}; expected one of fullbody.forces, such as ThirdBody(...)")
 
+    def _notes(self) -> dict[str, Any]:
+        """Facts about the force that the core's description leaves out."""
+        return {}
+
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
-        """The force of such a description."""
+        """The force of such a description with such notes."""
         raise NotImplementedError
 
-    def _words(self, described: dict[str, Any], units: Units) -> str:
-        """What it is in a few words, from its description in numbers of these units."""
+    def _summary(self, described: dict[str, Any], units: Units) -> str:
+        """Say in a few words what the force is, from its description in numbers of these units."""
         return ""
 
-    def _doubts(
+    def _input_warnings(
         self, described: dict[str, Any], names: tuple[str, ...], start: _core.State, units: Units
     ) -> Iterator[str]:
         """Warnings about the force at a start, from its description in numbers of these units."""
         yield from ()
 
-    def _call(self, ground: Ground) -> Call | None:
+    def _call(self, system: SystemContext) -> Call | None:
         """The function that the core calls, of a force that is one."""
         return None
 
@@ -171,6 +213,6 @@ def rebuilt(described: dict[str, Any], units: Units) -> Force:
 
 
 def forces_of(given: Any) -> tuple[Force, ...]:
-    """Forces from outside, or an error that says what is none."""
+    """External forces, or an error that says what is none."""
     whole, each = "a sequence of forces, such as [ThirdBody(...)]", "forces of fullbody.forces, such as ThirdBody(...)"
     return sequence(given, Force, "forces", whole, each)

@@ -26,16 +26,16 @@ class Interactions(ArrayFields, Tabled):
         About each body's centre, in its body frame.
     potential_energy : float or Quantity
         Negative: minus the paper's U.
-    left_out : float
-        Of ``gravity="multipole:N"``: the size of the two degrees after the last one, of the force, and of the torques
-        by the bodies' radii, relative to the force between the two bodies for which that is most. It estimates the
-        error of a series that converges. Zero for the other methods, which have no series.
+    truncation_error : float
+        For ``gravity="multipole:N"`` the size of the two degrees after the last one, of the force, and of the torques
+        divided by the bodies' radii, relative to the force between the two bodies for which that is largest. It
+        estimates the error of a series that converges. It is zero for the other methods, which have no series.
     """
 
     force: Array
     torque: Array
     potential_energy: Scalar
-    left_out: float = 0.0
+    truncation_error: float = 0.0
 
     def _tables(self) -> tuple[Table, ...]:
         """Force and torque, a body a row, by its place."""
@@ -46,13 +46,13 @@ class Interactions(ArrayFields, Tabled):
         return (Table(f"Interactions, potential energy {number(self.potential_energy)}", header, list(rows)),)
 
     def __repr__(self) -> str:
-        names = ("force", "torque", "potential_energy", "left_out")
+        names = ("force", "torque", "potential_energy", "truncation_error")
         return block("Interactions(", **{name: getattr(self, name) for name in names})
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Loads(ArrayFields):
-    """What one force from outside does in a state.
+    """The loads of one external force in a state.
 
     Attributes
     ----------

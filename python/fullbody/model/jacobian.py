@@ -22,16 +22,18 @@ class Jacobian(ArrayFields):
     Attributes
     ----------
     force_by_position, force_by_rotation : ndarray or Quantity, (N, 3, N, 3)
-        Of the forces, inertial: ``force_by_position[i, :, j, :]`` is what a move of body j does to the force on body i.
+        Derivatives of the forces, inertial frame: ``force_by_position[i, :, j, :]`` is that of the force on body i by
+        body j.
     torque_by_position, torque_by_rotation : ndarray or Quantity, (N, 3, N, 3)
-        Of the torques, in body frames.
+        Derivatives of the torques, in body frames.
     flow : ndarray, (12 N,)
         The rates of change themselves: per body velocity, acceleration, spin and its rate, in the system's own units.
     rates : ndarray, (12 N, 12 N)
-        Of the equations of motion: a small departure from the motion changes at this matrix times it. Per body
-        position, velocity, rotation vector and spin, in the system's own units. Third bodies stay where they are.
+        The Jacobian of the equations of motion: the rate of change of a tangent vector is this matrix times it. The
+        components are per body position, velocity, rotation vector and spin, in the system's own units. Third bodies
+        stay where they are.
     by_parameter : dict of ndarray, (12 N,)
-        Of the equations of motion with the parameters that were asked for, by their names.
+        Derivatives of the equations of motion by the requested parameters, by their names.
     """
 
     force_by_position: Array

@@ -75,7 +75,7 @@ class Polyhedron:
         expected = "expected whole numbers (F, 3)"
         try:
             given = np.asarray(faces)
-            # What is no number becomes one that differs from it.
+            # Text and nan become numbers that differ from them.
             with np.errstate(invalid="ignore"):
                 found = given.astype(np.int64)
         except (TypeError, ValueError) as error:
@@ -162,7 +162,7 @@ class Polyhedron:
         return self._made if factor == 1.0 else self._made.scaled(float(factor))
 
     def _layer(self, fraction: float) -> Polyhedron:
-        """The same shape at a size relative to this one, about the centre of mass."""
+        """Scale the shape about its centre of mass."""
         vertices = self._made.given
         middle = vertices.mean(axis=0)
         corners = (vertices - middle)[self._faces]
@@ -177,11 +177,6 @@ class Polyhedron:
         made = middle + centre + fraction * (vertices - middle - centre)
         unit = self._vertices.unit if is_quantity(self._vertices) else None
         return Polyhedron(made if unit is None else made * unit, self._faces)
-
-    def _plain(self, units: Units) -> dict[str, Any]:
-        """What it is made with, in a system's units."""
-        made = self._core(units, "the polyhedron")
-        return {"vertices": made.given.tolist(), "faces": self._faces.tolist()}
 
     def _with(self, units: Units) -> Polyhedron:
         if is_quantity(self._vertices):
@@ -257,6 +252,8 @@ def _by_trimesh(path: Path, kind: str) -> tuple[_Numbers, _Indices]:
 
 def _healed(vertices: _Numbers, faces: _Indices) -> tuple[_Numbers, _Indices]:
     with need("shapes", "healing a shape"):
+        # Trimesh takes networkx to fill holes and to turn faces.
+        import networkx  # noqa: F401
         import trimesh
 
     mesh: Any = trimesh.Trimesh(vertices, faces, process=True, validate=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 from .. import _core
 from ..base.arguments import named_options, positive, refuse_mixture
@@ -168,21 +168,21 @@ def attach(value: Any, dimension: str, units: Units) -> Any:
     return value if value is None or is_quantity(value) else units.attach(value, dimension)
 
 
-def sizes_in(shape: Solid, units: Units) -> dict[str, Any]:
-    """The numbers that a shape was made with, in a system's units."""
-    if isinstance(shape, Polyhedron):
-        return shape._plain(units)
-    return {name: float(units.strip(getattr(shape, name), "length", name)) for name in shape.__slots__}
+def rebuilt(axes: Any, kind: str | None, what: str) -> Solid:
+    """The shape of the core's description: semi-axes, vertices with faces, or nothing for a point.
 
-
-def solid_noted(core: dict[str, Any], name: str | None, what: str) -> dict[str, Any]:
-    """The description of a shape with a mass by the core's, and by the name of its class where that is known."""
-    axes = core["semi_axes"]
+    Parameters
+    ----------
+    axes : list, dict or None
+    kind : str or None
+        The name of its class; the general one unless given.
+    what : str
+        Whose shape it is, for errors.
+    """
     if isinstance(axes, dict):
-        return {"shape": "Polyhedron", "size": axes, "mass": core["mass"]}
-    kind = SOLIDS[name if name is not None else "PointMass" if axes is None else "Ellipsoid"]
-    size = dict(zip(kind.__slots__, axes or (), strict=False))
-    made: Any = kind(**size)
-    if made.semi_axes != (None if axes is None else tuple(axes)):
-        raise InvalidInput(f"{what} is a {kind.__name__} of semi-axes {axes}; expected fitting ones")
-    return {"shape": kind.__name__, "size": size, "mass": core["mass"]}
+        return Polyhedron(axes["vertices"], axes["faces"])
+    made = SOLIDS[kind if kind is not None else "PointMass" if axes is None else "Ellipsoid"]
+    shape = cast(Any, made)(*(axes or ())[: len(made.__slots__)])
+    if shape.semi_axes != (None if axes is None else tuple(axes)):
+        raise InvalidInput(f"{what} is a {made.__name__} of semi-axes {axes}; expected fitting ones")
+    return cast(Solid, shape)

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
 from ..base import rotations
-from ..base.arguments import directions, doubt_radians, named_options, place, refuse_unknown, vectors
+from ..base.arguments import directions, named_options, place, refuse_unknown, vectors, warn_if_degrees
 from ..base.tables import Table, Tabled, head, number, vector
 from ..base.units import Units, gathered, is_quantity, numbers, refuse_cycles, scalar, strip_to
 from ..base.values import block
 from ..errors import InvalidInput, caution
 from ..typing import Array, Scalar
+
+if TYPE_CHECKING:
+    from ..motion.system import System
 
 __all__ = ["State"]
 
@@ -82,7 +85,7 @@ class State(Tabled):
         self._core = _core.State(
             scalar(values["time"], "time"), values["position"], values["velocity"], attitude, values["spin"]
         )
-        _doubt_lengths(attitude)
+        _warn_of_lengths(attitude)
 
     @classmethod
     def from_tait_bryan(
@@ -98,7 +101,7 @@ class State(Tabled):
         Parameters
         ----------
         position, velocity, spin, time
-            As for :class:`State`.
+            Arguments of :class:`State`.
         angles : array_like or Quantity, (N, 3)
             (phi, theta, psi) of R = Rz(psi) Ry(theta) Rx(phi), the paper's ``eq:RotationMatrix``; radians as floats.
 
@@ -129,7 +132,7 @@ class State(Tabled):
             Units().strip(angles, "angle", "angles"),
             values["spin"],
         )
-        doubt_radians(angles, "angles")
+        warn_if_degrees(angles, "angles")
         return state
 
     @classmethod
@@ -139,7 +142,7 @@ class State(Tabled):
         Parameters
         ----------
         position, velocity, spin, time
-            As for :class:`State`.
+            Arguments of :class:`State`.
         rotation : scipy.spatial.transform.Rotation
             One that holds N rotations, or a sequence of N. They turn body-frame vectors into the inertial frame, as
             :attr:`rotation_matrix` does.
@@ -180,7 +183,7 @@ class State(Tabled):
         return state
 
     def _named(self, names: tuple[str, ...]) -> State:
-        """The same state that knows the names of its bodies."""
+        """Return the state with the names of its bodies."""
         state = State.__new__(State)
         state._core, state._units, state._names = self._core, self._units, names
         return state
@@ -295,7 +298,7 @@ class State(Tabled):
         by its mass times ``dv``, so that the barycentre drifts on by ``dv`` times its part of the total mass; its
         velocity against each other body changes by the whole of ``dv``. An impact that hands over the momentum p gives
         dv = p / m; of a spacecraft of momentum p_0 that is beta p_0 along the motion lost, with beta the factor by
-        which ejecta enhance it.
+        which ejecta enhance it. :meth:`impact` computes it from the projectile, with the change of the spin.
 
         Examples
         --------
@@ -325,6 +328,84 @@ class State(Tabled):
         unit = self._units.get("velocity", dv.unit)
         velocity[index] += axes @ strip_to(dv, unit, "dv")
         return self.replace(velocity=velocity << unit)
+
+    def impact(
+        self,
+        system: System,
+        body: int | str,
+        *,
+        mass: Any,
+        velocity: Any,
+        longitude: Any,
+        latitude: Any,
+        beta: Any = 1.0,
+        ejecta: Any = None,
+        along: Literal["inertial", "body", "orbit"] = "inertial",
+        about: int | str | None = None,
+    ) -> State:
+        """A state after the impact of a projectile on a body's surface, which changes its velocity and its spin.
+
+        Parameters
+        ----------
+        system : System
+            The bodies: their masses, moments of inertia and surfaces.
+        body : int or str
+            The place of the body that is struck, or its name.
+        mass : float or Quantity
+            Mass of the projectile. The body keeps its own mass, shape and centre of mass.
+        velocity : array_like or Quantity, (3,)
+            Velocity of the projectile relative to the body's centre.
+        longitude, latitude : float, Quantity or text
+            Direction from the body's centre in its frame, in which the outermost point of the surface is struck.
+        beta : float
+            The factor by which ejecta enhance the momentum along their direction: 1 without ejecta.
+        ejecta : array_like, (3,), optional
+            The direction of the net momentum of the ejecta, of any length; the outward normal of the surface unless
+            given.
+        along : {"inertial", "body", "orbit"}
+            The axes that ``velocity`` and ``ejecta`` are given in, as for :meth:`kick`.
+        about : int or str, optional
+            For ``along="orbit"``: the other body. Needless where there are only two.
+
+        Returns
+        -------
+        State
+
+        Raises
+        ------
+        InvalidInput
+            For a body without a surface, a velocity that leaves the surface, and as :meth:`kick`.
+
+        Notes
+        -----
+        With U the velocity of the projectile relative to the surface where it strikes, and E the direction of the
+        ejecta, the body is given the momentum m U + m (beta - 1) (E.U) E (Cheng et al. 2023, Nature 616, 457), and at
+        the point r of its surface the angular momentum r x that about its centre.
+
+        Examples
+        --------
+        A projectile with the mass, the speed and the beta of DART (Cheng et al. 2023), from straight ahead:
+
+        >>> import fullbody, numpy as np
+        >>> system, before = fullbody.systems.didymos(units=True)
+        >>> options = {"velocity": ["0 km/s", "-6.14 km/s", "0 km/s"], "along": "orbit", "beta": 3.61}
+        >>> after = before.impact(
+        ...     system, "Dimorphos", mass="579.4 kg", longitude="-90 deg", latitude=0.0, **options)
+        >>> dv = (after.velocity - before.velocity)[1].to("mm/s")
+        >>> float(np.linalg.norm(dv.value).round(1))
+        2.9
+        """
+        from .impact import impulse
+
+        index = self._place(body, "body of impact")
+        axes = self._axes(index, along, about, "impact")
+        core = system._strip(self)
+        dv, spin_up = impulse(system, core, index, axes, mass, velocity, longitude, latitude, beta, ejecta)
+        velocities, spins = core.velocity, core.spin
+        velocities[index] += dv
+        spins[index] += spin_up
+        changed = _core.State(core.time, core.position, velocities, core.attitude, spins)
+        return State._wrap(changed, system._units, self._names)
 
     def rotated(
         self,
@@ -360,7 +441,7 @@ class State(Tabled):
         Raises
         ------
         InvalidInput
-            As :meth:`kick`, and for an axis of length zero.
+            For the same reasons as :meth:`kick`, and for an axis of length zero.
 
         Warns
         -----
@@ -382,7 +463,8 @@ class State(Tabled):
         way = self._axes(index, along, about, "rotated") @ directions(axis, "axis", one=True)
         attitude = self._core.attitude
         turn = rotations.about(way, Units().number(angle, "angle", "angle"))
-        doubt_radians(angle, "angle")
+        # No body is turned by more than a turn, or in a state with units by more than half of one.
+        warn_if_degrees(angle, "angle", 0.5 if self._units else 1.0)
         attitude[index] = rotations.product(turn, attitude[index])
         return self.replace(attitude=attitude)
 
@@ -496,7 +578,7 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     return stripped, units
 
 
-def _doubt_lengths(attitude: Any) -> None:
+def _warn_of_lengths(attitude: Any) -> None:
     """Warn of the first quaternion whose length is not 1, beyond what three digits a component leave of it."""
     with np.errstate(over="ignore"):
         lengths = np.linalg.norm(attitude, axis=1)

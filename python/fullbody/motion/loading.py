@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..base.arguments import named_options
 from ..files import netcdf
-from .simulation import Run, System
-
-if TYPE_CHECKING:
-    from ..particles.flight import Flight
+from ..files.reading import Content, read
+from ..particles import files as flights
+from ..particles.flight import Flight
+from ..record.integrators import rebuild
+from .run import Run
+from .system import System
 
 __all__ = ["load", "load_flight"]
 
@@ -33,15 +35,22 @@ def load(path: Any) -> Run:
     InvalidInput
         For a file that is not a run of this package, or a damaged one; says what is wrong.
     FileNotFoundError
-        Where there is no such file.
+        If there is no such file.
 
     Warns
     -----
     UncheckedFile
-        For a file without a checksum of the whole, which another program or an earlier version wrote. It is read, if
-        its content is that of a run.
+        For a file without a checksum of the whole, which another program wrote. It is read if its content is that of a
+        run.
     """
-    return netcdf.load(path, System, Run)
+    return read(path, "run", _run)
+
+
+def _run(content: Content) -> Run:
+    netcdf.check_format(content)
+    system = content.parsed("fullbody_system", System._rebuild)
+    integrator = content.parsed("fullbody_integrator", rebuild)
+    return Run(system, integrator, **netcdf.contents(content, system))
 
 
 @named_options
@@ -62,14 +71,17 @@ def load_flight(path: Any) -> Flight:
     InvalidInput
         For a file that is not a flight of this package, or a damaged one; says what is wrong.
     FileNotFoundError
-        Where there is no such file.
+        If there is no such file.
 
     Warns
     -----
     UncheckedFile
         For a file without a checksum of the whole.
     """
-    from ..particles import files
-    from ..particles.flight import Flight
+    return read(path, "flight", _flight)
 
-    return files.load(path, System, Flight)
+
+def _flight(content: Content) -> Flight:
+    content.check_format(*flights.FORMAT)
+    system = content.parsed("fullbody_system", System._rebuild)
+    return Flight(system, **flights.contents(content, system))

@@ -18,7 +18,7 @@ __all__ = ["Bar", "Tally", "autosaving", "check_for_all", "differentiated", "sam
 
 
 def sampling(output: Any, units: Units) -> Any:
-    """When to record, as the core takes it: ``None``, ``"ends"``, a spacing, or times."""
+    """Return the times to record in the form that the core takes: ``None``, ``"ends"``, a spacing, or times."""
     expected = "a spacing above zero, or times"
     if output is None or (isinstance(output, str) and output == "ends"):
         return output
@@ -35,7 +35,7 @@ def sampling(output: Any, units: Units) -> Any:
 
 
 def check_for_all(integrator: Any, output: Any, until: Any) -> None:
-    """Refuse options that are wrong for any system, whatever its units are."""
+    """Raise an error for options that are invalid for any system, whatever its units are."""
     if integrator is not None and not isinstance(integrator, Integrator):
         raise InvalidInput(f"integrator is {integrator!r}; expected one of fullbody's, such as Verner98(...)")
     for name, value in (("output", output), ("until", until)):
@@ -44,7 +44,7 @@ def check_for_all(integrator: Any, output: Any, until: Any) -> None:
 
 
 def autosaving(autosave: Any) -> tuple[Path, float]:
-    """Where to write and how often."""
+    """The path to write to, and the number of seconds between two files."""
     try:
         where, every = autosave
         path, seconds = as_path(where), float(every)
@@ -87,7 +87,7 @@ class Bar:
         from tqdm import TqdmWarning
 
         with warnings.catch_warnings():
-            # In Jupyter without ipywidgets the bar is one of text, which needs no warning.
+            # Without ipywidgets tqdm draws a bar of text in Jupyter, which needs no warning.
             warnings.simplefilter("ignore", TqdmWarning)
             from tqdm.auto import tqdm
 
@@ -119,7 +119,7 @@ class Bar:
 
 
 class Tally(Bar):
-    """The same for many runs, of a known number or not; to be called with those done and those under way."""
+    """A progress bar of many runs, whose number may be unknown; it is called with the runs done and under way."""
 
     def __init__(self, progress: Any, total: int | None) -> None:
         super().__init__(progress)

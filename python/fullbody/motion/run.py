@@ -1,26 +1,428 @@
-"""The verbs of a run: draw, film, view, turn into tables, save."""
+"""A run: the samples of an integration as arrays, and what is made of them."""
 
 from __future__ import annotations
 
+import copy
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self, overload
 
-from ..record.base import BaseRun
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base.arguments import named_options
+from ..base.tables import Table, Tabled, number
+from ..errors import FullbodyError, InvalidInput
+from ..events import Occurrence
+from ..files import netcdf
+from ..model.gravity import Gravity
+from ..model.interactions import Invariants
+from ..model.state import State
+from ..orbit.elements import KeplerElements
+from ..particles.events import ParticleEvent
+from ..particles.flight import Flight
+from ..particles.given import Particles
+from ..particles.rules import Bounce, Escape, Radiation
+from ..particles.task import FlightTask
+from ..record import conserved
+from ..record.dense import Dense, Samples
+from ..record.derivatives import Differentiated
+from ..record.gravity import gravity
+from ..record.integrators import Integrator
+from ..record.statistics import STOP_REASONS, Statistics
+from ..record.track import Track
+from ..typing import Array
+from .options import Bar, sampling
 
 if TYPE_CHECKING:
     import pandas
     import xarray
 
-    from ..model.gravity import Gravity
-    from ..particles.flight import Flight
+    from ..observing.geometry import Geometry
     from ..plots import Plots
     from ..view import View
+    from .system import System
 
-__all__ = ["RunVerbs"]
+__all__ = ["Run"]
 
 
-class RunVerbs(BaseRun):
-    """Base of :class:`fullbody.Run`: its verbs."""
+@named_options
+class Run(Tabled, Differentiated):
+    """The record of an integration: K samples of N bodies.
+
+    ``run[k]`` is a :class:`State`, ``run["Beta"]`` the :class:`Track` of one body, and ``run[::k]`` a thinned
+    :class:`Run` (its start, statistics and events are the whole run's).
+    Arrays are read-only views; Quantities where the system has units. Pickles, like files, leave out ``dense``.
+
+    Attributes
+    ----------
+    system : System
+    statistics : Statistics
+    integrator : Integrator
+    events : list of Occurrence
+        The events that happened, in order of the run.
+    stop_reason : str
+        ``"end"``, ``"event"`` (a terminal one, the last of ``events``), ``"interrupted"`` or ``"unfinished"`` (by an
+        error).
+    dense : Dense or None
+        The run as a function of time, where it was asked for; ``run(t)`` is ``run.dense(t)``.
+    error : FullbodyError or None
+        The error of this package that ended the run early, without its attribute ``run``, or ``None``. Files do not
+        keep it.
+    switched_off : dict of int
+        How often forces that act only at times were switched off in the run, by their names:
+        :class:`fullbody.forces.Byorp` is off while the secondary is not locked. A force that is off when the run begins
+        counts.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        integrator: Integrator,
+        record: dict[str, npt.NDArray[np.float64]],
+        start: npt.NDArray[np.float64],
+        statistics: Statistics,
+        *,
+        events: Iterable[Occurrence] = (),
+        stop_reason: str = "end",
+        dense: Dense | None = None,
+        switched_off: dict[str, int] | None = None,
+        parameters: tuple[str, ...] = (),
+    ) -> None:
+        self.system = system
+        self.integrator = integrator
+        self.statistics = statistics
+        self.events = list(events)
+        self.stop_reason = stop_reason
+        self.dense = dense
+        self.switched_off = switched_off or {}
+        self.error: FullbodyError | None = None
+        self._record = record
+        #: The conserved quantities at the start, as in :mod:`fullbody.record.conserved`.
+        self._start = start
+        self._parameters = parameters
+        #: The drifts that have been computed.
+        self._drifts: dict[str, npt.NDArray[np.float64]] = {}
+        self._protect()
+
+    def _protect(self) -> None:
+        for values in self._record.values():
+            values.flags.writeable = False
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "dense": None, "_drifts": {}}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._protect()
+
+    def __copy__(self) -> Self:
+        run = object.__new__(type(self))
+        run.__dict__.update(self.__dict__)
+        return run
+
+    def __deepcopy__(self, memo: Any) -> Self:
+        # Nothing in it changes, but for the list of events.
+        run = copy.copy(self)
+        run.events = list(run.events)
+        return run
+
+    def elements(self, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> KeplerElements[Array]:
+        """Osculating elements of one body about another.
+
+        Parameters
+        ----------
+        mu : float or Quantity, optional
+            G times the sum of the two masses, unless given.
+        body, about : int or str
+            Indices in the system, or names.
+
+        Returns
+        -------
+        KeplerElements
+            Elements with arrays (K,), in the frame of the system.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> system.integrate(state, 10.0, output=1.0).elements().e.shape
+        (11,)
+        """
+        units = self.system._units
+        body, about = self.system._place(body, "body"), self.system._place(about, "about")
+        mu = self.system.mu(body, about) if mu is None else mu
+        number = units.number(mu, "mu", "mu")
+        position, velocity = self._record["position"], self._record["velocity"]
+        rows = _core.cartesian_to_elements(
+            np.ascontiguousarray(position[:, body] - position[:, about]),
+            np.ascontiguousarray(velocity[:, body] - velocity[:, about]),
+            number,
+        )
+        a, e, *angles = (np.ascontiguousarray(column) for column in rows.T)
+        return KeplerElements._trusted(
+            [units.attach(a, "length"), e, *(units.attach(angle, "angle") for angle in angles)], self.system.frame
+        )
+
+    @overload
+    def __call__(self, time: float | str) -> State: ...
+    @overload
+    def __call__(self, time: Sequence[float] | npt.NDArray[Any]) -> Samples: ...
+    def __call__(self, time: Any) -> State | Samples:
+        """The state at any time of a run with ``dense=True``; see :class:`Dense`.
+
+        Parameters
+        ----------
+        time : float, Quantity or array_like, (K,)
+
+        Returns
+        -------
+        State or Samples
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> run = system.integrate(state, 10.0, output=10.0, dense=True)
+        >>> run(3.7).position.shape, run([1.0, 2.0]).position.shape
+        ((2, 3), (2, 2, 3))
+        """
+        if self.dense is None:
+            raise InvalidInput("this run keeps no continuous solution; integrate with dense=True")
+        found: State | Samples = self.dense(time)
+        return found
+
+    def __len__(self) -> int:
+        return len(self._record["time"])
+
+    @overload
+    def __getitem__(self, index: int) -> State: ...
+    @overload
+    def __getitem__(self, index: slice) -> Self: ...
+    @overload
+    def __getitem__(self, index: str) -> Track: ...
+    def __getitem__(self, index: int | slice | str) -> State | Self | Track:
+        if isinstance(index, str):
+            return self._track(self.system._place(index, "body"))
+        if isinstance(index, slice):
+            record = {name: np.ascontiguousarray(values[index]) for name, values in self._record.items()}
+            run = copy.copy(self)
+            run._record, run._drifts = record, {}
+            run._protect()
+            return run
+        r = self._record
+        core = _core.State(
+            float(r["time"][index]),
+            *(np.ascontiguousarray(r[n][index]) for n in ("position", "velocity", "attitude", "spin")),
+        )
+        return self.system._state(core)
+
+    def _track(self, body: int) -> Track:
+        arrays = (getattr(self, name)[:, body] for name in ("position", "velocity", "attitude", "spin"))
+        return Track(self.system.names[body], self.time, *arrays)
+
+    def __iter__(self) -> Iterator[State]:
+        return (self[k] for k in range(len(self)))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Run):
+            return NotImplemented
+        alike = self._record.keys() == other._record.keys() and self._parameters == other._parameters
+        alike = alike and all(np.array_equal(values, other._record[name]) for name, values in self._record.items())
+        alike = alike and np.array_equal(self._start, other._start)
+        how = self.stop_reason == other.stop_reason and self.events == other.events
+        how = how and self.switched_off == other.switched_off
+        return alike and how and self.system == other.system and self.statistics == other.statistics
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def _tables(self) -> tuple[Table, ...]:
+        """Span, counts, events and conservation of a run."""
+        s, integrator = self.statistics, self.integrator
+        rows: list[Sequence[str]] = [("samples", str(len(self)))]
+        if len(self):
+            rows.append(("time", f"{number(self.time[0])} to {number(self.time[-1])}"))
+        start = self.start
+        if not (len(self) and start.time == self.time[0]):
+            rows.append(("start", number(start.time)))
+        rows += [
+            ("integrator", repr(integrator)),
+            ("steps", f"{s.steps}, {s.rejected} rejected, {s.evaluations} evaluations"),
+        ]
+        kinds = Counter(type(happened.event).__name__ for happened in self.events)
+        if kinds:
+            rows.append(("events", ", ".join(f"{count} {kind}" for kind, count in kinds.items())))
+        rows += [(f"{name} switched off", f"{times} times") for name, times in self.switched_off.items()]
+        if early := STOP_REASONS[self.stop_reason]:
+            rows.append(("stopped", early))
+        drifts = {
+            "energy_drift": "drift of the energy, relative to the total",
+            "energy_drift_orbital": "drift of the energy, relative to the orbit's",
+            "angular_momentum_drift": "drift of the angular momentum, relative",
+        }
+        # A drift that is relative to nothing is left out.
+        rows += [
+            (name, f"{np.abs(self._drift(of)).max():.2e}")
+            for of, name in drifts.items()
+            if len(self) and self._size_at_start(of)
+        ]
+        return (Table("Run", (), rows), *self.system._tables())
+
+    def __repr__(self) -> str:
+        if len(self) == 0:
+            return f"Run(no samples, {self.system!r})"
+        span = f"{self.time[0]} to {self.time[-1]}"
+        s = self.statistics
+        samples = f"{len(self)} sample{'s' if len(self) > 1 else ''}"
+        return f"Run({samples} from {span}, {s.steps} steps, {s.evaluations} evaluations, {self.system!r})"
+
+    def _get(self, name: str, dimension: str) -> Array:
+        values: Array = self.system._units.attach(self._record[name], dimension)
+        return values
+
+    @property
+    def time(self) -> Array:
+        """Times (K,)."""
+        return self._get("time", "time")
+
+    @property
+    def dates(self) -> Any:
+        """Dates (K,) of the samples as an ``astropy.time.Time``; for systems with an epoch and units."""
+        if self.system.epoch is None:
+            raise InvalidInput("this system has no epoch; give fullbody.System(..., epoch='2022-09-26 TDB')")
+        from astropy import units as u
+
+        return self.system.epoch + self._record["time"] * self.system._units.unit("time").to(u.s) * u.s
+
+    @property
+    def position(self) -> Array:
+        """Centres (K, N, 3), inertial."""
+        return self._get("position", "length")
+
+    @property
+    def velocity(self) -> Array:
+        """Velocities (K, N, 3), inertial."""
+        return self._get("velocity", "velocity")
+
+    @property
+    def attitude(self) -> npt.NDArray[np.float64]:
+        """Unit quaternions (K, N, 4), ``[w, x, y, z]``."""
+        return self._record["attitude"]
+
+    @property
+    def spin(self) -> Array:
+        """Angular velocities (K, N, 3), body frames."""
+        return self._get("spin", "spin")
+
+    @property
+    def energy(self) -> Array:
+        """Total energy (K,)."""
+        return self._energy(0)
+
+    @property
+    def translational_energy(self) -> Array:
+        """Kinetic energy of the centres (K,)."""
+        return self._energy(1)
+
+    @property
+    def rotational_energy(self) -> Array:
+        """Kinetic energy of the spins (K,)."""
+        return self._energy(2)
+
+    @property
+    def potential_energy(self) -> Array:
+        """Potential energy (K,), negative."""
+        return self._energy(3)
+
+    def _energy(self, part: int) -> Array:
+        values: Array = self.system._units.attach(self._record["energy"][:, part], "energy")
+        return values
+
+    @property
+    def angular_momentum(self) -> Array:
+        """Total angular momentum (K, 3) about the origin, inertial.
+
+        Formed about the barycentre, whose own constant part is added: it loses no digits as the system travels.
+        """
+        return self._get("angular_momentum", "angular momentum")
+
+    @property
+    def work(self) -> dict[str, Array]:
+        """Work (K,) of each external force since the start of the run, by its name.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> tide = fullbody.forces.Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01)
+        >>> run = system.with_forces([tide]).integrate(state, 20.0)
+        >>> list(run.work)
+        ['tide on Alpha']
+        >>> bool(abs(run.energy_drift).max() < 1e-14)
+        True
+        """
+        return self._by_force("work", "energy")
+
+    @property
+    def impulse(self) -> dict[str, Array]:
+        """Impulse (K, 3) of each external force since the start of the run, by its name."""
+        return self._by_force("impulse", "momentum")
+
+    @property
+    def angular_impulse(self) -> dict[str, Array]:
+        """Angular impulse (K, 3) of each external force since the start of the run, by its name."""
+        return self._by_force("angular_impulse", "angular momentum")
+
+    def _by_force(self, name: str, dimension: str) -> dict[str, Array]:
+        forces = self.system.forces
+        return {
+            force.name: self.system._units.attach(self._record[name][:, k], dimension) for k, force in enumerate(forces)
+        }
+
+    @property
+    def start(self) -> Invariants:
+        """Time, energy and angular momentum at the start of the run, whether a sample was recorded there or not.
+
+        A slice keeps the start of the whole run.
+        """
+        return conserved.named(self._start, self.system._units)
+
+    @property
+    def energy_drift(self) -> npt.NDArray[np.float64]:
+        """Change of the total energy since the start of the run, relative to it (K,); absolute where it is zero.
+
+        The work of external forces is taken off: what is left is the error of the integration.
+        """
+        return self._drift("energy_drift")
+
+    @property
+    def energy_drift_orbital(self) -> npt.NDArray[np.float64]:
+        """Change of the total energy since the start, relative to abs(potential + translational) there (K,).
+
+        The energy of a fast spin can dwarf that of the orbit and hide its error. Absolute where there is no orbit.
+        """
+        return self._drift("energy_drift_orbital")
+
+    @property
+    def angular_momentum_drift(self) -> npt.NDArray[np.float64]:
+        """Length of the change of the angular momentum since the start, relative to its length (K,).
+
+        The angular impulse of external forces is taken off. Absolute where the length at the start is zero.
+        """
+        return self._drift("angular_momentum_drift")
+
+    def _size_at_start(self, name: str) -> float:
+        """The size that a drift is relative to, which may be zero."""
+        return conserved.size(name, self._start)
+
+    def _drift(self, name: str) -> npt.NDArray[np.float64]:
+        if name not in self._drifts:
+            drift = conserved.drift(name, self._start, self._record)
+            drift.flags.writeable = False
+            self._drifts[name] = drift
+        return self._drifts[name]
 
     @property
     def plot(self) -> Plots:
@@ -52,12 +454,17 @@ class RunVerbs(BaseRun):
         >>> run.gravity([[1.0], [2.5]], [[0.0, 0.0, 5.0], [0.0, 3.0, 5.0], [0.0, 0.0, 9.0]]).potential.shape
         (2, 3)
         """
-        from ..record.gravity import gravity
-
         return gravity(self, time, points, body)
 
     def animate(
-        self, path: Any, *, seconds: float = 10.0, fps: int = 20, size: Any = (6.4, 4.8), dpi: float = 100.0
+        self,
+        path: Any,
+        *,
+        seconds: float = 10.0,
+        fps: int = 20,
+        size: Any = (6.4, 4.8),
+        dpi: float = 100.0,
+        geometry: Geometry | None = None,
     ) -> Path:
         """Write a film of the tumbling bodies.
 
@@ -73,6 +480,9 @@ class RunVerbs(BaseRun):
             Width and height in inches.
         dpi : float
             Dots an inch.
+        geometry : fullbody.observing.Geometry, optional
+            Lights the bodies by its Sun, with their shadows on each other. A polyhedron casts the shadow of an
+            ellipsoid.
 
         Returns
         -------
@@ -84,46 +494,50 @@ class RunVerbs(BaseRun):
         InvalidInput
             For another ending, or a run without samples.
         FullbodyError
-            Where ffmpeg is needed and missing.
+            If ffmpeg is needed and missing.
 
         Warns
         -----
         UserWarning
-            Where a body makes more than half a turn between two pictures, or between two samples of a run without
+            If a body makes more than half a turn between two pictures, or between two samples of a run without
             ``dense=True``.
         """
         from ..plots.animation import animate
 
-        return animate(self, path, seconds=seconds, fps=fps, size=size, dpi=dpi)
+        return animate(self, path, seconds=seconds, fps=fps, size=size, dpi=dpi, geometry=geometry)
 
-    def view(self, *, flight: Flight | None = None, samples: int = 20000) -> View:
+    def view(self, *, flight: Flight | None = None, samples: int = 20000, geometry: Geometry | None = None) -> View:
         """An interactive picture in 3D, for Jupyter or as one HTML file; no server, no network.
 
         Parameters
         ----------
         flight : Flight, optional
-            Particles to be shown as dots with their trails: at most 2000 of them, taken evenly.
+            Particles to be shown as dots with their trails: at most 2000 of them, taken evenly. Trails follow the path
+            between samples of the flight, end where a particle lies on a body, and can be switched off.
         samples : int
-            At most so many moments of the run: its samples and others between them, or where it has more samples,
-            moments even in time.
+            The largest number of times in the run: its samples and others between them, or, if it has more samples than
+            that, times at even steps.
+        geometry : fullbody.observing.Geometry, optional
+            Lights the bodies by its Sun, with their shadows on each other. A polyhedron casts the shadow of an
+            ellipsoid.
 
         Returns
         -------
         fullbody.view.View
-            Shows itself in Jupyter; ``.save_html(path)`` writes the page.
+            Shows itself in Jupyter; ``.save_html(path)`` writes the page. At speed 1 the whole run takes 30 seconds.
 
         Warns
         -----
         UserWarning
-            Where a body makes more than half a turn between two moments, or between two samples of a run without
+            If a body makes more than half a turn between two of these times, or between two samples of a run without
             ``dense=True``.
         """
         from ..view import View
 
-        return View(self, flight=flight, samples=samples)
+        return View(self, flight=flight, samples=samples, geometry=geometry)
 
     def to_xarray(self) -> xarray.Dataset:
-        """The run as an ``xarray.Dataset``, with units and the set-up in its attributes.
+        """The run as an ``xarray.Dataset``, with units, the system and the integrator in its attributes.
 
         Returns
         -------
@@ -131,7 +545,7 @@ class RunVerbs(BaseRun):
             Where events happened, they have a dimension ``event`` of their own, labelled with their kinds, and
             variables ``event_time``, ``event_position`` and so on; ``.attrs["fullbody_events"]`` lists what was asked
             for, as JSON, and ``event_asked`` counts into that list. ``start_time``, ``start_energy`` and
-            ``start_angular_momentum`` are those of ``run.start``. Forces from outside have a dimension ``force``,
+            ``start_angular_momentum`` are those of ``run.start``. External forces have a dimension ``force``,
             labelled with their names, and variables ``work``, ``impulse`` and ``angular_impulse``;
             ``.attrs["fullbody_switched_off"]`` is ``run.switched_off`` as JSON.
 
@@ -143,9 +557,7 @@ class RunVerbs(BaseRun):
         >>> run.to_xarray().event_time.round(3).values.tolist()
         [48.719, 92.867]
         """
-        from ..files.netcdf import to_xarray
-
-        return to_xarray(self)
+        return netcdf.to_xarray(self)
 
     def to_pandas(self) -> pandas.DataFrame:
         """The run as a ``pandas.DataFrame``: a row a sample, a column a number.
@@ -164,17 +576,16 @@ class RunVerbs(BaseRun):
         >>> frame["position", "A", "x"].round(3).to_list()
         [-4.0, -3.607, -2.444]
         """
-        from ..files.netcdf import to_pandas
-
-        return to_pandas(self)
+        return netcdf.to_pandas(self)
 
     def save(self, path: Any) -> None:
         """Write a NetCDF file, exactly and atomically; read it with :func:`fullbody.load`.
 
-        Kept are samples, the start, set-up, statistics, events and the stop reason. Not kept are the continuous
-        solution of ``dense=True`` and the functions of :class:`fullbody.events.Function`, of which a file holds the
-        name, with the times and states where they vanished. Nor are those of :class:`fullbody.forces.Function`: the
-        system of a run from a file has the force, and fails with its name where it is integrated.
+        A file keeps the samples, the start, the system, the integrator, the statistics, the events and the stop reason.
+        It keeps neither the continuous solution of ``dense=True`` nor the functions of
+        :class:`fullbody.events.Function`, whose names it holds with the times and states where they vanished. Nor does
+        it keep the functions of :class:`fullbody.forces.Function`: the system of a run from a file has the force, and
+        fails with its name where it is integrated.
 
         The file ends with a checksum of the whole, behind what NetCDF reads. :func:`fullbody.load` checks it first.
         Other programs do not see it, and cut it off when they write to the file; load then warns.
@@ -193,19 +604,18 @@ class RunVerbs(BaseRun):
         InvalidInput
             For another ending.
         OSError
-            Where the file cannot be written, with the path: for want of room or permission, over a write-protected
-            file, a folder, a device.
+            If the file cannot be written, with the path: for lack of space or permission, or if the path is a
+            write-protected file, a folder or a device.
         """
-        from ..files.netcdf import save
-
-        save(self, path)
+        netcdf.save(self, path)
 
     def to_spk(self, path: Any, ids: dict[str, int], barycentre: int) -> Path:
         """Write where the bodies are as an SPK kernel of SPICE, for systems with units, an epoch and a frame.
 
         Positions are about the barycentre of the bodies, in km and the axes of the ICRF (SPICE's J2000), at seconds of
-        TDB. Segments are of type 13. Of a run with ``dense=True`` the nodes are so close that positions between them
-        are right to 1e-9 km. Else the nodes are the samples.
+        TDB. SPICE's ECLIPJ2000 is the frame ``"eclipj2000"`` here; ``"ecliptic"`` differs from it by 0.04 arc seconds
+        (:mod:`fullbody.frames`). Segments are of type 13. Of a run with ``dense=True`` the nodes are so close that
+        positions between them are right to 1e-9 km. Else the nodes are the samples.
 
         Parameters
         ----------
@@ -226,12 +636,12 @@ class RunVerbs(BaseRun):
         InvalidInput
             For a system without units, epoch or frame, numbers that are none, a run without a stretch of time.
         OSError
-            Where the file cannot be written.
+            If the file cannot be written.
 
         Warns
         -----
         PrecisionWarning
-            Where positions between the nodes are off by more, with by how much.
+            If the error of positions between the nodes is larger; the message gives it.
 
         See Also
         --------
@@ -281,14 +691,14 @@ class RunVerbs(BaseRun):
         Raises
         ------
         InvalidInput
-            As :meth:`to_spk`, and for names of bodies that give no names of frames.
+            For the same reasons as :meth:`to_spk`, and for names of bodies that give no valid names of frames.
         OSError
-            Where a file cannot be written.
+            If a file cannot be written.
 
         Warns
         -----
         PrecisionWarning
-            Where angles between the nodes are off by more, with by how much.
+            If the error of angles between the nodes is larger; the message gives it.
 
         Examples
         --------
@@ -307,3 +717,83 @@ class RunVerbs(BaseRun):
         from ..spice import ck
 
         return ck.write(self, path, ids)
+
+    def fly(
+        self,
+        particles: Particles,
+        until: Any = None,
+        output: Any = None,
+        *,
+        start: Any = None,
+        integrator: Integrator | None = None,
+        contact: str | Bounce = "stop",
+        escape: Escape | None = None,
+        radiation: Radiation | None = None,
+        events: Iterable[ParticleEvent] = (),
+        threads: int | None = None,
+        progress: Any = False,
+    ) -> Flight:
+        """Fly massless particles along a run with ``dense=True``.
+
+        They feel the gravity of all bodies, third bodies (relative to the system's nominal barycentre, with which the
+        coordinates fall), and radiation. Tides, YORP and BYORP act on bodies alone; so does a
+        :class:`fullbody.forces.Function`, of which a warning tells.
+
+        Parameters
+        ----------
+        particles : Particles
+        until : float, Quantity or text with a unit, optional
+            End of the flight, within the run; that of the run unless given. Before the start to fly backwards.
+        output : None, "ends", float, Quantity or array_like
+            ``None``: fates and last places alone. ``"ends"``: the start and the end. A number: that spacing, start and
+            end included. An array: exactly those times.
+        start : float, Quantity or text with a unit, optional
+            Time of the particles, within the run; unless given their own, or the start of the run where they have none.
+        integrator : Integrator, optional
+            Integrator of the particles, with step control; by default ``Verner98(rtol=1e-12, atol=1e-12)``. The error
+            of a step is held below ``rtol`` times the distance from the nearest centre plus ``atol`` times that
+            distance at the start; the error of the velocity likewise, relative to sqrt(v^2 + Phi) with the potential of
+            the bodies' masses. The accuracy of the bodies' positions is the run's tolerance, so that a smaller one here
+            gains nothing.
+        contact : {"stop", "remove"} or Bounce
+            The contact response: the flight ends and the particle stays at the surface, or is removed; or it bounces.
+        escape : Escape, optional
+            The condition at which a particle has escaped, which ends its flight.
+        radiation : Radiation, optional
+            Radiation pressure of a third body.
+        events : iterable of ParticleEvent
+            Events to detect, from :mod:`fullbody.particles`.
+        threads : int, optional
+            Number of threads; by default as many as the machine runs at once. Results do not depend on it.
+        progress : bool, str or callable
+            Progress bar or function, as in :meth:`fullbody.System.integrate`.
+
+        Returns
+        -------
+        Flight
+
+        Raises
+        ------
+        InvalidInput
+            For particles that are inside a body, or those of another time than the start; for times beyond the run,
+            and a run without its continuous solution.
+        Interrupted
+            On Ctrl-C, with the flight so far in the attribute ``flight``.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> run = system.integrate(state, 24.0, dense=True)
+        >>> flight = run.fly(fullbody.Particles([[3.0, 0.0, 0.0]], [[0.0, 0.8, 0.0]]), output="ends")
+        >>> flight.position.shape
+        (2, 1, 3)
+        """
+        options: dict[str, Any] = {"integrator": integrator, "contact": contact, "escape": escape}
+        options |= {"radiation": radiation, "events": events, "threads": threads}
+        task, samples = FlightTask(self.system, particles, **options), sampling(output, self.system._units)
+        if self.dense is None:
+            raise InvalidInput("this run keeps no continuous solution; integrate with dense=True")
+        last = self.dense.range[1]
+        with Bar(progress) as report:
+            return task.fly(self.dense, start, last if until is None else until, samples, report)

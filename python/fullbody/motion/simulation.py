@@ -6,39 +6,28 @@ import contextlib
 import copy
 import json
 from collections.abc import Iterable, Iterator
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from .. import _core
 from ..base.arguments import named_options
-from ..base.atomic import as_path, content, replacing
+from ..base.atomic import as_path, content
 from ..base.units import scalar
-from ..errors import BodiesOverlap, ForceFailed, FullbodyError, InvalidInput, caution
+from ..errors import BodiesOverlap, ForceFailed, FullbodyError, InvalidInput
 from ..events import Event
 from ..model.force import Force, forces_of
 from ..model.interactions import Invariants
 from ..model.state import State
-from ..model.system import BaseSystem
 from ..record import conserved
-from ..record.base import BaseRun
-from ..record.dense import Dense
 from ..record.integrators import Integrator, rebuild
 from ..record.statistics import Statistics
 from ..typing import Scalar
-from .doubts import of_start
-from .options import Bar, autosaving, sampling
-from .run import RunVerbs
-from .task import Task, beginning
+from .integration import begin, integrate, write
+from .run import Run
+from .system import System
 
-if TYPE_CHECKING:
-    from ..particles.events import ParticleEvent
-    from ..particles.flight import Flight
-    from ..particles.given import Particles
-    from ..particles.rules import Bounce, Escape, Radiation
-
-__all__ = ["Run", "Simulation", "System"]
+__all__ = ["Simulation"]
 
 #: A second name, since the class has a property with the module's name.
 _Core: TypeAlias = _core.Simulation
@@ -74,13 +63,10 @@ class Simulation:
     """
 
     def __init__(self, system: System, state: State, integrator: Integrator | None = None) -> None:
-        start, integrator, described = beginning(system, state, integrator)
+        if not isinstance(system, System):
+            raise InvalidInput(f"system is {system!r}; expected a System")
         self._system = system
-        self._integrator = integrator
-        with system._explaining(lambda: start, " at the start"):
-            self._idle = _core.Simulation(system._core, start, described, json.dumps(system._notes()))
-        for doubt in of_start(system, start, integrator._tolerance):
-            caution(doubt)
+        self._idle, self._integrator = begin(system, state, integrator)
 
     #: Whether a run or a step is under way; what is called from within one may not touch it.
     _running = False
@@ -167,18 +153,21 @@ class Simulation:
         return self._drift("angular_momentum_drift")
 
     def _drift(self, name: str) -> float:
-        now, books = np.array(self._core.invariants)[np.newaxis], np.array(self._core.books).reshape(1, -1, 7)
+        now, done = (
+            np.array(self._core.invariants)[np.newaxis],
+            np.array(self._core.work_and_impulse).reshape(1, -1, 7),
+        )
         record = {
             "energy": now[:, 1:5],
             "angular_momentum": now[:, 5:],
-            "work": books[..., 0],
-            "angular_impulse": books[..., 4:],
+            "work": done[..., 0],
+            "angular_impulse": done[..., 4:],
         }
         return float(conserved.drift(name, np.array(self._core.start), record)[0])
 
     @property
     def quadrature(self) -> list[dict[str, Any]]:
-        """How the interaction of each pair of bodies is computed, and of composites that of each two parts.
+        """How the interaction of each pair of bodies is computed, and for composites that of each pair of parts.
 
         A dictionary for each: ``pair``, the names of the bodies; ``parts``, the places of the parts in their bodies
         where one of these is a composite; ``method``; and of the quadrature in force ``integrated``, the name of the
@@ -243,30 +232,20 @@ class Simulation:
         -------
         Run
         """
-        task = Task(self._system, self._integrator, self._core.time, until, output, events, dense, derivatives, chaos)
-        keep = None
-        if autosave is not None:
-            path, seconds = autosaving(autosave)
-            keep = (seconds, lambda data: _write(path, data))
-            # A place that cannot be written in is known now, not when the first file is due.
-            self.save(path)
-        before = self._core.statistics
-        with Bar(progress) as report, self._run() as core:
-            record, error = core.integrate(
-                task.until, task.output, task.conditions, task.dense, report, keep, task.following
+        with self._run() as core:
+            return integrate(
+                self._system,
+                self._integrator,
+                core,
+                until,
+                output,
+                events=events,
+                dense=dense,
+                progress=progress,
+                autosave=autosave,
+                derivatives=derivatives,
+                chaos=chaos,
             )
-        counts = (now - then for now, then in zip(self._core.statistics, before, strict=True))
-        run = task.run(Run, record, counts)
-        if autosave is not None:
-            try:
-                self.save(path)
-            except OSError as unwritten:
-                # An error that ended the run before that is raised instead.
-                error = unwritten if error is None else error
-        if error is None:
-            return run
-        failed = task.failed(error, run, self._core.time)
-        raise failed from failed.__cause__
 
     def save(self, path: Any) -> None:
         """Write the simulation to a file, exactly and atomically; :meth:`load` reads it.
@@ -279,7 +258,7 @@ class Simulation:
         ----------
         path : str or Path
         """
-        _write(as_path(path), self._core.to_bytes())
+        write(as_path(path), self._core.to_bytes())
 
     @classmethod
     def load(cls, path: Any, forces: Iterable[Force] = ()) -> Simulation:
@@ -302,7 +281,7 @@ class Simulation:
             For a file that is not a simulation, is truncated, has been altered, or was written by another version with
             another layout; says what is wrong.
         OSError
-            Where there is no such file, or none that can be read.
+            If there is no such file, or none that can be read.
         """
         path = as_path(path)
         try:
@@ -330,7 +309,7 @@ class Simulation:
                 raise InvalidInput(f"{found}; expected {wanted[name]}, as in the file")
         try:
             notes = json.loads(text) if text else {}
-            system, integrator = System._of_core(setup, notes, given), rebuild(setup["integrator"])
+            system, integrator = System._rebuild({**setup, "notes": notes}, given), rebuild(setup["integrator"])
         except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
             # The errors are of many kinds, since the notes may be any JSON.
             raise InvalidInput(f"its notes are damaged: {error}") from error
@@ -357,250 +336,3 @@ class Simulation:
 
     def __repr__(self) -> str:
         return f"Simulation({self._system!r}, time={self.time}, integrator={self._integrator!r})"
-
-
-def _write(path: Path, data: bytes) -> None:
-    with replacing(path) as temporary:
-        temporary.write_bytes(data)
-
-
-@named_options
-class System(BaseSystem):  # noqa: D101
-    __doc__ = BaseSystem.__doc__  # The description of its parameters stands where they are taken.
-
-    def integrate(
-        self,
-        state: State,
-        until: Any,
-        output: Any = None,
-        integrator: Integrator | None = None,
-        events: Iterable[Event] = (),
-        dense: bool = False,
-        progress: Any = False,
-        autosave: tuple[Any, float] | None = None,
-        derivatives: bool | Iterable[str] = False,
-        chaos: bool = False,
-    ) -> Run:
-        """Run from a state to a time.
-
-        Parameters
-        ----------
-        state : State
-        until : float, Quantity or text with a unit
-            End of the run, such as ``"30 day"``; before ``state.time`` to run backwards.
-        output : None, "ends", float, Quantity or array_like
-            ``None``: every accepted step. ``"ends"``: the start and the end. A number: that spacing, start and end
-            included. An array: exactly those times; an empty one records nothing but events (and ``dense``).
-        integrator : Integrator, optional
-            :class:`fullbody.Verner98` unless given.
-        events : iterable of Event
-            What to watch for, from :mod:`fullbody.events`; a terminal one ends the run.
-        dense : bool
-            Whether the run is kept as a function of time: ``run(t)``. Takes 2.3 kB a step for two bodies.
-        progress : bool, str or callable
-            ``True`` or a label for a progress bar; or a function of (start, time, end), called at most every 50 ms.
-            What it returns is not used; an error that it raises ends the run.
-        autosave : (path, seconds), optional
-            Writes the simulation to a file when the run begins, every so many seconds and when it ends;
-            :meth:`fullbody.Simulation.load` goes on from it.
-        derivatives : bool or sequence of str
-            Whether the run is differentiated by its start, for ``run.transition``; or the parameters by which it is
-            differentiated beside that, for ``run.sensitivity``, of ``system.parameters``. The motion has the same bits
-            as without.
-        chaos : bool
-            Whether the growth of a departure is measured, for ``run.megno``, ``run.lyapunov`` and
-            ``run.fast_lyapunov``.
-
-        Returns
-        -------
-        Run
-
-        Raises
-        ------
-        InvalidInput, BodiesOverlap, NotConverged, StepSizeTooSmall, ChartSingularity
-            With the run so far in the attribute ``run``.
-        Interrupted
-            On Ctrl-C; a KeyboardInterrupt with the run so far in its attribute ``run``.
-
-        Warns
-        -----
-        InconsistentInput
-            For starts that are probably a mistake; see :class:`fullbody.Simulation`.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> system, state = fullbody.systems.case1()
-        >>> run = system.integrate(state, 10.0, output=1.0)
-        >>> run.position.shape
-        (11, 2, 3)
-        """
-        sim = Simulation(self, state, integrator=integrator)
-        return sim.integrate(
-            until,
-            output,
-            events=events,
-            dense=dense,
-            progress=progress,
-            autosave=autosave,
-            derivatives=derivatives,
-            chaos=chaos,
-        )
-
-    def fly(
-        self,
-        state: State,
-        particles: Particles,
-        until: Any,
-        output: Any = None,
-        *,
-        integrator: Integrator | None = None,
-        contact: str | Bounce = "stop",
-        escape: Escape | None = None,
-        radiation: Radiation | None = None,
-        events: Iterable[ParticleEvent] = (),
-        bodies_integrator: Integrator | None = None,
-        threads: int | None = None,
-        progress: Any = False,
-    ) -> Flight:
-        """Fly massless particles among the bodies, from a state to a time.
-
-        The bodies move first, as :meth:`integrate` moves them, and the particles follow their continuous solution,
-        which takes 2.3 kB a step for two bodies. To fly several times along the same motion, keep it as a run with
-        ``dense=True`` and take :meth:`fullbody.Run.fly`, where the other parameters are described.
-
-        Parameters
-        ----------
-        state : State
-            Of the bodies, at the particles' time.
-        particles : Particles
-        until : float, Quantity or text with a unit
-            End of the flight; before ``state.time`` to fly backwards.
-        output : None, "ends", float, Quantity or array_like
-        integrator : Integrator, optional
-        contact : {"stop", "remove"} or Bounce
-        escape : Escape, optional
-        radiation : Radiation, optional
-        events : iterable of ParticleEvent
-        bodies_integrator : Integrator, optional
-            Of the bodies; as in :meth:`integrate`.
-        threads : int, optional
-        progress : bool, str or callable
-
-        Returns
-        -------
-        Flight
-
-        Raises
-        ------
-        InvalidInput, Interrupted
-            As :meth:`fullbody.Run.fly`; and what :meth:`integrate` raises.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> system, state = fullbody.systems.kw4()
-        >>> up = fullbody.Particles.from_surface(system, state, "Beta", longitude=0.0, latitude=0.5, speed=0.1)
-        >>> system.fly(state, up, 24.0).fate.tolist()
-        ['impact']
-        """
-        from ..particles.pushing import Pushing
-
-        options: dict[str, Any] = {"integrator": integrator, "contact": contact, "escape": escape}
-        options |= {"radiation": radiation, "events": events, "threads": threads}
-        pushing, samples = Pushing(self, particles, **options), sampling(output, self._units)
-        run = self.integrate(
-            state, until, output=[], integrator=bodies_integrator, dense=True, progress=progress and "bodies"
-        )
-        dense = cast(Dense, run.dense)
-        with Bar(progress if callable(progress) else progress and "particles") as report:
-            return pushing.fly(dense, *dense.range, samples, report)
-
-
-@named_options
-class Run(RunVerbs):  # noqa: D101
-    __doc__ = BaseRun.__doc__
-
-    system: System
-
-    def fly(
-        self,
-        particles: Particles,
-        until: Any = None,
-        output: Any = None,
-        *,
-        start: Any = None,
-        integrator: Integrator | None = None,
-        contact: str | Bounce = "stop",
-        escape: Escape | None = None,
-        radiation: Radiation | None = None,
-        events: Iterable[ParticleEvent] = (),
-        threads: int | None = None,
-        progress: Any = False,
-    ) -> Flight:
-        """Fly massless particles along a run with ``dense=True``.
-
-        They feel the gravity of all bodies, third bodies (relative to the system's nominal barycentre, with which the
-        coordinates fall), and radiation. Tides, YORP and BYORP act on bodies alone; so does a
-        :class:`fullbody.forces.Function`, of which a warning tells.
-
-        Parameters
-        ----------
-        particles : Particles
-        until : float, Quantity or text with a unit, optional
-            End of the flight, within the run; that of the run unless given. Before the start to fly backwards.
-        output : None, "ends", float, Quantity or array_like
-            ``None``: fates and last places alone. ``"ends"``: the start and the end. A number: that spacing, start and
-            end included. An array: exactly those times.
-        start : float, Quantity or text with a unit, optional
-            Time of the particles, within the run; the start of the run unless given.
-        integrator : Integrator, optional
-            Of the particles, one with step control: ``Verner98(rtol=1e-12, atol=1e-12)`` unless given. The error of a
-            step is held below ``rtol`` times the distance from the nearest centre plus ``atol`` times that at the
-            start; that of the velocity likewise, relative to sqrt(v^2 + Phi) with the potential of the bodies' masses.
-            The bodies' own places are as good as the run's tolerance: a smaller one here gains nothing.
-        contact : {"stop", "remove"} or Bounce
-            What happens at a surface: the flight ends and the particle stays there, or is gone; or it bounces.
-        escape : Escape, optional
-            When a particle has left.
-        radiation : Radiation, optional
-            Of a third body.
-        events : iterable of ParticleEvent
-            What to watch for, from :mod:`fullbody.particles`.
-        threads : int, optional
-            As many as the machine runs at once unless given; results do not depend on it.
-        progress : bool, str or callable
-            As in :meth:`fullbody.System.integrate`.
-
-        Returns
-        -------
-        Flight
-
-        Raises
-        ------
-        InvalidInput
-            For particles that are inside a body, times beyond the run, and a run without its continuous solution.
-        Interrupted
-            On Ctrl-C, with the flight so far in the attribute ``flight``.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> system, state = fullbody.systems.kw4()
-        >>> run = system.integrate(state, 24.0, dense=True)
-        >>> flight = run.fly(fullbody.Particles([[3.0, 0.0, 0.0]], [[0.0, 0.8, 0.0]]), output="ends")
-        >>> flight.position.shape
-        (2, 1, 3)
-        """
-        from ..particles.pushing import Pushing
-
-        options: dict[str, Any] = {"integrator": integrator, "contact": contact, "escape": escape}
-        options |= {"radiation": radiation, "events": events, "threads": threads}
-        pushing, samples = Pushing(self.system, particles, **options), sampling(output, self.system._units)
-        if self.dense is None:
-            raise InvalidInput("this run keeps no continuous solution; integrate with dense=True")
-        first, last = self.dense.range
-        with Bar(progress) as report:
-            return pushing.fly(
-                self.dense, first if start is None else start, last if until is None else until, samples, report
-            )

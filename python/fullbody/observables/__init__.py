@@ -1,10 +1,10 @@
-"""What observers measure, from a run: periods, precession, libration, obliquities.
+"""Observables of a run: periods, precession, libration, obliquities.
 
-Each function takes a :class:`fullbody.Run` and two places in its system, the body looked at and the one it goes about.
-Runs are to be sampled several times an orbit: ``output=`` a tenth of the period or less. Between the samples the motion
-is followed along Kepler orbits, so that an eccentric orbit needs no more of them than a round one; where samples are
-too far apart for that, the error says what spacing to ask for. Lengths of time and rates are Quantities where the
-system has units. They need scipy: ``pip install fullbody[analysis]``.
+Each function takes a :class:`fullbody.Run` and two bodies of its system: ``body``, which is observed, and ``about``,
+which it orbits. Runs should be sampled several times per orbit: ``output=`` a tenth of the period or less. Between
+samples the motion follows Kepler orbits, so that an eccentric orbit needs no more samples than a circular one; if
+samples are too far apart for that, the error says what spacing to ask for. Times and rates are Quantities if the system
+has units. The functions need scipy: ``pip install fullbody[analysis]``.
 """
 
 from .orbit import ElementRates, MutualPeriod, Precession, element_rates, mutual_period, orbit_precession
@@ -31,7 +31,3 @@ __all__ = [
     "spin_precession",
     "tumbles",
 ]
-
-
-def __dir__() -> list[str]:
-    return __all__

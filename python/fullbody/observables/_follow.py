@@ -1,4 +1,4 @@
-"""An orbit between its samples: along Kepler orbits, so that few samples hold all harmonics of an eccentric one."""
+"""Interpolation of an orbit along Kepler orbits, so that few samples hold all harmonics of an eccentric one."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from .. import _core
 __all__ = ["Path", "along", "fitting_mu", "harmonics", "periods"]
 
 _Array = npt.NDArray[np.float64]
-#: The least number of points in a revolution, and the powers of e that the harmonics fall by within those points.
+#: The least number of points per revolution, and the powers of e by which the harmonics fall within those points.
 _LEAST, _FALL = 16, 16.0
 
 
 class Path(NamedTuple):
-    """Times (K,), positions and velocities (K, 3)."""
+    """A path: times (K,), positions and velocities (K, 3)."""
 
     time: _Array
     r: _Array
@@ -25,9 +25,9 @@ class Path(NamedTuple):
 
 
 def fitting_mu(path: Path) -> float:
-    """The mu whose Kepler orbits fit the samples best; a circle about an oblate body is then one of them.
+    """Return the mu whose Kepler orbits fit the samples best, which makes a circle about an oblate body one of them.
 
-    It solves v x (r x v) = mu (r/|r| + e) with a constant vector e by least squares. For motion that fits no orbit, it
+    It solves v x (r x v) = mu (r/|r| + e) with a constant vector e by least squares. For motion that fits no orbit it
     is the median of the mu for which each sample would be on a circle.
     """
     distance = np.linalg.norm(path.r, axis=1)
@@ -39,14 +39,14 @@ def fitting_mu(path: Path) -> float:
 
 
 def periods(path: Path, mu: float) -> _Array:
-    """Periods of the osculating orbits (K,), infinite for open ones."""
+    """Return the periods (K,) of the osculating orbits, infinite for open ones."""
     energy = np.sum(path.v**2, axis=1) / 2 - mu / np.linalg.norm(path.r, axis=1)
     size = np.where(energy < 0.0, -mu / 2 / np.where(energy < 0.0, energy, -1.0), np.inf)
     return np.asarray(2 * np.pi * np.sqrt(size**3 / mu))
 
 
 def harmonics(path: Path, mu: float) -> float:
-    """How many points in a revolution hold the harmonics of the most eccentric osculating ellipse.
+    """Return how many points per revolution resolve the harmonics of the most eccentric osculating ellipse.
 
     The k-th harmonic of an ellipse falls as exp(-k (artanh s - s)) with s = sqrt(1 - e^2) (Watson 1944, Theory of
     Bessel Functions, Sec. 8.4).
@@ -57,10 +57,10 @@ def harmonics(path: Path, mu: float) -> float:
 
 
 def along(path: Path, mu: float, moments: _Array) -> tuple[Path, _Array]:
-    """The path at moments in it, and by how much (K - 1,) each sample's Kepler orbit misses the next, per distance.
+    """Interpolate a path; return it with the relative misses (K - 1,) of each sample's Kepler orbit at the next sample.
 
-    Each point is on the Kepler orbit of the sample before it, plus the cubic in time that makes up for what it misses
-    of position and velocity.
+    Each point is on the Kepler orbit of the sample before it, plus the cubic in time that corrects the orbit's miss in
+    position and velocity at the next sample.
     """
     time, r, v = path
     rows = _core.cartesian_to_elements(r, v, mu)

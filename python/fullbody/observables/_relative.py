@@ -11,46 +11,44 @@ import numpy.typing as npt
 from ..base import rotations
 from ..base.arguments import directions
 from ..errors import InvalidInput
+from ..record.derivatives import Differentiated
 from . import _follow as follow
 from . import _signal as signal
 
 if TYPE_CHECKING:
-    from ..record.base import BaseRun
+    from ..motion.run import Run
 
 _Array = npt.NDArray[np.float64]
-#: No mean is taken of fewer revolutions than these; from :data:`WINDOWED` on, a window separates it from periodic
-#: terms.
+#: The least number of revolutions for a mean; from :data:`WINDOWED` on, a window separates it from periodic terms.
 REVOLUTIONS, WINDOWED = 2, 5
-#: Radians. The motion of a pole about an axis that it is nearer to than this is round-off.
+#: Radians. The motion of a pole about an axis is round-off if the pole is nearer to the axis than this.
 NEAREST = 1e-9
-#: How much of a period may lie between two samples, how far the Kepler orbit of one may miss the next relative to the
-#: distance, how far the direction may turn where there is none, and how many points of a run are at most followed.
+#: Limits: the part of a period between two samples, the relative miss of a sample's Kepler orbit at the next sample,
+#: the turn of the direction without an orbit, and the number of points to which a run is interpolated.
 _APART, _MISS, _TURN, _POINTS = 0.5, 0.1, 1.0, 2_000_000
 
 
 def check_run(run: object, what: str) -> None:
-    """Refuse what is no run, such as an error in the place of one."""
-    from ..record.base import BaseRun
-
-    if not isinstance(run, BaseRun):
+    """Raise an error if an object is not a run, such as an exception in its place."""
+    if not isinstance(run, Differentiated):
         raise InvalidInput(f"the run of {what} is a {type(run).__name__}; expected a fullbody.Run")
 
 
 class RelativeMotion:
-    """The numbers of a run that observables need, and its units for their results.
+    """The numbers of a run that observables need, and the units of their results.
 
     Parameters
     ----------
     about : int, str or None
-        ``None`` for the first other body.
+        The orbited body; ``None`` for the first other body.
     least : int
-        How many samples the observable needs.
+        The least number of samples that the observable needs.
     revolutions : int
-        How many revolutions it needs.
+        The least number of revolutions that the observable needs.
     """
 
     def __init__(
-        self, run: BaseRun, body: int | str, about: int | str | None, least: int, what: str, revolutions: int = 0
+        self, run: Run, body: int | str, about: int | str | None, least: int, what: str, revolutions: int = 0
     ) -> None:
         check_run(run, what)
         body = run.system._place(body, f"body of {what}")
@@ -83,8 +81,8 @@ class RelativeMotion:
 
     @cached_property
     def path(self) -> follow.Path:
-        """The motion at even times that are close enough to hold its harmonics. Such samples are taken as they are, and
-        so are those of a motion that is no orbit.
+        """The motion at even times that are close enough to resolve its harmonics. Samples that already are so are
+        taken as they are, as are the samples of a motion that is not an orbit.
         """
         samples = self._samples
         if not self._orbits:
@@ -95,7 +93,7 @@ class RelativeMotion:
         regular = signal.even(self.time)
         if regular and len(self.time) > least:
             return samples
-        # Uneven samples may be close for the sake of something fast, so these are at least as many.
+        # Uneven samples may be close to resolve something fast, so at least as many points are taken.
         count = int(max(least, 0 if regular else 2 * len(self.time))) + 2
         if count > _POINTS:
             raise InvalidInput(
@@ -112,7 +110,7 @@ class RelativeMotion:
         return path
 
     def _check_directions(self) -> None:
-        """Refuse samples that are far apart where no orbit tells what is between them."""
+        """Raise an error if samples are far apart and no orbit tells the motion between them."""
         speed = np.linalg.norm(np.cross(self.r, self.v), axis=1) / np.sum(self.r**2, axis=1)
         cosine = np.sum(self.r[1:] * self.r[:-1], axis=1)
         sine = np.linalg.norm(np.cross(self.r[1:], self.r[:-1]), axis=1)
@@ -127,11 +125,11 @@ class RelativeMotion:
             )
 
     def at(self, moments: _Array) -> follow.Path:
-        """The motion at moments of the run."""
+        """Return the motion at given times of the run."""
         return follow.along(self._samples, self._mu, moments)[0]
 
     def halved(self) -> follow.Path:
-        """The path that follows from every second sample."""
+        """Return the path interpolated from every second sample."""
         kept = np.union1d(np.arange(0, len(self.time), 2), len(self.time) - 1)
         samples = follow.Path(*(values[kept] for values in self._samples))
         return follow.along(samples, self._mu, self.path.time)[0]
@@ -146,22 +144,22 @@ class RelativeMotion:
 
     @cached_property
     def _periods(self) -> _Array:
-        """Periods of the Kepler orbits through the samples (K,)."""
+        """Periods (K,) of the Kepler orbits through the samples."""
         return follow.periods(self._samples, self._mu)
 
     @property
     def _orbits(self) -> bool:
-        """Whether the motion is near to one Kepler orbit. The body may go about some other one."""
+        """Whether the motion is near to one Kepler orbit; it need not be, as the body may orbit some other body."""
         return bool(np.isfinite(self._periods).all() and self._periods.max() < 2 * self._periods.min())
 
     @property
     def _apart(self) -> _Array:
-        """How many revolutions are between samples (K - 1,)."""
+        """The number of revolutions (K - 1,) between samples."""
         periods = self._periods
         return np.asarray(np.abs(np.diff(self.time)) / np.minimum(periods[1:], periods[:-1]))
 
     def closer(self, by: float = 2.0) -> str:
-        """What spacing to ask for instead: a tenth of the period, or the present one divided by a number."""
+        """Suggest a spacing of samples: a tenth of the period, or the present one divided by a number."""
         spacing = float(np.abs(np.diff(self.time)).max()) / by
         if self._orbits:
             spacing = min(spacing, float(np.median(self._periods)) / 10)
@@ -169,7 +167,7 @@ class RelativeMotion:
 
     @cached_property
     def turns(self) -> float:
-        """How many revolutions the run covers."""
+        """The number of revolutions that the run covers."""
         angle = self.longitude[0]
         return float(abs(angle[-1] - angle[0]) / (2 * np.pi))
 
@@ -179,7 +177,7 @@ class RelativeMotion:
             first = int(np.argmax(parts >= _APART))
             self._refuse_sparse(first, parts[first])
         angle, rate = self.longitude
-        # The angle by the rates at both ends. Where it differs by half a turn, the direction went another way round.
+        # The angle by the rates at both ends; if it differs by half a turn, the direction went the other way round.
         ahead = (rate[1:] + rate[:-1]) / 2 * np.diff(self.path.time)
         lost = np.abs(ahead - np.diff(angle)) > np.pi
         if lost.any():
@@ -200,7 +198,7 @@ class RelativeMotion:
         )
 
     def check_rotation(self, speed: _Array, most: float, what: str) -> None:
-        """Refuse samples between which a direction or a frame may turn by more than an angle, at its speeds (K,)."""
+        """Raise an error if a direction or frame may turn by more than an angle between samples, at its speeds (K,)."""
         turned = (speed[1:] + speed[:-1]) / 2 * np.abs(np.diff(self.time))
         if len(turned) and turned.max() > most:
             k = int(turned.argmax())
@@ -212,7 +210,7 @@ class RelativeMotion:
 
     @property
     def relative_spin(self) -> _Array:
-        """The body's angular velocity (K, 3) less that of the line to the other body, inertial."""
+        """The body's angular velocity (K, 3) less that of the line to the other body, inertial frame."""
         turn = np.linalg.norm(np.cross(self.r, self.v), axis=1) / np.sum(self.r**2, axis=1)
         spin: _Array = np.einsum("kij,kj->ki", self.matrix, self.spin) - turn[:, None] * self.normal
         return spin
@@ -231,7 +229,7 @@ class RelativeMotion:
 
     @property
     def pole(self) -> _Array:
-        """The direction of the spin (K, 3), inertial."""
+        """The direction (K, 3) of the spin, inertial frame."""
         size = np.linalg.norm(self.spin, axis=1)
         if not np.all(size > 0.0):
             raise InvalidInput("the body does not spin; it has no pole of rotation")
@@ -239,7 +237,7 @@ class RelativeMotion:
         return direction
 
     def mean_rate(self, values: _Array) -> float:
-        """The slope of an angle that changes with every revolution."""
+        """Return the mean rate of an angle that changes with every revolution."""
         return signal.slope(self.time, values, self._power)
 
     @property
@@ -248,11 +246,11 @@ class RelativeMotion:
 
     @cached_property
     def longitude(self) -> tuple[_Array, _Array]:
-        """The longitude along the path and its rate; see :func:`swept`."""
+        """Longitudes along the path and their rates; see :func:`swept`."""
         return swept(self.path)
 
     def longitude_at(self, moments: _Array) -> tuple[_Array, _Array]:
-        """The longitude and its rate at moments of the run."""
+        """Return the longitude and its rate at given times of the run."""
         angle, rate = self.longitude
         forward = np.sign(self.time[-1] - self.time[0])
         k = np.clip(np.searchsorted(forward * self.path.time, forward * moments, side="right") - 1, 0, len(rate) - 1)
@@ -261,25 +259,25 @@ class RelativeMotion:
         return angle[k] + step(start, here, sense, sense), sense * speed(here)
 
     def mean_motion(self, path: follow.Path) -> float:
-        """The slope of the longitude."""
+        """Return the mean rate of the longitude."""
         return abs(signal.slope(path.time, swept(path)[0], self._power))
 
     def turning(self, poles: _Array, axis: Any) -> tuple[float | None, _Array]:
-        """The mean rate at which directions go about an axis, and their angles from it.
+        """Return the mean rate at which directions turn about an axis, and their angles from it.
 
-        The axis is the angular momentum at the start unless given; there is no rate of directions that are mostly
-        nearer to it than :data:`NEAREST`.
+        The default axis is the angular momentum at the start. The rate is ``None`` if the directions are mostly nearer
+        to the axis than :data:`NEAREST`.
         """
         axis = self._start if axis is None else directions(axis, "axis", one=True)
         about = azimuth(poles, axis)
         angle: _Array = np.arctan2(np.linalg.norm(np.cross(poles, axis), axis=1), poles @ axis)
-        # One that goes the other way round, nearly against the axis, is as near to it.
+        # A direction nearly opposite to the axis, about which it turns the other way, is as near to it.
         if np.median(np.minimum(angle, np.pi - angle)) < NEAREST:
             return None, angle
         return signal.slope(self.time, about), angle
 
     def from_node(self, axis: Any) -> float:
-        """The mean rate of the angle from the ascending node on the plane across an axis, along the motion."""
+        """Return the mean rate of the angle from the ascending node on the plane across an axis, along the motion."""
         axis = self._start if axis is None else directions(axis, "axis", one=True)
         _, r, v = self.path
         normal = np.cross(r, v)
@@ -290,7 +288,7 @@ class RelativeMotion:
 
 
 def across(axis: _Array) -> tuple[_Array, _Array]:
-    """Two directions at right angles to an axis and to each other, the first in the xy-plane where it can be."""
+    """Return two unit vectors across an axis and each other, the first in the xy-plane if possible."""
     start = np.array([0.0, 0.0, 1.0]) if abs(axis[2]) < 0.9 else np.array([0.0, -1.0, 0.0])
     x = np.cross(start, axis)
     x /= np.linalg.norm(x)
@@ -298,7 +296,7 @@ def across(axis: _Array) -> tuple[_Array, _Array]:
 
 
 def azimuth(poles: _Array, axis: _Array) -> _Array:
-    """The angle of directions about an axis, without jumps."""
+    """Return the angles of directions about an axis, without jumps."""
     size = np.linalg.norm(axis)
     if size == 0.0:
         raise InvalidInput("the angular momentum is zero; expected an axis=")
@@ -307,23 +305,23 @@ def azimuth(poles: _Array, axis: _Array) -> _Array:
 
 
 def speed(path: follow.Path) -> _Array:
-    """The rate (K,) at which the direction turns: |r x v| / r^2."""
+    """Return the rate (K,) at which the direction turns: |r x v| / r^2."""
     _, r, v = path
     return np.asarray(np.linalg.norm(np.cross(r, v), axis=1) / np.sum(r**2, axis=1))
 
 
 def step(start: follow.Path, end: follow.Path, first: _Array, last: _Array) -> _Array:
-    """The angles (K,) that the direction sweeps from each point of one path to that of another, a little later.
+    """Return the angles (K,) that the direction sweeps from each point of one path to the next point of another.
 
-    The great circle between both directions, and by how much the way is longer that leaves and arrives along the
-    velocities: a cubic across it, so that what is left falls with the fourth power of the step.
+    The angle is the great circle between both directions, plus the excess of the way that leaves and arrives along the
+    velocities: a cubic across the circle, so that the error falls with the fourth power of the step.
 
     Parameters
     ----------
     start, end
-        Of K points each.
+        Paths of K points each.
     first, last : ndarray, (K,)
-        The senses of the motion in them, 1 or -1; see :func:`swept`.
+        The senses of the motion in the paths, 1 or -1; see :func:`swept`.
     """
     u, w = (path.r / np.linalg.norm(path.r, axis=1)[:, None] for path in (start, end))
     n, m = (sense[:, None] * _unit(np.cross(path.r, path.v)) for path, sense in ((start, first), (end, last)))
@@ -332,17 +330,17 @@ def step(start: follow.Path, end: follow.Path, first: _Array, last: _Array) -> _
     sign = np.where(np.sum(across * (n + m), axis=1) < 0.0, -1.0, 1.0)
     angle = sign * np.arctan2(sine, np.sum(u * w, axis=1))
     pole = (sign / np.where(sine > 0.0, sine, 1.0))[:, None] * across
-    # Slopes of the way against the great circle, at its ends.
+    # Slopes of the way relative to the great circle, at its ends.
     a, b = np.sum(np.cross(n, u) * pole, axis=1), np.sum(np.cross(m, w) * pole, axis=1)
     return np.asarray(angle * (1.0 + (2 * a * a - a * b + 2 * b * b) / 30))
 
 
 def swept(path: follow.Path) -> tuple[_Array, _Array]:
-    """The longitude (K,) along a path and its rate, from a direction in the moving plane that does not turn in it.
+    """Return the longitude (K,) along a path and its rate, from a direction fixed in the moving orbital plane.
 
-    That is the true longitude of Hansen's ideal frame: its rate is |r x v| / r^2, whatever the plane does (Lara &
-    Urrutxua 2023, Universe 9, 470), and so it is the length of the way that the direction goes on the sphere. Motion
-    that comes to a stop and goes back, as that of one moon seen from another, counts backwards from there.
+    It is the true longitude of Hansen's ideal frame: its rate is |r x v| / r^2, however the plane moves (Lara &
+    Urrutxua 2023, Universe 9, 470), so that it is the length of the path of the direction on the sphere. If the motion
+    comes to a stop and reverses, as of one moon seen from another, the longitude decreases from there.
     """
     normal = _unit(np.cross(path.r, path.v))
     turned = np.where(np.sum(normal[1:] * normal[:-1], axis=1) < 0.0, -1.0, 1.0)

@@ -15,13 +15,13 @@ _Array = npt.NDArray[np.float64]
 
 
 def scipy_module(name: str) -> Any:
-    """A module of scipy."""
+    """Import a module of scipy, or raise an error that says how to install it."""
     with need("analysis", "an observable, or an orbit of a mean period,"):
         return import_module(f"scipy.{name}")
 
 
 def check_times(time: _Array, least: int, what: str) -> None:
-    """Refuse too few samples, and times that do not go one way."""
+    """Raise an error for too few samples, and for times that do not increase or decrease throughout."""
     if len(time) < least:
         raise InvalidInput(f"the run has {len(time)} samples; {what} needs {least} or more")
     steps = np.diff(time)
@@ -30,31 +30,31 @@ def check_times(time: _Array, least: int, what: str) -> None:
 
 
 def slope(time: _Array, values: _Array, power: int = 1) -> float:
-    """The slope of the straight line of least squares, weighted by a Hann window or a power of it.
+    """Return the slope of a straight line by least squares, weighted by a power of a Hann window.
 
-    A periodic term of k periods, more than the power plus one, is reduced to about k^-(2 power + 1) (Laskar 1993,
-    Physica D 67, 257).
+    A periodic term with k periods, k above power + 1, is reduced to about k^-(2 power + 1) (Laskar 1993, Physica D 67,
+    257).
     """
     phase = (time - time[0]) / (time[-1] - time[0])
-    # A handful of samples keep some weight even at the ends.
+    # The weights are positive at the ends too, so that a few samples suffice.
     weight = np.sin(np.pi * phase) ** (2 * power) + (1e-3 / len(time) if power == 1 else 0.0)
     centred = time - np.average(time, weights=weight)
     return float((weight * centred) @ values / ((weight * centred) @ centred))
 
 
 def unwrapped(angle: _Array, period: float = 2 * np.pi) -> _Array:
-    """An angle without jumps; samples must be less than half a period of it apart."""
+    """Return an angle without jumps; samples must be less than half a period of it apart."""
     return np.unwrap(angle, period=period)
 
 
 def even(time: _Array) -> bool:
-    """Whether times are equally spaced."""
+    """Return whether times are equally spaced."""
     steps = np.diff(time)
     return bool(np.ptp(steps) <= 1e-6 * abs(steps.mean()))
 
 
 def evenly(time: _Array, values: _Array) -> tuple[_Array, _Array]:
-    """Samples at equal steps: themselves, or a cubic spline through them."""
+    """Return samples at equal steps: the given ones, or a cubic spline through them."""
     if even(time):
         return time, values
     grid = np.linspace(time[0], time[-1], 4 * len(time))
@@ -63,11 +63,11 @@ def evenly(time: _Array, values: _Array) -> tuple[_Array, _Array]:
 
 
 def lines(time: _Array, values: _Array, count: int) -> tuple[_Array, _Array]:
-    """The strongest periodic terms of a signal: angular frequencies and amplitudes (half of peak to peak).
+    """Return the strongest periodic terms of a signal: angular frequencies and amplitudes (half of peak to peak).
 
-    One after another: the peak of the Hann-windowed spectrum, refined by maximising the windowed Fourier integral
-    (Laskar 1990, Icarus 88, 266), then all terms found so far and a constant fitted together and taken away. Terms
-    closer than two periods in the time of the signal are one: the window cannot tell them apart.
+    Terms are found one after another: the peak of the Hann-windowed spectrum is refined by maximising the windowed
+    Fourier integral (Laskar 1990, Icarus 88, 266), then all terms found so far and a constant are fitted together and
+    subtracted. Terms closer than two periods in the length of the signal cannot be told apart and count as one.
     """
     optimize, signal = scipy_module("optimize"), scipy_module("signal")
     t, x = evenly(time, values)

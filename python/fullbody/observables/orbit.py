@@ -18,32 +18,31 @@ from ._follow import Path
 from ._relative import REVOLUTIONS, WINDOWED, RelativeMotion
 
 if TYPE_CHECKING:
-    from ..record.base import BaseRun
+    from ..motion.run import Run
 
 __all__ = ["ElementRates", "MutualPeriod", "Precession", "element_rates", "mutual_period", "orbit_precession"]
 
 _Array = npt.NDArray[np.float64]
-#: How many periodic terms of the distance are computed, how near to the mean motion the frequency of periapsis is, and
-#: the size of that term relative to the distance below which it may be an error of the run.
+#: The number of periodic terms of the distance, the relative range of the periapsis frequency about the mean motion,
+#: and the relative size below which that term may be an error of the run.
 _TERMS, _NEAR, _ROUND = 5, 1 / 8, 1e-9
-#: Two apsidal rates agree if they differ by less than this part of them plus this part of a turn over the run.
+#: Two apsidal rates agree if they differ by less than this fraction of them plus this fraction of a turn per run.
 _AGREE, _TURNED = 0.02, 1e-4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ElementRates(ArrayFields):
-    """Osculating elements and how fast they change.
+    """Osculating elements and their rates of change.
 
     Attributes
     ----------
     elements : KeplerElements
         Elements with arrays (K,), whose angles have no jumps.
     rates : dict of str to ndarray or Quantity
-        Present rates of ``a``, ``e``, ``i``, ``Omega``, ``omega``, ``M`` (K,), by differences of second order.
-    mean_rates : dict of str to float or Quantity
-        Slopes of straight lines through the whole run (least squares under a Hann window, from five revolutions on to
-        the third power), also of the longitudes ``varpi`` = Omega + omega and ``L`` = varpi + M. Where perturbations
-        rule a small eccentricity, varpi and M alone mean little.
+        Instantaneous rates (K,) of ``a``, ``e``, ``i``, ``Omega``, ``omega``, ``M``, by differences of second order.
+    Slopes of straight lines through the whole run (least squares under a Hann window, to its third power from five
+    revolutions on), also of the longitudes ``varpi`` = Omega + omega and ``L`` = varpi + M. If perturbations dominate a
+    small eccentricity, varpi and M alone mean little.
     """
 
     elements: KeplerElements[Array]
@@ -53,19 +52,19 @@ class ElementRates(ArrayFields):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MutualPeriod(ArrayFields):
-    """Revolutions of one body about another.
+    """Periods of the revolutions of one body about another.
 
     Attributes
     ----------
     time : ndarray or Quantity, (R,)
-        Ends of the revolutions, counted from the earliest time.
+        Ends of the revolutions, with times counted from the earliest sample.
     period : ndarray or Quantity, (R,)
         The period of each revolution.
     mean : float or Quantity
-        2 pi by the mean rate of the longitude over the run: the slope of a straight line of least squares under the
-        third power of a Hann window. It takes all samples and leaves next to nothing of what recurs four times or more;
-        the mean of ``period``, which the ends of the revolutions alone decide, differs a little. In a run of less than
-        five revolutions it is that mean.
+        2 pi divided by the mean rate of the longitude over the run: the slope of a straight line by least squares under
+        the third power of a Hann window. This mean uses all samples and suppresses terms that recur four times or more;
+        it differs a little from the mean of ``period``, which depends only on the ends of the revolutions. In a run of
+        less than five revolutions it is the mean of ``period``.
     drift : float
         Change of the period per unit of time (a pure number); nan for fewer than three revolutions.
     """
@@ -78,29 +77,30 @@ class MutualPeriod(ArrayFields):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Precession(ArrayFields):
-    """Slow turns of an orbit.
+    """Slow turns of an orbit: its periapsis and its node.
 
     Attributes
     ----------
     apsidal : float, Quantity or None
         Mean rate of periapsis, in radians per unit of time and positive along the motion, from a direction in the
         orbit's plane that turns with the plane but not in it: the mean of d(omega)/dt + cos(i) d(Omega)/dt, whichever
-        plane i, Omega and omega are referred to. It does not depend on the axis nor on how long the run is. ``None``
-        where the distance shows no periapsis: in a circular orbit, and where what it shows is of other origin.
+        plane i, Omega and omega refer to. It depends neither on the axis nor on the length of the run. ``None`` if the
+        distance shows no periapsis, as in a circular orbit, or only variations of another origin.
     nodal : float, Quantity or None
-        Mean rate of the node about the axis, d(Omega)/dt. ``None`` where the orbit's pole is nearer to the axis, or to
-        its opposite, than 1e-9 radians at half of the samples or more: such an orbit has no node but by round-off.
+        Mean rate of the node about the axis, d(Omega)/dt. ``None`` if the orbit's pole is nearer to the axis or its
+        opposite than 1e-9 radians at half of the samples or more, since the node is then round-off.
     argument_of_periapsis : float, Quantity or None
-        Mean rate of periapsis from the node, d(omega)/dt, along the motion; ``None`` where either has none. It vanishes
-        at the critical inclination. The longitude of periapsis, Omega + omega, moves by this and ``nodal`` together.
+        Mean rate of periapsis from the node, d(omega)/dt, along the motion; ``None`` if either is missing. It vanishes
+        at the critical inclination. The longitude of periapsis, Omega + omega, changes by the sum of this rate and
+        ``nodal``.
     anomalistic_period : float, Quantity or None
-        The mean time from periapsis to periapsis.
+        Mean time from periapsis to periapsis.
     sidereal_period : float or Quantity
-        The mean period of a revolution in the moving plane: 2 pi divided by the mean of ``|r x v| / r^2``, the rate of
-        the angle from the direction that ``apsidal`` is measured from. A longitude about the axis, Omega + omega + M,
-        is faster by (1 - cos i) d(Omega)/dt.
+        Mean period of a revolution in the moving plane: 2 pi divided by the mean of ``|r x v| / r^2``, the rate of the
+        angle from the direction that ``apsidal`` is measured from. A longitude about the axis, Omega + omega + M, grows
+        faster by (1 - cos i) d(Omega)/dt.
     inclination : ndarray or Quantity, (2,)
-        The least and the greatest angle between the orbit's pole and the axis, radians.
+        The smallest and the largest angle between the orbit's pole and the axis, radians.
     """
 
     apsidal: Scalar | None
@@ -112,16 +112,16 @@ class Precession(ArrayFields):
 
 
 @named_options
-def element_rates(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> ElementRates:
-    """Osculating elements with their rates.
+def element_rates(run: Run, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> ElementRates:
+    """Compute osculating elements with their rates.
 
     Parameters
     ----------
     run : Run
     mu : float or Quantity, optional
-        As for :meth:`fullbody.Run.elements`.
+        Gravitational parameter, as for :meth:`fullbody.Run.elements`.
     body, about : int or str
-        Places in the system, or names.
+        Indices in the system, or names.
 
     Returns
     -------
@@ -175,17 +175,17 @@ def _per_time(motion: RelativeMotion, number: Any) -> Any:
 
 
 @named_options
-def mutual_period(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> MutualPeriod:
-    """The period of the mutual orbit, revolution by revolution, and its drift.
+def mutual_period(run: Run, *, body: int | str = 1, about: int | str = 0) -> MutualPeriod:
+    """Compute the period of the mutual orbit, revolution by revolution, and its drift.
 
-    Sidereal: a revolution is a whole turn in the orbit's plane, from a direction that turns with the plane but not in
-    it; see :class:`Precession`. In a plane that stays, that is a direction among the stars.
+    The period is sidereal: a revolution is a full turn in the orbit's plane, from a direction that turns with the plane
+    but not in it; see :class:`Precession`. In a fixed plane, that is a direction among the stars.
 
     Parameters
     ----------
     run : Run
     body, about : int or str
-        Places in the system, or names.
+        Indices in the system, or names.
 
     Returns
     -------
@@ -217,7 +217,7 @@ def mutual_period(run: BaseRun, *, body: int | str = 1, about: int | str = 0) ->
 
 
 def passages(motion: RelativeMotion) -> _Array:
-    """The times at which the longitude has made whole turns since the earliest time, which is the first of them."""
+    """Return the earliest time and those at which the longitude has made whole turns since then."""
     longitude, rate = motion.longitude
     order = np.argsort(motion.path.time)
     t, angle, rate = motion.path.time[order], longitude[order], rate[order]
@@ -233,7 +233,7 @@ def passages(motion: RelativeMotion) -> _Array:
 
 
 def _sharpened(motion: RelativeMotion, moments: _Array, start: float) -> _Array:
-    """Passages of a longitude, improved by Newton's method along the Kepler orbits: a spline errs on eccentric ones."""
+    """Refine times of passages by Newton's method along the Kepler orbits, as a spline errs on eccentric orbits."""
     for _ in range(3):
         angle, rate = motion.longitude_at(moments)
         missed = np.remainder(angle - start + np.pi, 2 * np.pi) - np.pi
@@ -242,23 +242,23 @@ def _sharpened(motion: RelativeMotion, moments: _Array, start: float) -> _Array:
 
 
 @named_options
-def orbit_precession(run: BaseRun, axis: Any = None, *, body: int | str = 1, about: int | str = 0) -> Precession:
-    """Mean apsidal and nodal precession of an orbit.
+def orbit_precession(run: Run, axis: Any = None, *, body: int | str = 1, about: int | str = 0) -> Precession:
+    """Compute the mean apsidal and nodal precession of an orbit.
 
-    The apsidal rate is the mean motion in the orbit's plane less the frequency of the distance: unlike the slope of the
-    osculating longitude of periapsis it holds for orbits so round that perturbations rule their osculating
-    eccentricity. That frequency is the strongest within an eighth of the mean motion, if it is above 1e-9 of the
-    distance and another there is not half as strong; the bodies' turning and librating beneath each other have
-    frequencies of their own. The nodal rate is how fast the orbit's pole goes about an axis.
+    The apsidal rate is the mean motion in the orbit's plane less the frequency of the distance. Unlike the slope of the
+    osculating longitude of periapsis, it holds for orbits so nearly circular that perturbations dominate their
+    osculating eccentricity. The frequency is the strongest within an eighth of the mean motion, if its term is above
+    1e-9 of the distance and no other term there is half as strong; rotations and librations of the bodies have
+    frequencies of their own. The nodal rate is the rate at which the orbit's pole turns about an axis.
 
     Parameters
     ----------
     run : Run
-        A run of several revolutions; the more, the better the means.
+        A run of several revolutions; more revolutions give better means.
     axis : array_like, (3,), optional
-        The pole of the plane that nodes lie in; the total angular momentum at the start unless given.
+        The pole of the reference plane of the nodes; by default the total angular momentum at the start.
     body, about : int or str
-        Places in the system, or names.
+        Indices in the system, or names.
 
     Returns
     -------
@@ -267,14 +267,14 @@ def orbit_precession(run: BaseRun, axis: Any = None, *, body: int | str = 1, abo
     Raises
     ------
     InvalidInput
-        For a run of less than five revolutions; and for samples too far apart: the apsidal rate by every second of them
-        has to agree with that by all, to a fiftieth of it or a ten-thousandth of a turn over the run.
+        For a run of less than five revolutions, and for samples too far apart: the apsidal rate from every second
+        sample has to agree with that from all, to a fiftieth of it or a ten-thousandth of a turn over the run.
 
     Notes
     -----
-    Outside an oblate body that keeps its axis, to the first order in J2 and with n the mean motion and p = a (1 - e^2):
-    the node moves by -3/2 n J2 (R/p)^2 cos i and the argument of periapsis by 3/4 n J2 (R/p)^2 (5 cos^2 i - 1) (Murray
-    & Dermott 1999, Solar System Dynamics, Sec. 6.11), so that ``apsidal`` is 3/4 n J2 (R/p)^2 (3 cos^2 i - 1).
+    For an orbit about an oblate body with a fixed axis, to first order in J2 and with n the mean motion and p = a (1 -
+    e^2): the node moves by -3/2 n J2 (R/p)^2 cos i and the argument of periapsis by 3/4 n J2 (R/p)^2 (5 cos^2 i - 1)
+    (Murray & Dermott 1999, Solar System Dynamics, Sec. 6.11), so that ``apsidal`` is 3/4 n J2 (R/p)^2 (3 cos^2 i - 1).
 
     In a plane that turns there is no fixed direction to measure from. The node turns in it by cos(i) d(Omega)/dt, and
     a fixed plane that the orbit is projected on shows another rate after whole turns of the node than after a part of
@@ -309,7 +309,7 @@ def orbit_precession(run: BaseRun, axis: Any = None, *, body: int | str = 1, abo
 
 
 def frequencies(motion: RelativeMotion, path: Path) -> tuple[float, float | None]:
-    """The mean motion, and the frequency at which periapsis recurs, where there is one."""
+    """Return the mean motion, and the frequency at which periapsis recurs, or ``None`` without one."""
     sidereal = motion.mean_motion(path)
     distance = np.linalg.norm(path.r, axis=1)
     terms = zip(*signal.lines(path.time, distance, _TERMS), strict=True)
@@ -324,7 +324,7 @@ def frequencies(motion: RelativeMotion, path: Path) -> tuple[float, float | None
 
 
 def _check_halved(motion: RelativeMotion, apsidal: float) -> None:
-    """Refuse samples if every second one alone gives another precession."""
+    """Raise an error if every second sample alone gives another precession."""
     sidereal, radial = frequencies(motion, motion.halved())
     allowed = _AGREE * abs(apsidal) + _TURNED * 2 * np.pi / abs(motion.time[-1] - motion.time[0])
     if radial is None or abs(sidereal - radial - apsidal) > allowed:

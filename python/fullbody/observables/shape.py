@@ -1,4 +1,4 @@
-"""The shape of an orbit: by its distances alone, and its mean eccentricity."""
+"""The shape of an orbit from its distances alone, and its mean eccentricity."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from ._relative import WINDOWED, RelativeMotion
 from .orbit import frequencies, passages
 
 if TYPE_CHECKING:
-    from ..record.base import BaseRun
+    from ..motion.run import Run
 
 __all__ = ["Eccentricity", "OrbitShape", "eccentricity", "orbit_shape"]
 
 _Array = npt.NDArray[np.float64]
-#: Steps from a sampled extreme of the distance to the extreme itself.
+#: Number of Newton steps from a sampled extreme of the distance to the extreme itself.
 _STEPS = 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OrbitShape(ArrayFields):
-    """Least and greatest distances of each revolution, and the ellipse that has them.
+    """Smallest and largest distances of each revolution, and the ellipse that has them.
 
     Attributes
     ----------
     time : ndarray or Quantity, (R,)
-        Ends of the revolutions, counted from the earliest time.
+        Ends of the revolutions, with times counted from the earliest sample.
     periapsis, apoapsis : ndarray or Quantity, (R,)
-        The least and the greatest distance in each.
+        The smallest and the largest distance in each revolution.
     a : ndarray or Quantity, (R,)
-        Half of their sum.
+        Half of the sum of both distances.
     e : ndarray, (R,)
-        Their difference by their sum.
+        The difference of both distances divided by their sum.
     """
 
     time: Any
@@ -50,17 +50,18 @@ class OrbitShape(ArrayFields):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Eccentricity(ArrayFields):
-    """The eccentricity of an orbit in its parts.
+    """The mean eccentricity of an orbit and the parts it consists of.
 
     Attributes
     ----------
     free : float or None
-        The eccentricity of the ellipse that the distance follows, whose periapsis precesses. ``eccentricity=`` of a
-        mean orbit of :func:`fullbody.binary` sets it. ``None`` where the distance shows no periapsis.
+        The eccentricity of the ellipse that the distance follows, whose periapsis precesses. The argument
+        ``eccentricity=`` of a mean orbit of :func:`fullbody.binary` sets it. ``None`` if the distance shows no
+        periapsis.
     forced : float
-        The mean part of the osculating eccentricity that the bodies' figures force. A circular orbit has it too.
+        The mean part of the osculating eccentricity that is forced by the bodies' figures. A circular orbit has it too.
     osculating : float
-        The mean of the osculating eccentricity. Between the difference of the other two and their sum.
+        The mean of the osculating eccentricity. It lies between the difference of the other two and their sum.
     """
 
     free: float | None
@@ -69,18 +70,18 @@ class Eccentricity(ArrayFields):
 
 
 @named_options
-def orbit_shape(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> OrbitShape:
-    """Semi-major axis and eccentricity by the distances alone, revolution by revolution.
+def orbit_shape(run: Run, *, body: int | str = 1, about: int | str = 0) -> OrbitShape:
+    """Compute semi-major axis and eccentricity from the distances alone, revolution by revolution.
 
-    The distance is what an observer and a spacecraft see, whatever the masses and the figures of the bodies; osculating
-    elements of a circular orbit about an oblate body have an eccentricity.
+    The distance is what an observer or a spacecraft measures, whatever the masses and figures of the bodies. Osculating
+    elements, in contrast, give a circular orbit about an oblate body an eccentricity.
 
     Parameters
     ----------
     run : Run
         A run of one revolution at least.
     body, about : int or str
-        Places in the system, or names.
+        Indices in the system, or names.
 
     Returns
     -------
@@ -110,15 +111,12 @@ def orbit_shape(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> O
     """
     motion = RelativeMotion(run, body, about, 8, "an orbit's shape", 1)
     ends = passages(motion)
-    # The path and the ends of the revolutions, in order.
+    # The samples of the path and the ends of the revolutions, in order.
     moments = np.union1d(motion.path.time, ends)
     sampled = motion.at(moments)
     distance, speed = _radial(sampled)
     first = np.searchsorted(moments, ends)
-    extremes = []
-    for sign, find in ((1.0, np.argmin), (-1.0, np.argmax)):
-        place = np.array([k + int(find(distance[k : m + 1])) for k, m in pairwise(first)])
-        extremes.append(_extremes(motion, moments, speed, distance, place, sign, ends))
+    extremes = [_extremes(motion, moments, speed, distance, sign, first) for sign in (1.0, -1.0)]
     nearest, farthest = extremes
     return OrbitShape(
         motion.span(ends[1:]),
@@ -130,51 +128,47 @@ def orbit_shape(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> O
 
 
 def _radial(path: Path) -> tuple[_Array, _Array]:
-    """Distances and how fast they grow (K,)."""
+    """Return distances and their rates of change (K,)."""
     distance = np.linalg.norm(path.r, axis=1)
     return distance, np.sum(path.r * path.v, axis=1) / distance
 
 
 def _extremes(
-    motion: RelativeMotion,
-    moments: _Array,
-    speed: _Array,
-    distance: _Array,
-    place: npt.NDArray[np.intp],
-    sign: float,
-    ends: _Array,
+    motion: RelativeMotion, moments: _Array, speed: _Array, distance: _Array, sign: float, first: npt.NDArray[np.intp]
 ) -> _Array:
-    """The least (sign 1) or greatest (-1) distances near samples of them, one in each revolution."""
-    # The sample on the other side of the extreme, which has to lie in the revolution too.
-    other = np.clip(np.where(sign * speed[place] < 0.0, place + 1, place - 1), 0, len(moments) - 1)
-    within = (moments[other] >= ends[:-1]) & (moments[other] <= ends[1:]) & (speed[other] * speed[place] < 0.0)
-    found = distance[place]
-    if not within.any():
-        return found
-    k, m = place[within], other[within]
-    low, high = np.minimum(moments[k], moments[m]), np.maximum(moments[k], moments[m])
-    growth = (speed[m] - speed[k]) / (moments[m] - moments[k])
-    time = moments[k]
-    rate = speed[k]
+    """Return the smallest (sign 1) or largest (-1) distance of each revolution, given the times of its ends.
+
+    Candidates are the distances where the radial velocity changes sign and those at the samples, since round-off may
+    put an extreme at the end of a revolution into neither of two.
+    """
+    found = np.array([(sign * distance[k : m + 1]).min() for k, m in pairwise(first)])
+    towards = sign * speed[first[0] : first[-1] + 1]
+    before = first[0] + np.flatnonzero((towards[:-1] < 0.0) & (towards[1:] >= 0.0))
+    if not len(before):
+        return sign * found
+    low, high = moments[before], moments[before + 1]
+    growth = (speed[before + 1] - speed[before]) / (high - low)
+    time, rate = low, speed[before]
     for _ in range(_STEPS):
         time = np.clip(time - rate / growth, low, high)
         there, rate = _radial(motion.at(time))
-    found[within] = sign * np.minimum(sign * there, sign * found[within])
-    return found
+    np.minimum.at(found, np.searchsorted(first, before, side="right") - 1, sign * there)
+    return sign * found
 
 
 @named_options
-def eccentricity(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> Eccentricity:
-    """The mean eccentricity of an orbit: what is free, what the figures force, and the osculating one.
+def eccentricity(run: Run, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> Eccentricity:
+    """Compute the mean eccentricity of an orbit: the free part, the part that the figures force, and the osculating
+    one.
 
     Parameters
     ----------
     run : Run
-        A run of five revolutions at least; the more, the better the means.
+        A run of at least five revolutions; more revolutions give better means.
     mu : float or Quantity, optional
-        G times the sum of the two masses unless given: what the osculating elements are formed with.
+        Gravitational parameter of the osculating elements; by default G times the sum of the two masses.
     body, about : int or str
-        Places in the system, or names.
+        Indices in the system, or names.
 
     Returns
     -------
@@ -215,7 +209,7 @@ def eccentricity(run: BaseRun, mu: Any = None, *, body: int | str = 1, about: in
     path = motion.path
     longitude, rate = motion.longitude
     distance, growth = _radial(path)
-    # In the moving plane, as complex numbers; h/r is the speed across the line to the body.
+    # In the moving plane vectors are complex numbers; h/r is the speed across the line to the body.
     h = rate * distance**2
     line = np.exp(1j * longitude)
     vector = h * (h / distance - 1j * growth) * line

@@ -16,7 +16,7 @@ from . import _signal as signal
 from ._relative import NEAREST, REVOLUTIONS, RelativeMotion
 
 if TYPE_CHECKING:
-    from ..record.base import BaseRun
+    from ..motion.run import Run
 
 __all__ = ["Libration", "libration", "obliquity", "roll_pitch_yaw", "spin_precession"]
 
@@ -25,7 +25,7 @@ _Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Libration(ArrayFields):
-    """Swings of a body's longest axis about the line to another.
+    """Oscillations of a body's longest axis about the line to another body.
 
     Attributes
     ----------
@@ -33,11 +33,12 @@ class Libration(ArrayFields):
     angle : ndarray or Quantity, (K,)
         The angle from the line to the longest axis, in the orbit's plane, positive along the motion. It has no jumps,
         so that it grows or falls without end where the body does not librate.
-    amplitude : float, Quantity or None
-        Half of peak to peak; ``None`` above a quarter turn, where the other end of the axis is the nearer one for a
+    Half of the peak-to-peak angle; ``None`` if it exceeds a quarter turn, where the other end of the axis is nearer for
+    part of the time: the body rotates relative to the line and does not librate.
         while: the body turns round, and does not librate.
     frequencies, amplitudes : ndarray or Quantity
-        Those of its strongest periodic terms, the strongest first; empty where it does not librate.
+        Angular frequencies and amplitudes of the strongest periodic terms, the strongest first; empty without a
+        libration.
     """
 
     time: Array
@@ -48,17 +49,17 @@ class Libration(ArrayFields):
 
 
 @named_options
-def spin_precession(run: BaseRun, axis: Any = None, *, body: int | str = 0, about: int | str | None = None) -> Scalar:
-    """The mean rate at which a body's pole of rotation goes about an axis.
+def spin_precession(run: Run, axis: Any = None, *, body: int | str = 0, about: int | str | None = None) -> Scalar:
+    """Compute the mean rate at which a body's pole of rotation turns about an axis.
 
     Parameters
     ----------
     run : Run
     axis : array_like, (3,), optional
-        The total angular momentum at the start unless given.
+        Reference axis; by default the total angular momentum at the start.
     body, about : int or str
-        Places in the system, or names; unless given, ``about`` is the first body that is not ``body``. Its revolutions
-        are those that the run is measured by.
+        Indices in the system, or names; by default ``about`` is the first body other than ``body``. The length of the
+        run is measured in revolutions of ``body`` about ``about``.
 
     Returns
     -------
@@ -68,8 +69,8 @@ def spin_precession(run: BaseRun, axis: Any = None, *, body: int | str = 0, abou
     Raises
     ------
     InvalidInput
-        For a run of less than two revolutions, for a body that does not spin, and for a pole that is nearer to the axis
-        than 1e-9 radians at half of the samples or more: how that goes about it is round-off.
+        For a run of less than two revolutions, for a body that does not spin, and for a pole nearer to the axis than
+        1e-9 radians at half of the samples or more, since its motion about the axis is then round-off.
 
     Notes
     -----
@@ -97,19 +98,19 @@ def spin_precession(run: BaseRun, axis: Any = None, *, body: int | str = 0, abou
 
 
 @named_options
-def obliquity(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> Array:
-    """The angle (K,) between a body's pole of rotation and the pole of its orbit about another.
+def obliquity(run: Run, *, body: int | str = 1, about: int | str = 0) -> Array:
+    """Compute the angle (K,) between a body's pole of rotation and the pole of its orbit about another.
 
     Parameters
     ----------
     run : Run
     body, about : int or str
-        Places in the system, or names.
+        Indices in the system, or names.
 
     Returns
     -------
     ndarray or Quantity, (K,)
-        Radians, from 0 to pi.
+        Angles in radians, from 0 to pi.
 
     Examples
     --------
@@ -126,29 +127,30 @@ def obliquity(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> Arr
 
 
 @named_options
-def roll_pitch_yaw(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -> Array:
-    """The attitude of a body in its orbit's frame.
+def roll_pitch_yaw(run: Run, *, body: int | str = 1, about: int | str = 0) -> Array:
+    """Compute the attitude of a body in its orbit's frame as roll, pitch and yaw.
 
-    That frame's x-axis points from the body at the other one and its z-axis along the orbit's normal; the body's frame
-    follows from it by R = Rz(yaw) Ry(pitch) Rx(roll), the paper's angles. An ellipsoid looks the same after half a turn
-    about its z-axis: where the body starts nearer to backwards, it is turned so throughout.
+    The x-axis of the orbit's frame points from the body to the other one and its z-axis along the orbit's normal; the
+    body's frame follows from it by R = Rz(yaw) Ry(pitch) Rx(roll), the paper's angles. An ellipsoid looks the same
+    after a half turn about its z-axis: if the body starts nearer to backwards, it is taken as turned by that half turn
+    throughout.
 
     Parameters
     ----------
     run : Run
-    body, about : int or str
+    Indices in the system, or names.
         Places in the system, or names.
 
     Returns
     -------
     ndarray or Quantity, (K, 3)
-        Roll, pitch and yaw in radians, roll and yaw without jumps.
+        Roll, pitch and yaw in radians; roll and yaw have no jumps.
 
     Raises
     ------
     InvalidInput
-        For samples between which the body may turn by more than half a turn in that frame, so that there is no telling
-        which way.
+        For samples between which the body may turn by more than half a turn in that frame, so that the direction of the
+        turn is ambiguous.
 
     Examples
     --------
@@ -167,17 +169,17 @@ def roll_pitch_yaw(run: BaseRun, *, body: int | str = 1, about: int | str = 0) -
 
 
 @named_options
-def libration(run: BaseRun, *, body: int | str = 1, about: int | str = 0, count: int = 3) -> Libration:
-    """The libration of a body's longest axis, its amplitude and its strongest periodic terms.
+def libration(run: Run, *, body: int | str = 1, about: int | str = 0, count: int = 3) -> Libration:
+    """Compute the libration of a body's longest axis, its amplitude and its strongest periodic terms.
 
     Parameters
     ----------
     run : Run
         A run of several periods of the libration, sampled several times in each.
     body, about : int or str
-        Places in the system, or names.
+        Indices in the system, or names.
     count : int
-        How many periodic terms.
+        The largest number of periodic terms.
 
     Returns
     -------
@@ -186,9 +188,9 @@ def libration(run: BaseRun, *, body: int | str = 1, about: int | str = 0, count:
     Raises
     ------
     InvalidInput
-        For a run of less than two revolutions, for a point, for a body without one longest axis, and for one whose
-        longest axis is along the orbit's normal; for samples between which that axis may go by more than a quarter
-        turn.
+        For a run of less than two revolutions, for a point, for a body without a single longest axis, for one whose
+        longest axis is along the orbit's normal, and for samples between which that axis may turn by more than a
+        quarter turn.
 
     Notes
     -----
@@ -225,7 +227,7 @@ def libration(run: BaseRun, *, body: int | str = 1, about: int | str = 0, count:
             f"the longest axis of {motion.name} stays within {across.max():.1g} rad of the orbit's normal; it points "
             "nowhere in the orbit's plane"
         )
-    # Both ends of the axis count alike.
+    # Both ends of the axis are equivalent.
     motion.check_rotation(np.linalg.norm(np.cross(motion.relative_spin, axis), axis=1), np.pi / 2, "a libration")
     angle = signal.unwrapped(np.arctan2(np.sum(axis * y, axis=1), np.sum(axis * x, axis=1)), period=np.pi)
     angle = angle - np.pi * np.round(angle[0] / np.pi)
@@ -246,9 +248,9 @@ def libration(run: BaseRun, *, body: int | str = 1, about: int | str = 0, count:
 
 
 def _between(motion: RelativeMotion, angle: _Array) -> _Array:
-    """An angle from the line to the other body, along the path.
+    """Return the angle of a direction from the line to the other body, along the path.
 
-    A spline through the angle and the longitude together, which is smooth: what an eccentric orbit adds is the line's.
+    The spline goes through the sum of the angle and the longitude, which is smooth also on an eccentric orbit.
     """
     if motion.path.time is motion.time:
         return angle
@@ -260,14 +262,14 @@ def _between(motion: RelativeMotion, angle: _Array) -> _Array:
 
 
 def in_orbit_frame(motion: RelativeMotion) -> _Array:
-    """The body's attitude (K, 3, 3) in its orbit's frame, where samples are close enough to follow it."""
+    """Return the body's attitude (K, 3, 3) in its orbit's frame, after checking that samples are close enough."""
     motion.check_rotation(np.linalg.norm(motion.relative_spin, axis=1), np.pi, motion.what)
     relative: _Array = np.einsum("kji,kjl->kil", orbit_frame(motion), motion.matrix)
     return relative
 
 
 def angles(relative: _Array) -> _Array:
-    """Roll, pitch and yaw (K, 3) of attitudes, roll and yaw without jumps."""
+    """Return roll, pitch and yaw (K, 3) of attitudes, with roll and yaw free of jumps."""
     roll = np.arctan2(relative[:, 2, 1], relative[:, 2, 2])
     pitch = np.arcsin(np.clip(-relative[:, 2, 0], -1.0, 1.0))
     yaw = np.arctan2(relative[:, 1, 0], relative[:, 0, 0])
@@ -275,6 +277,6 @@ def angles(relative: _Array) -> _Array:
 
 
 def orbit_frame(motion: RelativeMotion) -> _Array:
-    """Axes (K, 3, 3) as columns: towards the other body, along the motion seen from it, along the normal."""
+    """Return axes (K, 3, 3) as columns: towards the other body, along its apparent motion, and along the normal."""
     x = -motion.r / np.linalg.norm(motion.r, axis=1)[:, None]
     return np.stack([x, np.cross(motion.normal, x), motion.normal], axis=2)

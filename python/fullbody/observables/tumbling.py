@@ -1,4 +1,4 @@
-"""When a body that kept one face to another begins to tumble."""
+"""The onset of tumbling of a body that kept one face to another."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ from ._relative import RelativeMotion
 from .spin import angles, in_orbit_frame
 
 if TYPE_CHECKING:
-    from ..record.base import BaseRun
+    from ..motion.run import Run
 
 __all__ = ["Tumbling", "tumbles"]
 
 _Array = npt.NDArray[np.float64]
 _NAMES: tuple[Literal["roll", "pitch", "yaw"], ...] = ("roll", "pitch", "yaw")
-#: The half turns that leave an ellipsoid as it is.
+#: The half turns that leave an ellipsoid unchanged.
 _HALF_TURNS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=np.float64)
-#: Samples before and after a passage that a cubic goes through.
+#: Number of samples before and after a passage that a cubic goes through.
 _AROUND = 2
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Tumbling(ArrayFields):
-    """When a body first turned further than a limit from where it belongs.
+    """The time at which a body first turned further than a limit from its equilibrium attitude.
 
     Attributes
     ----------
     time : float, Quantity or None
-        The time of the first passage; ``None`` where there is none in the run.
+        The time of the first passage; ``None`` if the run has none.
     angle : {"roll", "pitch", "yaw"} or None
-        The one that passed the limit.
+        The angle that passed the limit.
     largest : ndarray or Quantity, (3,)
-        The largest roll, pitch and yaw of the run's samples, of either sign, radians; above half a turn the body has
-        gone round.
+        The largest absolute roll, pitch and yaw of the run's samples, radians; above half a turn the body has gone
+        round.
     """
 
     time: Any
@@ -50,20 +50,20 @@ class Tumbling(ArrayFields):
 
 
 @named_options
-def tumbles(run: BaseRun, limit: Any = np.pi / 2, *, body: int | str = 1, about: int | str = 0) -> Tumbling:
-    """Whether and when a body's roll, pitch or yaw passes a limit.
+def tumbles(run: Run, limit: Any = np.pi / 2, *, body: int | str = 1, about: int | str = 0) -> Tumbling:
+    """Find out whether and when a body's roll, pitch or yaw passes a limit.
 
-    The angles are those of :func:`roll_pitch_yaw`, but from the nearest of the attitudes in which an ellipsoid looks
-    the same: a body that starts upside down or backwards starts near zero. From there they are followed without jumps,
-    so that a roll of 370 degrees is one, and not one of 10.
+    The angles are those of :func:`roll_pitch_yaw`, but relative to the nearest of the attitudes in which an ellipsoid
+    looks the same, so that a body that starts upside down or backwards starts near zero. From there they are followed
+    without jumps, so that a roll of 370 degrees is not taken for one of 10.
 
     Parameters
     ----------
     run : Run
     limit : float or Quantity
-        Radians; a quarter turn at most, which is the largest pitch there is.
+        The limit in radians; at most a quarter turn, which is the largest pitch possible.
     body, about : int or str
-        Places in the system, or names.
+        Indices in the system, or names.
 
     Returns
     -------
@@ -72,13 +72,13 @@ def tumbles(run: BaseRun, limit: Any = np.pi / 2, *, body: int | str = 1, about:
     Raises
     ------
     InvalidInput
-        For a limit that is none, and for samples between which the body may turn by more than half a turn in its
-        orbit's frame.
+        For a limit that is not an angle in that range, and for samples between which the body may turn by more than
+        half a turn in its orbit's frame.
 
     Notes
     -----
-    Between two samples the time is that of a cubic through those around it. A swing beyond the limit and back that
-    falls between samples is not seen.
+    Between two samples the time is found on a cubic through those around it. A swing beyond the limit and back that
+    falls between samples is not detected.
 
     Examples
     --------
@@ -116,7 +116,7 @@ def tumbles(run: BaseRun, limit: Any = np.pi / 2, *, body: int | str = 1, about:
 
 
 def _passage(time: _Array, size: _Array, k: int, limit: float) -> float:
-    """When an angle passes a limit between the samples k - 1 and k."""
+    """Return the time at which an angle passes a limit between the samples k - 1 and k."""
     if k == 0:
         return float(time[0])
     near = slice(max(k - _AROUND, 0), k + _AROUND)

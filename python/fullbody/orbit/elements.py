@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Generic, overload
 import numpy as np
 
 from .. import _core
-from ..base.arguments import doubt_radians, named_options, refuse_mixture
+from ..base.arguments import named_options, refuse_mixture, warn_if_degrees
 from ..base.tables import Table, Tabled, head
 from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to, units_of
 from ..base.values import brief, same
@@ -42,7 +42,7 @@ class KeplerElements(Generic[_T], Tabled):
     i, Omega, omega, M : float, array_like or Quantity
         Inclination, longitude of the ascending node, argument of periapsis, mean anomaly; radians as floats.
     frame : str or astropy frame, optional
-        What the angles are referred to, such as ``"ecliptic"``; see :mod:`fullbody.frames`. Only :meth:`to_frame` uses
+        Reference frame of the angles, such as ``"ecliptic"``; see :mod:`fullbody.frames`. Only :meth:`to_frame` uses
         it.
 
     Attributes
@@ -60,8 +60,7 @@ class KeplerElements(Generic[_T], Tabled):
     M : float, ndarray or Quantity
         Mean anomaly, from periapsis; for a hyperbola e sinh H - H, of either sign.
     frame : str, astropy frame or None
-        What the angles are referred to: what was given, or the frame of the run's system; ``None`` where neither is
-        known.
+        Reference frame of the angles: the given one, or the frame of the run's system; ``None`` if neither is known.
 
     Raises
     ------
@@ -123,7 +122,7 @@ class KeplerElements(Generic[_T], Tabled):
         # The mean anomaly of a hyperbola is no angle.
         bound = np.all(np.asarray(self.e, dtype=np.float64) < 1.0)
         for name in ("Omega", "omega", "M") if bound else ("Omega", "omega"):
-            doubt_radians(getattr(self, name), name)
+            warn_if_degrees(getattr(self, name), name)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"elements do not change; make new ones with another {name}")
@@ -175,7 +174,7 @@ class KeplerElements(Generic[_T], Tabled):
         Returns
         -------
         KeplerElements
-            With floats, or with Quantities (angles in radians) where ``mu`` is one.
+            Elements as floats, or as Quantities (angles in radians) if ``mu`` is one.
 
         Examples
         --------
@@ -263,7 +262,7 @@ class KeplerElements(Generic[_T], Tabled):
         Parameters
         ----------
         mu : float or Quantity
-            As for :meth:`to_cartesian`.
+            Gravitational parameter, as for :meth:`to_cartesian`.
 
         Raises
         ------

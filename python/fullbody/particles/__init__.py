@@ -1,11 +1,11 @@
 """Massless particles among moving bodies: spacecraft, ejecta, dust.
 
-The bodies do not feel them. :meth:`fullbody.System.fly` and :meth:`fullbody.Run.fly` push
-:class:`fullbody.Particles` along the bodies' motion; what comes of it is a :class:`fullbody.Flight`.
+Particles do not act on the bodies. :meth:`fullbody.System.fly` and :meth:`fullbody.Run.fly` integrate
+:class:`fullbody.Particles` along the motion of the bodies and return a :class:`fullbody.Flight`.
 """
 
 from .events import Function, ParticleEvent, Periapsis, Shadow
-from .flight import Flight, Happened
+from .flight import Flight, ParticleOccurrence
 from .given import Particles
 from .rules import Bounce, Escape, Radiation
 
@@ -14,14 +14,10 @@ __all__ = [
     "Escape",
     "Flight",
     "Function",
-    "Happened",
     "ParticleEvent",
+    "ParticleOccurrence",
     "Particles",
     "Periapsis",
     "Radiation",
     "Shadow",
 ]
-
-
-def __dir__() -> list[str]:
-    return __all__

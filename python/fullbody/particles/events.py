@@ -1,4 +1,4 @@
-"""What is watched for in a flight."""
+"""Events of particles: functions whose zeros are found during a flight."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from ..base.values import ScalarFields
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
-    from ..model.system import BaseSystem
+    from ..motion.system import System
 
 __all__ = ["Function", "ParticleEvent", "Periapsis", "Shadow"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ParticleEvent(ScalarFields):
-    """Base of the events of particles: functions whose zeros are found at eight places of each step and between them.
+    """Base class of particle events, which are zeros of a function found in each step as in a run's event detection.
 
     Parameters
     ----------
     direction : {-1, 0, 1}
-        1: where the function rises along the flight; -1: where it falls; 0: both.
+        1 detects zeros where the function rises along the flight, -1 zeros where it falls, and 0 both.
     """
 
     direction: int = 0
@@ -34,27 +34,27 @@ class ParticleEvent(ScalarFields):
         if integer(self.direction) not in (-1, 0, 1):
             raise InvalidInput(f"direction is {self.direction!r}; expected -1, 0 or 1")
 
-    def _describe(self, system: BaseSystem) -> dict[str, Any]:
-        """The event for files."""
+    def _describe(self, system: System) -> dict[str, Any]:
+        """Return the description of the event for files."""
         return {"kind": type(self).__name__, "direction": integer(self.direction)}
 
-    def _watched(self, system: BaseSystem) -> tuple[Any, ...]:
-        """What the core takes."""
+    def _watched(self, system: System) -> tuple[Any, ...]:
+        """Return the event in the form that the core takes."""
         raise InvalidInput(f"event is {self!r}; expected one of fullbody.particles, such as Shadow()")
 
 
 @named_options
 @dataclass(frozen=True, eq=False)
 class Shadow(ParticleEvent):
-    """A particle enters the bodies' shadow (the visible part of the source's disc falls) or leaves it.
+    """Entry of a particle into the bodies' shadow (the visible part of the source's disc falls), or exit from it.
 
     Parameters
     ----------
     visible : float
-        The visible part of the disc at which the particle counts as in the shadow, above 0 and below 1: nearly 1 for
-        the edge of the penumbra, nearly 0 for that of the umbra.
+        The visible part of the disc below which the particle counts as in the shadow, between 0 and 1: nearly 1 for the
+        edge of the penumbra, nearly 0 for the edge of the umbra.
     direction : {-1, 0, 1}
-        -1: entry alone; 1: exit alone.
+        -1 detects only entries, 1 only exits, and 0 both.
     """
 
     visible: float = 0.5
@@ -64,44 +64,44 @@ class Shadow(ParticleEvent):
         if isinstance(self.visible, bool) or not isinstance(self.visible, int | float) or not 0.0 < self.visible < 1.0:
             raise InvalidInput(f"visible is {self.visible!r}; expected a number above 0 and below 1")
 
-    def _describe(self, system: BaseSystem) -> dict[str, Any]:
+    def _describe(self, system: System) -> dict[str, Any]:
         return {**super()._describe(system), "visible": self.visible}
 
-    def _watched(self, system: BaseSystem) -> tuple[Any, ...]:
+    def _watched(self, system: System) -> tuple[Any, ...]:
         return ("shadow", float(self.visible), integer(self.direction))
 
 
 @named_options
 @dataclass(frozen=True, eq=False)
 class Periapsis(ParticleEvent):
-    """A particle is nearest to the centre of a body.
+    """The least distance of a particle from the centre of a body.
 
     Parameters
     ----------
     body : int or str
-        Its place in the system, or its name.
+        The body's index in the system, or its name.
     """
 
     body: int | str = 0
     direction: int = field(default=1, kw_only=True)
 
-    def _describe(self, system: BaseSystem) -> dict[str, Any]:
+    def _describe(self, system: System) -> dict[str, Any]:
         return {**super()._describe(system), "body": place(self.body, system.names, "body of Periapsis")}
 
-    def _watched(self, system: BaseSystem) -> tuple[Any, ...]:
+    def _watched(self, system: System) -> tuple[Any, ...]:
         return ("periapsis", place(self.body, system.names, "body of Periapsis"), integer(self.direction))
 
 
 @named_options
 @dataclass(frozen=True, eq=False)
 class Function(ParticleEvent):
-    """Zeros of a function of a particle. It is called eight times a step and particle, which is slow.
+    """Zeros of a user's function of a particle, which is slow: it is called about eleven times per step and particle.
 
     Parameters
     ----------
     f : callable
-        ``f(time, position, velocity)`` gives a float; the arguments are numbers in the system's units, position and
-        velocity lists of three. It may be called by several threads at once.
+        ``f(time, position, velocity)`` returns a float; the arguments are numbers in the system's units, position and
+        velocity lists of three. Several threads may call it at once.
     direction : {-1, 0, 1}
     """
 
@@ -112,16 +112,16 @@ class Function(ParticleEvent):
         if not callable(self.f):
             raise InvalidInput(f"f is {self.f!r}; expected a function of time, position and velocity")
 
-    def _describe(self, system: BaseSystem) -> dict[str, Any]:
+    def _describe(self, system: System) -> dict[str, Any]:
         return {**super()._describe(system), "name": getattr(self.f, "__name__", "function")}
 
-    def _watched(self, system: BaseSystem) -> tuple[Any, ...]:
+    def _watched(self, system: System) -> tuple[Any, ...]:
         call: Any = self.f
         return ("function", lambda time, x, v: float(np.asarray(call(time, x, v))), integer(self.direction))
 
 
 def rebuilt(described: dict[str, Any]) -> ParticleEvent:
-    """The event of a description; a function, which files cannot keep, raises when it is called."""
+    """Rebuild an event from its description; a function, which files cannot keep, raises when it is called."""
     options = dict(described)
     kind = options.pop("kind")
     if kind == "Function":

@@ -3,29 +3,30 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.atomic import as_path, check_suffix, replacing
+from ..base.atomic import check_suffix
 from ..base.units import need
 from ..base.version import version
-from ..errors import InvalidInput, UncheckedFile, caution
-from ..files.netcdf import SUFFIXES, netcdf, sealed
-from ..files.stored import Stored, opened
-from ..model.system import BaseSystem
-from .events import ParticleEvent, rebuilt
+from ..errors import InvalidInput
+from ..files.netcdf import SUFFIXES, write
+from ..files.reading import Content, netcdf
+from .events import rebuilt
 from .rules import FATES
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["load", "save", "to_xarray"]
+    from ..motion.system import System
 
-_Flight = TypeVar("_Flight")
+__all__ = ["FORMAT", "contents", "save", "to_xarray"]
 
-#: Variables with a number for each particle: dimensions after it, dimension of the unit, meaning.
+#: The attribute that marks a file as a flight, and the number of the format, the only one that is read.
+FORMAT = ("fullbody_flight", 1)
+
+#: Variables with one number for each particle: further dimensions, dimension of the unit, and meaning.
 _NUMBERS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "fate_time": ((), "time", "when the flight ended"),
     "longitude": ((), "angle", "longitude of the impact, body frame"),
@@ -41,12 +42,12 @@ _OF_EVENTS = {
     "event_velocity": (("axis",), "velocity"),
 }
 _EVENT_WHOLE = ("event_asked", "event_particle", "event_rising")
-#: Names of the core's arrays.
+#: Names of the arrays in the core.
 _CORE = {"event_asked": "event"}
 
 
 def to_xarray(flight: Any) -> xarray.Dataset:
-    """The flight as an ``xarray.Dataset``; see :meth:`fullbody.Flight.to_xarray`."""
+    """Convert a flight to an ``xarray.Dataset``; see :meth:`fullbody.Flight.to_xarray`."""
     with need("data", "a flight as a dataset"):
         import xarray as xr
 
@@ -86,49 +87,30 @@ def to_xarray(flight: Any) -> xarray.Dataset:
         {
             "title": "fullbody flight",
             "fullbody_version": version(),
-            "fullbody_flight": 1,
-            "fullbody_setup": json.dumps(flight.system._describe()),
+            FORMAT[0]: FORMAT[1],
+            "fullbody_system": json.dumps(flight.system._describe()),
             "fullbody_events": json.dumps([event._describe(flight.system) for event in flight.watched]),
         },
     )
 
 
 def save(flight: Any, path: Any) -> None:
-    """Write a flight; see :meth:`fullbody.Flight.save`."""
+    """Write a flight to a file; see :meth:`fullbody.Flight.save`."""
     check_suffix(path, SUFFIXES)
     netcdf()
-    dataset = to_xarray(flight)
-    plain: dict[Any, Any] = {name: {"_FillValue": None} for name in dataset.variables if name != "axis"}
-    with replacing(path) as temporary:
-        temporary.write_bytes(sealed(dataset, plain))
+    write(to_xarray(flight), path)
 
 
-def load(path: Any, system: type[BaseSystem], flight: Callable[..., _Flight]) -> _Flight:
-    """Read a flight; see :func:`fullbody.load_flight`. The classes are those of its system and of the flight."""
-    path = as_path(path)
-    try:
-        with opened(path) as stored:
-            found = flight(*_flight(stored, system))
-    except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
-        raise InvalidInput(f"{path} is not a readable flight of fullbody: {error}") from error
-    if not stored.sealed:
-        caution(f"{path} has no checksum of the whole file: damage may go unseen", UncheckedFile)
-    return found
-
-
-def _flight(stored: Stored, system_type: type[BaseSystem]) -> tuple[BaseSystem, dict[str, Any], list[ParticleEvent]]:
-    """What a flight in a file is made of."""
-    if (written := stored.attribute("fullbody_flight")) != 1:
-        raise InvalidInput(f"attribute fullbody_flight is {written!r}; expected 1")
-    system = system_type._rebuild(json.loads(stored.text("fullbody_setup")))
-    watched = [rebuilt(event) for event in json.loads(stored.text("fullbody_events"))]
-    time = stored.numbers("time", {"time": None})
-    fate = stored.numbers("fate", {"particle": None}, whole=True)
+def contents(content: Content, system: System) -> dict[str, Any]:
+    """Return the arguments of ``Flight``, except its system, by name."""
+    watched = content.parsed("fullbody_events", lambda described: [rebuilt(event) for event in described])
+    time = content.numbers("time", {"time": None})
+    fate = content.numbers("fate", {"particle": None}, whole=True)
     k, p = len(time), len(fate)
     sizes: dict[str, int | None] = {"time": k, "particle": p, "axis": 3}
 
     def numbers(name: str, *dims: str) -> Any:
-        return stored.numbers(name, {dim: sizes[dim] for dim in dims}, missing=True)
+        return content.numbers(name, {dim: sizes[dim] for dim in dims}, missing=True)
 
     both = [numbers(name, "time", "particle", "axis") for name in ("position", "velocity")]
     last = [numbers(name, "particle", "axis") for name in ("last_position", "last_velocity")]
@@ -138,18 +120,18 @@ def _flight(stored: Stored, system_type: type[BaseSystem]) -> tuple[BaseSystem, 
         "last": np.concatenate(last, axis=-1),
     }
     record |= {name: numbers(name, "particle", *dims) for name, (dims, _, _) in _NUMBERS.items()}
-    whole = {name: stored.numbers(name, {"particle": p}, whole=True) for name in _WHOLE}
+    whole = {name: content.numbers(name, {"particle": p}, whole=True) for name in _WHOLE}
     for name, low, high in (("fate", 0, len(FATES) - 1), ("fate_body", -1, len(system) - 1), ("strikes", 0, 2**32 - 1)):
         if p and not (low <= whole[name].min() and whole[name].max() <= high):
             raise InvalidInput(f"{name} has other values than whole numbers from {low} to {high}")
     kinds = {"fate": np.int8, "fate_body": np.int32, "strikes": np.uint32}
     record |= {name: whole[name].astype(kind) for name, kind in kinds.items()}
-    asked = stored.numbers("event_asked", {"event": None}, whole=True)
+    asked = content.numbers("event_asked", {"event": None}, whole=True)
     sizes["event"] = len(asked)
     record["event"] = asked
     if len(asked) and not 0 <= asked.min() <= asked.max() < len(watched):
         raise InvalidInput("event_asked counts beyond the events of the file")
     for name in _EVENT_WHOLE[1:]:
-        record[name] = stored.numbers(name, {"event": len(asked)}, whole=True)
+        record[name] = content.numbers(name, {"event": len(asked)}, whole=True)
     record |= {name: numbers(name, "event", *dims) for name, (dims, _) in _OF_EVENTS.items()}
-    return system, record, watched
+    return {"record": record, "watched": watched}

@@ -1,4 +1,4 @@
-"""What becomes of particles."""
+"""A flight: the samples, the fates and the events of particles."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ from .rules import FATES
 if TYPE_CHECKING:
     import xarray
 
-    from ..model.system import BaseSystem
+    from ..motion.system import System
 
-__all__ = ["Flight", "Happened"]
+__all__ = ["Flight", "ParticleOccurrence"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Happened(ScalarFields):
-    """An event of a particle.
+class ParticleOccurrence(ScalarFields):
+    """The occurrence of an event of a particle.
 
     Attributes
     ----------
     event : ParticleEvent
-        What was watched for.
+        The event that was detected.
     particle : int
     time : float or Quantity
     position, velocity : ndarray or Quantity, (3,)
-        Inertial.
+        Position and velocity in the inertial frame.
     rising : bool
-        Whether the function rises along the flight: of a shadow, whether the particle leaves it.
+        Whether the function rises along the flight; for a shadow, whether the particle leaves it.
     """
 
     event: ParticleEvent
@@ -50,9 +50,9 @@ class Happened(ScalarFields):
 
 @named_options
 class Flight(Tabled):
-    """Particles that have flown.
+    """The result of integrating particles along the motion of the bodies.
 
-    Values that a particle does not have are NaN: samples after it was removed or has escaped, the place of an impact
+    A value that a particle does not have is NaN: samples after its removal or escape, and the location of an impact
     that did not happen.
 
     Attributes
@@ -61,34 +61,34 @@ class Flight(Tabled):
     time : ndarray or Quantity, (K,)
         Times of the samples.
     position, velocity : ndarray or Quantity, (K, P, 3)
-        Inertial. Particles that lie on a body move with it.
+        Samples in the inertial frame. Particles that lie on a body move with it.
     fate : ndarray of str, (P,)
-        ``"flying"`` at the end; ``"impact"`` on a body; ``"escape"``; ``"rest"`` on a body; ``"lost"``, where a
-        particle comes so near to a point mass that its steps no longer advance the time, or gets farther away or
+        ``"flying"`` at the end; ``"impact"`` on a body; ``"escape"``; ``"rest"`` on a body; or ``"lost"``, if a
+        particle comes so close to a point mass that its steps no longer advance the time, or becomes more distant or
         faster than 1e75 of the system's units.
     fate_time : ndarray or Quantity, (P,)
-        When that happened; NaN of those that fly.
+        The time at which the particle reached its fate; NaN for particles that fly.
     fate_body : ndarray of int, (P,)
-        The place of the body in the system; -1 without one.
+        The index of the body of the fate in the system; -1 if there is none.
     longitude, latitude : ndarray or Quantity, (P,)
-        Of the place of the impact or of rest, from the body's centre in its frame.
+        Body-fixed coordinates of the place of impact or rest, as directions from the body's centre in its frame.
     speed, incidence : ndarray or Quantity, (P,)
-        Of the last impact: the speed relative to the surface, and the angle between the path and the normal.
+        The last impact's speed relative to the surface, and its angle between the path and the normal.
     strikes : ndarray of int, (P,)
-        How often a particle has struck a surface.
+        The number of times that a particle has struck a surface.
     last_time : ndarray or Quantity, (P,)
-        To which each was followed.
+        The time up to which each particle was integrated.
     last_position, last_velocity : ndarray or Quantity, (P, 3)
-        Then.
-    events : list of Happened
-        By particle, and along the flight of each.
+        Inertial position and velocity at that time.
+    events : list of ParticleOccurrence
+        Occurrences ordered by particle, and along the flight of each.
     error : FullbodyError or None
-        What cut the flight short.
+        The error that ended the flight early, or ``None``.
     """
 
     error: BaseException | None = None
 
-    def __init__(self, system: BaseSystem, record: dict[str, Any], watched: Sequence[ParticleEvent] = ()) -> None:
+    def __init__(self, system: System, record: dict[str, Any], watched: Sequence[ParticleEvent] = ()) -> None:
         self.system = system
         self._record = record
         self.watched = tuple(watched)
@@ -104,86 +104,86 @@ class Flight(Tabled):
 
     @property
     def position(self) -> Array:
-        """Positions (K, P, 3)."""
+        """Inertial positions (K, P, 3) of the particles at the samples."""
         values: Array = self.system._units.attach(self._record["samples"].transpose(1, 0, 2)[..., :3], "length")
         return values
 
     @property
     def velocity(self) -> Array:
-        """Velocities (K, P, 3)."""
+        """Inertial velocities (K, P, 3) of the particles at the samples."""
         values: Array = self.system._units.attach(self._record["samples"].transpose(1, 0, 2)[..., 3:], "velocity")
         return values
 
     @property
     def fate(self) -> npt.NDArray[np.str_]:
-        """What became of each particle (P,)."""
+        """The fate (P,) of each particle, as a text."""
         found: npt.NDArray[np.str_] = np.array(FATES)[self._record["fate"]]
         return found
 
     @property
     def fate_time(self) -> Array:
-        """When it did (P,)."""
+        """Times (P,) at which the particles reached their fate; NaN for particles that fly."""
         return self._get("fate_time", "time")
 
     @property
     def fate_body(self) -> npt.NDArray[np.int32]:
-        """On which body (P,); -1 without one."""
+        """Index (P,) of the body on which each particle ended; -1 if there is none."""
         found: npt.NDArray[np.int32] = self._record["fate_body"]
         return found
 
     @property
     def longitude(self) -> Array:
-        """Longitudes (P,) in the body frame."""
+        """Longitudes (P,) of impact or rest in the body frame."""
         return self._get("longitude", "angle")
 
     @property
     def latitude(self) -> Array:
-        """Latitudes (P,) in the body frame."""
+        """Latitudes (P,) of impact or rest in the body frame."""
         return self._get("latitude", "angle")
 
     @property
     def speed(self) -> Array:
-        """Speeds (P,) relative to the surface."""
+        """Speeds (P,) of the last impacts relative to the surface."""
         return self._get("speed", "velocity")
 
     @property
     def incidence(self) -> Array:
-        """Angles (P,) between path and normal."""
+        """Angles (P,) between path and surface normal at the last impacts."""
         return self._get("incidence", "angle")
 
     @property
     def strikes(self) -> npt.NDArray[np.uint32]:
-        """How often each particle has struck a surface (P,)."""
+        """Number of times (P,) that each particle has struck a surface."""
         found: npt.NDArray[np.uint32] = self._record["strikes"]
         return found
 
     @property
     def last_time(self) -> Array:
-        """The time (P,) to which each particle was followed."""
+        """Times (P,) up to which the particles were integrated."""
         return self._get("last_time", "time")
 
     @property
     def last_position(self) -> Array:
-        """Positions (P, 3) then."""
+        """Inertial positions (P, 3) at :attr:`last_time`."""
         values: Array = self.system._units.attach(self._record["last"][:, :3], "length")
         return values
 
     @property
     def last_velocity(self) -> Array:
-        """Velocities (P, 3) then."""
+        """Inertial velocities (P, 3) at :attr:`last_time`."""
         values: Array = self.system._units.attach(self._record["last"][:, 3:], "velocity")
         return values
 
     @property
-    def events(self) -> list[Happened]:
-        """What happened, by particle."""
+    def events(self) -> list[ParticleOccurrence]:
+        """The detected events, ordered by particle."""
         r, attach = self._record, self.system._units.attach
         columns = zip(
             r["event"], r["event_particle"], r["event_time"], r["event_position"], r["event_velocity"],
             r["event_rising"], strict=True,
         )  # fmt: skip
         return [
-            Happened(
+            ParticleOccurrence(
                 self.watched[k], int(p), attach(t, "time"), attach(x, "length"), attach(v, "velocity"), bool(rising)
             )
             for k, p, t, x, v, rising in columns
@@ -191,7 +191,7 @@ class Flight(Tabled):
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many particles have each fate."""
+        """The number of particles with each fate."""
         numbers = np.bincount(self._record["fate"], minlength=len(FATES))
         return {name: int(count) for name, count in zip(FATES, numbers, strict=True) if count}
 
@@ -208,13 +208,13 @@ class Flight(Tabled):
     __hash__ = None  # type: ignore[assignment]
 
     def to_xarray(self) -> xarray.Dataset:
-        """The flight as an ``xarray.Dataset``, with units and the system in its attributes.
+        """Convert the flight to an ``xarray.Dataset``, with units, and the system in its attributes.
 
         Returns
         -------
         xarray.Dataset
-            Dimensions ``time``, ``particle``, ``axis`` and ``event``; ``fate`` counts into its attribute
-            ``flag_meanings``.
+            The dimensions are ``time``, ``particle``, ``axis`` and ``event``; numbers of ``fate`` are indices of its
+            attribute ``flag_meanings``.
 
         Examples
         --------
@@ -229,21 +229,21 @@ class Flight(Tabled):
         return to_xarray(self)
 
     def save(self, path: Any) -> None:
-        """Write a NetCDF file, exactly and atomically; read it with :func:`fullbody.load_flight`.
+        """Write a NetCDF file exactly and atomically; :func:`fullbody.load_flight` reads it.
 
-        As a run's, the file has a checksum of the whole. Functions that were watched for are kept by their names.
+        The file has a checksum of its whole content, as a run's file has. Functions of events are kept by name only.
 
         Parameters
         ----------
         path : str or Path
-            Ending in ``.nc`` or ``.nc4``.
+            The file's name, which ends in ``.nc`` or ``.nc4``.
         """
         from .files import save
 
         save(self, path)
 
     def _tables(self) -> tuple[Table, ...]:
-        """Span and fates of a flight."""
+        """Return the tables of the flight's span and fates."""
         rows: list[Sequence[str]] = [("particles", str(len(self))), ("samples", str(len(self._record["time"])))]
         if len(self._record["time"]):
             rows.append(("time", f"{number(self.time[0])} to {number(self.time[-1])}"))

@@ -7,38 +7,41 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import doubt_radians, integer, named_options
-from ..base.units import Units, gathered, is_quantity
+from .. import _core
+from ..base.arguments import integer, named_options, warn_if_degrees
+from ..base.units import AnyUnits, Units, gathered
 from ..base.values import same
 from ..errors import InvalidInput
 from ..model.state import State
-from .launch import Ground, cone, thrown
+from .launch import LaunchSite, cone, launched
 
 if TYPE_CHECKING:
-    from ..model.system import BaseSystem
+    from ..motion.system import System
 
 __all__ = ["Particles"]
-
-#: As in the core, whose search for contact takes fourth powers.
-_LARGEST = 1e60
 
 
 @named_options
 class Particles:
-    """Massless particles at one time.
+    """Massless particles at one time, the start of a flight.
 
     Parameters
     ----------
     position, velocity : array_like or Quantity, (P, 3)
-        Inertial, in the coordinates of the states.
+        Initial values in the inertial frame, in the coordinates of the states.
     area_to_mass : float, Quantity or array_like, () or (P,)
-        Cross-section over mass, for :class:`fullbody.particles.Radiation`. A coefficient of reflectivity belongs in it:
-        1 for a particle that absorbs all light, up to 2 for a mirror.
+        Cross-section divided by mass, for :class:`fullbody.particles.Radiation`. A coefficient of reflectivity is to be
+        multiplied in: 1 for a particle that absorbs all light, up to 2 for a mirror.
+    time : float or Quantity, optional
+        The time of the positions and velocities. A flight starts at that time and is refused if it would start at
+        another one. Particles of :meth:`from_surface` and :meth:`ejecta` have the time of their state; particles
+        without a time start with the flight.
 
     Raises
     ------
     InvalidInput
-        For wrong shapes, and numbers that are not finite or above 1e60 in size, by the particle's place.
+        For wrong shapes, and for numbers that are not finite or above 1e60 in size; the message has the particle's
+        index.
 
     Examples
     --------
@@ -50,17 +53,22 @@ class Particles:
     ((3, 1, 3), ['flying'])
     """
 
-    def __init__(self, position: Any, velocity: Any, area_to_mass: Any = 0.0) -> None:
+    def __init__(self, position: Any, velocity: Any, area_to_mass: Any = 0.0, time: Any = None) -> None:
         self._given = {
             "position": gathered(position, "position"),
             "velocity": gathered(velocity, "velocity", "velocity"),
             "area_to_mass": gathered(area_to_mass, "area_to_mass", "area to mass"),
         }
-        # Numbers that are wrong in any system are wrong now.
-        self._numbers(_Any())
+        if time is not None:
+            self._given["time"] = gathered(time, "time", "time")
+        # Numbers that are invalid in every system are refused when the particles are made.
+        self._numbers(AnyUnits())
+        self._time(AnyUnits())
 
-    def _numbers(self, units: Any) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-        """Positions, velocities and area-to-mass ratios in the units of a system."""
+    def _numbers(
+        self, units: Units
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+        """Return positions, velocities and area-to-mass ratios as numbers in the units of a system."""
         dimensions = {"position": "length", "velocity": "velocity", "area_to_mass": "area to mass"}
         found = {name: units.strip(self._given[name], of, name) for name, of in dimensions.items()}
         position, velocity = found["position"], found["velocity"]
@@ -78,11 +86,12 @@ class Particles:
             raise InvalidInput(f"area_to_mass has shape {ratio.shape}; expected one number, or ({len(position)},)")
         found["area_to_mass"] = np.ascontiguousarray(np.broadcast_to(ratio, len(position)))
         for name, values in found.items():
-            # A comparison with nan is false.
-            bad = ~(np.abs(values.reshape(len(values), -1)) <= _LARGEST).all(axis=1)
+            # A comparison with nan is false, so that nan is refused too.
+            most = _core.LARGEST_OF_PARTICLE
+            bad = ~(np.abs(values.reshape(len(values), -1)) <= most).all(axis=1)
             if bad.any():
                 index = int(np.argmax(bad))
-                expected = f"expected finite numbers of at most {_LARGEST:g} in size, in units that keep them in range"
+                expected = f"expected finite numbers of at most {most:g} in size, in units that keep them in range"
                 raise InvalidInput(f"{name} of particle {index} is {values[index]}; {expected}")
         negative = found["area_to_mass"] < 0.0
         if negative.any():
@@ -91,14 +100,18 @@ class Particles:
             raise InvalidInput(f"area_to_mass of particle {index} is {value}; expected zero or more")
         return position, velocity, found["area_to_mass"]
 
+    def _time(self, units: Any) -> float | None:
+        """Return the time as a number in the units of a system."""
+        return units.number(self._given["time"], "time", "time of particles") if "time" in self._given else None
+
     @property
     def position(self) -> Any:
-        """Positions (P, 3), as given."""
+        """Inertial positions (P, 3), as given."""
         return self._given["position"]
 
     @property
     def velocity(self) -> Any:
-        """Velocities (P, 3), as given."""
+        """Inertial velocities (P, 3), as given."""
         return self._given["velocity"]
 
     @property
@@ -106,23 +119,29 @@ class Particles:
         """Area-to-mass ratios, as given."""
         return self._given["area_to_mass"]
 
+    @property
+    def time(self) -> Any:
+        """The time of the positions and velocities, as given; ``None`` if none was given."""
+        return self._given.get("time")
+
     def __len__(self) -> int:
         return len(self._given["position"])
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Particles):
             return NotImplemented
-        return all(same(value, other._given[name]) for name, value in self._given.items())
+        return same(self._given, other._given)
 
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        return f"Particles({len(self)} particle{'s' if len(self) != 1 else ''})"
+        when = f" at time {self.time}" if "time" in self._given else ""
+        return f"Particles({len(self)} particle{'s' if len(self) != 1 else ''}{when})"
 
     @classmethod
     def from_surface(
         cls,
-        system: BaseSystem,
+        system: System,
         state: State,
         body: int | str,
         *,
@@ -133,34 +152,42 @@ class Particles:
         elevation: Any = np.pi / 2,
         area_to_mass: Any = 0.0,
     ) -> Particles:
-        """Particles that leave the surface of a body.
+        """Make particles that leave the surface of a body.
 
         Parameters
         ----------
         system : System
         state : State
-            Where the body is, how it turns and moves.
+            The state with the body's position, attitude and velocities; its time becomes that of the particles.
         body : int or str
         longitude, latitude : float, Quantity or array_like
-            Of the direction from the body's centre, in its frame; on a surface that this meets more than once the
-            outermost place is taken.
+            The direction from the body's centre in the body frame; if it meets the surface more than once, the
+            outermost point is taken. The notes say which side of a body leads.
         speed : float, Quantity or array_like
-            Relative to the turning surface.
+            Speed relative to the rotating surface.
         azimuth : float, Quantity or array_like
-            From north towards east, across the outward normal.
+            Direction in the plane across the outward normal, from north towards east.
         elevation : float, Quantity or array_like
-            Above the plane across the normal.
+            Angle above the plane across the outward normal.
         area_to_mass : float, Quantity or array_like
 
         Returns
         -------
         Particles
-            As many as the arguments have when they are broadcast to one shape.
+            The number of particles follows from broadcasting the arguments to one shape.
 
         Warns
         -----
         InconsistentInput
-            For angles that look like degrees: plain numbers beyond two turns with six decimals at most.
+            For angles that look like degrees: plain numbers beyond two turns with at most six decimals.
+
+        Notes
+        -----
+        Longitude zero is at the body's x-axis, its long axis, and the z-axis is along the spin. If +x points away from
+        the other body, as for Beta in :func:`fullbody.systems.kw4`, the leading side of an orbit along the spin is at
+        longitude 90 degrees; if +x points towards the other body, as for Dimorphos and Selam in
+        :func:`~fullbody.systems.didymos` and :func:`~fullbody.systems.dinkinesh`, it is at 270 degrees. In any state,
+        ``state.rotation_matrix[k, :, 0]`` is the direction of +x.
 
         Examples
         --------
@@ -170,18 +197,18 @@ class Particles:
         >>> len(up)
         2
         """
-        ground = Ground(system, state, body)
+        site = LaunchSite(system, state, body)
         angles = {"longitude": longitude, "latitude": latitude, "azimuth": azimuth, "elevation": elevation}
         numbers = {name: system._units.strip(value, "angle", name) for name, value in angles.items()}
         for name, value in angles.items():
-            doubt_radians(value, name)
+            warn_if_degrees(value, name)
         numbers["speed"] = system._units.strip(speed, "velocity", "speed")
-        return cls(*thrown(ground, **numbers), area_to_mass)
+        return cls(*launched(site, **numbers), area_to_mass, state.time)
 
     @classmethod
     def ejecta(
         cls,
-        system: BaseSystem,
+        system: System,
         state: State,
         body: int | str,
         *,
@@ -194,7 +221,7 @@ class Particles:
         seed: int = 0,
         area_to_mass: Any = 0.0,
     ) -> Particles:
-        """Particles that leave one place of a surface in a cone about its normal.
+        """Make particles that leave one point of a surface in a cone about its normal.
 
         Parameters
         ----------
@@ -202,17 +229,17 @@ class Particles:
         state : State
         body : int or str
         longitude, latitude : float or Quantity
-            Of the crater, as in :meth:`from_surface`.
+            Direction of the crater, as in :meth:`from_surface`, whose notes say which side leads.
         speed : float, Quantity or array_like, () or (number,)
-            Relative to the turning surface.
+            Speed relative to the rotating surface.
         number : int
-            Of particles.
+            Number of particles.
         opening_angle : float or Quantity
-            Of the whole cone: twice the angle between its mantle and the normal.
+            Full opening angle of the cone: twice the angle between its mantle and the normal.
         filled : bool
-            Whether directions are even in the solid angle of the cone; else they are on its mantle.
+            Whether directions are uniform in the solid angle of the cone; otherwise they lie on its mantle.
         seed : int
-            Of the generator of random numbers: the same one gives the same particles.
+            Seed of the generator of random numbers: equal seeds give equal particles.
         area_to_mass : float, Quantity or array_like
 
         Returns
@@ -222,28 +249,21 @@ class Particles:
         Warns
         -----
         InconsistentInput
-            For angles that look like degrees: plain numbers beyond two turns with six decimals at most.
+            For angles that look like degrees: plain numbers beyond two turns with at most six decimals.
         """
         count = integer(number)
         if count is None or count < 1:
             raise InvalidInput(f"number is {number!r}; expected a whole number above zero")
-        ground, units = Ground(system, state, body), system._units
+        site, units = LaunchSite(system, state, body), system._units
         opening = units.number(opening_angle, "angle", "opening_angle")
         if not 0.0 <= opening <= np.pi:
             raise InvalidInput(f"opening_angle is {opening_angle!r}; expected an angle from 0 to pi")
         azimuth, elevation = cone(count, opening, bool(filled), seed)
         place = {"longitude": longitude, "latitude": latitude}
         numbers = {name: units.number(value, "angle", name) for name, value in place.items()}
-        doubt_radians(longitude, "longitude")
+        warn_if_degrees(longitude, "longitude")
         speeds = units.strip(speed, "velocity", "speed")
         if speeds.ndim and speeds.shape != (count,):
             raise InvalidInput(f"speed has shape {speeds.shape}; expected one number, or ({count},)")
-        return cls(*thrown(ground, **numbers, azimuth=azimuth, elevation=elevation, speed=speeds), area_to_mass)
-
-
-class _Any:
-    """The units of any system: numbers as they are."""
-
-    def strip(self, value: Any, dimension: str, what: str) -> npt.NDArray[np.float64]:
-        plain = value.value if is_quantity(value) else value
-        return Units().strip(plain, dimension, what)
+        start = launched(site, **numbers, azimuth=azimuth, elevation=elevation, speed=speeds)
+        return cls(*start, area_to_mass, state.time)

@@ -1,4 +1,4 @@
-"""Directions from the surface of a body."""
+"""Positions and velocities of particles that leave the surface of a body."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from ..errors import InvalidInput
 from ..model.state import State
 
 if TYPE_CHECKING:
-    from ..model.system import BaseSystem
+    from ..motion.system import System
 
-__all__ = ["Ground", "cone", "thrown"]
+__all__ = ["LaunchSite", "cone", "launched"]
 
 _Array = npt.NDArray[np.float64]
 
 
-class Ground:
-    """A body's surface and its motion."""
+class LaunchSite:
+    """The surface of a body, with the motion of the body in a state."""
 
-    def __init__(self, system: BaseSystem, state: State, body: int | str) -> None:
+    def __init__(self, system: System, state: State, body: int | str) -> None:
         self.system, self.index = system, system._place(body, "body")
         core = system._strip(state)
         if len(core.position) != len(system):
@@ -32,11 +32,13 @@ class Ground:
         self.rotation, self.spin = core.rotation_matrix[self.index], core.spin[self.index]
 
     def surface(self, directions: _Array) -> tuple[_Array, _Array]:
-        """Places (P, 3) of the surface in directions from the centre, and the outward normals, body frame."""
+        """Return points (P, 3) of the surface in directions from the centre, and the outward normals, in the body
+        frame.
+        """
         return _core.surface(self.system._core, self.index, np.ascontiguousarray(directions))
 
     def moved(self, place: _Array, velocity: _Array) -> tuple[Any, Any]:
-        """Inertial positions and velocities of places that move relative to the body, with the system's units."""
+        """Return inertial positions and velocities of points that move relative to the body, with units."""
         units = self.system._units
         turning = velocity + np.cross(self.spin, place)
         position = self.position + place @ self.rotation.T
@@ -46,8 +48,13 @@ class Ground:
         )
 
 
-def thrown(ground: Ground, longitude: Any, latitude: Any, speed: Any, azimuth: Any, elevation: Any) -> tuple[Any, Any]:
-    """Positions and velocities of what leaves the ground."""
+def launched(
+    site: LaunchSite, longitude: Any, latitude: Any, speed: Any, azimuth: Any, elevation: Any
+) -> tuple[Any, Any]:
+    """Return inertial positions and velocities of particles that leave a surface, with the system's units.
+
+    Angles are in radians, speeds are relative to the surface and in the system's units; their shapes broadcast.
+    """
     given = {"longitude": longitude, "latitude": latitude, "speed": speed, "azimuth": azimuth, "elevation": elevation}
     for name, values in given.items():
         if not np.isfinite(values).all():
@@ -63,20 +70,20 @@ def thrown(ground: Ground, longitude: Any, latitude: Any, speed: Any, azimuth: A
         raise InvalidInput(f"the shapes {shapes} do not go together; expected shapes that broadcast") from error
     lon, lat, rate, az, el = (np.ravel(values).astype(np.float64) for values in both)
     directions = np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=1)
-    place, normal = ground.surface(directions)
+    place, normal = site.surface(directions)
     east = np.cross([0.0, 0.0, 1.0], normal)
     length = np.linalg.norm(east, axis=1, keepdims=True)
-    # At a pole east is where the longitude says.
+    # At a pole, the longitude defines the direction of east.
     turned = np.stack([-np.sin(lon), np.cos(lon), np.zeros_like(lon)], axis=1)
     east = np.where(length > 1e-12, east / np.maximum(length, 1e-300), turned)
     north = np.cross(normal, east)
     level = np.sin(az)[:, None] * east + np.cos(az)[:, None] * north
     velocity = rate[:, None] * (np.cos(el)[:, None] * level + np.sin(el)[:, None] * normal)
-    return ground.moved(place, velocity)
+    return site.moved(place, velocity)
 
 
 def cone(number: int, opening: float, filled: bool, seed: Any) -> tuple[_Array, _Array]:
-    """Azimuths and elevations of random directions in a cone about the normal."""
+    """Return azimuths and elevations of random directions in a cone about the normal."""
     if integer(seed) is None:
         raise InvalidInput(f"seed is {seed!r}; expected a whole number")
     random = np.random.default_rng(seed)

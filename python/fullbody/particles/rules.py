@@ -1,4 +1,4 @@
-"""What happens to particles beside gravity: contact, escape, radiation."""
+"""Rules for particles in addition to gravity: contact response, escape, radiation."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from ..errors import InvalidInput
 
 if TYPE_CHECKING:
     from ..model.state import State
-    from ..model.system import BaseSystem
+    from ..motion.system import System
 
 __all__ = ["FATES", "Bounce", "Escape", "Radiation"]
 
-#: What may become of a particle, in the order of the core's numbers.
+#: The fates of particles, indexed by the core's numbers.
 FATES = ("flying", "impact", "escape", "rest", "lost")
 
 
@@ -33,19 +33,19 @@ def _coefficient(value: Any, what: str) -> float:
 @named_options
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Bounce(ScalarFields):
-    """Particles bounce off surfaces.
+    """Contact response in which particles bounce off surfaces.
 
-    The velocity relative to the surface is multiplied along the normal by ``-normal`` and across it by
-    ``tangential``. A particle that then leaves the surface more slowly than ``rest`` along the normal comes to rest,
-    unless the forces push it outwards as it moves: sliding is not modelled. At rest it moves with the surface, and it
-    lifts off when the acceleration relative to the surface points outwards.
+    The velocity relative to the surface is multiplied along the normal by ``-normal`` and across it by ``tangential``.
+    A particle that then leaves the surface more slowly than ``rest`` along the normal comes to rest, unless the forces
+    push it outwards as it moves; sliding is not modelled. A particle at rest moves with the surface and lifts off when
+    its acceleration relative to the surface points outwards.
 
     Parameters
     ----------
     normal, tangential : float
         Coefficients of restitution, from 0 to 1.
     rest : float or Quantity
-        A speed above zero.
+        The normal speed below which particles come to rest, above zero.
     """
 
     normal: float
@@ -57,7 +57,7 @@ class Bounce(ScalarFields):
             object.__setattr__(self, name, _coefficient(getattr(self, name), f"{name} of Bounce"))
         object.__setattr__(self, "rest", positive(self.rest, "m/s", "rest of Bounce"))
 
-    def _numbers(self, system: BaseSystem) -> tuple[float, float, float]:
+    def _numbers(self, system: System) -> tuple[float, float, float]:
         rest = system._units.number(self.rest, "velocity", "rest of Bounce")
         return (self.normal, self.tangential, rest)
 
@@ -65,14 +65,14 @@ class Bounce(ScalarFields):
 @named_options
 @dataclass(frozen=True, eq=False)
 class Escape(ScalarFields):
-    """When a particle has left: its flight ends there.
+    """The condition for escape, at which a particle's flight ends.
 
     Parameters
     ----------
     distance : float or Quantity
-        From the system's nominal barycentre, where it would be without forces from outside.
+        Distance from the system's nominal barycentre, where the barycentre would be without external forces.
     unbound : bool
-        Whether its energy about a point with the system's mass has to be positive as well.
+        Whether the particle's energy relative to a point with the system's mass has to be positive as well.
     """
 
     distance: Any
@@ -81,7 +81,7 @@ class Escape(ScalarFields):
     def __post_init__(self) -> None:
         object.__setattr__(self, "distance", positive(self.distance, "km", "distance of Escape"))
 
-    def _numbers(self, system: BaseSystem) -> tuple[float, bool]:
+    def _numbers(self, system: System) -> tuple[float, bool]:
         return (system._units.number(self.distance, "length", "distance of Escape"), bool(self.unbound))
 
 
@@ -92,27 +92,27 @@ _SUN = (3.828e26 / (4.0 * math.pi * 299792458.0), 695700.0)
 @named_options
 @dataclass(frozen=True, eq=False)
 class Radiation(ScalarFields):
-    """The radiation of a third body, which pushes particles away from it where the bodies do not hide it.
+    """Radiation pressure of a third body on particles that the bodies do not shade.
 
-    The acceleration is ``strength * area_to_mass * visible / d**2``, with d the distance from the third body, and the
-    visible part of its disc. Ellipsoids hide it exactly, composites part by part, and a polyhedron as the ellipsoid
-    with its moments of inertia.
+    The acceleration is ``strength * area_to_mass * visible / d**2``, directed away from the third body, with d the
+    distance from it and ``visible`` the visible part of its disc. Ellipsoids hide the disc exactly, composites part by
+    part, and a polyhedron as the ellipsoid with its moments of inertia.
 
     Parameters
     ----------
     by : str
-        Name of the :class:`fullbody.forces.ThirdBody`.
+        Name of the :class:`fullbody.forces.ThirdBody` that radiates.
     strength : float or Quantity, optional
-        Luminosity over 4 pi c, a force. That of the Sun unless given, which needs a system with units.
+        Luminosity divided by 4 pi c, a force. The default is the Sun's value, which needs a system with units.
     radius : float or Quantity, optional
-        Of the third body. That of the Sun unless given.
+        Radius of the third body. The default is the Sun's radius, which needs a system with units.
     """
 
     by: str = "Sun"
     strength: Any = None
     radius: Any = None
 
-    def _numbers(self, system: BaseSystem) -> tuple[str, float, float]:
+    def _numbers(self, system: System) -> tuple[str, float, float]:
         system._third_body(self.by, "by of Radiation")
         units, found = system._units, []
         for name, dimension, unit, sun in zip(
@@ -130,21 +130,21 @@ class Radiation(ScalarFields):
             found.append(units.number(value, dimension, f"{name} of Radiation"))
         return (self.by, found[0], found[1])
 
-    def visible(self, system: BaseSystem, state: State, points: Any) -> npt.NDArray[np.float64]:
-        """The visible part of the third body's disc.
+    def visible(self, system: System, state: State, points: Any) -> npt.NDArray[np.float64]:
+        """Compute the visible part of the third body's disc at points.
 
         Parameters
         ----------
         system : System
         state : State
-            Its barycentre is the nominal one.
+            State of the bodies, whose barycentre is taken as the nominal one.
         points : array_like or Quantity, (..., 3)
-            Inertial, in the coordinates of the state.
+            Positions in the inertial frame, in the coordinates of the state.
 
         Returns
         -------
         ndarray, (...)
-            From 0, in the umbra, to 1, in full light.
+            Visible fraction from 0, in the umbra, to 1, in full light.
         """
         units = system._units
         places = units.strip(points, "length", "points")

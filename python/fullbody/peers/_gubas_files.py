@@ -111,12 +111,12 @@ class _Config(Text):
         return self.has(section, option) and self.flag(section, option, (0, 1)) == 1
 
     def angles(self, section: str) -> set[str]:
-        """Which of "deg" and "rad" the comments of a section speak of."""
+        """The units, "deg" or "rad", that the comments of a section name."""
         return self._angles.get(section, set())
 
 
 def read_config(path: Any, euler: str | None) -> tuple[Start, str | None]:
-    """A ``.cfg``, and what is doubtful about its angles."""
+    """Read a ``.cfg``; a warning about the unit of its angles comes with it."""
     cfg = _Config(path)
     start, body = "Initial Conditions", "Body Model Definitions"
     if cfg.on(start, "Fahnestock Input File Flag"):
@@ -146,9 +146,9 @@ def read_config(path: Any, euler: str | None) -> tuple[Start, str | None]:
     )  # fmt: skip
     density = [cfg.value(body, f"{name} Density", POSITIVE) * 1e12 for name in ("Primary", "Secondary")]
     turns = [_turn(cfg, start, name) for name in ("A into N", "B into A")]
-    unit, doubt = euler, None
+    unit, warning = euler, None
     if euler is None and any(turn.shape == (3,) and turn.any() for turn in turns):
-        unit, doubt = _unit_of_angles(cfg, start)
+        unit, warning = _unit_of_angles(cfg, start)
     a_to_n, b_to_a = (turn if turn.ndim == 2 else _from_angles(turn, unit) for turn in turns)
     settings = ("Integration Settings", "Start Time")
     read = Start(
@@ -164,7 +164,7 @@ def read_config(path: Any, euler: str | None) -> tuple[Start, str | None]:
         b_to_a=b_to_a,
         outside=_outside(cfg),
     )
-    return read, doubt
+    return read, warning
 
 
 def _outside(cfg: _Config) -> Outside:
@@ -245,7 +245,7 @@ def _rotation(file: Text, line: int, name: str, matrix: _Array) -> _Array:
 
 
 def _unit_of_angles(cfg: _Config, section: str) -> tuple[str, str | None]:
-    """The unit of angles by the comments, which differ between versions, and a doubt about it."""
+    """Return the unit of angles according to the comments, which differ between versions, and a warning about it."""
     units = cfg.angles(section)
     ask = "say euler='degree' or euler='radian'"
     if len(units) == 2:

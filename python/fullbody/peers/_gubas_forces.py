@@ -35,7 +35,7 @@ class Deformed:
 
 @dataclass
 class Outside:
-    """What a file asks for; ``None`` for what is switched off. Masses in kg, lengths in km."""
+    """The forces that a file asks for; ``None`` for one that is switched off. Masses in kg, lengths in km."""
 
     flyby: tuple[float, Orbit] | None = None
     sun: tuple[float, Orbit] | None = None
@@ -60,14 +60,14 @@ class Outside:
             orbital = np.cross(position, velocity) / (position @ position)
             names = ("primary", "secondary")
             for k, tide in enumerate(self.tides):
-                # Of the tides that the body has, the fastest: its lag is the shortest.
+                # The fastest of the body's tides has the shortest lag.
                 frequency = max(2.0 * np.linalg.norm(spins[k] - orbital), np.linalg.norm(orbital))
                 lag = float(np.sin(2.0 * tide.angle) / frequency)
                 found.append(Tide(names[k], names[1 - k], tide.k2, lag, radius=tide.radius))
         return found
 
-    def doubts(self) -> Iterator[str]:
-        """Where GUBAS's own result differs from that of the same input here."""
+    def input_warnings(self) -> Iterator[str]:
+        """Warnings of input for which GUBAS's own result differs from the one here."""
         if self.flyby is not None:
             yield f"a flyby: {_LEFT_OUT}, and {_DISPLACED}"
         if self.sun is not None:

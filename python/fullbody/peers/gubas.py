@@ -11,12 +11,12 @@ from ..base.atomic import as_path
 from ..base.rotations import quaternion
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
+from ..model.state import State
+from ..motion.system import System
 from ._meshes import along_body_axes
 from ._text import naming
 
 if TYPE_CHECKING:
-    from ..model.state import State
-    from ..motion.simulation import System
     from ._gubas_files import Start
 
 __all__ = ["read_gubas"]
@@ -110,18 +110,15 @@ def read_gubas(
     if euler not in (None, "degree", "radian"):
         raise InvalidInput(f"euler is {euler!r}; expected 'degree' or 'radian'")
     if as_path(path).suffix.lower() == ".cfg":
-        start, doubt = read_config(path, euler)
-        if doubt is not None:
-            caution(f"{path} gives Euler angles, {doubt}", UserWarning)
+        start, warning = read_config(path, euler)
+        if warning is not None:
+            caution(f"{path} gives Euler angles, {warning}", UserWarning)
     else:
         start = read_numbers(path)
     return _build(path, start, units, options)
 
 
 def _build(path: Any, start: Start, units: bool, options: dict[str, Any]) -> tuple[System, State]:
-    from ..model.state import State
-    from ..motion.simulation import System
-
     if not isinstance(units, bool):
         raise InvalidInput(f"units is {units!r}; expected True or False (GUBAS' files are in km, s and kg)")
     with naming(path):
@@ -150,6 +147,6 @@ def _build(path: Any, start: Start, units: bool, options: dict[str, Any]) -> tup
             attach(spin, "spin"),
             attach(np.float64(start.time), "time"),
         )
-    for doubt in start.outside.doubts():
-        caution(f"{path} asks for {doubt}", UserWarning)
+    for warning in start.outside.input_warnings():
+        caution(f"{path} asks for {warning}", UserWarning)
     return system, state._named(system.names)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,10 +12,8 @@ from ..base.units import Units, need
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
 from ..model.shapes import PointMass, Sphere
-
-if TYPE_CHECKING:
-    from ..model.state import State
-    from ..motion.simulation import System
+from ..model.state import State
+from ..motion.system import System
 
 __all__ = ["from_rebound", "to_rebound"]
 
@@ -74,9 +72,6 @@ def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System
     >>> fullbody.to_rebound(system, state).particles[1].a
     1.0
     """
-    from ..model.state import State
-    from ..motion.simulation import System
-
     # Whoever has a simulation has imported the package.
     rebound = sys.modules.get("rebound")
     if rebound is None or not isinstance(sim, rebound.Simulation):
@@ -157,7 +152,7 @@ def to_rebound(system: System, state: State) -> Any:
     """A ``rebound.Simulation`` of the bodies as point masses.
 
     Radii are those of the spheres of equal volume. The numbers are in the system's own units, with its G; attitudes
-    and spins are left out, and so are forces from outside.
+    and spins are left out, and so are external forces.
     Particles have the bodies' names where rebound knows names, from its version 5 on.
 
     Parameters
@@ -179,7 +174,7 @@ def to_rebound(system: System, state: State) -> Any:
     Warns
     -----
     UserWarning
-        For a system with forces from outside.
+        For a system with external forces.
 
     Examples
     --------
@@ -191,8 +186,6 @@ def to_rebound(system: System, state: State) -> Any:
     with need(None, "a simulation of rebound"):
         import rebound
 
-    from ..motion.simulation import System
-
     if not isinstance(system, System):
         raise InvalidInput(f"system is {system!r}; expected a System")
     core = system._strip(state)
@@ -200,7 +193,7 @@ def to_rebound(system: System, state: State) -> Any:
         raise InvalidInput(f"number of bodies in the state is {len(state)}; expected {len(system)}")
     if system.forces:
         lost = ", ".join(force.name for force in system.forces)
-        text = f"the simulation of rebound is left to its own gravity: it has none of the forces from outside ({lost})"
+        text = f"the simulation of rebound is left to its own gravity: it has none of the external forces ({lost})"
         caution(text, UserWarning)
     sim = rebound.Simulation()
     sim.G = system._G

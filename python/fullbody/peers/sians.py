@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from math import pi, prod
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,20 +16,18 @@ from ..forces import ThirdBody
 from ..model.bodies import Body
 from ..model.polyhedron import Polyhedron
 from ..model.shapes import Ellipsoid, PointMass
+from ..model.state import State
+from ..motion.system import System
 from ..orbit.elements import KeplerElements
 from ._meshes import along_body_axes
 from ._text import POSITIVE, Text, naming
-
-if TYPE_CHECKING:
-    from ..model.state import State
-    from ..motion.simulation import System
 
 __all__ = ["read_sians"]
 
 #: The program's own constant, m^3 kg^-1 s^-2, and its mass of the Sun, in the file's unit of mass.
 _G_SI = 6.67408e-11
 _SUN = 1.989e30
-#: Its names of units: (length, time, mass), G in them, and its periods in them (it takes "kms" periods as seconds).
+#: SIANS's names of units: (length, time, mass), G in them, and its periods in them (it takes "kms" periods as seconds).
 _UNITS: dict[str | None, tuple[tuple[str, str, str], float, float]] = {
     "SI": (("m", "s", "kg"), _G_SI, 86400.0),
     "kmhr": (("km", "hour", "kg"), _G_SI * 3600.0**2 / 1000.0**3, 24.0),
@@ -129,9 +127,6 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     >>> state.position[1]
     array([5., 0., 0.])
     """
-    from ..model.state import State
-    from ..motion.simulation import System
-
     names, G, day = _scale(units)
     file = _File(path)
     bodies = _bodies(file)

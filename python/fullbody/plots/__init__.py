@@ -1,6 +1,6 @@
-"""Pictures of a run, behind :attr:`fullbody.Run.plot`, of what :mod:`fullbody.fields` computes, and of impacts.
+"""Plots of a run, behind :attr:`fullbody.Run.plot`, of what :mod:`fullbody.fields` computes, and of impacts.
 
-One file a plot; matplotlib is imported when one is drawn.
+Each plot has a file of its own; matplotlib is imported when a plot is drawn.
 """
 
 from __future__ import annotations
@@ -17,23 +17,20 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from mpl_toolkits.mplot3d.axes3d import Axes3D
 
-    from ..record.base import BaseRun
+    from ..motion.run import Run
+    from ..observing.geometry import Geometry
     from ._style import ArrayOfAxes
     from .summary import Page
 
 __all__ = ["Plots", "impacts", "roche_lobes", "surface_map", "surface_scene", "zero_velocity"]
 
 
-def __dir__() -> list[str]:
-    return __all__
-
-
 @named_options
 class Plots:
-    """The plots of a run: ``run.plot()`` for a page, ``run.plot.orbit()`` and so on for one picture.
+    """The plots of a run: ``run.plot()`` draws a page, ``run.plot.orbit()`` and so on one picture.
 
-    Each takes matplotlib axes to draw on, makes its own without, and returns them. Further keyword arguments go to
-    matplotlib. Lengths, times and spins are in the system's units, angles in degrees.
+    Each method draws on the matplotlib axes it is given or makes its own, and returns them. Further keyword arguments
+    are passed to matplotlib. Lengths, times and spins are in the system's units, angles in degrees.
 
     Parameters
     ----------
@@ -45,12 +42,13 @@ class Plots:
     >>> import fullbody
     >>> system, state = fullbody.systems.case1()
     >>> system.integrate(state, 10.0, output=1.0).plot
-    <plots of 11 samples: angles, elements, energy, libration, orbit, scene, spins, work; call it for a summary>
+    <plots of 11 samples: angles, elements, energy, libration, light_curve, orbit, scene, spins, work; call it for a
+    summary>
     """
 
     __slots__ = ("_run",)
 
-    def __init__(self, run: BaseRun) -> None:
+    def __init__(self, run: Run) -> None:
         self._run = run
 
     def __eq__(self, other: object) -> bool:
@@ -59,19 +57,19 @@ class Plots:
     __hash__ = None  # type: ignore[assignment]
 
     def __call__(self, figure: Any = None, *, body: int | str = 1, about: int | str = 0) -> Page:
-        """One page: orbit, elements, spins, librations, conservation, and the work of forces from outside.
+        """Draw one page: orbit, elements, spins, librations, conservation, and the work of external forces.
 
         Parameters
         ----------
         figure : matplotlib Figure or SubFigure, optional
         body, about : int or str
-            Whose orbit about whom is shown; places in the system, or names.
+            The body whose orbit is shown and the one it orbits; indices in the system, or names.
 
         Returns
         -------
         Page
-            Its ``figure``, and its ``axes`` by name. Where the motion is along a line, notes stand in the places of the
-            elements and of the librations, of which it has none.
+            The ``figure`` and its ``axes`` by name. For motion along a line, notes replace the elements and the
+            librations, which do not exist.
         """
         from .summary import summary
 
@@ -81,18 +79,18 @@ class Plots:
     def orbit(
         self, ax: Any = None, *, about: int | str = 0, plane: str = "xy", shapes: bool = True, **kwargs: Any
     ) -> Axes:
-        """Paths about one body, projected on a plane of the inertial frame, with the bodies' outlines at the end.
+        """Draw paths about one body, projected on a plane of the inertial frame, with the bodies' outlines at the end.
 
         Parameters
         ----------
         ax : matplotlib Axes, optional
         about : int or str
-            The body at the origin; its place in the system, or its name.
+            The body at the origin; its index in the system, or its name.
         plane : {"xy", "xz", "yz"}
         shapes : bool
-            Whether to draw the outlines.
+            Whether to draw the bodies' outlines.
         **kwargs
-            To ``Axes.plot``.
+            Passed to ``Axes.plot``.
 
         Returns
         -------
@@ -101,7 +99,7 @@ class Plots:
         Raises
         ------
         InvalidInput
-            For another plane, or a place that the system does not have.
+            For another plane, or a body that the system does not have.
         """
         from .orbit import orbit
 
@@ -111,16 +109,16 @@ class Plots:
     def elements(
         self, ax: Any = None, *, mu: Any = None, body: int | str = 1, about: int | str = 0, **kwargs: Any
     ) -> ArrayOfAxes:
-        """Osculating a, e, i, Omega, omega, M against time; angles in degrees.
+        """Draw osculating a, e, i, Omega, omega, M against time, with angles in degrees.
 
         Parameters
         ----------
         ax : array of six matplotlib Axes, optional
-            Under the name ``axes`` too.
+            Axes to draw on; ``axes`` is another name of the argument.
         mu, body, about
-            As for :meth:`fullbody.Run.elements`.
+            Options of :meth:`fullbody.Run.elements`.
         **kwargs
-            To ``Axes.plot``.
+            Passed to ``Axes.plot``.
 
         Returns
         -------
@@ -135,18 +133,18 @@ class Plots:
     def spins(
         self, ax: Any = None, *, bodies: Sequence[int | str] | None = None, frame: str = "body", **kwargs: Any
     ) -> ArrayOfAxes:
-        """Angular velocities against time, a panel a body.
+        """Draw angular velocities against time, one panel per body.
 
         Parameters
         ----------
         ax : array of matplotlib Axes, optional
-            One for each of the bodies. Under the name ``axes`` too.
+            Axes to draw on, one for each body; ``axes`` is another name of the argument.
         bodies : sequence of int or str, optional
-            Places in the system, or names; all of them without it.
+            Indices in the system, or names; by default all bodies.
         frame : {"body", "inertial"}
             The frame of the components.
         **kwargs
-            To ``Axes.plot``.
+            Passed to ``Axes.plot``.
 
         Returns
         -------
@@ -160,16 +158,17 @@ class Plots:
         return drawn
 
     def angles(self, ax: Any = None, *, bodies: Sequence[int | str] | None = None, **kwargs: Any) -> ArrayOfAxes:
-        """Tait-Bryan angles against time, in degrees: phi and theta in one panel, psi in another, a row a body.
+        """Draw Tait-Bryan angles against time, in degrees: a row per body, with phi and theta in one panel, psi in
+        another.
 
         Parameters
         ----------
         ax : array of matplotlib Axes, optional
-            Two for each of the bodies. Under the name ``axes`` too.
+            Axes to draw on, two for each body; ``axes`` is another name of the argument.
         bodies : sequence of int or str, optional
-            Places in the system, or names; all of them without it.
+            Indices in the system, or names; by default all bodies.
         **kwargs
-            To ``Axes.plot``.
+            Passed to ``Axes.plot``.
 
         Returns
         -------
@@ -181,18 +180,19 @@ class Plots:
         return drawn
 
     def libration(self, ax: Any = None, *, body: int | str = 1, about: int | str = 0, **kwargs: Any) -> Axes:
-        """Roll, pitch and yaw of a body in its orbit's frame against time, in degrees.
+        """Draw roll, pitch and yaw of a body in its orbit's frame against time, in degrees.
 
-        For a body that goes round under the other one, or whose samples do not show how it turns, the angle of its
-        z-axis from the orbit's normal is drawn instead; see :func:`fullbody.observables.roll_pitch_yaw`.
+        For a body that rotates relative to the line between the bodies, or whose samples are too far apart to follow
+        its attitude, the angle of its z-axis from the orbit's normal is drawn instead; see
+        :func:`fullbody.observables.roll_pitch_yaw`.
 
         Parameters
         ----------
         ax : matplotlib Axes, optional
         body, about : int or str
-            Places in the system, or names.
+            Indices in the system, or names.
         **kwargs
-            To ``Axes.plot``.
+            Passed to ``Axes.plot``.
 
         Returns
         -------
@@ -201,7 +201,7 @@ class Plots:
         Raises
         ------
         InvalidInput
-            Where there is no orbit: a body alone, or motion along a line.
+            If there is no orbit: a single body, or motion along a line.
         """
         from .libration import libration
 
@@ -210,13 +210,13 @@ class Plots:
         return drawn
 
     def energy(self, ax: Any = None, **kwargs: Any) -> Axes:
-        """Drift of the energy from the start, relative to the total and to the orbit's, and of the angular momentum.
+        """Draw the drift of the energy, relative to the total and to the orbit's energy, and of the angular momentum.
 
         Parameters
         ----------
         ax : matplotlib Axes, optional
         **kwargs
-            To ``Axes.plot``.
+            Passed to ``Axes.plot``.
 
         Returns
         -------
@@ -224,7 +224,8 @@ class Plots:
 
         Notes
         -----
-        Logarithmic; samples whose drift is exactly zero are left out. The orbit's energy is potential + translational.
+        The axis is logarithmic; samples with a drift of exactly zero are left out. The orbit's energy is potential +
+        translational.
         """
         from .energy import energy
 
@@ -232,13 +233,13 @@ class Plots:
         return drawn
 
     def work(self, ax: Any = None, **kwargs: Any) -> Axes:
-        """What each force from outside has added to the energy since the start of the run.
+        """Draw the energy that each external force has added since the start of the run.
 
         Parameters
         ----------
         ax : matplotlib Axes, optional
         **kwargs
-            To ``Axes.plot``.
+            Passed to ``Axes.plot``.
 
         Returns
         -------
@@ -247,36 +248,42 @@ class Plots:
         Raises
         ------
         InvalidInput
-            For a run without forces.
+            For a run without external forces.
 
         Notes
         -----
-        Where the forces' work differs by more than thirty times, the axis is linear up to the smallest one's largest
-        work and logarithmic beyond.
+        If the largest work exceeds the smallest more than thirty times, the axis is linear up to the largest work of
+        the smallest force and logarithmic beyond.
         """
         from .work import work
 
         drawn: Axes = work(self._run, ax, **kwargs)
         return drawn
 
-    def scene(self, time: Any = None, ax: Any = None, *, path: bool = True, **kwargs: Any) -> Axes3D:
-        """The bodies in 3D with their axes at a time.
+    def scene(
+        self, time: Any = None, ax: Any = None, *, path: bool = True, geometry: Geometry | None = None, **kwargs: Any
+    ) -> Axes3D:
+        """Draw the bodies in 3D with their axes at a time.
 
         Parameters
         ----------
         time : float or Quantity, optional
-            Within the run; the end without it. Between samples the bodies are where the continuous solution has them
-            (``dense=True``); without one, on a cubic through positions and velocities, turned the shorter way.
+            A time within the run; by default its end. Between samples the bodies are drawn from the continuous solution
+            (``dense=True``); without one, from a cubic through positions and velocities and the shorter turn between
+            attitudes.
         ax : matplotlib Axes3D, optional
         path : bool
             Whether to draw the paths of the centres.
+        geometry : fullbody.observing.Geometry, optional
+            The geometry whose Sun lights the bodies, with their shadows on each other. A polyhedron casts the shadow of
+            an ellipsoid.
         **kwargs
-            To ``Axes3D.plot_surface``.
+            Passed to ``Axes3D.plot_surface``.
 
         Returns
         -------
         matplotlib Axes3D
-            Centred on the barycentre.
+            Axes centred on the barycentre.
 
         Raises
         ------
@@ -285,11 +292,47 @@ class Plots:
         """
         from .scene import scene
 
-        drawn: Axes3D = scene(self._run, time, ax, path=path, **kwargs)
+        drawn: Axes3D = scene(self._run, time, ax, path=path, geometry=geometry, **kwargs)
         return drawn
 
+    def light_curve(
+        self,
+        times: Any,
+        geometry: Geometry,
+        ax: Any = None,
+        *,
+        bodies: bool = False,
+        events: bool = True,
+        **kwargs: Any,
+    ) -> Any:
+        """Draw magnitudes against time, with mutual events marked as bars.
+
+        Parameters
+        ----------
+        times : astropy Time, or array_like or Quantity, (K,)
+            Times at which the light arrives.
+        geometry : fullbody.observing.Geometry
+        ax : matplotlib Axes, or array of them, optional
+            Axes to draw on; with ``bodies`` one for all bodies together, and one for each body.
+        bodies : bool
+            Whether the magnitude of each body is drawn too, each in a panel of its own.
+        events : bool
+            Whether mutual events are marked.
+        **kwargs
+            ``law``, ``albedo``, ``mutual``, ``sun_radius`` and ``reduced`` are passed to
+            :func:`fullbody.observing.light_curve`; others to ``Axes.plot``.
+
+        Returns
+        -------
+        matplotlib Axes, or ndarray of them
+            Axes with magnitudes decreasing upwards, and times in the system's unit since its epoch.
+        """
+        from .light_curve import light_curve
+
+        return light_curve(self._run, times, geometry, ax, bodies=bodies, events=events, **kwargs)
+
     def _place(self, body: Any, what: str) -> Any:
-        """The place of a named body; anything else as it is."""
+        """Return the index of a named body, and anything else as it is."""
         return self._run.system._place(body, what) if isinstance(body, str) else body
 
     def _places(self, bodies: Any) -> Any:
@@ -298,5 +341,5 @@ class Plots:
         return None if bodies is None else [self._place(body, "one of bodies") for body in bodies]
 
     def __repr__(self) -> str:
-        names = "angles, elements, energy, libration, orbit, scene, spins, work"
+        names = "angles, elements, energy, libration, light_curve, orbit, scene, spins, work"
         return f"<plots of {len(self._run)} samples: {names}; call it for a summary>"

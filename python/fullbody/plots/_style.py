@@ -1,4 +1,4 @@
-"""What the plots share: line styles that survive grey print, labels with units, and the numbers to draw."""
+"""Shared parts of the plots: line styles that are distinct in grey print, labels with units, and numbers to draw."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..errors import InvalidInput
 from ..record.track import attitudes
 
 if TYPE_CHECKING:
-    from ..record.base import BaseRun
+    from ..motion.run import Run
 
 Array = npt.NDArray[np.float64]
 ArrayOfAxes: TypeAlias = npt.NDArray[np.object_]
@@ -31,80 +31,80 @@ LINES: tuple[dict[str, Any], ...] = (
     {"color": "#56B4E9", "linestyle": (0, (3, 1.5, 1, 1.5, 1, 1.5))},
 )
 
-#: An angle that goes round more often than this in one panel is drawn as dots.
+#: An angle that makes more turns than this in one panel is drawn as dots.
 _TURNS_AS_LINE = 25
 
-#: A change from sample to sample that is a full turn, or the half turn of phi and psi at theta = 90 degrees.
+#: A change between samples that is a jump: a full turn, or the half turn of phi and psi at theta = 90 degrees.
 _JUMP = 170.0
 
-#: Between ticks of angles, in degrees: parts of a turn, and whole ones for hyperbolic anomalies.
+#: Spacings of the ticks of angles, in degrees: parts of a turn, and whole turns for hyperbolic anomalies.
 _STEPS = (15.0, 30.0, 45.0, 90.0, 180.0, *(360.0 * m * 10.0**k for k in range(12) for m in (1, 2, 3, 5)))
 
-#: Longest time axis in one unit before the next larger one is taken.
+#: The longest time axis in one unit before the next larger unit is used.
 _LONG = 1000.0
 
-#: A body that never comes nearer than this many times the reach of the innermost orbit is outside the picture.
+#: A body that never comes nearer than this multiple of the innermost orbit's size is left out of the picture.
 _BEYOND = 20.0
 
-#: Names longer than this would run into what stands beside them.
+#: The longest name of a body that is shown in full, in characters.
 _NAME = 12
 
 
 def matplotlib(module: str = "pyplot") -> Any:
-    """A module of matplotlib."""
+    """Import a module of matplotlib, or raise an error that says how to install it."""
     with need("plot", "a picture"):
         return import_module(f"matplotlib.{module}")
 
 
 def line(index: int, kwargs: dict[str, Any]) -> dict[str, Any]:
-    """The style of the index-th line, the caller's wishes on top."""
+    """Return the style of the index-th line, overridden by the caller's options."""
     return {"linewidth": 1.2, **LINES[index % len(LINES)], **kwargs}
 
 
 def wishes(kwargs: dict[str, Any], artist: str = "lines.Line2D") -> dict[str, Any]:
-    """The caller's options under their long names: matplotlib takes no option under two."""
+    """Return the caller's options under their long names, since matplotlib accepts no option under two names."""
     module, _, kind = artist.rpartition(".")
     named: dict[str, Any] = matplotlib("cbook").normalize_kwargs(kwargs, getattr(matplotlib(module), kind))
     return named
 
 
-def unit(run: BaseRun, dimension: str) -> str:
-    """The unit of a dimension as text, empty where the system has none."""
+def unit(run: Run, dimension: str) -> str:
+    """Return the unit of a dimension as text, empty if the system has none."""
     units = run.system._units
     return str(units.unit(dimension).to_string("unicode")) if units.known else ""
 
 
-def label(run: BaseRun, text: str, dimension: str) -> str:
-    """An axis label with its unit."""
+def label(run: Run, text: str, dimension: str) -> str:
+    """Return an axis label with its unit."""
     name = unit(run, dimension)
     return f"{text} [{name}]" if name else f"{text} [system units]"
 
 
 def short(name: str) -> str:
-    """A body's name, cut where it is long."""
+    """Return a body's name, abbreviated if it is long."""
     return name if len(name) <= _NAME else f"{name[: _NAME - 1]}…"
 
 
-def called(run: BaseRun, body: int) -> str:
-    """A body's name for a picture; a dollar would begin a formula."""
+def called(run: Run, body: int) -> str:
+    """Return a body's name for a picture, with dollar signs escaped, as they would begin a formula."""
     return plain(short(run.system.names[body]))
 
 
 def plain(text: str) -> str:
-    """Text that matplotlib shows as it is."""
+    """Escape a text so that matplotlib shows it as it is."""
     return text.replace("$", r"\$")
 
 
-def joined(run: BaseRun) -> str:
-    """The bodies' names as a phrase."""
+def joined(run: Run) -> str:
+    """Return the bodies' names as a phrase."""
     *names, last = (short(name) for name in run.system.names)
     return f"{', '.join(names)} and {last}" if names else last
 
 
-def _clock(run: BaseRun) -> tuple[float, str]:
-    """How many of the system's units of time one unit of the time axis holds, and that unit's name.
+def _clock(run: Run) -> tuple[float, str]:
+    """Return the number of the system's units of time in one unit of the time axis, and that unit's name.
 
-    Days where the system's units would run to thousands, and years where days would.
+    The unit is days if the system's unit would lead to thousands, and years if days would.
     """
     units = run.system._units
     if not units.known:
@@ -119,26 +119,26 @@ def _clock(run: BaseRun) -> tuple[float, str]:
     return 1.0, unit(run, "time")
 
 
-def times(run: BaseRun) -> Array:
-    """The samples' times in the unit that :func:`time_label` names."""
-    known: Array = run._record["time"]
+def times(run: Run, moments: Array | None = None) -> Array:
+    """Return the samples' times, or others, in the unit that :func:`time_label` names."""
+    known: Array = run._record["time"] if moments is None else moments
     factor = _clock(run)[0]
     return known if factor == 1.0 else known / factor
 
 
-def time_label(ax: Any, run: BaseRun) -> None:
-    """Name the time axis."""
+def time_label(ax: Any, run: Run) -> None:
+    """Label the time axis."""
     ax.set_xlabel(f"time [{_clock(run)[1]}]")
 
 
 def grid(ax: Any) -> None:
-    """Quiet grid lines behind the data."""
+    """Draw faint grid lines behind the data."""
     ax.grid(True, color="0.9", linewidth=0.6)
     ax.set_axisbelow(True)
 
 
 def legend(ax: Any, columns: int = 3, **kwargs: Any) -> None:
-    """A legend above the axes, where it covers no data; long dashes stay recognisable."""
+    """Draw a legend above the axes, where it covers no data, with lines long enough to recognise dashes."""
     style = {
         "loc": "lower right",
         "bbox_to_anchor": (1.0, 1.0),
@@ -151,16 +151,15 @@ def legend(ax: Any, columns: int = 3, **kwargs: Any) -> None:
         "borderaxespad": 0.1,
         "markerscale": 3.0,
     }
-    # Matplotlib warns of an empty one.
+    # Matplotlib warns of an empty legend.
     if "handles" in kwargs or ax.get_legend_handles_labels()[0]:
         ax.legend(**{**style, **kwargs})
 
 
 def steady(ax: Any, scale: float = 0.0) -> None:
-    """Where all curves are level but for round-off, show them as level: otherwise the ticks would resolve the
-    round-off.
+    """Show curves that are constant except for round-off as constant, as the ticks would otherwise resolve it.
 
-    Level is what stays within 1e-8 of its size, or of ``scale`` where it is smaller than that.
+    A curve is constant if it stays within 1e-8 of its size, or of ``scale`` if its size is smaller than that.
     """
     low, high = ax.dataLim.intervaly
     size = max(abs(low), abs(high), scale)
@@ -172,7 +171,9 @@ def steady(ax: Any, scale: float = 0.0) -> None:
 
 
 def degrees(ax: Any) -> None:
-    """Ticks of a y-axis of angles: parts of a turn, tens of degrees below them, whole turns above."""
+    """Set ticks of a y-axis of angles: parts of a turn, tens of degrees for smaller ranges, whole turns for larger
+    ones.
+    """
     ticker = matplotlib("ticker")
 
     class Locator(ticker.MaxNLocator):  # type: ignore[misc, name-defined]
@@ -186,9 +187,9 @@ def degrees(ax: Any) -> None:
 
 
 def draw_angle(ax: Any, time: Array, degrees: Array, style: dict[str, Any]) -> Any:
-    """Draw an angle of any branch: no stroke across the jump of a full turn, dots where it goes round very often."""
+    """Draw an angle without strokes across jumps of a full turn, and as dots if it makes very many turns."""
     jumps = np.flatnonzero(np.abs(np.diff(degrees)) > _JUMP) + 1
-    # One of several turns, a hyperbola's anomaly, has no branches.
+    # An angle of several turns, such as a hyperbola's anomaly, has no jumps.
     jumps = jumps[:0] if np.ptp(degrees) > 360.0 else jumps
     if len(jumps) > _TURNS_AS_LINE:
         dots = {"linestyle": "none", "marker": ".", "markersize": 2.5, "markeredgewidth": 0.0}
@@ -198,7 +199,7 @@ def draw_angle(ax: Any, time: Array, degrees: Array, style: dict[str, Any]) -> A
 
 
 def panels(axes: Any, shape: tuple[int, ...], size: tuple[float, float]) -> tuple[Any, Any]:
-    """The caller's axes, flat, or new ones; and what to return."""
+    """Return the caller's axes as a flat array, or new ones, and the object that the plot returns."""
     if axes is None:
         rows, columns = shape if len(shape) == 2 else (shape[0], 1)
         options = {"figsize": size, "sharex": True, "squeeze": False, "layout": "constrained"}
@@ -211,46 +212,51 @@ def panels(axes: Any, shape: tuple[int, ...], size: tuple[float, float]) -> tupl
 
 
 def single(ax: Any, size: tuple[float, float], **projection: Any) -> Any:
-    """The caller's axes, or new ones."""
+    """Return the caller's axes, or new ones."""
     if ax is not None:
         return check_axes(ax, "ax")
     return matplotlib().figure(figsize=size, layout="constrained").add_subplot(**projection)
 
 
 def numbers(value: Any) -> Array:
-    """The numbers of an array or a Quantity."""
+    """Return the numbers of an array or a Quantity."""
     return np.asarray(getattr(value, "value", value), dtype=np.float64)
 
 
 def unit_of(value: Any) -> str:
-    """The unit of a Quantity for a label; of plain numbers, that they are in the system's units."""
+    """Return the unit of a Quantity for a label; for plain numbers, a text that they are in the system's units."""
     return str(value.unit.to_string("unicode")) if hasattr(value, "unit") else "system units"
 
 
+def colour_bar(ax: Any, drawn: Any, label: str) -> Any:
+    """Draw a colour bar beside axes, as high as they are."""
+    return ax.figure.colorbar(drawn, cax=ax.inset_axes([1.02, 0.0, 0.025, 1.0]), label=label)
+
+
 def world(ax: Any) -> None:
-    """A map of all longitudes and latitudes, in degrees."""
+    """Set up the axes of a map of all longitudes and latitudes, in degrees."""
     ax.set(xlim=(-180, 180), ylim=(-90, 90), xlabel="longitude [deg]", ylabel="latitude [deg]", aspect="equal")
     ax.set(xticks=range(-180, 181, 60), yticks=range(-90, 91, 30))
 
 
 def check_axes(ax: Any, what: str, projection: str = "") -> Any:
-    """Refuse what is no axes of matplotlib's, and axes in 3D for a plot in 2D or the other way round."""
+    """Raise an error for an object that is not matplotlib axes, or axes in 3D for a plot in 2D or vice versa."""
     if not isinstance(ax, matplotlib("axes").Axes) or (ax.name == "3d") != (projection == "3d"):
         kind = "matplotlib axes in 3D (projection='3d')" if projection else "matplotlib axes in 2D"
         raise InvalidInput(f"{what} is {ax!r}; expected {kind}")
     return ax
 
 
-def check_body(run: BaseRun, index: int, what: str) -> int:
-    """A place in the system, counted from the front."""
+def check_body(run: Run, index: int, what: str) -> int:
+    """Return an index in the system as a non-negative number, or raise an error."""
     count = len(run.system)
     if not isinstance(index, int) or not -count <= index < count:
         raise InvalidInput(f"{what} is {index!r}; expected a body's place, 0 to {count - 1}")
     return index % count
 
 
-def chosen(run: BaseRun, bodies: Sequence[int] | None) -> list[int]:
-    """Places of the bodies to draw."""
+def chosen(run: Run, bodies: Sequence[int] | None) -> list[int]:
+    """Return the indices of the bodies to draw."""
     if bodies is None:
         return list(range(len(run.system)))
     places = [check_body(run, body, "one of bodies") for body in bodies]
@@ -259,10 +265,10 @@ def chosen(run: BaseRun, bodies: Sequence[int] | None) -> list[int]:
     return places
 
 
-def split_far(run: BaseRun, about: int | None = None) -> tuple[list[int], list[tuple[int, float]]]:
-    """The bodies that fit in one picture with ``about``, and the others with their smallest distance from it.
+def split_far(run: Run, about: int | None = None) -> tuple[list[int], list[tuple[int, float]]]:
+    """Return the bodies that fit in one picture with ``about``, and the others with their smallest distance from it.
 
-    Without ``about``, the picture is of the two bodies that come nearest to each other.
+    Without ``about``, the picture is that of the two bodies that come nearest to each other.
     """
     position, count = run._record["position"], len(run.system)
     if about is None:
@@ -279,33 +285,33 @@ def split_far(run: BaseRun, about: int | None = None) -> tuple[list[int], list[t
     return [body for body in range(count) if body not in gone], far
 
 
-def far_label(run: BaseRun, body: int, distance: float) -> str:
-    """What the legend says of a body outside the picture."""
+def far_label(run: Run, body: int, distance: float) -> str:
+    """Return the label of a body that is outside the picture."""
     return f"{called(run, body)}: outside, {distance:.2g} {unit(run, 'length')}".rstrip()
 
 
-def check_samples(run: BaseRun) -> None:
-    """Refuse a run with nothing to draw."""
+def check_samples(run: Run) -> None:
+    """Raise an error for a run without samples."""
     if len(run) == 0:
         raise InvalidInput("the run has no samples; expected at least one to draw")
 
 
-def attitudes_of(run: BaseRun, body: int) -> _core.State:
-    """The attitudes of one body along the run."""
+def attitudes_of(run: Run, body: int) -> _core.State:
+    """Return the attitudes of one body along the run."""
     return attitudes(run._record["attitude"][:, body])
 
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """The surface of a part that is matter, in its body's frame, in the system's units.
+    """The surface of a part with positive mass, in its body's frame, in the system's units.
 
     Attributes
     ----------
     columns : ndarray, (3, 3)
-        The semi-axes as vectors, one a column; of a polyhedron those of the sphere around it.
+        The semi-axes as vectors, one per column; for a polyhedron, those of its circumscribed sphere.
     position : ndarray, (3,)
     triangles : ndarray, (F, 3, 3), optional
-        The corners of a polyhedron's faces where that sphere is the unit sphere.
+        Corners of a polyhedron's faces, scaled so that the circumscribed sphere is the unit sphere.
     """
 
     columns: Array
@@ -314,12 +320,12 @@ class Surface:
 
     @property
     def reach(self) -> float:
-        """A distance from the body's centre that no point of it exceeds."""
+        """An upper bound of the distance of the surface's points from the body's centre."""
         return float(np.linalg.norm(self.position) + np.linalg.norm(self.columns, axis=0).max())
 
 
-def surfaces(run: BaseRun, body: int) -> list[Surface]:
-    """The surfaces of a body; none of a point. Voids have none to draw."""
+def surfaces(run: Run, body: int) -> list[Surface]:
+    """Return the surfaces of a body, without its voids; none for a point."""
     parts = run.system.bodies[body]._core(run.system._units, body).parts
 
     def surface(shape: Any, position: Any, rotation: Any) -> Surface:
@@ -335,6 +341,6 @@ def surfaces(run: BaseRun, body: int) -> list[Surface]:
     ]
 
 
-def reach(run: BaseRun, body: int) -> float:
-    """A distance from its centre that no point of a body exceeds; zero for a point."""
+def reach(run: Run, body: int) -> float:
+    """Return an upper bound of the distance of a body's points from its centre; zero for a point."""
     return max((surface.reach for surface in surfaces(run, body)), default=0.0)

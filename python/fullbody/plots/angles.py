@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..record.track import attitudes
 from ._style import (
-    attitudes_of,
     called,
     check_samples,
     chosen,
@@ -22,21 +22,23 @@ from ._style import (
     times,
     wishes,
 )
+from .sampling import followed
 
 if TYPE_CHECKING:
-    from ..record.base import BaseRun
+    from ..motion.run import Run
 
 _SYMBOLS = (r"$\phi$", r"$\theta$", r"$\psi$")
 
 
-def angles(run: BaseRun, axes: Any, *, bodies: Sequence[int] | None = None, **kwargs: Any) -> Any:
-    """See :meth:`fullbody.plots.Plots.angles`."""
+def angles(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, **kwargs: Any) -> Any:
+    """Draw Tait-Bryan angles; see :meth:`fullbody.plots.Plots.angles`."""
     check_samples(run)
     places, kwargs = chosen(run, bodies), wishes(kwargs)
     flat, result = panels(axes, (len(places), 2), (9.0, 0.4 + 2.2 * len(places)))
-    time = times(run)
+    moments, attitude = followed(run)
+    time = times(run, moments)
     for row, body in enumerate(places):
-        values = np.rad2deg(attitudes_of(run, body).tait_bryan)
+        values = np.rad2deg(attitudes(attitude[:, body]).tait_bryan)
         left, right = flat[2 * row], flat[2 * row + 1]
         for ax, columns in ((left, (0, 1)), (right, (2,))):
             for column in columns:

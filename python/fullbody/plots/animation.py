@@ -1,4 +1,4 @@
-"""The tumbling bodies as a film: MP4, GIF or a page of HTML."""
+"""Animations of the bodies as MP4, GIF or an HTML page."""
 
 from __future__ import annotations
 
@@ -17,9 +17,11 @@ from ._style import check_samples, matplotlib, split_far
 from .between import at
 from .sampling import warn_if_aliased
 from .scene import draw_body, scene, stage, title
+from .sunlight import Sunlight, directions
 
 if TYPE_CHECKING:
-    from ..record.base import BaseRun
+    from ..motion.run import Run
+    from ..observing.vectors import Vectors
 
 __all__ = ["animate"]
 
@@ -37,8 +39,17 @@ _ICONS = {
 _SUFFIXES = (".mp4", ".gif", ".html")
 
 
-def animate(run: BaseRun, path: Any, *, seconds: float, fps: int, size: tuple[float, float], dpi: float) -> Path:
-    """See :meth:`fullbody.Run.animate`."""
+def animate(
+    run: Run,
+    path: Any,
+    *,
+    seconds: float,
+    fps: int,
+    size: tuple[float, float],
+    dpi: float,
+    geometry: Vectors | None = None,
+) -> Path:
+    """Write an animation; see :meth:`fullbody.Run.animate`."""
     path = Path(path)
     kind = path.suffix.lower()
     check_suffix(path, _SUFFIXES)
@@ -54,18 +65,19 @@ def animate(run: BaseRun, path: Any, *, seconds: float, fps: int, size: tuple[fl
     known = run._record["time"]
     times = np.linspace(known[0], known[-1], max(2, round(seconds * fps)) if len(known) > 1 else 1)
     warn_if_aliased(run, times)
-    # The figure has no window, since a film is a file.
+    # The figure has no window, since the animation goes to a file.
     figure = matplotlib("figure").Figure(figsize=size)
     matplotlib("backends.backend_agg").FigureCanvasAgg(figure)
     ax = stage(figure)
     scene(run, None, ax, path=True)
-    # The bodies are drawn anew in each picture; their paths stay.
+    # The bodies are redrawn in each picture; their paths stay.
     moving: list[Any] = [*ax.collections, *(line for line in ax.lines if not str(line.get_label()).startswith("_"))]
     for artist in moving:
         artist.remove()
     centres, attitudes = at(run, times)
+    suns = [None] * len(times) if geometry is None else directions(run, geometry, times)
     near = split_far(run)[0]
-    # All pictures have as many decimals as tell the time of one from that of the next.
+    # All pictures show as many decimals as are needed to tell their times apart.
     step = float(np.ptp(times)) / len(times)
     decimals = max(0, int(np.ceil(-np.log10(step)))) if step > 0.0 else 3
     writer: Any
@@ -74,15 +86,18 @@ def animate(run: BaseRun, path: Any, *, seconds: float, fps: int, size: tuple[fl
     elif kind == ".gif":
         writer = animation.PillowWriter(fps=fps)
     else:
-        # Even numbers of dots and this layout of colours are what players of MP4 expect.
+        # Players of MP4 expect even numbers of pixels and this colour layout.
         writer = animation.FFMpegWriter(fps=fps, codec="h264", extra_args=["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2"])
     with _failing_by_name(path), replacing(path) as temporary:
         with writer.saving(figure, str(temporary), dpi):
-            for time, centre, attitude in zip(times, centres, attitudes, strict=True):
+            for time, centre, attitude, sun in zip(times, centres, attitudes, suns, strict=True):
                 artists: list[Any] = []
+                light = None if sun is None else Sunlight(run, sun, centre, attitude)
                 for body in near:
                     name = run.system.names[body]
-                    artists += draw_body(ax, run, body, centre[body], attitude[body], name, {}, mesh=(25, 13))
+                    artists += draw_body(
+                        ax, run, body, centre[body], attitude[body], name, {}, mesh=(25, 13), light=light
+                    )
                 title(ax, run, f"{time:.{decimals}f}")
                 writer.grab_frame()
                 for artist in artists:
@@ -94,18 +109,18 @@ def animate(run: BaseRun, path: Any, *, seconds: float, fps: int, size: tuple[fl
 
 @contextmanager
 def _failing_by_name(path: Path) -> Iterator[None]:
-    """A context in which a failure of ffmpeg becomes an error about the caller's file."""
+    """Context manager that turns a failure of ffmpeg into an error that names the caller's file."""
     try:
         yield
     except CalledProcessError as error:
         told = str(error.stderr or "").strip().splitlines() or [f"status {error.returncode}"]
-        # Its message names the temporary file, which the caller does not know.
+        # The message of matplotlib's error names the temporary file, which the caller does not know.
         words = re.sub(r"\S*\.[0-9a-f]{32}\.part\.mp4", str(path).replace("\\", r"\\"), "; ".join(told[-2:]))
         raise OSError(f"{path} cannot be written; ffmpeg ended with: {words}") from error
 
 
 def _dots(size: Any, dpi: Any) -> tuple[tuple[float, float], float]:
-    """Width and height, and dots an inch, that make a picture."""
+    """Check the width and height of a picture and the number of pixels per inch."""
     try:
         width, height = (float(side) for side in size)
     except (TypeError, ValueError) as error:
@@ -119,7 +134,7 @@ def _dots(size: Any, dpi: Any) -> tuple[tuple[float, float], float]:
         raise InvalidInput(f"dpi is {dpi!r}; expected a number above zero") from error
     if not 0.0 < dots < float("inf"):
         raise InvalidInput(f"dpi is {dpi!r}; expected a number above zero")
-    # Matplotlib draws no more than that.
+    # Matplotlib draws no larger pictures.
     if not 1.0 <= min(width, height) * dots <= max(width, height) * dots < 2.0**16:
         raise InvalidInput(
             f"size is {size!r} and dpi is {dpi!r}, pictures of {width * dots:.6g} by {height * dots:.6g} dots; "
@@ -129,6 +144,6 @@ def _dots(size: Any, dpi: Any) -> tuple[tuple[float, float], float]:
 
 
 def _offline(page: str) -> str:
-    """Matplotlib's page without its one link: buttons show characters instead of a font from the network."""
+    """Replace the one link in matplotlib's page: buttons show characters instead of a font from the network."""
     page = re.sub(r"<link[^>]*>", "", page)
     return re.sub(r'<i class="fa fa-([a-z -]+)"></i>', lambda icon: _ICONS[icon[1]], page)

@@ -1,27 +1,31 @@
-"""A run at any time in it, for pictures: where the bodies are and how they are turned."""
+"""Positions and attitudes of a run at any time in it, for pictures."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..base.units import need, scalar
 from ..errors import InvalidInput
+from ..particles.rules import FATES
 from ._style import Array, split_far
 
 if TYPE_CHECKING:
+    from ..motion.run import Run
     from ..particles.flight import Flight
-    from ..record.base import BaseRun
 
-__all__ = ["at", "moment", "track", "trails"]
+__all__ = ["Trails", "at", "moment", "track", "trails"]
 
-#: A path of fewer points shows its corners.
+#: The number of points below which the corners of a path would be visible.
 _SMOOTH = 1000
+#: The largest number of times for each sample of a flight.
+_PARTS = 12
 
 
-def moment(run: BaseRun, time: Any) -> float:
-    """A time of the run in the system's units; its end for ``None``."""
+def moment(run: Run, time: Any) -> float:
+    """Return a time of the run in the system's units; the run's end for ``None``."""
     known = run._record["time"]
     if time is None:
         return float(known[-1])
@@ -32,8 +36,8 @@ def moment(run: BaseRun, time: Any) -> float:
     return wanted
 
 
-def track(run: BaseRun, end: float, count: int = _SMOOTH) -> Array:
-    """Times of the samples up to ``end`` and of it; where they are few, others between them, ``count`` in all."""
+def track(run: Run, end: float, count: int = _SMOOTH) -> Array:
+    """Return the samples' times up to ``end`` and ``end`` itself; if they are few, ``count`` times in all."""
     known = run._record["time"]
     passed = known <= end if known[-1] >= known[0] else known >= end
     stops = np.append(known[passed], [end] if end not in known else [])
@@ -42,11 +46,11 @@ def track(run: BaseRun, end: float, count: int = _SMOOTH) -> Array:
     return np.asarray(np.interp(places, np.arange(len(stops)), stops))
 
 
-def at(run: BaseRun, times: Array) -> tuple[Array, Array]:
-    """Centres (T, N, 3) from the barycentre and attitudes (T, N, 4) at times (T,) within the run.
+def at(run: Run, times: Array) -> tuple[Array, Array]:
+    """Return centres (T, N, 3) from the barycentre and attitudes (T, N, 4) at times (T,) within the run.
 
-    From the continuous solution where the run keeps one (``dense=True``); otherwise from the samples and, between them,
-    centres by cubics that fit positions and velocities, attitudes by the shorter turn.
+    They are taken from the continuous solution if the run has one (``dense=True``). Otherwise centres between samples
+    are cubics that fit positions and velocities, and attitudes follow the shorter turn.
     """
     record = run._record
     if run.dense is not None and _inside(times, run.dense._core.range):
@@ -67,10 +71,33 @@ def at(run: BaseRun, times: Array) -> tuple[Array, Array]:
     return _curve(known, centres, _from_barycentre(run, record["velocity"][order]), times), turned
 
 
-def trails(run: BaseRun, flight: Flight, particles: int, places: int) -> tuple[Array, Array]:
-    """Times (T,) of a flight's samples within a run and places (P, T, 3) of its particles from the barycentre.
+@dataclass(frozen=True)
+class Trails:
+    """Particles of a flight at times within a run, for pictures.
 
-    Of many particles and samples some are taken, evenly: at most so many particles, and places in all.
+    Attributes
+    ----------
+    time : ndarray, (T,)
+    position : ndarray, (P, T, 3)
+        Positions from the barycentre; NaN if a particle is gone.
+    landed : ndarray, (P,)
+        Time at which a particle came to lie on a body; NaN for other particles.
+    parts : int
+        The number of times for each sample of the flight.
+    """
+
+    time: Array
+    position: Array
+    landed: Array
+    parts: int
+
+
+def trails(run: Run, flight: Flight, particles: int, places: int) -> Trails:
+    """Return the particles of a flight at its samples within a run, and at times between them if there is room.
+
+    If there are many particles and samples, an even selection is taken, with at most ``particles`` particles and
+    ``places`` positions in all. Positions between samples lie on cubics that fit positions and velocities, except where
+    a particle lands.
     """
     if flight.system != run.system:
         raise InvalidInput("flight is one among other bodies than the run's; expected one of the same system")
@@ -79,44 +106,67 @@ def trails(run: BaseRun, flight: Flight, particles: int, places: int) -> tuple[A
     if len(inside) < 2:
         raise InvalidInput(f"flight has {len(inside)} samples within the run; expected two or more, such as output=0.1")
     taken = np.unique(np.linspace(0, len(flight) - 1, min(len(flight), particles)).astype(int))
-    moments = np.unique(np.linspace(0, len(inside) - 1, max(2, places // len(taken))).astype(int))
-    times = known[inside][moments]
-    samples = flight._record["samples"][taken][:, inside[moments], :3]
-    return times, samples - _barycentre(run, times)
+    room = max(2, places // len(taken))
+    moments = np.unique(np.linspace(0, len(inside) - 1, room).astype(int))
+    stops = known[inside][moments]
+    parts = int(np.clip((room - 1) // (len(stops) - 1), 1, _PARTS)) if len(moments) == len(inside) else 1
+    times = np.interp(np.arange(parts * (len(stops) - 1) + 1) / parts, np.arange(len(stops)), stops)
+    samples = np.array(flight._record["samples"][taken][:, inside[moments]])
+    ended = flight._record["fate_time"][taken]
+    landed = np.where(
+        np.isin(flight._record["fate"][taken], [FATES.index("impact"), FATES.index("rest")]), ended, np.nan
+    )
+    samples[..., :3] -= _barycentre(run, stops)
+    samples[..., 3:] -= _barycentre(run, stops, "velocity")
+    backwards = stops[-1] < stops[0]
+    order = slice(None, None, -1) if backwards else slice(None)
+    # The velocity jumps when a particle lands, so that a straight line is taken there.
+    within = (np.minimum(stops[1:], stops[:-1]) <= landed[:, None]) & (
+        landed[:, None] <= np.maximum(stops[1:], stops[:-1])
+    )
+    x, v = np.moveaxis(samples[:, order, :3], 1, 0), np.moveaxis(samples[:, order, 3:], 1, 0)
+    curved = _curve(stops[order], x, v, times[order], within[:, order].T)
+    return Trails(times, np.ascontiguousarray(np.moveaxis(curved, 0, 1)[:, order]), landed, parts)
 
 
-def _curve(known: Array, centres: Array, velocities: Array, times: Array) -> Array:
-    """Cubics; straight lines where samples are more than half a turn apart, which a cubic would miss by far."""
+def _curve(known: Array, centres: Array, velocities: Array, times: Array, straight_too: Any = False) -> Array:
+    """Interpolate by cubics, or by straight lines between samples more than half a turn apart, where cubics fail.
+
+    ``straight_too`` (K - 1, N) marks further intervals with straight lines.
+    """
     from scipy.interpolate import CubicHermiteSpline, interp1d
 
     chord = np.linalg.norm(np.diff(centres, axis=0), axis=2)
     speed = np.linalg.norm(velocities, axis=2)
     arc = 0.5 * (speed[1:] + speed[:-1]) * np.diff(known)[:, None]
     interval = np.clip(np.searchsorted(known, times, side="right") - 1, 0, len(known) - 2)
-    bent = (arc <= 0.5 * np.pi * chord)[interval][..., None]
-    straight = interp1d(known, centres, axis=0)(times)
-    return np.asarray(np.where(bent, CubicHermiteSpline(known, centres, velocities)(times), straight))
+    bent = ((arc <= 0.5 * np.pi * chord) & ~np.asarray(straight_too))[interval][..., None]
+    straight = np.asarray(interp1d(known, centres, axis=0)(times))
+    # Particles that are gone have NaN positions, which scipy's cubic does not accept.
+    gone = ~(np.isfinite(centres) & np.isfinite(velocities))
+    cubic = CubicHermiteSpline(known, np.where(gone, 0.0, centres), np.where(gone, 0.0, velocities))(times)
+    return np.where(bent, cubic, straight)
 
 
-def _from_barycentre(run: BaseRun, vectors: Array) -> Array:
-    """Positions or velocities (T, N, 3) less those of the barycentre of the bodies that fit in one picture."""
+def _from_barycentre(run: Run, vectors: Array) -> Array:
+    """Subtract from positions or velocities (T, N, 3) those of the barycentre of the bodies that fit in one picture."""
     return np.asarray(vectors - _mean(run, vectors)[:, None])
 
 
-def _mean(run: BaseRun, vectors: Array) -> Array:
-    """Positions or velocities (T, 3) of that barycentre."""
+def _mean(run: Run, vectors: Array) -> Array:
+    """Return the mean position or velocity (T, 3) of that barycentre."""
     weights = np.zeros(len(run.system))
     near = split_far(run)[0]
     weights[near] = run.system._masses[near]
     return np.asarray(np.einsum("n,tnx->tx", weights / weights.sum(), vectors))
 
 
-def _barycentre(run: BaseRun, times: Array) -> Array:
-    """Places (T, 3) of that barycentre, which moves uniformly but for weak forces from outside."""
+def _barycentre(run: Run, times: Array, what: str = "position") -> Array:
+    """Return positions or velocities (T, 3) of that barycentre at any times, by interpolation."""
     if run.dense is not None and _inside(times, run.dense._core.range):
-        return _mean(run, run.dense._core.states(times)["position"])
+        return _mean(run, run.dense._core.states(times)[what])
     known, order = np.unique(run._record["time"], return_index=True)
-    means = _mean(run, run._record["position"][order])
+    means = _mean(run, run._record[what][order])
     return np.stack([np.interp(times, known, means[:, c]) for c in range(3)], axis=1)
 
 

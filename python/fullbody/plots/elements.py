@@ -22,9 +22,9 @@ from ._style import (
 )
 
 if TYPE_CHECKING:
-    from ..record.base import BaseRun
+    from ..motion.run import Run
 
-#: Name, symbol, what it is.
+#: Name, symbol and description of each element.
 _ROWS = (
     ("a", "$a$", "semi-major axis"),
     ("e", "$e$", "eccentricity"),
@@ -36,7 +36,7 @@ _ROWS = (
 
 
 def elements(
-    run: BaseRun,
+    run: Run,
     axes: Any,
     *,
     mu: Any,
@@ -45,7 +45,7 @@ def elements(
     names: tuple[str, ...] = ("a", "e", "i", "Omega", "omega", "M"),
     **kwargs: Any,
 ) -> Any:
-    """See :meth:`fullbody.plots.Plots.elements`; ``names`` chooses some of the six."""
+    """Draw osculating elements; see :meth:`fullbody.plots.Plots.elements`. ``names`` chooses some of the six."""
     check_samples(run)
     body, about = check_body(run, body, "body"), check_body(run, about, "about")
     rows = [row for row in _ROWS if row[0] in names]
@@ -68,7 +68,7 @@ def elements(
             degrees(ax)
         ax.set_title(text, fontsize="medium", loc="left")
         ax.ticklabel_format(axis="y", useOffset=False)
-        # An eccentricity is small beside one, not beside itself.
+        # The changes of an eccentricity are compared with one, not with its size.
         steady(ax, 1e-3 if name == "e" else 0.0)
         grid(ax)
     for ax in flat[-2:] if len(rows) == 6 else flat[-1:]:

@@ -9,14 +9,14 @@ import numpy as np
 from ._style import check_samples, grid, legend, line, single, time_label, times, wishes
 
 if TYPE_CHECKING:
-    from ..record.base import BaseRun
+    from ..motion.run import Run
 
-#: Half the spacing of doubles at 1: no smaller relative change exists.
+#: Half the spacing of doubles at 1, the smallest relative change that exists.
 _FLOOR = 0.5 * float(np.finfo(np.float64).eps)
 
 
-def energy(run: BaseRun, ax: Any, **kwargs: Any) -> Any:
-    """See :meth:`fullbody.plots.Plots.energy`."""
+def energy(run: Run, ax: Any, **kwargs: Any) -> Any:
+    """Draw the drifts of energy and angular momentum; see :meth:`fullbody.plots.Plots.energy`."""
     check_samples(run)
     ax, kwargs = single(ax, (7.0, 3.2)), wishes(kwargs)
     time = times(run)
@@ -26,19 +26,18 @@ def energy(run: BaseRun, ax: Any, **kwargs: Any) -> Any:
         "angular_momentum_drift": "angular momentum",
     }
     for place, (of, name) in enumerate(drifts.items()):
-        # A drift that is relative to zero is left out: a body alone has no orbit, and one at rest no angular momentum.
-        if not run._relative_to(of):
+        # A drift relative to zero is left out: a single body has no orbital energy, one at rest no angular momentum.
+        if not run._size_at_start(of):
             continue
         drift = run._drift(of)
-        # A logarithm has no zero: the line goes on from the sample before to the one after.
+        # Zero has no logarithm: the line continues from the sample before to the one after.
         shown = drift != 0.0
         name = name if shown.any() else f"{name}: no change"
         ax.plot(time[shown], np.abs(drift[shown]), **line(place, {"label": name, **kwargs}))
     ax.set_yscale("log")
     largest = ax.dataLim.y1 if np.isfinite(ax.dataLim.y1) else 0.0
     ax.set_ylim(_FLOOR / 2, 10.0 * max(largest, _FLOOR))
-    # A run from a file of version 0.1.0 does not tell its start.
-    ax.set_ylabel("|relative drift|" if run.start else "|relative drift|\nsince the first sample")
+    ax.set_ylabel("|relative drift|")
     grid(ax)
     legend(ax)
     time_label(ax, run)

@@ -1,4 +1,4 @@
-"""Fields on surfaces as maps and in 3D, and the rotating frame of a pair with what it tells."""
+"""Fields on surfaces as maps and in 3D, and the rotating frame of a pair with equilibrium points and Roche lobes."""
 
 from __future__ import annotations
 
@@ -10,26 +10,37 @@ import numpy.typing as npt
 from ..base.arguments import named_options
 from ..errors import InvalidInput
 from ..fields.samples import samples
-from ._style import LINES, check_axes, grid, matplotlib, numbers, plain, single, unit_of, world
+from ._style import LINES, check_axes, colour_bar, grid, matplotlib, numbers, plain, single, unit_of, world
 
 if TYPE_CHECKING:
-    from ..fields.surface import SurfaceField
+    from ..fields.surface import SurfaceField, SurfaceRange
     from ..fields.synodic import Synodic
 
 __all__ = ["roche_lobes", "surface_map", "surface_scene", "zero_velocity"]
 
 _Numbers = npt.NDArray[np.float64]
-#: What can be shown of a surface, and how it is called.
-_SHOWN = {"slope": "slope", "geopotential": "geopotential", "surface_acceleration": "surface acceleration"}
+#: Edges of cells that extend over fewer degrees of longitude than this are straight on a map.
+_STRAIGHT = 4.0
+#: The quantities that can be shown on a surface, with their labels.
+_SHOWN = {
+    "slope": "slope",
+    "geopotential": "geopotential",
+    "surface_acceleration": "surface acceleration",
+    "least_slope": "least slope",
+    "greatest_slope": "greatest slope",
+    "least_surface_acceleration": "least surface acceleration",
+    "greatest_surface_acceleration": "greatest surface acceleration",
+}
 
 
-def _values(field: SurfaceField, quantity: str) -> tuple[_Numbers, str]:
-    """Numbers of a quantity, an angle in degrees, and its label."""
-    if quantity not in _SHOWN:
-        raise InvalidInput(f"quantity is {quantity!r}; expected one of {', '.join(map(repr, _SHOWN))}")
+def _values(field: SurfaceField | SurfaceRange, quantity: str) -> tuple[_Numbers, str]:
+    """Return the numbers of a quantity, with angles in degrees, and its label."""
+    known = [name for name in _SHOWN if hasattr(field, name)]
+    if quantity not in known:
+        raise InvalidInput(f"quantity is {quantity!r}; expected one of {', '.join(map(repr, known))}")
     value = getattr(field, quantity)
-    if quantity == "slope":
-        return np.degrees(numbers(value)), "slope [deg]"
+    if quantity.endswith("slope"):
+        return np.degrees(numbers(value)), f"{_SHOWN[quantity]} [deg]"
     return numbers(value), f"{_SHOWN[quantity]} [{unit_of(value)}]"
 
 
@@ -38,17 +49,19 @@ def _length(value: Any, letter: str) -> str:
 
 
 @named_options
-def surface_map(field: SurfaceField, quantity: str = "slope", ax: Any = None, **kwargs: Any) -> Any:
-    """A field on a body's surface as a map of longitudes and latitudes, in degrees.
+def surface_map(field: SurfaceField | SurfaceRange, quantity: str = "slope", ax: Any = None, **kwargs: Any) -> Any:
+    """Draw a field on a body's surface as a map of longitudes and latitudes, in degrees.
 
     Parameters
     ----------
-    field : SurfaceField
-        Of :func:`fullbody.fields.surface`.
-    quantity : {"slope", "geopotential", "surface_acceleration"}
+    field : SurfaceField or SurfaceRange
+        The result of :func:`fullbody.fields.surface` or :func:`fullbody.fields.surface_along`.
+    quantity : str
+        ``"slope"``, ``"geopotential"`` or ``"surface_acceleration"``; along a run ``"least_slope"``,
+        ``"greatest_slope"``, ``"least_surface_acceleration"`` or ``"greatest_surface_acceleration"``.
     ax : matplotlib Axes, optional
     **kwargs
-        To ``PolyCollection``: ``cmap``, ``clim`` and others.
+        Passed to ``PolyCollection``: ``cmap``, ``clim`` and others.
 
     Returns
     -------
@@ -56,41 +69,99 @@ def surface_map(field: SurfaceField, quantity: str = "slope", ax: Any = None, **
     """
     values, label = _values(field, quantity)
     ax = single(ax, (8.0, 4.4))
-    corners = numbers(field.cells)
-    x, y, z = np.moveaxis(corners, -1, 0)
-    middle = np.degrees(numbers(field.longitude))[:, None]
-    ring = np.hypot(x, y)
-    longitude = middle + (np.degrees(np.arctan2(y, x)) - middle + 180.0) % 360.0 - 180.0
-    # A pole has all longitudes: that of the next corner, on either side.
-    pole = ring < 1e-9 * np.abs(corners).max()
-    for k in range(4):
-        beside = np.where(pole[:, k - 1], longitude[:, (k + 1) % 4], longitude[:, k - 1])
-        longitude[:, k] = np.where(pole[:, k], beside, longitude[:, k])
-    cells = np.stack([longitude, np.degrees(np.arctan2(z, ring))], axis=-1)
-    # Cells across the edge of the map stand on both sides of it.
-    right, left = (longitude > 180.0).any(axis=1), (longitude < -180.0).any(axis=1)
+    outlines = _outlines(numbers(field.cells), np.degrees(numbers(field.longitude)))
+    # Cells across the edge of the map are drawn on both sides of it.
     turn = np.array([360.0, 0.0])
-    cells = np.concatenate([cells, cells[right] - turn, cells[left] + turn])
+    right = [k for k, outline in enumerate(outlines) if outline[:, 0].max() > 180.0]
+    left = [k for k, outline in enumerate(outlines) if outline[:, 0].min() < -180.0]
+    cells = [*outlines, *(outlines[k] - turn for k in right), *(outlines[k] + turn for k in left)]
     colours = np.concatenate([values, values[right], values[left]])
     style = {"array": colours, "antialiased": False, "rasterized": True, **kwargs}
     drawn = ax.add_collection(matplotlib("collections").PolyCollection(cells, **style))
-    ax.figure.colorbar(drawn, ax=ax, label=label, shrink=0.85)
     world(ax)
+    colour_bar(ax, drawn, label)
     ax.set_title(plain(field.name))
     return ax
 
 
+def _outlines(cells: _Numbers, middle: _Numbers) -> list[_Numbers]:
+    """Return the outlines of cells (S, 4, 3) on a map, in degrees; see :func:`_outline`."""
+    x, y, z = np.moveaxis(cells, -1, 0)
+    ring = np.hypot(x, y)
+    longitude = middle[:, None] + (np.degrees(np.arctan2(y, x)) - middle[:, None] + 180.0) % 360.0 - 180.0
+    plain_ones = np.stack([longitude, np.degrees(np.arctan2(z, ring))], axis=-1)
+    curved = (np.ptp(longitude, axis=1) > _STRAIGHT) | (ring < 1e-9 * np.abs(cells).max()).any(axis=1)
+    found = list(plain_ones)
+    for k in np.flatnonzero(curved):
+        found[k] = _outline(cells[k], middle[k])
+    return found
+
+
+def _outline(corners: _Numbers, middle: float) -> _Numbers:
+    """Return the outline of a cell (M, 2) on a map: longitudes and latitudes in degrees, the former near ``middle``.
+
+    A pole has all longitudes. A corner there becomes an edge between the longitudes of its neighbours, and a cell
+    around a pole extends to it over a whole turn.
+    """
+    corners = _refined(corners[np.any(corners != np.roll(corners, 1, axis=0), axis=1)])
+    x, y, z = corners.T
+    ring = np.hypot(x, y)
+    latitude = np.degrees(np.arctan2(z, ring))
+    at_pole = ring < 1e-9 * np.abs(corners).max()
+    away = corners[~at_pole]
+    longitude = np.degrees(np.arctan2(away[:, 1], away[:, 0]))
+    # Edges between corners take the shorter way.
+    steps = (np.diff(longitude, append=longitude[:1]) + 180.0) % 360.0 - 180.0
+    longitude = longitude[0] + np.concatenate([[0.0], np.cumsum(steps[:-1])])
+    if not at_pole.any() and abs(steps.sum()) > 180.0:
+        end = np.copysign(90.0, z.sum())
+        around = np.append(longitude, longitude[0] + steps.sum())
+        heights = np.append(latitude, latitude[0])
+        outline = np.stack([around, heights], axis=1)
+        outline = np.concatenate([outline, [[around[-1], end], [around[0], end]]])
+    elif not at_pole.any():
+        outline = np.stack([longitude, latitude], axis=1)
+    else:
+        known = dict(zip(np.flatnonzero(~at_pole).tolist(), longitude.tolist(), strict=True))
+        rows, count = [], len(corners)
+        for k in range(count):
+            if not at_pole[k]:
+                rows.append((known[k], latitude[k]))
+                continue
+            beside = [known.get((k + step) % count, known.get((k + 2 * step) % count, middle)) for step in (-1, 1)]
+            rows += [(one, latitude[k]) for one in beside]
+        outline = np.array(rows)
+    shift = 360.0 * np.round((middle - 0.5 * (outline[:, 0].max() + outline[:, 0].min())) / 360.0)
+    return np.asarray(outline + np.array([shift, 0.0]))
+
+
+def _refined(corners: _Numbers) -> _Numbers:
+    """Subdivide edges that are long in longitude, as near a pole a straight edge is curved on the map."""
+    ring = np.hypot(corners[:, 0], corners[:, 1])
+    longitude = np.degrees(np.arctan2(corners[:, 1], corners[:, 0]))
+    steps = np.abs((np.roll(longitude, -1) - longitude + 180.0) % 360.0 - 180.0)
+    at_pole = ring < 1e-9 * np.abs(corners).max()
+    steps[at_pole | np.roll(at_pole, -1)] = 0.0
+    rows = []
+    for corner, other, step in zip(corners, np.roll(corners, -1, axis=0), steps, strict=True):
+        count = max(1, int(np.ceil(step / _STRAIGHT - 1e-9)))
+        # The order of points is the one that the cell on the other side of the edge has, too.
+        rows += [corner + (other - corner) * (k / count) for k in range(count)]
+    return np.array(rows)
+
+
 @named_options
-def surface_scene(field: SurfaceField, quantity: str = "slope", ax: Any = None, **kwargs: Any) -> Any:
-    """A field on a body's surface in 3D, in the body frame.
+def surface_scene(field: SurfaceField | SurfaceRange, quantity: str = "slope", ax: Any = None, **kwargs: Any) -> Any:
+    """Draw a field on a body's surface in 3D, in the body frame.
 
     Parameters
     ----------
-    field : SurfaceField
-    quantity : {"slope", "geopotential", "surface_acceleration"}
+    field : SurfaceField or SurfaceRange
+    quantity : str
+        The quantity to show, as for :func:`surface_map`.
     ax : matplotlib Axes3D, optional
     **kwargs
-        To ``Poly3DCollection``: ``cmap``, ``clim`` and others.
+        Passed to ``Poly3DCollection``: ``cmap``, ``clim`` and others.
 
     Returns
     -------
@@ -108,21 +179,21 @@ def surface_scene(field: SurfaceField, quantity: str = "slope", ax: Any = None, 
 
 @named_options
 def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: Any = None, **kwargs: Any) -> Any:
-    """Zero-velocity curves of a pair in the plane z = 0 of its rotating frame, with its equilibrium points.
+    """Draw zero-velocity curves of a pair in the plane z = 0 of its rotating frame, with its equilibrium points.
 
-    Full marks are stable points, open ones are not. The curve through the point between the bodies bounds their Roche
-    lobes.
+    The legend names the points. Filled marks are stable points, open marks unstable ones. The curve through the point
+    between the bodies bounds their Roche lobes.
 
     Parameters
     ----------
     pair : Synodic
     levels : sequence of float or Quantity, optional
-        Jacobi constants; those of the equilibrium points unless given.
+        Jacobi constants of the curves; by default those of the equilibrium points.
     ax : matplotlib Axes, optional
     extent : float or Quantity, optional
-        Half the side of the picture.
+        Half the side length of the picture.
     **kwargs
-        To ``Axes.contour``.
+        Passed to ``Axes.contour``.
 
     Returns
     -------
@@ -133,7 +204,7 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     asked = (
         list(constants.values()) if levels is None else [units.number(c, "potential", "one of levels") for c in levels]
     )
-    # Nearly equal ones would be drawn over each other.
+    # Curves of nearly equal constants would cover each other.
     wanted: list[float] = []
     for level in sorted(asked):
         if not wanted or level - wanted[-1] > 1e-9 * abs(level):
@@ -144,34 +215,57 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     span = max(high - low, 0.05 * abs(high))
     shades = {"levels": np.linspace(low, high + span, 16), "cmap": "Greys", "extend": "max", "alpha": 0.6}
     filled = ax.contourf(x, y, found, **shades)
-    ax.figure.colorbar(filled, ax=ax, label=f"Jacobi constant [{unit_of(pair.jacobi([[0.0, 0.0, 0.0]]))}]", shrink=0.85)
+    colour_bar(ax, filled, f"Jacobi constant [{unit_of(pair.jacobi([[0.0, 0.0, 0.0]]))}]")
     colours = [LINES[k % len(LINES)]["color"] for k in range(len(wanted))]
     ax.contour(x, y, found, **{"levels": wanted, "colors": colours, "linewidths": 1.1, **kwargs})
     for k, body in enumerate(pair._bodies):
         _silhouette(ax, pair, k, body)
+
+    def nearest(place: _Numbers) -> float:
+        """Return the x coordinate of the body that is nearest to a point."""
+        return float(pair._centres[np.argmin(np.linalg.norm(pair._centres - place, axis=1)), 0])
+
     for point in points:
         place = numbers(point.position)
         face = "black" if point.stable else "white"
-        ax.plot(*place[:2], marker="o", markersize=5, color="black", markerfacecolor=face, zorder=4)
-        ax.annotate(point.name, place[:2], xytext=(5, 5), textcoords="offset points", fontsize="small", zorder=4)
+        ax.plot(*place[:2], marker="o", markersize=3.5, color="black", markerfacecolor=face, zorder=4)
+        # Names are placed aside of the bodies, to which the points beside them are near.
+        offset = (0.0, 26.0) if abs(place[1]) < 0.2 * pair._distance else (0.0, 9.0)
+        aside = {"xytext": (np.sign(place[0] - nearest(place)) * 9.0, offset[1]), "textcoords": "offset points"}
+        look = {
+            "arrowprops": {"arrowstyle": "-", "linewidth": 0.6, "shrinkB": 2.0},
+            "ha": "center",
+            "fontsize": "small",
+        }
+        ax.annotate(point.name, place[:2], **aside, **look, zorder=4)
     ax.set(xlabel=_length(pair.position, "x"), ylabel=_length(pair.position, "y"), aspect="equal")
     ax.set_title(plain(f"rotating frame of {' and '.join(pair.system.names)}"), fontsize="medium")
     grid(ax)
+    curve, dot = matplotlib("lines").Line2D, {"linestyle": "none", "marker": "o", "markersize": 4, "color": "black"}
+    handles = []
+    for level, colour in zip(wanted, colours, strict=True):
+        names = [name for name, constant in constants.items() if abs(constant - level) <= 1e-9 * abs(level)]
+        handles.append(curve([], [], color=colour, label=f"through {', '.join(names)}" if names else f"{level:.6g}"))
+    for stable, label in ((True, "stable point"), (False, "unstable point")):
+        if any(point.stable == stable for point in points):
+            handles.append(curve([], [], **dot, markerfacecolor="black" if stable else "white", label=label))
+    style = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.11), "ncols": 4, "frameon": False, "fontsize": "small"}
+    ax.legend(handles=handles, **style)
     return ax
 
 
 @named_options
 def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any) -> Any:
-    """The Roche lobes of a pair in 3D, with the bodies in them.
+    """Draw the Roche lobes of a pair in 3D, with the bodies in them.
 
     Parameters
     ----------
     pair : Synodic
     ax : matplotlib Axes3D, optional
     rows : int
-        Of the lobes' meshes.
+        The number of rows of the lobes' meshes.
     **kwargs
-        To ``Axes3D.plot_surface``.
+        Passed to ``Axes3D.plot_surface``.
 
     Returns
     -------
@@ -196,14 +290,14 @@ def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any)
 
 
 def _cells(pair: Synodic, place: int, body: Any) -> _Numbers:
-    """The cells of a body's surface (S, 4, 3) in the rotating frame."""
+    """Return the cells of a body's surface (S, 4, 3) in the rotating frame."""
     turn = pair._turn.T @ pair._attitudes[place]
     cells: _Numbers = pair._centres[place] + samples(body, 24).cells @ turn.T
     return cells
 
 
 def _silhouette(ax: Any, pair: Synodic, place: int, body: Any) -> None:
-    """A body as seen along z, or a dot."""
+    """Draw a body as seen along z, or a dot for a point."""
     cells = _cells(pair, place, body)[..., :2]
     style = {"facecolors": "#56B4E9", "edgecolors": "#56B4E9", "linewidths": 0.3, "zorder": 3}
     if len(cells):
@@ -213,21 +307,21 @@ def _silhouette(ax: Any, pair: Synodic, place: int, body: Any) -> None:
 
 
 def _stage(ax: Any) -> Any:
-    """The caller's axes in 3D, or new ones."""
+    """Return the caller's axes in 3D, or new ones."""
     if ax is not None:
         return check_axes(ax, "ax", "3d")
     return matplotlib().figure(figsize=(7.0, 5.4), layout="constrained").add_subplot(projection="3d")
 
 
 def _polygons(cells: _Numbers, **style: Any) -> Any:
-    """Polygons in 3D."""
+    """Make polygons in 3D."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     return Poly3DCollection(cells, **style)
 
 
 def _equal(ax: Any, points: _Numbers, like: Any) -> None:
-    """Equal scales about points (..., 3); labels with the unit of a length."""
+    """Set equal scales that contain points (..., 3), and labels with the unit of a length."""
     low, high = points.reshape(-1, 3).min(axis=0), points.reshape(-1, 3).max(axis=0)
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     ax.set_box_aspect(high - low)

@@ -1,4 +1,4 @@
-"""How a body is turned in the frame of its orbit."""
+"""Attitude of a body in the frame of its orbit."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from ._style import (
 )
 
 if TYPE_CHECKING:
-    from ..record.base import BaseRun
+    from ..motion.run import Run
 
-#: A body whose yaw passes this goes round under the other one; so it does not librate.
+#: A body whose yaw in radians exceeds this rotates relative to the line to the other body, so it does not librate.
 _ROUND = 2.0 * np.pi
 
 
-def libration(run: BaseRun, ax: Any, *, body: int, about: int, **kwargs: Any) -> Any:
-    """See :meth:`fullbody.plots.Plots.libration`."""
+def libration(run: Run, ax: Any, *, body: int, about: int, **kwargs: Any) -> Any:
+    """Draw roll, pitch and yaw; see :meth:`fullbody.plots.Plots.libration`."""
     check_samples(run)
     body, about = check_body(run, body, "body"), check_body(run, about, "about")
     kwargs = wishes(kwargs)
@@ -52,14 +52,14 @@ def libration(run: BaseRun, ax: Any, *, body: int, about: int, **kwargs: Any) ->
     return ax
 
 
-def _angles(run: BaseRun, body: int, about: int) -> dict[str, Any]:
-    """Roll, pitch and yaw (K,) of a body that librates; of one that goes round, the tilt of its z-axis."""
+def _angles(run: Run, body: int, about: int) -> dict[str, Any]:
+    """Return roll, pitch and yaw (K,) of a body that librates, or the tilt of the z-axis of one that does not."""
     try:
         turned = np.asarray(roll_pitch_yaw(run, body=body, about=about))
         if np.ptp(turned[:, 2]) <= _ROUND:
             return dict(zip(("roll", "pitch", "yaw"), turned.T, strict=True))
     except InvalidInput:
-        # Samples too far apart to tell how the body turns still tell its tilt; motion along a line has no frame.
+        # Samples too far apart to follow the attitude still give the tilt; motion along a line has no orbital frame.
         if not _normal(run, body, about).any(axis=1).all():
             raise
     normal, axis = _normal(run, body, about), attitudes_of(run, body).rotation_matrix[:, :, 2]
@@ -67,7 +67,7 @@ def _angles(run: BaseRun, body: int, about: int) -> dict[str, Any]:
     return {"tilt": np.arctan2(across, np.sum(normal * axis, axis=1))}
 
 
-def _normal(run: BaseRun, body: int, about: int) -> Array:
-    """Normals (K, 3) of the orbit, of any length; zero where the motion is along a line."""
+def _normal(run: Run, body: int, about: int) -> Array:
+    """Return normals (K, 3) of the orbit, of any length; zero if the motion is along a line."""
     r, v = (run._record[name][:, body] - run._record[name][:, about] for name in ("position", "velocity"))
     return np.asarray(np.cross(r, v))

@@ -27,13 +27,13 @@ from ._style import (
 )
 
 if TYPE_CHECKING:
-    from ..record.base import BaseRun
+    from ..motion.run import Run
 
 _PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
 
-def orbit(run: BaseRun, ax: Any, *, about: int, plane: str, shapes: bool, **kwargs: Any) -> Any:
-    """See :meth:`fullbody.plots.Plots.orbit`."""
+def orbit(run: Run, ax: Any, *, about: int, plane: str, shapes: bool, **kwargs: Any) -> Any:
+    """Draw projected paths; see :meth:`fullbody.plots.Plots.orbit`."""
     if plane not in _PLANES:
         raise InvalidInput(f"plane is {plane!r}; expected one of {list(_PLANES)}")
     check_samples(run)
@@ -62,8 +62,8 @@ def orbit(run: BaseRun, ax: Any, *, about: int, plane: str, shapes: bool, **kwar
     return ax
 
 
-def _outline(ax: Any, run: BaseRun, body: int, centre: Array, plane: list[int]) -> None:
-    """The edge of each part as seen along the third axis: the ellipse of P R diag(a^2) R^T P^T."""
+def _outline(ax: Any, run: Run, body: int, centre: Array, plane: list[int]) -> None:
+    """Draw the outline of each part as seen along the third axis: the ellipse of P R diag(a^2) R^T P^T."""
     drawn = surfaces(run, body)
     if not drawn:
         ax.plot(*centre[:, None], marker="+", color=LINES[2]["color"], linestyle="none")
@@ -74,7 +74,7 @@ def _outline(ax: Any, run: BaseRun, body: int, centre: Array, plane: list[int]) 
         columns = matrix @ surface.columns
         if surface.triangles is not None:
             corners = surface.triangles @ columns.T + (centre + matrix @ surface.position)
-            # No edges: the outline is that of all faces together.
+            # Edges are not drawn: the outline is that of all faces together.
             faces = matplotlib("collections").PolyCollection(corners, facecolor="0.8", edgecolor="0.8", linewidth=0.3)
             faces.set_zorder(3)
             ax.add_collection(faces)

@@ -1,4 +1,4 @@
-"""Where particles strike, as a map."""
+"""Maps of the places where particles strike a body."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ import numpy as np
 
 from ..base.arguments import named_options
 from ..errors import InvalidInput
-from ._style import LINES, grid, numbers, plain, single, unit_of, world
+from ._style import LINES, colour_bar, grid, numbers, plain, single, unit_of, world
 
 if TYPE_CHECKING:
     from ..particles.flight import Flight
 
 __all__ = ["impacts"]
 
-#: What may colour an impact, and its label.
+#: The quantities that may colour an impact, with their labels.
 _COLOURS = {"time": "time", "speed": "speed", "incidence": "angle of incidence"}
 
 
 @named_options
 def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | None = "time", **kwargs: Any) -> Any:
-    """Where particles have struck a body or lie on it, as a map of longitudes and latitudes, in degrees.
+    """Draw where particles have struck a body or lie on it, on a map of longitudes and latitudes in degrees.
 
     Parameters
     ----------
@@ -29,9 +29,9 @@ def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | No
     body : int or str
     ax : matplotlib Axes, optional
     colour : {"time", "speed", "incidence"} or None
-        What the colour of a dot tells: when it struck, how fast, or at which angle to the normal.
+        The quantity that the colour of a dot shows: the time, the speed, or the angle to the normal of the last impact.
     **kwargs
-        To ``scatter``: ``s``, ``cmap``, ``norm`` and others.
+        Passed to ``scatter``: ``s``, ``cmap``, ``norm`` and others.
 
     Returns
     -------
@@ -45,11 +45,14 @@ def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | No
     place = flight.system._place(body, "body")
     if colour is not None and colour not in _COLOURS:
         raise InvalidInput(f"colour is {colour!r}; expected one of {', '.join(map(repr, _COLOURS))}, or None")
+    own = {"c", "color"} & kwargs.keys()
+    if own and colour is not None:
+        raise InvalidInput(f"{own.pop()} is given beside colour={colour!r}; expected colour=None with a colour of dots")
     struck = (flight.fate_body == place) & np.isin(flight.fate, ("impact", "rest"))
     ax = single(ax, (8.0, 4.4))
     style: dict[str, Any] = {"s": 4.0, "linewidths": 0.0, "rasterized": True}
     if colour is None:
-        style["color"] = LINES[0]["color"]
+        style |= {} if own else {"color": LINES[0]["color"]}
     else:
         values = getattr(flight, "fate_time" if colour == "time" else colour)
         in_degrees = colour == "incidence"
@@ -58,7 +61,7 @@ def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | No
     longitude, latitude = (np.degrees(flight._record[name][struck]) for name in ("longitude", "latitude"))
     drawn = ax.scatter(longitude, latitude, **{**style, **kwargs})
     if colour is not None:
-        ax.figure.colorbar(drawn, ax=ax, label=f"{_COLOURS[colour]} [{unit}]", shrink=0.85)
+        colour_bar(ax, drawn, f"{_COLOURS[colour]} [{unit}]")
     world(ax)
     ax.set_title(f"{plain(flight.system.names[place])}, {int(struck.sum())} of {len(flight)} particles")
     grid(ax)

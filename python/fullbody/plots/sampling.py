@@ -1,4 +1,4 @@
-"""Whether pictures and samples lie close enough together to show the true motion."""
+"""Checks whether pictures and samples are close enough together to show the true motion."""
 
 from __future__ import annotations
 
@@ -8,30 +8,57 @@ import numpy as np
 
 from ..errors import caution
 from ._style import Array
+from .between import at, track
 
 if TYPE_CHECKING:
-    from ..record.base import BaseRun
+    from ..motion.run import Run
 
-__all__ = ["warn_if_aliased"]
+__all__ = ["followed", "warn_if_aliased"]
+
+#: The number of turns in a run that samples alone show; for more turns, the part of a turn between points, and the
+#: largest number of points.
+_SEEN, _PART, _MOST = 20.0, 1.0 / 48.0, 400_000
 
 
-def warn_if_aliased(run: BaseRun, times: Array) -> None:
-    """Warn where a body turns by more than half a turn between two pictures: it would seem to turn otherwise.
+def followed(run: Run) -> tuple[Array, Array]:
+    """Return times (T,) and attitudes (T, N, 4) for curves of angles, dense enough to resolve every turn of a body.
 
-    So it would between two samples, unless the run keeps its continuous solution.
+    Points at nearly equal phases of each turn would look like slow curves. If no body makes many turns, the samples are
+    returned. A warning tells where samples are more than half a turn apart.
     """
     known = run._record["time"]
-    advice = {"pictures": "show more of them, or a shorter time"}
-    if run.dense is None:
-        advice["samples"] = "record more of them (output=), or with dense=True"
-    # Of two samples that coincide either will do.
+    warn_if_aliased(run, known, "samples")
+    turns = _turns(run, known, known)
+    if turns.sum(axis=1).max(initial=0.0) <= _SEEN or (run.dense is None and turns.max() > 0.5):
+        return known, np.asarray(run._record["attitude"])
+    count = 1 + (len(known) - 1) * int(np.ceil(turns.max() / _PART))
+    times = track(run, float(known[-1]), min(_MOST, count))
+    return times, at(run, times)[1]
+
+
+def _turns(run: Run, times: Array, known: Array) -> Array:
+    """Return the turns (N, T - 1) of each body between times that increase or decrease."""
     order = np.unique(known, return_index=True)[1]
     rate = np.linalg.norm(run._record["spin"][order], axis=2)
+    fastest = [np.interp(times[:-1], known[order], rate[:, body]) for body in range(len(run.system))]
+    return np.asarray(np.array(fastest) * np.abs(np.diff(times)) / (2.0 * np.pi))
+
+
+def warn_if_aliased(run: Run, times: Array, shown: str = "pictures") -> None:
+    """Warn if a body turns by more than half a turn between two pictures, as it would seem to turn otherwise.
+
+    The same holds between two samples, unless the run has its continuous solution.
+    """
+    known = run._record["time"]
+    advice = {"pictures": "show more of them, or a shorter time"} if shown == "pictures" else {}
+    if run.dense is None:
+        advice["samples"] = "record more of them (output=), or with dense=True"
+    # If two samples coincide, either of them is suitable.
+    order = np.unique(known, return_index=True)[1]
     for what, moments in (("pictures", np.sort(times)), ("samples", known[order])):
         if what not in advice or len(moments) < 2:
             continue
-        fastest = [np.interp(moments[:-1], known[order], rate[:, body]) for body in range(len(run.system))]
-        turns = (np.array(fastest) * np.diff(moments)).max(axis=1) / (2.0 * np.pi)
+        turns = _turns(run, moments, known).max(axis=1)
         body = int(np.argmax(turns))
         if turns[body] > 0.5:
             caution(

@@ -1,4 +1,4 @@
-"""The bodies in 3D."""
+"""Pictures of the bodies in 3D."""
 
 from __future__ import annotations
 
@@ -24,19 +24,21 @@ from ._style import (
     wishes,
 )
 from .between import at, moment, track
+from .sunlight import Sunlight, directions
 
 if TYPE_CHECKING:
-    from ..record.base import BaseRun
+    from ..motion.run import Run
+    from ..observing.vectors import Vectors
 
-#: Body axes reach this far, in units of what the body does.
+#: The length of the drawn body axes relative to the body.
 _REACH = 1.7
-#: Height of the strip for the legend below the axes, in units of their height.
+#: The height of the strip for the legend below the axes, relative to their height.
 _MARGIN = 0.11
 _FACE = ("#9ecae1", "#fdae6b", "#d9d9d9", "#a1d99b", "#e7cbdc", "#cfe8f7")
 
 
-def scene(run: BaseRun, time: Any, ax: Any, *, path: bool, **kwargs: Any) -> Any:
-    """See :meth:`fullbody.plots.Plots.scene`."""
+def scene(run: Run, time: Any, ax: Any, *, path: bool, geometry: Vectors | None = None, **kwargs: Any) -> Any:
+    """Draw the bodies in 3D; see :meth:`fullbody.plots.Plots.scene`."""
     check_samples(run)
     if ax is None:
         ax = stage(matplotlib().figure(figsize=(7.0, 5.2)))
@@ -47,12 +49,15 @@ def scene(run: BaseRun, time: Any, ax: Any, *, path: bool, **kwargs: Any) -> Any
     paths = at(run, track(run, now))[0]
     names = [called(run, body) for body in range(len(run.system))]
     surface = _surface(kwargs)
+    light = None
+    if geometry is not None:
+        light = Sunlight(run, directions(run, geometry, np.array([now]))[0], centres, attitude)
     near, far = split_far(run)
     for body in near:
         if path:
             style = line(body, {"color": "0.45", "linewidth": 0.8})
             ax.plot(*paths[:, body].T, **style)
-        draw_body(ax, run, body, centres[body], attitude[body], names[body], surface)
+        draw_body(ax, run, body, centres[body], attitude[body], names[body], surface, light=light)
     for body, distance in far:
         names[body] = far_label(run, body, distance)
         ax.plot([], [], linestyle="none", label=names[body])
@@ -75,34 +80,35 @@ def scene(run: BaseRun, time: Any, ax: Any, *, path: bool, **kwargs: Any) -> Any
 
 
 def stage(figure: Any) -> Any:
-    """Axes in 3D that leave room for the labels of their box, which stand outside it, and for the legend below them."""
+    """Make axes in 3D that leave room for the labels outside their box and for the legend below them."""
     return figure.add_axes((0.02, 0.86 * _MARGIN, 0.9, 0.86), projection="3d")
 
 
 def _surface(kwargs: dict[str, Any]) -> dict[str, Any]:
-    """The caller's options of a surface under the names of its own style."""
-    # For a surface these names mean an array of colours, and not one colour of all faces.
+    """Return the caller's options of a surface under the names that the package's own style uses."""
+    # Under these names matplotlib takes an array of colours for a surface, but not one colour for all faces.
     kept = {name: value for name, value in kwargs.items() if name == "facecolors"}
     rest = {name: value for name, value in kwargs.items() if name not in kept}
     return {**wishes(rest, "collections.PolyCollection"), **kept}
 
 
-def title(ax: Any, run: BaseRun, time: str) -> None:
-    """The time with its unit above a scene."""
+def title(ax: Any, run: Run, time: str) -> None:
+    """Write the time with its unit above a scene."""
     ax.set_title(f"time {time} {unit(run, 'time')}".rstrip(), fontsize="medium")
 
 
 def draw_body(
     ax: Any,
-    run: BaseRun,
+    run: Run,
     body: int,
     centre: Array,
     attitude: Array,
     name: str,
     kwargs: dict[str, Any],
     mesh: tuple[int, int] = (37, 19),
+    light: Sunlight | None = None,
 ) -> list[Any]:
-    """Surface and axes of a body; gives the artists."""
+    """Draw the surface and axes of a body, in sunlight if it is given, and return the artists."""
     drawn = surfaces(run, body)
     if not drawn:
         return list(ax.plot(*centre[:, None], marker="o", color=LINES[body % len(LINES)]["color"], label=name))
@@ -111,51 +117,72 @@ def draw_body(
     ball = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
     style = {"color": _FACE[body % len(_FACE)], "edgecolor": "0.45", "linewidth": 0.15, "rstride": 1, "cstride": 1}
     artists = []
+    if light is not None:
+        # The legend shows the colour of the day side.
+        square = {"linestyle": "none", "marker": "s", "markersize": 9.0, "color": style["color"]}
+        artists += ax.plot([], [], **square, label=name)
     for k, surface in enumerate(drawn):
-        named = {"label": name} if k == 0 else {}
+        named: dict[str, Any] = {"label": name} if k == 0 and light is None else {}
         if surface.triangles is not None:
             corners = (surface.triangles @ surface.columns.T + surface.position) @ matrix.T + centre
+            if light is not None:
+                normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+                named["facecolors"] = _colours(style, light.shade(body, k, corners.mean(axis=1), normals))
             artists.append(ax.add_collection3d(_facets(corners, {**style, **named, **kwargs})))
             continue
-        x, y, z = np.moveaxis((ball @ surface.columns.T + surface.position) @ matrix.T + centre, -1, 0)
-        artists.append(ax.plot_surface(x, y, z, **{**style, **named, **kwargs}))
+        grid = (ball @ surface.columns.T + surface.position) @ matrix.T + centre
+        if light is not None:
+            # Normals of an ellipsoid are along the points of the unit sphere divided by the semi-axes.
+            out = ball @ np.linalg.inv(surface.columns) @ matrix.T
+            middle, normals = (0.25 * (v[1:, 1:] + v[1:, :-1] + v[:-1, 1:] + v[:-1, :-1]) for v in (grid, out))
+            shades = light.shade(body, k, middle.reshape(-1, 3), normals.reshape(-1, 3)).reshape(middle.shape[:2])
+            named |= {"facecolors": _colours(style, shades), "shade": False}
+        artists.append(ax.plot_surface(*np.moveaxis(grid, -1, 0), **{**style, **named, **kwargs}))
     whole = reach(run, body)
     for column, letter in enumerate("xyz"):
-        # From the surface outwards: a plot in 3D hides no line behind a body, so none is drawn inside.
+        # The axis begins at the surface, since a plot in 3D does not hide lines inside a body.
         edge = max(surface.position[column] + np.linalg.norm(surface.columns[column]) for surface in drawn)
         ends = centre + np.outer([max(edge, 0.0), _REACH * whole], matrix[:, column])
         artists += ax.plot(*ends.T, **line(column, {"linewidth": 1.4, "label": f"body {letter}"}))
     return artists
 
 
+def _colours(style: dict[str, Any], shades: Array) -> Array:
+    """Return colours (..., 4) of a style scaled by shades (...), in place of the style's own colour and edges."""
+    colour = np.array(matplotlib("colors").to_rgb(style.pop("color")))
+    style.update(edgecolor="none", linewidth=0.0)
+    return np.concatenate([colour * shades[..., None], np.ones((*shades.shape, 1))], axis=-1)
+
+
 def _facets(corners: Array, style: dict[str, Any]) -> Any:
-    """Triangles (F, 3, 3) in 3D, with the options of a surface."""
-    colour = style.pop("color")
+    """Make triangles (F, 3, 3) in 3D, with the options of a surface."""
+    colour = style.pop("color", None)
     style = {name: value for name, value in style.items() if name not in ("rstride", "cstride", "cmap")}
     style.setdefault("facecolors", style.pop("facecolor", colour))
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    return Poly3DCollection(corners, shade=True, **style)
+    # Faces lit by the Sun have their shades already.
+    return Poly3DCollection(corners, shade=np.ndim(style["facecolors"]) < 2, **style)
 
 
-def frame(ax: Any, run: BaseRun, centres: Array, bodies: list[int]) -> None:
-    """Equal scales on all axes, wide enough for the whole paths (T, n, 3) of some bodies; labels with units."""
+def frame(ax: Any, run: Run, centres: Array, bodies: list[int]) -> None:
+    """Set equal scales on all axes, wide enough for the whole paths (T, n, 3) of some bodies, and labels with units."""
     sizes = [_REACH * reach(run, body) for body in bodies]
     low = (centres - np.array(sizes)[:, None]).min(axis=(0, 1))
     high = (centres + np.array(sizes)[:, None]).max(axis=(0, 1))
     span = np.where(high > low, high - low, 1.0)
     ax.set(xlim=(low[0], low[0] + span[0]), ylim=(low[1], low[1] + span[1]), zlim=(low[2], low[2] + span[2]))
-    # As large as fits: the box's width and height as seen from matplotlib's usual place, 30 degrees up.
+    # The picture fills the axes: the box's width and height as seen from matplotlib's default view, 30 degrees up.
     x, y, z = span / np.linalg.norm(span)
     wide, high_up = 0.87 * x + 0.5 * y, 0.25 * x + 0.43 * y + 0.87 * z
     ax.set_box_aspect(span, zoom=min(1.05 / wide, 0.84 / high_up))
     digits = len(f"{np.abs([low, low + span]).max():.0f}")
     for letter, width in zip("xyz", span / span.max(), strict=True):
         getattr(ax, f"set_{letter}label")(label(run, letter, "length"))
-        # Fewer ticks on a shorter axis, and where their numbers are long.
+        # There are fewer ticks on a shorter axis, and where their numbers are long.
         count = max(2, round((6 if digits < 5 else 4) * float(width)))
         getattr(ax, f"{letter}axis").set_major_locator(matplotlib("ticker").MaxNLocator(count))
-    # Numbers beside the upright axis are centred on a place near it: long ones need more room.
+    # Numbers beside the vertical axis are centred on a point near it, so that long ones need more room.
     more = max(0, digits - 2)
     ax.tick_params(axis="z", pad=ax.zaxis.get_tick_padding() + 2.5 * more)
     ax.zaxis.labelpad += 5.0 * more

@@ -25,11 +25,11 @@ from ._style import (
 )
 
 if TYPE_CHECKING:
-    from ..record.base import BaseRun
+    from ..motion.run import Run
 
 
-def spins(run: BaseRun, axes: Any, *, bodies: Sequence[int] | None = None, frame: str, **kwargs: Any) -> Any:
-    """See :meth:`fullbody.plots.Plots.spins`."""
+def spins(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, frame: str, **kwargs: Any) -> Any:
+    """Draw angular velocities; see :meth:`fullbody.plots.Plots.spins`."""
     if frame not in ("body", "inertial"):
         raise InvalidInput(f"frame is {frame!r}; expected 'body' or 'inertial'")
     check_samples(run)

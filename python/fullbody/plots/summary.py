@@ -1,4 +1,4 @@
-"""A run on one page."""
+"""A summary of a run on one page."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from .spins import spins
 from .work import work
 
 if TYPE_CHECKING:
-    from ..record.base import BaseRun
+    from ..motion.run import Run
 
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Page:
     """A page of plots: the figure, and its axes by what they show.
 
-    Not the figure itself, which a notebook would show a second time as the value of a cell's last line.
+    It is not the figure itself, which a notebook would show a second time as the value of a cell's last line.
 
     Attributes
     ----------
@@ -41,8 +41,8 @@ class Page:
         return f"<page of {len(self.axes)} plots: {', '.join(self.axes)}; its .figure saves it>"
 
 
-def summary(run: BaseRun, figure: Any, *, body: int, about: int) -> Page:
-    """See :meth:`fullbody.plots.Plots.__call__`."""
+def summary(run: Run, figure: Any, *, body: int, about: int) -> Page:
+    """Draw the summary; see :meth:`fullbody.plots.Plots.__call__`."""
     check_samples(run)
     if figure is not None and not isinstance(figure, matplotlib("figure").FigureBase):
         raise InvalidInput(f"figure is {figure!r}; expected a matplotlib Figure or SubFigure")
@@ -65,7 +65,7 @@ def summary(run: BaseRun, figure: Any, *, body: int, about: int) -> Page:
             elements(run, panels, mu=None, body=body, about=about, names=names)
             axes.update(zip(names, panels, strict=True))
         except InvalidInput as error:
-            # Motion along a line, for instance, has no elements.
+            # Elements do not exist for motion along a line, for instance.
             for ax in panels:
                 ax.remove()
             right.text(0.5, 0.5, f"no elements: {fill(str(error), 48)}", ha="center", va="center")
@@ -76,10 +76,10 @@ def summary(run: BaseRun, figure: Any, *, body: int, about: int) -> Page:
         other = body if place == about else about
         try:
             axes[f"attitude of {run.system.names[place]}"] = libration(run, ax, body=place, about=other)
-            # The lowest panel names the time for all.
+            # The lowest panel labels the time axis for all.
             ax.label_outer()
         except InvalidInput as error:
-            # Motion along a line, for instance, and a body alone have no frame of an orbit.
+            # A single body and motion along a line, for instance, have no orbital frame.
             ax.remove()
             note = f"no frame of an orbit: {fill(str(error), 48)}"
             right.text(0.5, 1.0 - (place + 0.5) / count, note, ha="center", va="center")

@@ -1,4 +1,4 @@
-"""What forces from outside did."""
+"""The work of external forces against time."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from ..errors import InvalidInput
 from ._style import check_samples, grid, label, legend, line, matplotlib, plain, single, time_label, times, wishes
 
 if TYPE_CHECKING:
-    from ..record.base import BaseRun
+    from ..motion.run import Run
 
-#: Above this ratio of the largest to the smallest work, a linear axis would show the smallest as none.
+#: The ratio of the largest to the smallest work above which a linear axis would show the smallest as zero.
 _APART = 30.0
 _NAME = 24
 
 
-def work(run: BaseRun, ax: Any, **kwargs: Any) -> Any:
-    """See :meth:`fullbody.plots.Plots.work`."""
+def work(run: Run, ax: Any, **kwargs: Any) -> Any:
+    """Draw the work of external forces; see :meth:`fullbody.plots.Plots.work`."""
     check_samples(run)
     forces = run.system.forces
     if not forces:
-        raise InvalidInput("the run has no forces from outside; expected a system with some to draw their work")
+        raise InvalidInput("the run has no external forces; expected a system with some to draw their work")
     ax, kwargs = single(ax, (7.0, 3.2)), wishes(kwargs)
     done = run._record["work"]
     sizes = np.abs(done).max(axis=0)
@@ -32,12 +32,12 @@ def work(run: BaseRun, ax: Any, **kwargs: Any) -> Any:
         ax.plot(times(run), done[:, place], **line(place, {"label": name, **kwargs}))
     sizes = sizes[sizes > 0.0]
     if len(sizes) and sizes.max() > _APART * sizes.min():
-        # Linear over all of the smallest force's work, then decades.
+        # The axis is linear over all of the smallest force's work, then logarithmic.
         threshold = 10.0 ** np.ceil(np.log10(sizes.min()))
         ax.set_yscale("symlog", linthresh=threshold, linscale=1.5)
         ticker = matplotlib("ticker")
         locator = ticker.SymmetricalLogLocator(base=10.0, linthresh=threshold)
-        # Room for a number each on a page too.
+        # The number of ticks is small enough for a page of plots too.
         locator.set_params(numticks=5)
         ax.yaxis.set_major_locator(locator)
     ax.set_ylabel(label(run, "work", "energy"))

@@ -1,7 +1,7 @@
-"""How well a motion keeps the quantities that it conserves.
+"""Drifts of the conserved quantities of a motion.
 
-The conserved quantities stand in eight numbers: the time, the total, translational, rotational and potential energy,
-and the angular momentum.
+The conserved quantities are stored in eight numbers: the time, the total, translational, rotational and potential
+energy, and the angular momentum.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ _Array = npt.NDArray[np.float64]
 
 
 def named(numbers: Any, units: Units) -> Invariants:
-    """The eight numbers under their names, with units where the system has them."""
+    """Return the eight numbers under their names, with units if the system has them."""
     energies = (units.attach(float(energy), "energy") for energy in numbers[1:5])
     momentum = units.attach(np.array(numbers[5:], dtype=np.float64), "angular momentum")
     return Invariants(units.attach(float(numbers[0]), "time"), Energy(*energies), momentum)
 
 
 def size(name: str, start: _Array) -> float:
-    """The size that a drift is relative to, which may be zero."""
+    """Return the size to which a drift is relative, which may be zero."""
     _, total, translational, _, potential, *momentum = start
     if name == "angular_momentum_drift":
         return float(np.linalg.norm(momentum))
@@ -38,10 +38,10 @@ def size(name: str, start: _Array) -> float:
 
 
 def drift(name: str, start: _Array, record: Mapping[str, _Array]) -> _Array:
-    """The drift (K,) of the energies (K, 4) or angular momenta (K, 3) of a record since the start; absolute where its
-    size is zero.
+    """Return the drift (K,) since the start of the energies (K, 4) or angular momenta (K, 3) of a record; it is
+    absolute if its size is zero.
 
-    It is what is left after the work or the angular impulse of forces from outside, where the record has them.
+    The work or the angular impulse of external forces is subtracted if the record has them.
     """
     if name == "angular_momentum_drift":
         change = record["angular_momentum"] - start[5:]

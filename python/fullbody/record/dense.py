@@ -1,4 +1,4 @@
-"""A run as a function of time."""
+"""The continuous solution of a run."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from ..model.state import State
 from ..typing import Array, Scalar
 
 if TYPE_CHECKING:
-    from ..model.system import BaseSystem
+    from ..motion.system import System
 
 __all__ = ["Dense", "Samples"]
 
 
 @named_options
 class Dense:
-    """A run as a function of time.
+    """The continuous solution of a run, a function of time.
 
-    Copies share it; it does not pickle, for it holds the steps themselves: pickle samples of it, ``dense(times)``.
+    Copies share the steps that it consists of. It cannot be pickled; pickle samples of it instead, ``dense(times)``.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Dense:
         First and last time, in the direction of the run.
     """
 
-    def __init__(self, system: BaseSystem, core: _core.Dense) -> None:
+    def __init__(self, system: System, core: _core.Dense) -> None:
         self._system = system
         self._core = core
 
@@ -49,12 +49,12 @@ class Dense:
     @overload
     def __call__(self, time: Sequence[float] | npt.NDArray[Any]) -> Samples: ...
     def __call__(self, time: Any) -> State | Samples:
-        """The state at a time of the run, or the states at many.
+        """Return the state at a time of the run, or the states at many times.
 
         Parameters
         ----------
         time : float, Quantity or array_like, (K,)
-            Within the run, in any order.
+            Times within the run, in any order.
 
         Returns
         -------
@@ -98,7 +98,7 @@ class Dense:
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Samples(ArrayFields):
-    """States of a run at asked-for times.
+    """States of a run at given times.
 
     Attributes
     ----------

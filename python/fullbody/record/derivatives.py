@@ -1,16 +1,22 @@
-"""How a run depends on its start and on parameters of its system."""
+"""Derivatives of a run by its start and by parameters of its system."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
+from ..events import Occurrence
 from ..typing import Array
+
+if TYPE_CHECKING:
+    from ..motion.system import System
+    from .displaced import FunctionDerivatives
 
 __all__ = ["Differentiated", "EventDerivatives", "departures"]
 
@@ -18,24 +24,24 @@ _KINDS = ("position", "velocity", "rotation", "spin")
 
 
 def departures(names: tuple[str, ...]) -> list[str]:
-    """What the 12 numbers of each body in a departure are."""
+    """Return the labels of the components of a tangent vector, 12 for each body."""
     return [f"{name} {kind} {axis}" for name in names for kind in _KINDS for axis in "xyz"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EventDerivatives(ArrayFields):
-    """How the time and the state of a terminal event depend on the start of a run and on parameters.
+    """Derivatives of the time and the state of an event by the start of a run and by parameters.
 
     Attributes
     ----------
     time : ndarray, (12 N,)
-        Derivatives of the event's time by the start.
+        Derivatives of the event's time by the start of the run.
     transition : ndarray, (12 N, 12 N)
-        Those of the state at the event, whose time changes too.
+        Derivatives of the state at the event by the start of the run, including the change of the event's time.
     time_sensitivity : dict of float
-        Derivatives of the time by the parameters.
+        Derivatives of the event's time by the parameters of the run and of the event itself.
     sensitivity : dict of ndarray, (12 N,)
-        Those of the state.
+        Derivatives of the state at the event by the same parameters, including the change of the event's time.
     """
 
     time: npt.NDArray[np.float64]
@@ -49,26 +55,49 @@ class EventDerivatives(ArrayFields):
 
 
 class Differentiated:
-    """What a run has that was integrated with ``derivatives=`` or ``chaos=True``.
+    """The derivatives of a run that was integrated with ``derivatives=`` or ``chaos=True``.
 
-    A departure from a run has 12 numbers a body, body after body: position and velocity in the inertial frame, a
-    rotation vector theta in the body frame (R becomes R exp(theta), in rad), and spin in the body frame. All are
-    numbers in the system's own units.
+    A tangent vector of a run has 12 components per body, body after body: changes of position and velocity in the
+    inertial frame, a rotation vector theta in the body frame (R becomes R exp(theta), in rad), and the change of spin
+    in the body frame. All are numbers in the system's own units.
     """
 
-    system: Any
+    system: System
     stop_reason: str
-    events: list[Any]
+    events: list[Occurrence]
     _record: dict[str, npt.NDArray[np.float64]]
-    #: Names of the parameters that the run was differentiated by.
+    #: Names of the parameters by which the run was differentiated.
     _parameters: tuple[str, ...] = ()
 
     @property
-    def transition(self) -> npt.NDArray[np.float64]:
-        """Transition matrices (K, 12 N, 12 N): a departure from the start of the run times them is that from a sample.
+    def departure_units(self) -> tuple[Any, ...] | None:
+        """The units of the 12 N components of a tangent vector, or ``None`` for a system without units.
 
-        In the system's own units, per body position, velocity, rotation vector in the body frame and spin. The nominal
-        barycentre departs with the start, and the paths of third bodies with it.
+        The element (i, j) of a transition matrix has the unit ``departure_units[i] / departure_units[j]``. The element
+        i of a sensitivity has the unit ``departure_units[i]`` divided by that of the parameter, which is the system's
+        own.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4(units=True)
+        >>> units = system.integrate(state, "1 hour", derivatives=True).departure_units
+        >>> [str(unit) for unit in units[:12:3]]
+        ['km', 'km / h', 'rad', 'rad / h']
+        """
+        units = self.system._units
+        if not units.known:
+            return None
+        kinds = [units.unit(dimension) for dimension in ("length", "velocity", "angle", "spin")]
+        return tuple(unit for _ in range(len(self.system)) for unit in kinds for _ in range(3))
+
+    @property
+    def transition(self) -> npt.NDArray[np.float64]:
+        """Transition matrices (K, 12 N, 12 N), which map a tangent vector at the start of the run to that at a sample.
+
+        They are numbers in the system's own units (:attr:`departure_units`), per body for position, velocity, rotation
+        vector in the body frame and spin. The nominal barycentre moves with the start, and the paths of third bodies
+        with it.
 
         Raises
         ------
@@ -89,7 +118,9 @@ class Differentiated:
 
     @property
     def sensitivity(self) -> dict[str, npt.NDArray[np.float64]]:
-        """Derivatives (K, 12 N) of the samples by parameters of the system, by their names; the start stays as it is.
+        """Derivatives (K, 12 N) of the samples by parameters of the system, by their names, at a fixed start.
+
+        They are numbers in the system's own units: :attr:`departure_units` divided by the unit of the parameter.
 
         Examples
         --------
@@ -104,39 +135,50 @@ class Differentiated:
         values = self._record.get("sensitivity")
         return {} if values is None else {name: values[:, k] for k, name in enumerate(self._parameters)}
 
-    def at_last_event(self) -> EventDerivatives:
-        """Derivatives of the time and the state of the terminal event that ended the run.
+    def at_event(self, k: int = -1) -> EventDerivatives:
+        """Return the derivatives of the time and the state of an event.
 
         At a zero of the event's function g the time changes by dt = -(grad g . dx + dg/dp dp) / (dg/dt), and the state
-        by dx + f dt, with dx the departure at a fixed time and f the rates of change there. The derivatives of g itself
-        are differences of eighth order. A :class:`fullbody.events.Function` knows the state alone and has no dg/dp; a
-        third body is taken to stand where its path has it relative to the barycentre at the event.
+        by dx + f dt, with dx the tangent vector at a fixed time and f the rates of change there. The derivatives of g
+        itself are differences of eighth order. A :class:`fullbody.events.Function` depends only on the state and has no
+        dg/dp; a third body is taken to be where its path has it relative to the barycentre at the event.
+
+        Parameters
+        ----------
+        k : int
+            Index of the event in :attr:`events`; by default the last one.
 
         Returns
         -------
         EventDerivatives
+            Derivatives whose dictionaries have the parameters of the run and those of the event itself, such as
+            ``"value of Separation"``.
+
+        Raises
+        ------
+        InvalidInput
+            For a run without ``derivatives=``, for an event that the run does not have, and for one whose function is
+            constant along the run.
 
         Examples
         --------
         >>> import fullbody
-        >>> system, state = fullbody.systems.case1()
-        >>> apsis = fullbody.events.Apoapsis(0, 1, terminal=True)
-        >>> run = system.integrate(state, 60.0, events=[apsis], derivatives=True)
-        >>> run.at_last_event().time.shape
+        >>> system, state = fullbody.systems.kw4()
+        >>> apsis = fullbody.events.Periapsis(0, 1)
+        >>> run = system.integrate(state, 40.0, output="ends", events=[apsis], derivatives=True)
+        >>> run.at_event(0).time.shape
         (24,)
         """
-        if self.stop_reason != "event" or not self.events:
-            raise InvalidInput(f"stop_reason is {self.stop_reason!r}; expected a run that a terminal event ended")
-        transition, sensitivity = self.transition[-1], self.sensitivity
-        happened = self.events[-1]
+        if not -len(self.events) <= k < len(self.events):
+            raise InvalidInput(f"k is {k!r}; expected the place of one of the {len(self.events)} events of the run")
+        happened = self.events[k]
+        if happened._derivatives is None:
+            raise InvalidInput("the events of this run keep no derivatives; integrate with derivatives=True")
+        transition, sensitivity = happened._derivatives
         core = self.system._strip(happened.state)
-        if self._record["time"][-1] != core.time:
-            raise InvalidInput(
-                f"the event that ended the run, at time {happened.time}, is not its last sample; expected a run whose "
-                "last sample is that of the event, not a part of it"
-            )
         condition = happened.event._condition(self.system)
-        slopes, by_time, direct = condition.slopes(self.system._core, core, list(sensitivity))
+        names = list(self._parameters)
+        slopes, by_time, direct, own = condition.derivatives(self.system._core, core, names)
         flow = self.system._core.jacobian(core, [])[3]
         rate = slopes @ flow + by_time
         if rate == 0.0:
@@ -144,20 +186,68 @@ class Differentiated:
                 f"the function of {happened.event!r} does not change along the run; expected one that does"
             )
         time = -(slopes @ transition) / rate
-        pairs = zip(sensitivity.items(), direct, strict=True)
-        times = {name: float(-(slopes @ values[-1] + own) / rate) for (name, values), own in pairs}
+        fixed = dict(zip(names, sensitivity, strict=True)) | {name: np.zeros_like(flow) for name, _ in own}
+        known = dict(zip(names, direct, strict=True)) | dict(own)
+        times = {name: float(-(slopes @ values + known[name]) / rate) for name, values in fixed.items()}
         return EventDerivatives(
             time,
             transition + np.outer(flow, time),
             times,
-            {name: values[-1] + flow * times[name] for name, values in sensitivity.items()},
+            {name: values + flow * times[name] for name, values in fixed.items()},
         )
+
+    def derivative_of(self, function: Callable[[Any], Any], *, start: bool = True) -> FunctionDerivatives:
+        """Compute the derivatives of a function of the run by its start and its parameters.
+
+        The function is evaluated on the run displaced along its own tangent vectors, twice for each of the 12 N
+        components of the start and for each parameter; nothing is integrated. The function may use samples, events,
+        elements, energies and angular momenta; a displaced run has no continuous solution, and no work of forces.
+
+        Parameters
+        ----------
+        function : callable
+            A function that takes a :class:`Run` and returns a number, a Quantity or an array. It has to be smooth: a
+            mean is, and the largest of the samples is as long as it stays the same sample.
+        start : bool
+            Whether to compute the derivatives by the start.
+
+        Returns
+        -------
+        FunctionDerivatives
+
+        Raises
+        ------
+        InvalidInput
+            For a run without ``derivatives=``, and for a function that uses what a displaced run does not have.
+
+        Notes
+        -----
+        The derivatives are differences of second order over a hundred-thousandth of the natural sizes of the
+        components; they are one-sided for a parameter at the end of its range, such as an eccentricity of zero. Their
+        error is about 1e-9 of the scale of the derivative.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> run = system.integrate(state, 40.0, output=1.0, derivatives=["mass of Alpha"])
+        >>> found = run.derivative_of(lambda run: run.elements().e.mean())
+        >>> found.start.shape, list(found.by_parameter)
+        ((24,), ['mass of Alpha'])
+        """
+        from .displaced import derivatives_of
+
+        if "transition" not in self._record:
+            raise InvalidInput("this run keeps no derivatives; integrate with derivatives=True")
+        run: Any = self
+        return derivatives_of(run, function, start)
 
     @property
     def megno(self) -> npt.NDArray[np.float64]:
-        """Mean of MEGNO since the start of the run (K,): tends to 2 for regular motion, and grows with chaotic motion.
+        """Mean MEGNO since the start of the run (K,): it tends to 2 for regular motion, and grows with chaotic motion.
 
-        Of a run with ``chaos=True``; zero at its start. See Cincotta & Simo (2000), Astron. Astrophys. Suppl. 147, 205.
+        It needs a run with ``chaos=True``, and is zero at the start. See Cincotta & Simo (2000), Astron. Astrophys.
+        Suppl. 147, 205.
 
         Examples
         --------
@@ -171,18 +261,18 @@ class Differentiated:
 
     @property
     def lyapunov(self) -> Array:
-        """Growth ``ln(|delta|/|delta_0|)`` of a departure over the time since the start (K,), in 1/time.
+        """Tangent growth ``ln(|delta|/|delta_0|)`` divided by the time since the start (K,), in 1/time.
 
-        Tends to the largest Lyapunov exponent; its inverse is the Lyapunov time. Of a run with ``chaos=True``;
-        departures are measured in the natural sizes of their numbers at the start: separation, orbital speed or the
-        body's own, rad, and the spin.
+        It tends to the largest Lyapunov exponent, whose inverse is the Lyapunov time, and needs a run with
+        ``chaos=True``. Components of tangent vectors are measured in their natural sizes at the start: separation,
+        orbital speed or the body's own, rad, and the spin.
         """
         rate: Array = self.system._units.attach(self._chaos(1), "rate")
         return rate
 
     @property
     def fast_lyapunov(self) -> npt.NDArray[np.float64]:
-        """The largest ``ln(|delta|/|delta_0|)`` so far (K,): the fast Lyapunov indicator. For ``chaos=True``."""
+        """Fast Lyapunov indicator: the largest ``ln(|delta|/|delta_0|)`` so far (K,). It needs ``chaos=True``."""
         return self._chaos(2)
 
     def _chaos(self, which: int) -> npt.NDArray[np.float64]:

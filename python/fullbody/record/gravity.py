@@ -11,13 +11,13 @@ from ..errors import InvalidInput
 from ..model.gravity import Gravity, gravity_at, points_in
 
 if TYPE_CHECKING:
-    from .base import BaseRun
+    from ..motion.run import Run
 
 __all__ = ["gravity"]
 
 
-def gravity(run: BaseRun, time: Any, points: Any, body: int | str | None) -> Gravity:
-    """As :meth:`fullbody.Run.gravity`."""
+def gravity(run: Run, time: Any, points: Any, body: int | str | None) -> Gravity:
+    """Compute gravity at points and times; see :meth:`fullbody.Run.gravity`."""
     units = run.system._units
     times, array = units.strip(time, "time", "time"), points_in(points, units)
     try:
@@ -32,8 +32,8 @@ def gravity(run: BaseRun, time: Any, points: Any, body: int | str | None) -> Gra
     return gravity_at(run.system._attracting, *poses, np.broadcast_to(array, (*shape, 3)), units, place, of)
 
 
-def _poses(run: BaseRun, times: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Positions (K, N, 3) and attitudes (K, N, 4) at times (K,), as numbers."""
+def _poses(run: Run, times: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Return positions (K, N, 3) and attitudes (K, N, 4) at times (K,), as plain numbers."""
     units = run.system._units
     if run.dense is not None:
         found = run.dense(units.attach(times, "time"))

@@ -24,17 +24,17 @@ _Scheme = Literal["ABA864", "ABA1064", "leapfrog"]
 
 
 class Integrator(ScalarFields):
-    """Base of all integrators."""
+    """Base class of all integrators."""
 
     __slots__ = ()
 
     @property
     def _tolerance(self) -> float | None:
-        """The tolerance of a step relative to the distance of the nearest body; none with fixed steps."""
+        """The tolerance of a step relative to the distance of the nearest body; ``None`` with fixed steps."""
         return None
 
     def _describe(self, strip: Any) -> dict[str, Any]:
-        """Name and settings in numbers, for the core and for files; ``strip`` turns a time into the system's units."""
+        """Return name and numeric settings; ``strip`` converts a time to the system's units."""
         settings = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
         if "step" in settings:
             settings["step"] = strip(settings["step"])
@@ -42,7 +42,7 @@ class Integrator(ScalarFields):
 
 
 def rebuild(described: dict[str, Any]) -> Integrator:
-    """The integrator of a description."""
+    """Rebuild an integrator from its description."""
     settings = dict(described)
     name = settings.pop("name")
     if name == _TO_ROUNDOFF:
@@ -57,7 +57,7 @@ def rebuild(described: dict[str, Any]) -> Integrator:
 class _Adaptive(Integrator):
     """A Runge-Kutta pair with step control; :class:`Verner98` describes its tolerances."""
 
-    #: Whether tolerances of zero mean the tightest steps that are of use.
+    #: Whether tolerances of zero mean the tightest useful steps.
     _to_roundoff: ClassVar[bool] = False
 
     rtol: float = 1e-13
@@ -83,7 +83,7 @@ class _Adaptive(Integrator):
         return self.rtol + self.atol
 
 
-#: The core's name of :meth:`Verner98.to_roundoff`.
+#: The core's name of the integrator from :meth:`Verner98.to_roundoff`.
 _TO_ROUNDOFF = "Verner98ToRoundoff"
 
 
@@ -99,15 +99,16 @@ class Verner98(_Adaptive):
     Parameters
     ----------
     rtol, atol : float
-        From 0 to below 1. Where their sum is below what doubles can do, rtol is raised to that, with a warning. Both
-        zero: as :meth:`to_roundoff` makes it.
+        From 0 to below 1. If their sum is below what double precision permits, rtol is raised, with a warning. Both
+        zero gives the integrator of :meth:`to_roundoff`.
 
     Notes
     -----
-    Every step errs a little in the same direction, at every tolerance: the energy drifts in proportion to the time. At
-    the default that is 5e-17 a step on a Kepler orbit of eccentricity 0.1, 8e-16 at 0.5, and 1e-19 of the orbital
-    energy in 1999 KW4. It is the tenth part for a tenth of the tolerance. Where runs of a million steps and more
-    are to keep their energy as well as doubles can, take :meth:`to_roundoff`, or :class:`SymplecticSplitting`.
+    The errors of successive steps add up in the same direction at every tolerance: the energy drifts in proportion to
+    the time. At the default that is 5e-17 per step on a Kepler orbit of eccentricity 0.1, 8e-16 at 0.5, and 1e-19 of
+    the orbital energy in 1999 KW4. A tenth of the tolerance gives a tenth of the drift. For runs of a million steps and
+    more that should conserve the energy as well as double precision permits, take :meth:`to_roundoff`, or
+    :class:`SymplecticSplitting`.
 
     References
     ----------
@@ -124,13 +125,13 @@ class Verner98(_Adaptive):
 
     @classmethod
     def to_roundoff(cls) -> Verner98:
-        """Steps so short that rounding alone is left, whatever the eccentricity.
+        """Make an integrator with steps so short that only round-off remains, whatever the eccentricity.
 
-        The energy walks at random, as the root of the number of steps (Brouwer's law). Rounding has a small drift as
-        well: of two points of masses 7 to 3 some 2e-20 of the energy a step, which overtakes the walk after 1e5 steps
-        and makes 2e-13 of 1e7; in 1999 KW4 none is seen. It costs three times the evaluations of the default. The steps
-        are controlled by a formula of order 6 instead of 8: the estimate of order 8 is itself round-off where steps are
-        as short.
+        The error of the energy is a random walk that grows as the root of the number of steps (Brouwer's law).
+        Round-off has a small drift as well: for two points of masses 7 to 3 about 2e-20 of the energy per step, which
+        exceeds the random walk after 1e5 steps and reaches 2e-13 after 1e7; in 1999 KW4 none is seen. The cost is three
+        times the evaluations of the default. The steps are controlled by a formula of order 6 instead of 8, since with
+        such short steps the estimate of order 8 is itself round-off.
 
         Returns
         -------
@@ -211,13 +212,13 @@ class DormandPrince54(_Adaptive):
 @named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class LieGroupVariational(Integrator):
-    """The Lie group variational integrator on SE(3): second order, symplectic, one evaluation a step.
+    """The Lie group variational integrator on SE(3): second order, symplectic, one evaluation per step.
 
     Parameters
     ----------
     step : float or Quantity
         Size of the steps, a time in the system's units. A step in which a body turns by a rad or more may have no
-        solution; a run then ends with a :class:`fullbody.NotConverged` that names the body and a step that does.
+        solution; a run then ends with a :class:`fullbody.NotConverged` that names the body and a step that has one.
 
     References
     ----------
@@ -233,17 +234,17 @@ class LieGroupVariational(Integrator):
 @named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class SymplecticSplitting(Integrator):
-    """Kepler motion and free rotation solved exactly, the rest of the interaction as kicks.
+    """A symplectic splitting: Kepler motion and free rotation solved exactly, the rest of the interaction as kicks.
 
-    Symplectic and time-reversible. N bodies are taken in Jacobi's coordinates: let the first two be the closest pair.
-    The steps have to resolve the rotation as well as the orbit: for a triaxial body some ten steps a turn.
-    :meth:`suggest` finds a step.
+    The method is symplectic and time-reversible. N bodies are described in Jacobi coordinates, and the first two bodies
+    should be the closest pair. The steps have to resolve the rotation as well as the orbit: for a triaxial body about
+    ten steps per turn. :meth:`suggest` finds a step.
 
     Parameters
     ----------
     step : float or Quantity
-        Size of the steps, a time in the system's units. One in which a triaxial body turns by more than 1024 rad is
-        refused with :class:`fullbody.NotConverged`, which names a step that is not.
+        Size of the steps, a time in the system's units. A step in which a triaxial body turns by more than 1024 rad is
+        refused with :class:`fullbody.NotConverged`, which names a step that is accepted.
     scheme : {"ABA864", "ABA1064", "leapfrog"}
         The near-integrable compositions (8,6,4) and (10,6,4), or the leapfrog.
 
@@ -273,27 +274,27 @@ class SymplecticSplitting(Integrator):
     def suggest(
         cls, system: Any, state: Any, *, energy_error: float = 1e-9, scheme: _Scheme = "ABA864", trial: Any = None
     ) -> SymplecticSplitting:
-        """The splitting with the longest step that keeps the energy's error below a bound, by short trial runs.
+        """Find by short trial runs the longest step that keeps the energy's error below a bound.
 
-        Steps from an eighth of the shortest orbit downwards, each 0.84 times the last one, or less where the error is
-        far too large, are tried for 64 such orbits. The first is taken that keeps the energy below the bound, does not
-        let its error grow from the first half to the second, and has neighbours, 2 per cent shorter and longer, below
-        twice the bound. Left out are steps near the resonances of a triaxial body, in which it turns past another one
-        by half a turn, or a multiple of that, in one, two or three steps, to 3 per cent: Alpha of the paper's 1999 KW4
-        by 78 degrees in space, a quarter of a turn past Beta. The method's own error is periodic; rounding and chaos
-        are not in the trials.
+        Steps from an eighth of the shortest orbit downwards, each 0.84 times the last one, or less if the error is far
+        too large, are tried for 64 such orbits. The result is the first step that keeps the energy's error below the
+        bound, without growth from the first half to the second, and whose neighbours, 2 per cent shorter and longer,
+        stay below twice the bound. Steps within 3 per cent of resonances of a triaxial body are skipped, in which it
+        turns relative to another body by a multiple of a half turn in one, two or three steps; Alpha of the paper's
+        1999 KW4, for example, then turns by 78 degrees in space, a quarter of a turn relative to Beta. The method's own
+        error is periodic; the trials do not cover round-off and chaos.
 
         Parameters
         ----------
         system : System
         state : State
         energy_error : float
-            Largest error of the energy in a trial, relative to that of the orbits: abs(potential + translational).
-            A run that is much longer may exceed it; that of 1999 KW4 with spheroids does by a half.
+            Largest error of the energy in a trial, relative to that of the orbits: abs(potential + translational). A
+            run that is much longer may exceed it; a long run of 1999 KW4 with spheroids does so by a half.
         scheme : {"ABA864", "ABA1064", "leapfrog"}
         trial : float or Quantity, optional
-            How long a trial lasts instead, a time in the system's units. For an energy that varies slowly, as that of
-            an eccentric orbit about others.
+            Length of a trial, a time in the system's units, for an energy that varies slowly, as that of an eccentric
+            orbit about other bodies.
 
         Returns
         -------
@@ -302,8 +303,8 @@ class SymplecticSplitting(Integrator):
         Raises
         ------
         NotConverged
-            Where no step does: bodies that come close to each other, or turn too fast. Says how far the error comes
-            down.
+            If no step suffices, as for bodies that come close to each other or turn too fast. The message gives the
+            least error found.
 
         Examples
         --------

@@ -1,10 +1,18 @@
-"""Counts of steps and evaluations."""
+"""Statistics of an integration: counts of steps and evaluations, and the reason for its end."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Statistics"]
+__all__ = ["STOP_REASONS", "Statistics"]
+
+#: The reasons for which a run may end, with words for an early end.
+STOP_REASONS = {
+    "end": None,
+    "event": "by the last event",
+    "interrupted": "by an interrupt",
+    "unfinished": "by an error",
+}
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""The step of a symplectic splitting, found by trying."""
+"""Search for the step of a symplectic splitting by trial runs."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from ..errors import InvalidInput, NotConverged, StepSizeTooSmall
 
 if TYPE_CHECKING:
     from ..model.state import State
-    from ..model.system import BaseSystem
+    from ..motion.system import System
 
 __all__ = ["longest_step"]
 
-#: A trial lasts so many of the shortest period among orbits.
+#: The length of a trial in the shortest orbital period.
 _PERIODS = 64
-#: Steps that are tried have this ratio, from an eighth of that period down to a 4096th.
+#: The ratio of successive steps, and their range: an eighth of that period down to a 4096th.
 _RATIO = 2.0**-0.25
 _LONGEST, _SHORTEST = 1 / 8, 1 / 4096
-#: A step must also do where it is longer or shorter by this share: a resonance moves with the spin.
+#: A step must also be suitable if it is longer or shorter by this fraction, as a resonance moves with the spin.
 _BESIDE = 0.02
-#: An error that is so much larger in a trial's second half than in its first one grows.
+#: The ratio of the errors in the second and first half of a trial above which the error counts as growing.
 _GROWTH = 3.0
-#: How near to a resonance no step is tried, relative to its angle, and up to which order.
+#: The relative distance to a resonance within which no step is tried, and the highest order of a resonance.
 _CLEAR, _ORDERS = 0.03, 3
 
 
 def longest_step(
-    integrator: Callable[[float], Any], system: BaseSystem, state: State, energy_error: float, trial: Any
+    integrator: Callable[[float], Any], system: System, state: State, energy_error: float, trial: Any
 ) -> float:
-    """The longest step, a number in the system's units, that keeps the energy's error below a bound in short runs."""
+    """Find the longest step, in the system's units, that keeps the energy's error below a bound in short runs."""
     if not (isinstance(energy_error, int | float) and 0.0 < energy_error < 1.0):
         raise InvalidInput(f"energy_error is {energy_error!r}; expected a number above zero and below one")
     if len(system) < 2:
@@ -46,8 +46,8 @@ def longest_step(
     turning = _turning(system, start.spin, rates)
 
     def error(step: float) -> float:
-        """Of the energy, relative to the orbits'; infinite where it grows."""
-        run = system.integrate(state, until, integrator=integrator(step))  # type: ignore[attr-defined]
+        """Return the largest error of the energy relative to the orbital energy, or infinity if it grows."""
+        run = system.integrate(state, until, integrator=integrator(step))
         drift = np.abs(run.energy_drift_orbital)
         half = len(drift) // 2
         first, second = drift[:half].max(initial=0.0), drift[half:].max()
@@ -67,7 +67,7 @@ def longest_step(
             error(step * share) <= 2 * energy_error for share in (1 - _BESIDE, 1 + _BESIDE)
         ):
             return _rounded(step)
-        # The error falls with the sixth power of the step or a higher one, but only until rounding is left.
+        # The error falls with at least the sixth power of the step, but only until round-off remains.
         ahead = math.log(found / energy_error) / math.log(1 / _RATIO) / 12 if energy_error < found < math.inf else 1.0
         step *= _RATIO ** max(1, math.floor(ahead))
     attach = system._units.attach
@@ -78,7 +78,7 @@ def longest_step(
 
 
 def _orbital_rates(position: Any, velocity: Any, masses: Any, constant: float) -> Any:
-    """Mean motions of the bodies about the barycentre of those before them; of an open orbit that of a circular one."""
+    """Return mean motions of bodies about the barycentre of those before them; circular ones for open orbits."""
     rates = []
     for body in range(1, len(masses)):
         shares = masses[:body] / masses[:body].sum()
@@ -89,8 +89,8 @@ def _orbital_rates(position: Any, velocity: Any, masses: Any, constant: float) -
     return np.array(rates)
 
 
-def _turning(system: BaseSystem, spin: Any, rates: Any) -> Any:
-    """Rates at which triaxial bodies turn past others, by either sense of the orbit."""
+def _turning(system: System, spin: Any, rates: Any) -> Any:
+    """Return the rates at which triaxial bodies turn relative to others, for either sense of the orbit."""
     moments = [body.inertia for body in system.bodies]
     triaxial = [len({float(getattr(moment, "value", moment)) for moment in body}) == 3 for body in moments]
     own = np.linalg.norm(spin, axis=1)[triaxial]
@@ -98,15 +98,15 @@ def _turning(system: BaseSystem, spin: Any, rates: Any) -> Any:
 
 
 def _resonant(turning: Any, step: float) -> bool:
-    """Whether a body turns past another by about a half turn in one, two or three steps, or by a multiple of that.
+    """Return whether a body turns relative to another by about a multiple of a half turn in one, two or three steps.
 
-    Its torque has come round by then, so that the errors of the steps add up.
+    The torque is then the same at each of these steps, so that the errors of the steps add up.
     """
     turns = np.outer(np.arange(1, _ORDERS + 1), turning * step / math.pi)
     return bool((np.abs(turns - np.round(turns)) < _CLEAR * np.round(turns)).any())
 
 
 def _rounded(step: float) -> float:
-    """Down to three digits."""
+    """Round a step down to three digits."""
     unit = 10.0 ** (math.floor(math.log10(step)) - 2)
     return float(f"{math.floor(step / unit) * unit:.3g}")

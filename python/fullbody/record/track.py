@@ -1,4 +1,4 @@
-"""One body along a run."""
+"""The motion of one body along a run."""
 
 from __future__ import annotations
 
@@ -16,23 +16,24 @@ __all__ = ["Track"]
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Track(ArrayFields):
-    """One body along a run of K samples: ``run["Beta"]``. A body without a name is ``"body 1"``, by its place.
+    """The motion of one body along a run of K samples: ``run["Beta"]``; a body without a name is ``"body 1"``, by
+    index.
 
-    Arrays are read-only; Quantities where the system has units.
+    Arrays are read-only; they are Quantities if the system has units.
 
     Attributes
     ----------
     name : str
-        The body's name; ``body i`` where none was given.
+        The body's name, or ``body i`` if none was given.
     time : ndarray or Quantity, (K,)
     position : ndarray or Quantity, (K, 3)
-        Centres, inertial.
+        Positions of the centre in the inertial frame.
     velocity : ndarray or Quantity, (K, 3)
-        Velocities of the centre, inertial.
+        Velocities of the centre in the inertial frame.
     attitude : ndarray, (K, 4)
-        Unit quaternions ``[w, x, y, z]``, body frame to inertial.
+        Unit quaternions ``[w, x, y, z]`` from the body frame to the inertial frame.
     spin : ndarray or Quantity, (K, 3)
-        Angular velocities, body frame.
+        Angular velocities in the body frame.
 
     Examples
     --------
@@ -52,7 +53,7 @@ class Track(ArrayFields):
 
     @property
     def rotation_matrix(self) -> npt.NDArray[np.float64]:
-        """Rotation matrices (K, 3, 3), body frame to inertial."""
+        """Rotation matrices (K, 3, 3) from the body frame to the inertial frame."""
         return attitudes(self.attitude).rotation_matrix if len(self.attitude) else np.zeros((0, 3, 3))
 
     @property
@@ -62,6 +63,6 @@ class Track(ArrayFields):
 
 
 def attitudes(quaternions: npt.NDArray[np.float64]) -> _core.State:
-    """Attitudes (K, 4) as a state of the core, which turns them into matrices (K, 3, 3) or angles (K, 3)."""
+    """Return attitudes (K, 4) as a state of the core, which converts them to matrices (K, 3, 3) or angles (K, 3)."""
     zeros = np.zeros((len(quaternions), 3))
     return _core.State(0.0, zeros, zeros, np.ascontiguousarray(quaternions), zeros)

@@ -1,4 +1,4 @@
-"""Circular orbits in the attraction that the bodies of a binary really have."""
+"""Circular orbits in the actual attraction of the bodies of a binary."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ import numpy as np
 from ..base import rotations
 from ..errors import BodiesOverlap, NotConverged
 from ..model.state import State
-from ..motion.simulation import System
+from ..motion.system import System
 from .masses import Found
 from .start import Start
 
 
 def circular_orbit(system: System, found: Found, start: Start, *, keep: str) -> tuple[Found, float]:
-    """Period and semi-major axis of a circular orbit, and its mu: r^2 times the relative acceleration.
+    """Compute period and semi-major axis of a circular orbit, and its mu: r^2 times the relative acceleration.
 
-    For a primary that turns relative to the secondary, mu is the mean over a turn, unless the bodies overlap in it.
+    If the primary turns relative to the secondary, mu is the mean over a turn, unless the bodies overlap in it.
 
     Parameters
     ----------
     keep : {"period", "semi_major_axis"}
-        Which of the two stays as found; the other follows.
+        The quantity that stays as found; the other follows.
     """
     primary, secondary = start.attitudes
-    # Four turns by an eighth cancel the equator's harmonics of the orders 2, 4 and 6.
+    # Four attitudes at steps of an eighth turn cancel the equator's harmonics of the orders 2, 4 and 6.
     eighths = range(4 if start.primary_turns else 1)
     turned = [(rotations.product(primary, rotations.turn(2, np.pi / 4 * k)), secondary) for k in eighths]
     try:
@@ -40,7 +40,7 @@ def _circular(system: System, found: Found, direction: Any, attitudes: Sequence[
     reduced = found.masses[0] * found.masses[1] / sum(found.masses)
 
     def mu_at(distance: float) -> float:
-        """The mean over the attitudes."""
+        """Return the mean of mu over the attitudes."""
         total = 0.0
         for pair in attitudes:
             core = State([np.zeros(3), distance * direction], np.zeros((2, 3)), pair)._core

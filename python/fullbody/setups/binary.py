@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
@@ -12,8 +14,8 @@ from ..base.units import USUAL, Units, gathered, is_quantity, numbers, scalar
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
 from ..model.state import State
-from ..motion.simulation import System
-from . import doubts
+from ..motion.system import System
+from . import input_warnings
 from .attraction import circular_orbit
 from .component import Component, body_of, has_units
 from .masses import Found, Known, known_from, solve
@@ -51,11 +53,11 @@ def binary(
     time: Any = 0.0,
     **options: Any,
 ) -> tuple[System, State]:
-    """A binary from published numbers: its system and its state.
+    """Set up a binary from published numbers: its system and its state.
 
     The masses, the period and the semi-major axis obey Kepler's third law, G (m1 + m2) P^2 = 4 pi^2 a^3. Give what is
-    published: what is missing follows, and what is given twice is compared. Then the masses of the components go
-    before a total mass, both go before what a period and a semi-major axis imply, and a period goes before a
+    published: missing values follow, and values that are given twice are compared. If they differ, masses of the
+    components have priority over a total mass, both over what a period and a semi-major axis imply, and a period over a
     semi-major axis.
 
     Parameters
@@ -65,14 +67,14 @@ def binary(
     mass_ratio : float, optional
         The secondary's mass divided by the primary's.
     equal_density : bool
-        Split the total mass by volume.
+        Whether to split the total mass by volume.
     period, semi_major_axis : float or Quantity, optional
-        Those of the mutual orbit. Give one of them, or both.
+        Period and semi-major axis of the mutual orbit. Give one of them, or both.
     eccentricity : float
     elements : {"mean", "osculating"}, optional
-        Whether the orbit has that mean period in the bodies' actual attraction, or the start is that of the Kepler
-        orbit; see the notes. Unless given it is ``"mean"`` where there is a period, for observed periods are means, and
-        ``"osculating"`` where there is a semi-major axis alone.
+        Whether the orbit has the given mean period in the bodies' actual attraction (``"mean"``), or the start is that
+        of the Kepler orbit (``"osculating"``); see the notes. The default is ``"mean"`` if a period is given, since
+        observed periods are means, and ``"osculating"`` for a semi-major axis alone.
     argument_of_periapsis, mean_anomaly : float or Quantity
         The angles at the start; the former is measured from the ascending node.
     pole : (longitude, latitude), optional
@@ -85,11 +87,10 @@ def binary(
         The angle by which a synchronous secondary is turned away from that about its z-axis.
     at_rest : {"barycentre", "primary"}
         Whether the barycentre or the primary starts at rest at the origin.
-    mismatch_warning, mismatch_error : float
-        Relative differences of two values of one quantity above which there is a warning, or an error; infinite for
-        none.
+    Relative differences between two values of one quantity above which there is a warning, or an error; infinite for no
+    limit.
     G, units
-        As for :class:`fullbody.System`.
+        Arguments of :class:`fullbody.System`.
     time : float or Quantity
         The time of the state.
     **options
@@ -103,7 +104,7 @@ def binary(
     Raises
     ------
     InvalidInput
-        For too little, for a contradiction beyond ``mismatch_error``, and for values that describe nothing.
+        For too few values, for a contradiction beyond ``mismatch_error``, and for invalid values.
     BodiesOverlap
         For bodies that overlap at the start.
 
@@ -163,12 +164,12 @@ def binary(
     warn_above = _tolerance(mismatch_warning, "mismatch_warning")
     found = _found(known, warn_above, _tolerance(mismatch_error, "mismatch_error"))
     system = System(_bodies(components, found.masses, convert), G=gravity, units=convert.names, **options)
-    for doubt in doubts.of_binary(system, components, synchronous, found.semi_major_axis):
-        caution(doubt)
+    for doubtful in input_warnings.of_binary(system, components, synchronous, found.semi_major_axis):
+        caution(doubtful)
     start = Start.of(system, components, found, orbit, swing if synchronous else None, at_rest)
     start.refuse_overlap(system, start.separation)
     if elements == "mean":
-        plain, warning = _mean(system, known, found, start)
+        plain, warning = _remembered(system, known, found, start)
         start.refuse_overlap(system, plain.position[1] - plain.position[0])
     else:
         plain, warning = _osculating(system, found, start, warn_above)
@@ -187,7 +188,7 @@ def binary(
 def _refuse_choices(
     components: tuple[Component, Component], at_rest: str, elements: str | None, options: dict[str, Any]
 ) -> None:
-    """Refuse what is no component, no option and none of the choices."""
+    """Raise an error for invalid components, options and choices."""
     for component in components:
         if not isinstance(component, Component):
             raise InvalidInput(f"{component!r} is no Component; expected fullbody.Component(...)")
@@ -202,7 +203,7 @@ def _refuse_choices(
 
 
 def _libration(secondary: Component, synchronous: bool, libration: Any) -> float:
-    """The libration in radians, where the secondary's rotation and it do not exclude each other."""
+    """Return the libration in radians, after checking that it agrees with the secondary's rotation."""
     if synchronous and secondary.rotation_period is not None:
         raise InvalidInput("the secondary has a rotation_period and is synchronous; expected one of the two")
     swing = Units().number(libration, "angle", "libration")
@@ -222,7 +223,7 @@ def _libration(secondary: Component, synchronous: bool, libration: Any) -> float
 def _units_and_gravity(
     units: Any, G: Any, given: tuple[Any, ...], components: tuple[Component, Component]
 ) -> tuple[Units, float]:
-    """The units of the system and its gravitational constant in them."""
+    """Return the units of the system and its gravitational constant in them."""
     if G is None and not units:
         given = (*given, *(getattr(component, name) for component in components for name in _WITH_UNITS))
         named = any(isinstance(value, str) or is_quantity(gathered(value, "a number")) for value in given)
@@ -234,7 +235,7 @@ def _units_and_gravity(
 
 
 def _found(known: Known, warn_above: float, refuse_above: float) -> Found:
-    """Masses, period and semi-major axis, where what is given twice agrees."""
+    """Return masses, period and semi-major axis, after comparing values that are given twice."""
     found, mismatches = solve(known)
     for mismatch in mismatches:
         if mismatch.relative > refuse_above:
@@ -247,13 +248,28 @@ def _found(known: Known, warn_above: float, refuse_above: float) -> Found:
 def _bodies(components: tuple[Component, Component], masses: tuple[float, float], convert: Units) -> list[Body]:
     bodies = []
     for component, mass in zip(components, masses, strict=True):
-        # A mass without a unit beside sizes without one, so that the density makes sense.
+        # A mass without a unit is used if the sizes have none, so that the density makes sense.
         bodies.append(body_of(component, convert.attach(mass, "mass") if has_units(component) else mass))
     return bodies
 
 
+def _remembered(system: System, known: Known, found: Found, start: Start) -> tuple[State, str | None]:
+    """Cache the result of :func:`_mean`, which takes tenths of a second, for equal arguments."""
+    try:
+        packed = pickle.dumps((system, known, found, start))
+    except (pickle.PicklingError, AttributeError, TypeError):
+        # A force may be a function that has no name.
+        return _mean(system, known, found, start)
+    return _of_packed(packed)
+
+
+@lru_cache(maxsize=64)
+def _of_packed(packed: bytes) -> tuple[State, str | None]:
+    return _mean(*pickle.loads(packed))
+
+
 def _mean(system: System, known: Known, found: Found, start: Start) -> tuple[State, str | None]:
-    """The start of an orbit in the bodies' actual attraction, and a warning where it does not keep its mean period."""
+    """Return a start in the bodies' actual attraction, and a warning if it does not keep its mean period."""
     if known.period is None:
         circle, mu = circular_orbit(system, found, start, keep="semi_major_axis")
         return start.state(circle.semi_major_axis, mu, circle.period), None
@@ -266,19 +282,19 @@ def _mean(system: System, known: Known, found: Found, start: Start) -> tuple[Sta
 
 
 def _osculating(system: System, found: Found, start: Start, warn_above: float) -> tuple[State, str | None]:
-    """The start of a Kepler orbit, and a warning where the bodies' figures force a larger eccentricity."""
+    """Return the start of a Kepler orbit, and a warning if the bodies' figures force a larger eccentricity."""
     mu = system._G * sum(found.masses)
     state = start.state(found.semi_major_axis, mu, found.period)
-    # At the distance of the start, where the bodies are known to be apart.
+    # The attraction is that at the distance of the start, where the bodies do not overlap.
     there = replace(found, semi_major_axis=float(np.linalg.norm(start.separation)))
     _, attracting = circular_orbit(system, there, start, keep="semi_major_axis")
     forced = abs(attracting / mu - 1.0)
     given = start.orbit.eccentricity
-    return state, doubts.too_round(state, given, forced, attracting) if forced - given > warn_above else None
+    return state, input_warnings.too_round(state, given, forced, attracting) if forced - given > warn_above else None
 
 
 def _tolerance(value: Any, what: str) -> float:
-    """A relative difference."""
+    """Check a relative difference and return it as a number."""
     try:
         tolerance = scalar(numbers(value, what), what)
     except InvalidInput:

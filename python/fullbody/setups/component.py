@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import frames
 from ..base import rotations
-from ..base.arguments import doubt_radians, longitude_latitude, named_options, positive
+from ..base.arguments import longitude_latitude, named_options, positive, warn_if_degrees
 from ..base.tables import Table, Tabled, number
 from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to
 from ..base.values import ArrayFields, same
@@ -33,21 +33,21 @@ class Component(ArrayFields, Tabled):
         The semi-axes along the body's x, y and z. Give one of ``semi_axes``, ``diameters``, ``diameter`` and
         ``composite``.
     diameters : (2a, 2b, 2c), optional
-        Whole axes instead of half ones.
+        Full axes instead of semi-axes.
     diameter : float or Quantity, optional
         The diameter of the sphere of equal volume; ``axis_ratios`` shapes it.
     axis_ratios : (a/b, b/c)
-        The ratios of neighbouring axes, beside ``diameter``; one and one for a sphere. Models of light curves have
-        these two. Where a/b and a/c are published, b/c is the latter divided by the former: ``axis_ratios=(1.3, 1.6 /
+        The ratios of neighbouring axes, to be given with ``diameter``; one and one for a sphere. Models of light curves
+        have these two. If a/b and a/c are published, b/c is the latter divided by the former: ``axis_ratios=(1.3, 1.6 /
         1.3)`` for a/b = 1.3 and a/c = 1.6.
     composite : Composite, optional
-        A body of several parts, whose masses count in their proportion: the whole has the mass that is given or
-        follows. It takes no density, and a binary with one no ``equal_density``.
+        A body of several parts, whose masses are scaled in proportion to the body's mass. It is not compatible with a
+        density, nor with ``equal_density`` of the binary.
     mass, density : float or Quantity, optional
-        At most one of the two. Without either the mass follows from what is known of the binary.
+        At most one of the two. Without either, the mass follows from the other values of the binary.
     rotation_period : float or Quantity, optional
         The period of the spin about the body's z-axis: negative for a spin against it, infinite for none. Without it a
-        body that is not synchronous starts without rotation too, with a warning.
+        body that is not synchronous starts without rotation, with a warning.
     pole : (longitude, latitude), optional
         The direction of the body's z-axis, radians or Quantities, in the frame of the orbit's pole. By default it is
         the orbit's pole.
@@ -99,8 +99,8 @@ class Component(ArrayFields, Tabled):
         if Units().number(self.tilt, "angle", f"tilt of {called}") != 0.0 and self.pole is not None:
             raise InvalidInput(f"{called} is given both a pole and a tilt; expected at most one of the two")
         Units().number(self.rotation_angle, "angle", f"rotation_angle of {called}")
-        doubt_radians(self.tilt, f"tilt of {called}")
-        doubt_radians(self.rotation_angle, f"rotation_angle of {called}")
+        warn_if_degrees(self.tilt, f"tilt of {called}")
+        warn_if_degrees(self.rotation_angle, f"rotation_angle of {called}")
         if self.pole is not None:
             longitude_latitude(self.pole, f"pole of {called}")
         if self.mass is not None and self.density is not None:
@@ -115,7 +115,7 @@ class Component(ArrayFields, Tabled):
                 object.__setattr__(self, name, _three(value, f"{name} of {called}"))
 
     def _tables(self) -> tuple[Table, ...]:
-        """The given parameters of one body, without those that have their default."""
+        """Return the given parameters of one body, without defaults."""
         rows: list[Sequence[str]] = []
         for part in fields(self):
             value = getattr(self, part.name)
@@ -129,7 +129,7 @@ class Component(ArrayFields, Tabled):
 
     @property
     def shape(self) -> Ellipsoid | Composite:
-        """The ellipsoid, or the composite."""
+        """The shape: an ellipsoid or the composite."""
         if self.composite is not None:
             return self.composite
         if self.diameter is not None:
@@ -141,21 +141,21 @@ class Component(ArrayFields, Tabled):
 
 
 def has_units(component: Component) -> bool:
-    """Whether the sizes are Quantities."""
+    """Return whether the sizes are Quantities."""
     if component.composite is not None:
         return any(is_quantity(value) for value, _ in component.composite._numbers().values())
     return is_quantity(component.shape.semi_axes)  # type: ignore[union-attr]
 
 
 def body_of(component: Component, mass: Any) -> Body:
-    """The component as a body of this mass."""
+    """Make a body of the component with a mass."""
     if component.composite is not None:
         return Body(component.composite.with_mass(mass), name=component.name)
     return Body(component.shape, mass=mass, name=component.name)
 
 
 def _three(values: Any, what: str) -> Any:
-    """Three lengths above zero."""
+    """Check three positive lengths."""
     values = gathered(values, what)
     if np.shape(values) != (3,):
         raise InvalidInput(f"{what} is {values!r}; expected three lengths")
@@ -165,7 +165,7 @@ def _three(values: Any, what: str) -> Any:
 
 
 def _period(value: Any, what: str) -> Any:
-    """A time of either sign other than zero; infinite for no rotation."""
+    """Check a time of either sign other than zero; infinite for no rotation."""
     value = gathered(value, what, "time")
     number = scalar(_in_seconds(value, what) if is_quantity(value) else numbers(value, what), what)
     if np.isnan(number) or number == 0.0:
@@ -180,21 +180,21 @@ def _in_seconds(value: Any, what: str) -> Any:
 
 
 def axes(component: Component, plane: Any) -> Any:
-    """The attitude of a body's equator with its x-axis at the node."""
+    """Return the attitude of a body's equator with its x-axis at the node."""
     if component.pole is not None:
         return frames.attitude(*component.pole)
     return rotations.product(plane, rotations.turn(0, Units().number(component.tilt, "angle", "tilt")))
 
 
 def attitude(component: Component, plane: Any, angle: float | None) -> Any:
-    """The attitude of a body at an angle from the node, its own if none is given."""
+    """Return the attitude of a body at an angle from the node, by default its own."""
     if angle is None:
         angle = Units().number(component.rotation_angle, "angle", "rotation_angle")
     return rotations.product(axes(component, plane), rotations.turn(2, angle))
 
 
 def pointing(component: Component, plane: Any, direction: Any) -> float:
-    """How far about its z-axis a body turns from the node for its x-axis to point in a direction."""
+    """Return the angle about its z-axis from the node at which a body's x-axis points in a direction."""
     x, y, z = rotations.matrices(axes(component, plane)).T
     if np.linalg.norm(np.cross(z, direction)) <= 1e-12 * np.linalg.norm(direction):
         raise InvalidInput("the secondary's pole points at the primary; no turn about it aligns the long axis")
@@ -202,7 +202,7 @@ def pointing(component: Component, plane: Any, direction: Any) -> float:
 
 
 def rate(component: Component, units: Units, called: str) -> float:
-    """The rate of rotation; zero where it is not stated."""
+    """Return the rate of rotation; zero if it is not given."""
     if component.rotation_period is None:
         return 0.0
     what = f"rotation_period of {called}"

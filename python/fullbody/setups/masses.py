@@ -1,4 +1,4 @@
-"""Masses, period and semi-major axis of a binary from what is known of them."""
+"""Masses, period and semi-major axis of a binary from the given values."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .component import Component
 
 @dataclass(frozen=True)
 class Known:
-    """The given numbers; ``None`` for those that are not."""
+    """The given numbers, with ``None`` for missing ones."""
 
     G: float
     masses: tuple[float | None, float | None]
@@ -37,7 +37,7 @@ class Found:
 
 @dataclass(frozen=True)
 class Mismatch:
-    """Two values of one quantity, each with what it follows from."""
+    """Two values of one quantity, each with its origin."""
 
     what: str
     first: float
@@ -47,7 +47,7 @@ class Mismatch:
 
     @property
     def relative(self) -> float:
-        """Their difference relative to the second."""
+        """The difference of the values relative to the second."""
         return abs(self.first - self.second) / abs(self.second)
 
     def __str__(self) -> str:
@@ -67,7 +67,7 @@ def known_from(
     period: Any,
     semi_major_axis: Any,
 ) -> Known:
-    """What the arguments of :func:`binary` give, in plain numbers of one set of units."""
+    """Convert the arguments of :func:`binary` to plain numbers in one set of units."""
 
     def plain(value: Any, dimension: str, what: str) -> float | None:
         return None if value is None else _positive(scalar(convert.strip(value, dimension, what), what), value, what)
@@ -106,12 +106,12 @@ def _positive(number: float, value: Any, what: str) -> float:
 
 
 def solve(known: Known) -> tuple[Found, list[Mismatch]]:
-    """The numbers that follow from the given ones, and each comparison of two values of one quantity.
+    """Solve for the missing numbers, and compare each two values of one quantity.
 
     Raises
     ------
     InvalidInput
-        Where the given numbers do not suffice.
+        If the given numbers do not suffice.
     """
     mismatches: list[Mismatch] = []
     kepler = None

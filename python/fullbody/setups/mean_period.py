@@ -8,40 +8,45 @@ import numpy as np
 
 from ..errors import BodiesOverlap, FullbodyError
 from ..model.state import State
-from ..motion.simulation import System
+from ..motion.system import System
+from ..observables import mutual_period
+from ..record.integrators import Verner98
 
-#: The mean is measured over 16 to 64 revolutions, which hold 5 librations of a locked body where they can.
+#: The mean is measured over 16 to 64 revolutions, to contain 5 librations of a locked body if possible.
 REVOLUTIONS, MOST, LIBRATIONS = 16, 64, 5
-#: Samples in a revolution; relative errors of the period that end the search, and above which there is a warning.
+#: Samples per revolution; relative errors of the period that end the search, and above which there is a warning.
 SAMPLES, ENOUGH, WARN_ABOVE = 32, 1e-9, 1e-6
 #: The mean is then compared with that over 2 and 4 times as many revolutions, to this relative error. Of 120 random
 #: orbits of e < 0.1 about bodies with tilts below 0.1 radians 117 keep it to 3e-5; the others are irregular.
 LONGER, LASTING = (2, 4), 1e-4
 #: Tolerances of the runs for the search and for the comparison.
 _TOLERANCE, _ROUGHLY = 1e-11, 1e-8
+#: Samples per revolution for the comparison.
+_FEWER = 12
 _TRIALS = 6
 
 
 def start_with_period(
     system: System, period: float, start: Callable[[float], State], locked: Sequence[int]
 ) -> tuple[State, str | None]:
-    """The start whose run has a mean sidereal period, and a warning where its run does not keep that.
+    """Find the start whose run has a mean sidereal period, and a warning if longer runs do not keep it.
 
-    The period is measured over some revolutions and then compared over more. The comparison is needed: one number of
-    the start is adjusted, and that can give even an irregular motion any mean over one length.
+    The period is measured over some revolutions and then compared over more. The comparison is necessary, since
+    adjusting one number of the start can give even an irregular motion any mean over one length.
 
     Parameters
     ----------
     start
-        Makes a start (in plain numbers) for a period. The mean period of its run changes almost one to one with that.
+        A function that makes a start (in plain numbers) from a period. The mean period of its run changes almost in
+        proportion.
     locked
-        Places of the bodies that turn with the orbit, and may librate.
+        Indices of the bodies that turn with the orbit, and may librate.
     """
     best = start(period)
     if _of_points(system):
         return best, None
     gravity = system.options["gravity"]
-    # Both of the exact methods give the same; the focal rule is the faster one.
+    # Both exact methods give the same results; the focal rule is the faster one.
     method = {"gravity": "focal", "order": None} if gravity == "surface" else {}
     rough = system.with_options(attitude_chart="quaternion", gravity_tolerance=_TOLERANCE, **method)
     revolutions = _revolutions(system, locked)
@@ -68,15 +73,15 @@ def start_with_period(
             f"the mean period over {revolutions} revolutions differs from the period given by {smallest:.1e} of it; "
             "the motion is too irregular for a start to have it"
         )
-    return best, doubt_of_later(rough, best, period, revolutions)
+    return best, warning_of_later(rough, best, period, revolutions)
 
 
-def doubt_of_later(system: System, start: State, period: float, revolutions: int) -> str | None:
-    """A warning where the mean period over more revolutions is not the one over these."""
+def warning_of_later(system: System, start: State, period: float, revolutions: int) -> str | None:
+    """Return a warning if the mean period over more revolutions differs from the one over these."""
     lengths = [revolutions * times for times in LONGER]
     held = f"the mean period is the one given over {revolutions} revolutions"
     try:
-        errors = _errors(system, start, period, lengths, _ROUGHLY)
+        errors = _errors(system, start, period, lengths, _ROUGHLY, _FEWER)
     except FullbodyError as failure:
         return f"{held}; {lengths[-1]}, to see whether it lasts in, cannot be run: {_why(failure)}"
     if max(map(abs, errors)) <= LASTING:
@@ -90,20 +95,22 @@ def _why(error: FullbodyError) -> str:
 
 
 def _errors(
-    system: System, start: State, period: float, lengths: Sequence[int], tolerance: float = _TOLERANCE
+    system: System,
+    start: State,
+    period: float,
+    lengths: Sequence[int],
+    tolerance: float = _TOLERANCE,
+    samples: int = SAMPLES,
 ) -> list[float]:
-    """The relative errors of the mean sidereal periods over each of these numbers of revolutions."""
-    from ..observables import mutual_period
-    from ..record.integrators import Verner98
-
+    """Return the relative errors of the mean sidereal periods over each of these numbers of revolutions."""
     integrator = Verner98(rtol=tolerance, atol=tolerance)
-    run = system.integrate(start, lengths[-1] * period, period / SAMPLES, integrator=integrator)
-    means = [mutual_period(run[: length * SAMPLES + 1]).mean for length in lengths]
+    run = system.integrate(start, lengths[-1] * period, period / samples, integrator=integrator)
+    means = [mutual_period(run[: length * samples + 1]).mean for length in lengths]
     return [float(getattr(mean, "value", mean)) / period - 1.0 for mean in means]
 
 
 def _revolutions(system: System, locked: Sequence[int]) -> int:
-    """How many revolutions hold some free librations of the slowest locked body; a nearly round one swings slowly."""
+    """Return a number of revolutions that contains some free librations of the slowest locked body."""
     slowest = np.inf
     for place in locked:
         axes = system.bodies[place]._semi_axes(system._units)
@@ -114,6 +121,6 @@ def _revolutions(system: System, locked: Sequence[int]) -> int:
 
 
 def _of_points(system: System) -> bool:
-    """Whether the bodies attract as points do, so that a Kepler orbit is exact."""
+    """Return whether the bodies attract as points do, so that a Kepler orbit is exact."""
     spheres = all(len(set(body._semi_axes(system._units) or ())) <= 1 for body in system.bodies)
     return spheres or system.options["gravity"] == "point"

@@ -1,4 +1,4 @@
-"""The start of a binary: its orbit, how its bodies stand and spin, and what is at rest."""
+"""The start of a binary: its orbit, the attitudes and spins of its bodies, and the point at rest."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base import rotations
-from ..base.arguments import doubt_radians, longitude_latitude
+from ..base.arguments import longitude_latitude, warn_if_degrees
 from ..base.units import Units, numbers, scalar
 from ..errors import InvalidInput
 from ..model.state import State
-from ..motion.simulation import System
+from ..motion.system import System
 from ..orbit.elements import KeplerElements
 from .component import Component, attitude, pointing, rate
 from .masses import Found
@@ -23,7 +23,7 @@ _Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Orbit:
-    """Shape and orientation of a Kepler orbit, and the place on it at the start; angles in radians."""
+    """Shape and orientation of a Kepler orbit, and the anomaly at the start; angles in radians."""
 
     eccentricity: float
     inclination: float
@@ -33,7 +33,7 @@ class Orbit:
 
     @classmethod
     def published(cls, eccentricity: Any, pole: Any, periapsis: Any, anomaly: Any) -> Orbit:
-        """The orbit of the arguments of :func:`binary`, each checked."""
+        """Make an orbit from the arguments of :func:`binary` after checking each."""
         e = scalar(numbers(eccentricity, "eccentricity"), "eccentricity")
         if not 0.0 <= e < 1.0:
             raise InvalidInput(f"eccentricity is {eccentricity!r}; expected 0 to below 1")
@@ -45,26 +45,26 @@ class Orbit:
         return cls(e, inclination, node, *angles)
 
     def cartesian(self, semi_major_axis: float, mu: float) -> tuple[_Array, _Array]:
-        """The secondary's position and velocity relative to the primary."""
+        """Return the secondary's position and velocity relative to the primary."""
         angles = (self.inclination, self.node, self.periapsis, self.anomaly)
         return KeplerElements(semi_major_axis, self.eccentricity, *angles).to_cartesian(mu)
 
     @property
     def plane(self) -> _Array:
-        """The attitude of the orbit's plane: x to the node, z to the pole."""
+        """The attitude of the orbit's plane: x towards the node, z towards the pole."""
         return rotations.product(rotations.turn(2, self.node), rotations.turn(0, self.inclination))
 
 
 @dataclass(frozen=True)
 class Start:
-    """All of the start but the size and the speed of the orbit, in plain numbers.
+    """The start of a binary except the size and the speed of the orbit, in plain numbers.
 
     Attributes
     ----------
     separation
         The vector from the primary to the secondary (3,), on the Kepler orbit of the masses.
     attitudes
-        The attitudes of both (2, 4).
+        The attitudes of both bodies (2, 4).
     rates
         The rates of rotation about each z-axis; ``None`` for a synchronous secondary, whose rate is the orbit's.
     shares
@@ -90,7 +90,7 @@ class Start:
         libration: float | None,
         at_rest: str,
     ) -> Start:
-        """The start of a system's bodies; the libration is ``None`` for a secondary that is not synchronous."""
+        """Make the start of a system's bodies; the libration is ``None`` for a secondary that is not synchronous."""
         primary, secondary = components
         separation, _ = orbit.cartesian(found.semi_major_axis, system._G * sum(found.masses))
         plane = orbit.plane
@@ -118,11 +118,11 @@ class Start:
 
     @property
     def locked(self) -> list[int]:
-        """The places of the bodies that turn with the orbit."""
+        """The indices of the bodies that turn with the orbit."""
         return [k for k, turns in enumerate((self.primary_turns, self.rates[1] is not None)) if not turns]
 
     def state(self, semi_major_axis: float, mu: float, period: float) -> State:
-        """The state on an orbit of this size and speed; a synchronous secondary turns once in the period."""
+        """Return the state on an orbit of this size and speed; a synchronous secondary turns once in the period."""
         r, v = self.orbit.cartesian(semi_major_axis, mu)
         spins = [2 * np.pi / period if own is None else own for own in self.rates]
         shares = self.shares[:, None]
@@ -136,5 +136,5 @@ class Start:
 
 
 def _angle(value: Any, what: str) -> float:
-    doubt_radians(value, what)
+    warn_if_degrees(value, what)
     return Units().number(value, "angle", what)

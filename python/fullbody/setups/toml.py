@@ -61,12 +61,12 @@ from __future__ import annotations
 import inspect
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import named_options
+from ..base.arguments import name_of, named_options
 from ..base.atomic import as_path, check_suffix, content
 from ..base.units import Units
 from ..base.values import ArrayFields
@@ -78,33 +78,31 @@ from ..model.force import Force
 from ..model.polyhedron import Polyhedron
 from ..model.shapes import Ellipsoid, PointMass, Solid, Sphere
 from ..model.state import State
-from ..motion.simulation import System
+from ..motion.run import Run
+from ..motion.system import System
 from ..record import integrators
 from .toml_forces import ELEMENTS, elements, force
 from .toml_table import Table
 
-if TYPE_CHECKING:
-    from ..motion.simulation import Run
-
-__all__ = ["Setup", "read_toml"]
+__all__ = ["Configuration", "read_toml"]
 
 _RUN = ("until", "output", "start", "origin", "file")
-#: What a shape with a mass is told by.
+#: The keys that describe a shape with a mass.
 _SOLID = ("semi_axes", "radius", "point", "polyhedron", "mass", "density")
 _PART = (*_SOLID, "position", "angles", "attitude")
 _BODY = (
     *("name", *_SOLID, "part"),
     *("position", "velocity", "orbit", "angles", "attitude", "spin", "rotation_period"),
 )
-#: The default first.
+#: The choices of ``origin``, the default first.
 _INTEGRATORS = tuple(sorted(integrators.__all__, key=lambda name: name != "Verner98"))
 _Array = npt.NDArray[np.float64]
 
 
 @named_options
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Setup(ArrayFields):
-    """A system, its start and its run, as a ``system.toml`` describes them.
+class Configuration(ArrayFields):
+    """A system, its start and the options of its run, as read from a ``system.toml``.
 
     Attributes
     ----------
@@ -117,7 +115,7 @@ class Setup(ArrayFields):
     until : float or Quantity
     output : None, float, ndarray or Quantity
     file : Path
-        Where the run is to be written.
+        The file to which the run is to be written.
     """
 
     path: Path
@@ -129,12 +127,12 @@ class Setup(ArrayFields):
     file: Path
 
     def run(self, until: Any = None, progress: Any = False) -> Run:
-        """Integrate; nothing is written.
+        """Integrate the system without writing a file.
 
         Parameters
         ----------
         until : float or Quantity, optional
-            Another end.
+            Another end time than that of the file.
         progress : bool or callable
 
         Returns
@@ -154,7 +152,7 @@ class Setup(ArrayFields):
 
 
 @named_options
-def read_toml(path: Any) -> Setup:
+def read_toml(path: Any) -> Configuration:
     """Read a ``system.toml``.
 
     Parameters
@@ -163,15 +161,15 @@ def read_toml(path: Any) -> Setup:
 
     Returns
     -------
-    Setup
-        The set-up with its ``.system``, ``.state`` and the rest; ``.run()`` integrates it.
+    Configuration
+        The contents of the file, with the attributes ``system`` and ``state``; its method ``run()`` integrates it.
 
     Raises
     ------
     InvalidInput
-        Naming the file, the key and what is expected there.
+        For invalid contents; the message names the file, the key and what is expected there.
     FileNotFoundError
-        Where there is no such file.
+        If there is no such file.
     """
     path = as_path(path)
     top = Table(path, "", _content(path), Units())
@@ -184,7 +182,7 @@ def read_toml(path: Any) -> Setup:
     system = _system(top.table("system"), bodies, forces)
     state = _state(run, system, rows)
     attach = top.units.attach
-    return Setup(
+    return Configuration(
         path,
         system,
         state,
@@ -204,14 +202,14 @@ def _content(path: Path) -> dict[str, Any]:
     import tomllib
 
     try:
-        # With or without the byte order mark that some editors write.
+        # The byte order mark that some editors write is accepted.
         return tomllib.loads(written.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         is_run = written[:4] in (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
         what = "NetCDF, as runs are recorded; fullbody.load reads those" if is_run else "not text"
         raise InvalidInput(f"{path}: is {what}; expected a file of TOML") from error
     except (ValueError, RecursionError) as error:
-        # Python's limits raise these: for digits of a number, and for brackets within brackets.
+        # Python's limits on the digits of a number and on nested brackets raise these errors.
         raise InvalidInput(f"{path}: not valid TOML: {error}") from error
 
 
@@ -222,7 +220,7 @@ def _units(system: Table) -> Units:
 
 
 def _output(run: Table) -> Any:
-    """A spacing above zero, or times."""
+    """Return the output: a positive spacing, or times."""
     value = run.content["output"]
     if isinstance(value, list):
         return run.vector("output", "time")
@@ -246,13 +244,19 @@ def _body(table: Table) -> Body:
     shape = _shape(table)
     masses = [key for key in ("mass", "density") if key in table]
     values = {key: table.number(key, key) for key in masses}
-    name = table.text("name") if "name" in table else None
+    name = _name(table)
     with table.naming(masses[0] if len(masses) == 1 else ""):
         return Body(shape, name=name, **values)
 
 
+def _name(table: Table) -> str | None:
+    """Return the name of a body, or ``None`` if it has none."""
+    with table.naming("name"):
+        return name_of(table.text("name") if "name" in table else None)
+
+
 def _composite(table: Table) -> Body:
-    """A body of several parts, each a table of its own."""
+    """Make a body of several parts, each of which has its own table."""
     for key in _SOLID:
         if key in table:
             raise table.fault(key, "is given beside [[body.part]]; expected it in the parts")
@@ -265,7 +269,7 @@ def _composite(table: Table) -> Body:
         position = row.vector("position", "length", 3) if "position" in row else None
         with row.naming(""):
             parts.append(Part(shape, position=position, attitude=_attitude(row), **masses))
-    name = table.text("name") if "name" in table else None
+    name = _name(table)
     with table.naming("part"):
         return Body(Composite(parts), name=name)
 
@@ -287,7 +291,7 @@ def _shape(table: Table) -> Solid:
 
 
 def _polyhedron(table: Table) -> Polyhedron:
-    """A shape from a file beside this one, or in place; its numbers are in the system's units."""
+    """Make a polyhedron, in the system's units, from a file beside this one or from the table itself."""
     if isinstance(table.content["polyhedron"], str):
         with table.naming("polyhedron"):
             return Polyhedron.load(table.path.parent / table.text("polyhedron"))
@@ -348,7 +352,7 @@ def _state(run: Table, system: System, rows: list[Table]) -> State:
 
 
 def _motion(table: Table, system: System, position: _Array, velocity: _Array) -> tuple[_Array, _Array]:
-    """A body's position and velocity; those of the bodies above it are given."""
+    """Return a body's position and velocity, given those of the bodies above it."""
     k = len(position)
     given = [key for key in ("position", "velocity", "orbit") if key in table]
     if "orbit" not in given:

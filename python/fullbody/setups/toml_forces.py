@@ -1,4 +1,4 @@
-"""``[[forces]]`` of a ``system.toml``: the arguments of the classes of :mod:`fullbody.forces`."""
+"""The tables ``[[forces]]`` of a ``system.toml``: the arguments of the classes of :mod:`fullbody.forces`."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from .toml_table import Table
 
 __all__ = ["ELEMENTS", "elements", "force"]
 
-#: Elements of an orbit with their dimensions.
+#: The elements of an orbit with their dimensions.
 ELEMENTS = {"a": "length", "e": None, "i": "angle", "Omega": "angle", "omega": "angle", "M": "angle"}
 _KINDS: dict[str, type[Force]] = {kind.__name__: kind for kind in (ThirdBody, Tide, Yorp, Byorp)}
-_TEXTS = ("name", "of", "on", "by", "about", "normalization")
+_TEXTS = ("name", "date", "of", "on", "by", "about", "normalization")
 #: Dimensions of the numbers among the arguments of all kinds.
 _NUMBERS: dict[str, str | None] = {
     **{"mass": "mass", "mu": "mu", "time": "time", "times": "time", "positions": "length"},
@@ -25,14 +25,14 @@ _NUMBERS: dict[str, str | None] = {
 
 
 def elements(table: Table) -> KeplerElements[Any]:
-    """The orbit of a table, in its units."""
+    """Make the orbit of a table, in its units."""
     numbers = {name: table.number(name, dimension) for name, dimension in ELEMENTS.items()}
     with table.naming(""):
         return KeplerElements(**numbers)
 
 
 def force(table: Table) -> Force:
-    """The force of a table, with numbers in its units."""
+    """Make the force of a table, with numbers in its units."""
     if table.content.get("kind") == "Function":
         raise table.fault("kind", "is 'Function', which no file can hold; give it in Python: system.with_forces([...])")
     table.take("kind", f"one of {', '.join(map(repr, _KINDS))}")

@@ -1,4 +1,4 @@
-"""Tables of a TOML file that know their place in it, so that a fault names file, key, value and what is expected."""
+"""Tables of a TOML file that know their location, so that errors name file, key, value and what is expected."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["Table"]
 
 
 class Table:
-    """A table of the file that knows its place, and the units that its plain numbers are in."""
+    """A table of the file with its location and the units of its plain numbers."""
 
     def __init__(self, path: Path, place: str, content: dict[str, Any], units: Units) -> None:
         self.path, self.place, self.content, self.units = path, place, content, units
@@ -29,13 +29,13 @@ class Table:
         return key in self.content
 
     def fault(self, key: str, message: str) -> InvalidInput:
-        """An error that names file and key."""
+        """Make an error that names file and key."""
         place = ".".join(part for part in (self.place, key) if part)
         return InvalidInput(f"{self.path}: {place}: {message}" if place else f"{self.path}: {message}")
 
     @contextmanager
     def naming(self, key: str) -> Iterator[None]:
-        """A context in which this package's errors gain file and key, where they do not name them yet."""
+        """Context manager that adds file and key to this package's errors unless they name them already."""
         try:
             yield
         except FullbodyError as error:
@@ -44,13 +44,13 @@ class Table:
             raise self.fault(key, str(error)) from error
 
     def take(self, key: str, expected: str) -> Any:
-        """A value that must be there."""
+        """Return a required value."""
         if key not in self:
             raise self.fault(key, f"is missing; expected {expected}")
         return self.content[key]
 
     def text(self, key: str, expected: str = "text") -> str:
-        """A text."""
+        """Return a text."""
         value = self.take(key, expected)
         if not isinstance(value, str):
             raise self.fault(key, f"is {value!r}; expected {expected}")

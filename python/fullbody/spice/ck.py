@@ -1,4 +1,4 @@
-"""How the bodies are turned: a CK kernel, with the clock that it counts by and the frames that it turns.
+"""Attitudes of the bodies as a CK kernel, with its clock and its frames.
 
 The CK is of type 5, Hermite interpolation of quaternions and their rates. Type 3 turns evenly from one time to the
 next; for 1e-12 rad it would need several times a second of a tumbling body.
@@ -9,31 +9,33 @@ from __future__ import annotations
 import math
 import re
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..base.atomic import as_path, check_suffix, replacing
 from ..base.version import version
 from ..errors import InvalidInput
-from ..record.base import BaseRun
 from .kernel import binary
 from .nodes import nodes, turns
 from .place import Place, body_numbers, spiceypy
 
+if TYPE_CHECKING:
+    from ..motion.run import Run
+
 __all__ = ["write"]
 
-#: rad between the nodes.
+#: The tolerance of the interpolation between the nodes, rad.
 _TOLERANCE = 1e-12
-#: A power of two, so that seconds past J2000 become ticks without rounding.
+#: Ticks per second: a power of two, so that seconds past J2000 become ticks without rounding.
 _TICKS = 1024
 _SECONDS = 2**32
-#: Of a name of a frame, with room for what kernels write before it.
+#: The longest name of a frame, which leaves space for what kernels write before it.
 _LONGEST = 26
 
 
-def write(run: BaseRun, path: Any, ids: Any) -> tuple[Path, Path, Path]:
-    """See :meth:`fullbody.Run.to_ck`."""
+def write(run: Run, path: Any, ids: Any) -> tuple[Path, Path, Path]:
+    """Write attitudes of the bodies; see :meth:`fullbody.Run.to_ck`."""
     check_suffix(path, (".bc",))
     place = Place(run.system, "a CK kernel")
     bodies = body_numbers(ids, run.system.names)
@@ -42,7 +44,7 @@ def write(run: BaseRun, path: Any, ids: Any) -> tuple[Path, Path, Path]:
     found = nodes(run, place, turns(place), 0.5 * _TOLERANCE, lambda change: f"{2.0 * change:.1e} rad")
     spice = spiceypy()
     clock = -abs(next(iter(bodies.values())))
-    # A whole number, which kernels of text hold exactly.
+    # The clock starts at an integer, which text kernels hold exactly.
     zero = math.floor(found.et[0])
     ticks = (found.et - zero) * _TICKS
     if ticks[-1] >= _SECONDS * _TICKS:
@@ -74,7 +76,7 @@ def write(run: BaseRun, path: Any, ids: Any) -> tuple[Path, Path, Path]:
 
 
 def _frame(body: int) -> int:
-    """The number of the frame that is fixed to a body; a number below zero, a spacecraft's, has a thousand."""
+    """Return the number of the frame fixed to a body, which is a spacecraft's number, below zero, times a thousand."""
     return -body if body > 0 else 1000 * body
 
 
@@ -92,7 +94,7 @@ def _frame_names(bodies: dict[int, int], names: tuple[str, ...]) -> dict[int, st
 
 
 def _clock_kernel(clock: int, zero: int) -> str:
-    """A clock that counts ticks of TDB from a moment on."""
+    """Return the text of a clock kernel that counts ticks of TDB from a given time."""
     return f"""KPL/SCLK
 
 The clock of a CK kernel by fullbody {version()}: seconds of TDB and their {_TICKS}th parts from the run's first on.
@@ -115,7 +117,7 @@ SCLK01_COEFFICIENTS_{-clock} = ( 0 {zero} 1 )
 
 
 def _frame_kernel(bodies: dict[int, int], frames: dict[int, str], clock: int) -> str:
-    """The frames that are fixed to the bodies, along their principal axes."""
+    """Return the text of a frame kernel with the frames fixed to the bodies, along their principal axes."""
     parts = [f"KPL/FK\n\nFrames along the principal axes of bodies, by fullbody {version()}.\n\n\\begindata\n"]
     for k, body in bodies.items():
         name, code = frames[k], _frame(body)

@@ -1,26 +1,28 @@
-"""Kernels as files: written whole or not at all, with SPICE's errors as this package's."""
+"""Writing of kernel files, either completely or not at all, with SPICE's errors as this package's."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..base.atomic import replacing
 from ..base.version import version
 from ..errors import FullbodyError
-from ..record.base import BaseRun
 from .place import spiceypy
+
+if TYPE_CHECKING:
+    from ..motion.run import Run
 
 __all__ = ["binary", "plain"]
 
 
 @contextmanager
-def binary(path: Any, opener: str, run: BaseRun) -> Iterator[int]:
-    """The handle of a new kernel that takes the place of ``path``; its comments tell where it comes from."""
+def binary(path: Any, opener: str, run: Run) -> Iterator[int]:
+    """Yield the handle of a new kernel that replaces ``path``; its comments tell its origin."""
     spice = spiceypy()
     with replacing(path) as temporary:
-        # SPICE makes its files itself.
+        # SPICE creates its files itself.
         temporary.unlink()
         handle = None
         try:
@@ -36,12 +38,12 @@ def binary(path: Any, opener: str, run: BaseRun) -> Iterator[int]:
 
 
 def plain(error: Exception) -> str:
-    """What an error of SPICE says, in one line."""
+    """Return the message of an error of SPICE in one line."""
     return str(getattr(error, "long", "") or getattr(error, "explain", "") or error).strip()
 
 
-def _comments(run: BaseRun) -> list[str]:
-    """Lines of ASCII, which is all that kernels hold."""
+def _comments(run: Run) -> list[str]:
+    """Return the comments as lines of ASCII, the only characters that kernels hold."""
     system = run.system
     lines = [f"Written by fullbody {version()}.", f"System: {system!r}", f"Integrator: {run.integrator!r}"]
     lines += [f"Epoch of the system: {system.options['epoch']}, its frame: {system.frame}"]

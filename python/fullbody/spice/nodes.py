@@ -1,35 +1,37 @@
-"""A run as the nodes of Hermite interpolation, which is how kernels keep it, and the error between them."""
+"""Conversion of a run to the nodes of Hermite interpolation of kernels, and the interpolation error."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..base import rotations
 from ..errors import InvalidInput, PrecisionWarning, caution
-from ..record.base import BaseRun
 from .place import Place
+
+if TYPE_CHECKING:
+    from ..motion.run import Run
 
 __all__ = ["Nodes", "centres", "nodes", "turns"]
 
 _Array = npt.NDArray[np.float64]
-#: From samples of a run in its own units: values (K, N, C) in SPICE's, and their rates per second.
+#: A function from samples of a run to values (K, N, C) in SPICE's units and their rates per second.
 Curve = Callable[[dict[str, _Array]], tuple[_Array, _Array]]
 
-#: Nodes that a polynomial goes through with value and rate: its degree is 11, which readers of all ages take.
+#: The number of nodes that a polynomial fits with value and rate: its degree is 11, which all versions of readers take.
 _WINDOW = 6
-#: How often the nodes may be doubled from two steps of the run a node.
+#: The number of times that the nodes may be doubled, from two steps of the run per node.
 _DOUBLINGS = 8
 _CHUNK = 4096
 
 
 @dataclass(frozen=True)
 class Nodes:
-    """Times in seconds past J2000 (K,), values and rates (K, N, C), and the polynomials' degree."""
+    """Nodes: times in seconds past J2000 (K,), values and rates (K, N, C), and the polynomials' degree."""
 
     et: _Array
     values: _Array
@@ -38,7 +40,7 @@ class Nodes:
 
 
 def centres(place: Place, masses: _Array) -> Curve:
-    """Positions in km about the barycentre, in the axes of J2000."""
+    """Return the function to positions in km from the barycentre, in the axes of J2000."""
     weights = masses / masses.sum()
 
     def about(vectors: _Array) -> _Array:
@@ -49,7 +51,7 @@ def centres(place: Place, masses: _Array) -> Curve:
 
 
 def turns(place: Place) -> Curve:
-    """Quaternions that turn vectors from the axes of J2000 into those of the bodies; along a run no sign jumps."""
+    """Return the function to quaternions from the axes of J2000 to those of the bodies, without jumps of the sign."""
     w, x, y, z = rotations.quaternion(place.axes)
     left = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
 
@@ -65,20 +67,20 @@ def turns(place: Place) -> Curve:
     return curve
 
 
-def nodes(run: BaseRun, place: Place, curve: Curve, tolerance: float, said: Callable[[float], str]) -> Nodes:
-    """Nodes so close that the interpolation is within the tolerance of the continuous solution, where the run has it.
+def nodes(run: Run, place: Place, curve: Curve, tolerance: float, said: Callable[[float], str]) -> Nodes:
+    """Choose nodes so close that the interpolation is within the tolerance of the continuous solution.
 
-    Else they are the samples, and every second one has to follow from the others.
+    For a run without a continuous solution the nodes are the samples, and the error is that at every second sample.
 
     Warns
     -----
     PrecisionWarning
-        Where the interpolation is not within the tolerance, with what it is within.
+        If the interpolation misses the tolerance; the message has the error.
     """
     if run.dense is None:
         et, values, rates = _of_samples(run, place, curve)
         found = Nodes(et, values, rates, _degree(len(et)))
-        # What is beyond the last node does not follow.
+        # Samples beyond the last node are left out.
         odd = len(et) - 1 + len(et) % 2
         error = _error(et[:odd], values[:odd], rates[:odd])
         reason = (
@@ -88,7 +90,7 @@ def nodes(run: BaseRun, place: Place, curve: Curve, tolerance: float, said: Call
     else:
         low, high = sorted(run.dense._core.range)
         first, last = place.et(low), place.et(high)
-        # Seconds past J2000 are rounded: the nodes stay within the run.
+        # Seconds past J2000 are rounded, so the nodes are kept within the run.
         while place.time(first) < low:
             first = np.nextafter(first, np.inf)
         while place.time(last) > high:
@@ -101,10 +103,10 @@ def nodes(run: BaseRun, place: Place, curve: Curve, tolerance: float, said: Call
             times = place.time(et)
             values, rates = curve(run.dense._core.states(times))
             error = _error(et, values, rates)
-            # What rounding of the times leaves.
+            # The remaining error is the rounding of the times.
             floor = 2.0 * np.spacing(np.abs(times).max()) * place.second * np.abs(rates).max()
             tolerance = max(tolerance, floor)
-            # Elsewhere between the nodes it may be larger.
+            # The error may be larger elsewhere between the nodes.
             if error <= max(0.1 * tolerance, floor):
                 break
             intervals *= 2
@@ -119,8 +121,8 @@ def _degree(count: int) -> int:
     return 2 * min(_WINDOW, count // 2 * 2) - 1
 
 
-def _of_samples(run: BaseRun, place: Place, curve: Curve) -> tuple[_Array, _Array, _Array]:
-    """Times, values and rates of the samples, forward in time."""
+def _of_samples(run: Run, place: Place, curve: Curve) -> tuple[_Array, _Array, _Array]:
+    """Return times, values and rates of the samples, forward in time."""
     record = run._record
     order = slice(None, None, -1 if len(run) > 1 and record["time"][-1] < record["time"][0] else 1)
     samples = {name: record[name][order] for name in ("time", "position", "velocity", "attitude", "spin")}
@@ -136,7 +138,7 @@ def _of_samples(run: BaseRun, place: Place, curve: Curve) -> tuple[_Array, _Arra
 
 
 def _error(et: _Array, values: _Array, rates: _Array) -> float:
-    """The largest distance of every second value from what interpolation between the others gives."""
+    """Return the largest distance of every second value from the interpolation between the others."""
     distance = 0.0
     for start in range(1, len(et), 2 * _CHUNK):
         odd = slice(start, start + 2 * _CHUNK, 2)
@@ -146,7 +148,7 @@ def _error(et: _Array, values: _Array, rates: _Array) -> float:
 
 
 def _hermite(et: _Array, values: _Array, rates: _Array, at: _Array) -> Any:
-    """The values there of the polynomials through the nodes about each time, as SPICE chooses them."""
+    """Evaluate at given times the polynomials through the nodes about each time, which are chosen as by SPICE."""
     window = (_degree(len(et)) + 1) // 2 or 1
     first = np.clip(np.searchsorted(et, at) - window // 2, 0, len(et) - window)
     use = first[:, None] + np.arange(window)

@@ -1,8 +1,8 @@
-"""Where a system is among SPICE's conventions: its time, its length, its axes, and the numbers of its bodies."""
+"""Conversion of a system to SPICE's conventions of time, length, axes and numbers of bodies."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +11,9 @@ from ..base.arguments import integer, suggestion
 from ..base.units import need
 from ..errors import InvalidInput
 from ..frames import rotation
-from ..model.system import BaseSystem
+
+if TYPE_CHECKING:
+    from ..motion.system import System
 
 __all__ = ["Place", "body_numbers", "number", "spiceypy"]
 
@@ -19,26 +21,26 @@ _Array = npt.NDArray[np.float64]
 
 
 def spiceypy() -> Any:
-    """The package, or what to install."""
+    """Import the package spiceypy, or raise an error that says how to install it."""
     with need("spice", "a SPICE kernel"):
         import spiceypy
     return spiceypy
 
 
 class Place:
-    """What turns times and vectors of a system into SPICE's.
+    """The conversions of a system's times and vectors to SPICE's.
 
     Attributes
     ----------
     km, second : float
-        The system's units of length and time in km and s.
+        The system's units of length in km and of time in s.
     axes : ndarray, (3, 3)
         The matrix from the system's axes to those of J2000.
     epoch : float
         Time zero in seconds of TDB past J2000.
     """
 
-    def __init__(self, system: BaseSystem, what: str) -> None:
+    def __init__(self, system: System, what: str) -> None:
         spiceypy()
         missing = {
             "units": (system.units, "units=('km', 'hour', 'kg')"),
@@ -52,20 +54,20 @@ class Place:
         self.second = float(system._units.unit("time").to("s"))
         self.axes = rotation(system.frame, "equatorial")
         date = system.epoch.tdb
-        # The day's part has digits that the days' number would push out.
+        # The fraction of the day has digits that would be lost in the number of days.
         self.epoch = float((date.jd1 - 2451545.0) * 86400.0 + date.jd2 * 86400.0)
 
     def et(self, time: Any) -> Any:
-        """Seconds of TDB past J2000 of times of the system, which doubles resolve to 1e-7 s today."""
+        """Convert times of the system to seconds of TDB past J2000, which doubles today resolve to 1e-7 s."""
         return self.epoch + np.asarray(time) * self.second
 
     def time(self, et: Any) -> Any:
-        """Times of the system of such seconds."""
+        """Convert seconds of TDB past J2000 to times of the system."""
         return (np.asarray(et) - self.epoch) / self.second
 
 
 def number(value: object, what: str) -> int:
-    """A body's number with NAIF, or an error that says what one is."""
+    """Check a body's number with NAIF."""
     found = integer(value)
     if found is None or found == 0 or not abs(found) < 2**31:
         raise InvalidInput(f"{what} is {value!r}; expected the number that NAIF gives it, such as 120065803")
@@ -73,7 +75,7 @@ def number(value: object, what: str) -> int:
 
 
 def body_numbers(given: Any, names: tuple[str, ...]) -> dict[int, int]:
-    """NAIF's number of each named body by its place in the system."""
+    """Return NAIF's number of each named body by its index in the system."""
     try:
         pairs = dict(given).items()
     except (TypeError, ValueError) as error:

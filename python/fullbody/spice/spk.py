@@ -1,27 +1,29 @@
-"""Where the bodies are: an SPK kernel of type 13, Hermite interpolation between uneven times."""
+"""Positions of the bodies as an SPK kernel of type 13, Hermite interpolation between uneven times."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..base.atomic import as_path, check_suffix
 from ..errors import InvalidInput
-from ..record.base import BaseRun
 from .kernel import binary
 from .nodes import centres, nodes
 from .place import Place, body_numbers, number, spiceypy
 
+if TYPE_CHECKING:
+    from ..motion.run import Run
+
 __all__ = ["write"]
 
-#: km between the nodes.
+#: The tolerance of the interpolation between the nodes, km.
 _TOLERANCE = 1e-9
 
 
-def write(run: BaseRun, path: Any, ids: Any, barycentre: Any) -> Path:
-    """See :meth:`fullbody.Run.to_spk`."""
+def write(run: Run, path: Any, ids: Any, barycentre: Any) -> Path:
+    """Write positions of the bodies; see :meth:`fullbody.Run.to_spk`."""
     check_suffix(path, (".bsp",))
     place = Place(run.system, "an SPK kernel")
     bodies, centre = body_numbers(ids, run.system.names), number(barycentre, "barycentre")
@@ -39,5 +41,5 @@ def write(run: BaseRun, path: Any, ids: Any, barycentre: Any) -> Path:
 
 
 def _segment(name: str) -> str:
-    """What a segment is called: forty characters of ASCII."""
+    """Return the name of a segment, which has at most forty characters of ASCII."""
     return name.encode("ascii", "replace").decode()[:40]

@@ -1,11 +1,11 @@
-"""States of a system from kernels."""
+"""States of a system from SPICE kernels."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,16 +14,18 @@ from ..base.arguments import named_options
 from ..errors import InvalidInput
 from ..model.shapes import PointMass
 from ..model.state import State
-from ..model.system import BaseSystem
 from .kernel import plain
 from .place import Place, body_numbers, number, spiceypy
 
-__all__ = ["state"]
+if TYPE_CHECKING:
+    from ..motion.system import System
+
+__all__ = ["loaded", "state"]
 
 
 @named_options
 def state(
-    system: BaseSystem,
+    system: System,
     ids: dict[str, int],
     barycentre: int,
     *,
@@ -31,33 +33,33 @@ def state(
     kernels: Sequence[Any] = (),
     frames: dict[str, str] | None = None,
 ) -> State:
-    """The state of a system at a time, from SPICE kernels.
+    """Read the state of a system at a time from SPICE kernels.
 
     Parameters
     ----------
     system : System
-        With units, an epoch and a frame.
+        A system with units, an epoch and a frame.
     ids : dict of int
-        NAIF's number of every body, by its name.
+        NAIF's numbers of all bodies, by their names.
     barycentre : int
-        NAIF's number of what positions are referred to.
+        NAIF's number of the point to which positions refer.
     time : float or Quantity
-        Of the state, since the system's epoch.
+        Time of the state, since the system's epoch.
     kernels : sequence of paths
-        Are loaded for the call, beside those that are loaded already; the latter suffice where they have it all.
+        Kernels to load for the call, in addition to those already loaded, which may suffice.
     frames : dict of str, optional
-        The frame along the principal axes of a body, by its name; where none is given, the one that SPICE takes for
-        fixed to the body. A point needs none.
+        The frame along the principal axes of each body, by its name; by default the frame that SPICE takes as fixed to
+        the body. A point needs none.
 
     Returns
     -------
     State
-        Geometric, in the system's axes and units, from the barycentre.
+        Geometric state, in the system's axes and units, relative to the barycentre.
 
     Raises
     ------
     InvalidInput
-        For a system without units, epoch or frame; where the kernels do not tell where a body is or how it is turned.
+        For a system without units, epoch or frame, and if the kernels lack a body's position or attitude.
 
     See Also
     --------
@@ -65,7 +67,7 @@ def state(
 
     Notes
     -----
-    The epoch becomes TDB by astropy, so that no kernel of leap seconds is needed.
+    Astropy converts the epoch to TDB, so that no kernel of leap seconds is needed.
 
     Examples
     --------
@@ -91,7 +93,7 @@ def state(
     et = float(place.et(plain_time))
     spice = spiceypy()
     rows = []
-    with _loaded(kernels):
+    with loaded(kernels):
         for k, name in enumerate(system.names):
             body = numbers[k]
             with _telling(f"where {name} ({body}) is from {observer}", system, time):
@@ -104,7 +106,7 @@ def state(
                     turning = spice.sxform(frame, "J2000", et)
                 matrix = turning[:3, :3]
                 attitude = rotations.quaternion(place.axes.T @ matrix)
-                # The change of the matrix is the matrix times the vector product with the spin.
+                # The rate of the matrix is the matrix times the vector product with the spin.
                 cross = matrix.T @ turning[3:, :3]
                 spin = np.array([cross[2, 1], cross[0, 2], cross[1, 0]])
             rows.append((position / place.km, velocity / place.km * place.second, attitude, spin * place.second))
@@ -120,8 +122,8 @@ def state(
 
 
 @contextmanager
-def _telling(what: str, system: BaseSystem, time: Any) -> Iterator[None]:
-    """A context in which an error of SPICE says what the kernels do not tell."""
+def _telling(what: str, system: System, time: Any) -> Iterator[None]:
+    """Context manager that adds to an error of SPICE what the kernels lack."""
     errors = spiceypy().utils.exceptions
     try:
         yield
@@ -131,8 +133,8 @@ def _telling(what: str, system: BaseSystem, time: Any) -> Iterator[None]:
 
 
 @contextmanager
-def _loaded(kernels: Sequence[Any]) -> Iterator[None]:
-    """A context in which these kernels are loaded."""
+def loaded(kernels: Sequence[Any]) -> Iterator[None]:
+    """Context manager with these kernels loaded."""
     spice = spiceypy()
     if isinstance(kernels, str | bytes | os.PathLike):
         raise InvalidInput(f"kernels is {kernels!r}; expected a sequence of paths")
@@ -146,6 +148,6 @@ def _loaded(kernels: Sequence[Any]) -> Iterator[None]:
             added.append(name)
         yield
     finally:
-        # What was loaded twice is still loaded once.
+        # A kernel that was loaded twice stays loaded once.
         for name in reversed(added):
             spice.unload(name)

@@ -56,8 +56,3 @@ __all__ = [
     "published",
     "sn263_2001",
 ]
-
-
-def __dir__() -> list[str]:
-    """The functions and not the files they are in."""
-    return sorted(__all__)

@@ -1,4 +1,4 @@
-"""Published numbers as data: one table for the computing, the documentation and the curious."""
+"""Published numbers as data: one table for computations, documentation and users."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class Value:
     value : float or tuple of float
     unit : str
     uncertainty : str
-        As published; empty where none is.
+        The uncertainty as published; empty if there is none.
     source : str
-        Key of ``Published.sources``.
+        The key of the reference in ``Published.sources``.
     """
 
     value: Any
@@ -48,17 +48,17 @@ class Published:
     ----------
     values : dict of str to Value
     sources : dict of str to str
-        References with their DOI.
+        References with their DOI, by key.
     assumed : tuple of str
-        Each a sentence.
+        Assumptions beyond the published numbers, one sentence each.
     frame : str
         The frame of the published poles and elements.
     epoch : str or None
-        The date of time zero, where the phase is published.
+        The date of time zero, if the phase is published.
     second_hand : tuple of str
-        Names of the values that could be read in texts quoting the source only, not in the source.
+        Names of the values that were taken from texts quoting the source, as the source could not be read.
     unconfirmed : tuple of str
-        Names of the values, or ``"uncertainty of"`` them, that could be read in neither.
+        Names of the values, or ``"uncertainty of"`` them, that could not be read anywhere.
     """
 
     values: dict[str, Value]
@@ -73,7 +73,7 @@ class Published:
         return self.values[name].value
 
     def table(self) -> str:
-        """All of it as text."""
+        """Format the values, assumptions and sources as text."""
         lines = [f"{name}: {value} [{value.source}]" for name, value in self.values.items()]
         lines += [f"frame of the poles and elements: {self.frame}", f"epoch of time zero: {self.epoch or 'arbitrary'}"]
         lines += [f"assumed: {text}" for text in self.assumed]
@@ -87,7 +87,7 @@ class Published:
 
 @named_options
 def published(name: str) -> Published:
-    """The numbers behind a ready-made system, with uncertainties, sources and what is assumed.
+    """Return the numbers of a ready-made system, with uncertainties, sources and assumptions.
 
     Parameters
     ----------
@@ -114,13 +114,36 @@ def published(name: str) -> Published:
     return _REGISTRY[name]
 
 
+#: Descriptions of parameters that most systems have; that of the frame depends on the frame of the published poles.
+_FRAMES = {
+    "ecliptic": """frame : {"ecliptic", "equatorial", "orbit"}
+    Frame of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane and its node as x-axis.""",
+    "equatorial": """frame : {"equatorial", "ecliptic", "orbit"}
+    Frame of the state: the ICRS, the ecliptic of J2000, or the orbit's plane as xy-plane and its node as x-axis.""",
+}
+_SUN = """sun : bool
+    Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
+    below."""
+_UNITS = """units : bool or (length, time, mass)
+    ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
+**options
+    Passed to :class:`fullbody.System`."""
+
+
 def documented(facts: Published) -> Callable[[_F], _F]:
-    """Write the table of the facts into a function's documentation, at ``{published}``."""
+    """Write the common parameters and the table of the published numbers into a function's docstring.
+
+    They replace ``{frame}``, ``{sun}``, ``{units}`` and ``{published}``.
+    """
+    texts = {"frame": _FRAMES.get(facts.frame, ""), "sun": _SUN, "units": _UNITS, "published": facts.table()}
+    if facts.epoch is None:
+        texts["sun"] = f"{_SUN[:-1]}: at time zero as at the epoch of its elements, unless the system has an ``epoch``."
 
     def decorate(function: _F) -> _F:
         _REGISTRY[function.__name__] = facts
         if function.__doc__ is not None:
-            function.__doc__ = function.__doc__.replace("{published}", facts.table().replace("\n", "\n    "))
+            for name, text in texts.items():
+                function.__doc__ = function.__doc__.replace(f"{{{name}}}", text.replace("\n", "\n    "))
         return function
 
     return decorate

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import numpy.typing as npt
 
@@ -11,11 +9,9 @@ from ..base.units import need
 from ..errors import InvalidInput
 from ..forces import ThirdBody
 from ..frames import pole_vector, rotation
+from ..motion.system import System
 from ..orbit.elements import KeplerElements
 from ._published import Published, Value
-
-if TYPE_CHECKING:
-    from ..motion.simulation import System
 
 __all__ = ["ELEMENTS", "EPOCH", "SOURCE", "heliocentric", "with_sun"]
 
@@ -25,25 +21,25 @@ SOURCE = (
     "JPL's Small-Body Database, https://ssd.jpl.nasa.gov, osculating elements of that epoch, as Wikipedia's article "
     "quotes them"
 )
-#: G times the Sun's mass in km^3/hour^2, of DE440 (Park et al. 2021), and the astronomical unit in km.
+#: G times the Sun's mass in km^3/hour^2, from DE440 (Park et al. 2021), and the astronomical unit in km.
 _MU = 132712440041.279419 * 3600.0**2
 _AU = 149597870.7
 
 
 def heliocentric(elements: tuple[float, ...], epoch: float) -> dict[str, Value]:
-    """The values of a heliocentric orbit: au and degrees, and the Julian date of its mean anomaly."""
+    """A heliocentric orbit in au and degrees, and the Julian date of its mean anomaly."""
     return {ELEMENTS: Value(elements, "au, deg", "", "JPL"), EPOCH: Value(epoch, "JD TDB", "", "JPL")}
 
 
 def with_sun(system: System, facts: Published, sun: bool, frame: str | None, pole: tuple[float, float]) -> System:
-    """The system with the Sun's gravity where that is asked for.
+    """Add the Sun's gravity to a system if it is requested.
 
     Parameters
     ----------
     frame
         The state's axes: a name, or the orbit's plane with its node on the x-axis for ``"orbit"`` and ``None``.
     pole
-        Of that plane in the frame of the facts, degrees.
+        Pole of the orbit's plane in the frame of the published numbers, degrees.
     """
     if not isinstance(sun, bool | np.bool_):
         raise InvalidInput(f"sun is {sun!r}; expected True or False")
@@ -64,11 +60,11 @@ def with_sun(system: System, facts: Published, sun: bool, frame: str | None, pol
         angles = (orbit.i, orbit.Omega, orbit.omega, orbit.M)
         united = KeplerElements(orbit.a * u.km, orbit.e, *angles)
         third = ThirdBody(mu=_MU * u.km**3 / u.hour**2, orbit=united, of="system", name="Sun")
-    return system.with_forces([*system.forces, third])
+    return system.with_force(third)
 
 
 def _axes(frame: str | None, published: str, pole: tuple[float, float]) -> npt.NDArray[np.float64]:
-    """The matrix from the ecliptic of J2000 to the state's axes."""
+    """Return the matrix from the ecliptic of J2000 to the state's axes."""
     if frame in ("ecliptic", "equatorial"):
         return rotation("ecliptic", frame)
     longitude, latitude = np.radians(pole)

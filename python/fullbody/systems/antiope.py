@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..base.arguments import named_options
+from ..model.state import State
+from ..motion.system import System
 from ..setups.component import Component
 from ._build import Frame, UnitsChoice, published_binary
 from ._published import Published, Value, documented
 from ._sun import ELEMENTS, EPOCH, SOURCE, heliocentric
-
-if TYPE_CHECKING:
-    from ..model.state import State
-    from ..motion.simulation import System
 
 __all__ = ["antiope"]
 
@@ -26,15 +24,20 @@ FACTS = Published(
         "pole (longitude, latitude)": Value((200.0, 38.0), "deg", "2", "D07"),
         "refined pole (not used)": Value((199.5, 39.8), "deg", "0.5, 5", "D09"),
         "refined density (not used)": Value(1.28, "g/cm^3", "0.04", "D09"),
+        "mass by a model that is not convex (not used)": Value(9.14e17, "kg", "", "B14"),
+        "separation by that model (not used)": Value(176.0, "km", "", "B14"),
+        "density by that model (not used)": Value(1.67, "g/cm^3", "", "B14"),
         **heliocentric((3.155, 0.1567, 2.2195, 70.21, 242.96, 304.12), 2455400.5),
     },
     sources={
         "JPL": SOURCE,
         "D07": "Descamps et al. (2007), Icarus 187, 482, doi:10.1016/j.icarus.2006.10.030",
+        "B14": "Bartczak et al. (2014), Mon. Not. R. Astron. Soc. 443, 1802, doi:10.1093/mnras/stu1247",
         "D09": "Descamps et al. (2009), Icarus 203, 102, doi:10.48550/arXiv.0905.0631",
     },
     assumed=(
-        "both bodies have one density; the total mass is that of the period and the separation, 8.4e17 kg",
+        "both bodies have one density; the total mass is that of the period and the separation, 8.4e17 kg ([B14], with "
+        "shapes that are not convex: 9.14e17 kg at 176 km)",
         "the orbit is circular (published: an eccentricity below 0.006) and starts on its node",
         "the published orbit is one of mean elements: the run keeps the period, not the elements of the start",
         "both spin about the pole of the orbit at the mean motion, their longest axes towards each other",
@@ -43,6 +46,9 @@ FACTS = Published(
     second_hand=(
         ELEMENTS,
         EPOCH,
+        "mass by a model that is not convex (not used)",
+        "separation by that model (not used)",
+        "density by that model (not used)",
         "axes of the first",
         "axes of the second",
         "density (not used)",
@@ -62,15 +68,9 @@ def antiope(
 
     Parameters
     ----------
-    frame : {"ecliptic", "equatorial", "orbit"}
-        Frame of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane and its node as x-axis.
-    sun : bool
-        Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
-        below: at time zero as at the epoch of its elements, unless the system has an ``epoch``.
-    units : bool or (length, time, mass)
-        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
-    **options
-        Passed to :class:`fullbody.System`.
+    {frame}
+    {sun}
+    {units}
 
     Returns
     -------

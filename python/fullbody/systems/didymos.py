@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from ..base.arguments import named_options
 from ..errors import InvalidInput
+from ..model.state import State
+from ..motion.system import System
+from ..setups.binary import binary
 from ..setups.component import Component
-from ._build import Frame, UnitsChoice, published_binary
+from ._build import Frame, G, UnitsChoice, published_binary
 from ._published import Published, Value, documented
 from ._sun import ELEMENTS, EPOCH, SOURCE, heliocentric
-
-if TYPE_CHECKING:
-    from ..model.state import State
-    from ..motion.simulation import System
 
 __all__ = ["didymos", "didymos_after_dart"]
 
@@ -111,15 +110,9 @@ def didymos(
 
     Parameters
     ----------
-    frame : {"ecliptic", "equatorial", "orbit"}
-        Frame of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane and its node as x-axis.
-    sun : bool
-        Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
-        below.
-    units : bool or (length, time, mass)
-        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
-    **options
-        Passed to :class:`fullbody.System`.
+    {frame}
+    {sun}
+    {units}
 
     Returns
     -------
@@ -140,7 +133,7 @@ def didymos(
     return published_binary(
         BEFORE,
         _primary(),
-        Component(diameters=BEFORE["axes of Dimorphos"], name="Dimorphos"),
+        _secondary_before(),
         equal_density=True,
         period=BEFORE["orbital period"],
         semi_major_axis=BEFORE["semi-major axis"],
@@ -165,9 +158,9 @@ def didymos_after_dart(
 ) -> tuple[System, State]:
     """(65803) Didymos and Dimorphos after the impact of DART and the weeks that followed.
 
-    How fast the apses advance here is no prediction of the 6.7 +- 0.2 degrees a day that Naidu et al. (2024) observe:
-    it goes with the state that the start gives Dimorphos, of which nothing was observed. In planar runs of 60 days
-    (``frame="orbit"``), with the spin of Dimorphos at the start multiplied by the first number:
+    The advance of the apses here is no prediction of the 6.7 +- 0.2 degrees a day that Naidu et al. (2024) observe: it
+    depends on the initial state of Dimorphos, which was not observed. In planar runs of 60 days (``frame="orbit"``),
+    with the spin of Dimorphos at the start multiplied by the number in the first row:
 
     ===================== ===== ===== ===== ===== ===== ===== =====
     spin by mean motion   0.80  0.85  0.90  0.95  1.00  1.05  1.10
@@ -190,16 +183,11 @@ def didymos_after_dart(
         The shape of Didymos: the ellipsoid of 851 x 849 x 620 m by Daly et al. (2023), or the spheroid of semi-axes 394
         and 290 m with which Naidu et al. (2024) find the axis ratios of Dimorphos. See the assumptions below.
     tilt : float or Quantity
-        Of Dimorphos' pole from the orbit's normal, radians; the longest axis points at Didymos all the same.
+        Angle of Dimorphos' pole from the orbit's normal, radians; the longest axis still points at Didymos.
     frame : {"ecliptic", "equatorial", "orbit"}
         Frame of the state; see :func:`didymos`.
-    sun : bool
-        Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
-        below.
-    units : bool or (length, time, mass)
-        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
-    **options
-        Passed to :class:`fullbody.System`.
+    {sun}
+    {units}
 
     Returns
     -------
@@ -224,7 +212,17 @@ def didymos_after_dart(
         raise InvalidInput(f"model is {model!r}; expected 'daly2023' or 'naidu2024'")
     to_b, to_c = AFTER["axis ratios a/b, a/c of Dimorphos"]
     diameter = float(np.cbrt(np.prod(AFTER["axes of Dimorphos before"])))
-    before, _ = didymos()
+    # The masses from the orbit before the impact do not need the search for its mean period.
+    before, _ = binary(
+        _primary(),
+        _secondary_before(),
+        equal_density=True,
+        period=BEFORE["orbital period"],
+        semi_major_axis=BEFORE["semi-major axis"],
+        elements="osculating",
+        mismatch_warning=np.inf,
+        G=G,
+    )
     return published_binary(
         AFTER,
         _primary() if model == "daly2023" else _primary(semi_axes=AFTER["semi-axes of Didymos (naidu2024)"]),
@@ -239,6 +237,10 @@ def didymos_after_dart(
         units=units,
         options=options,
     )
+
+
+def _secondary_before() -> Component:
+    return Component(diameters=BEFORE["axes of Dimorphos"], name="Dimorphos")
 
 
 def _primary(**size: Any) -> Component:

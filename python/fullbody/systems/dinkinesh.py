@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..base.arguments import named_options
 from ..model.composite import Composite, Part
 from ..model.shapes import Ellipsoid
+from ..model.state import State
+from ..motion.system import System
 from ..setups.component import Component
 from ._build import Frame, UnitsChoice, published_binary
 from ._published import Published, Value, documented
 from ._sun import ELEMENTS, EPOCH, SOURCE, heliocentric
-
-if TYPE_CHECKING:
-    from ..model.state import State
-    from ..motion.simulation import System
 
 __all__ = ["dinkinesh"]
 
@@ -71,15 +69,9 @@ def dinkinesh(
 
     Parameters
     ----------
-    frame : {"ecliptic", "equatorial", "orbit"}
-        Frame of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane and its node as x-axis.
-    sun : bool
-        Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
-        below: at time zero as at the epoch of its elements, unless the system has an ``epoch``.
-    units : bool or (length, time, mass)
-        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
-    **options
-        Passed to :class:`fullbody.System`.
+    {frame}
+    {sun}
+    {units}
 
     Returns
     -------

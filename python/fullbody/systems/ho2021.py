@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -11,14 +11,12 @@ from ..base.units import Units
 from ..errors import InvalidInput
 from ..model.bodies import Body
 from ..model.shapes import Ellipsoid
+from ..model.state import State
+from ..motion.system import System
 from ..orbit.elements import KeplerElements
 from ._build import UnitsChoice, base_units, in_units, with_epoch
 from ._published import Published, Value, documented
 from ._sun import ELEMENTS, EPOCH, SOURCE, heliocentric, with_sun
-
-if TYPE_CHECKING:
-    from ..model.state import State
-    from ..motion.simulation import System
 
 __all__ = ["case1", "case2", "kw4", "kw4_ho2021"]
 
@@ -27,7 +25,7 @@ _G_HO2021 = 6.67408e-11 * 1e-9 * 3600.0**2
 _KW4_MASSES = (2.353e12, 0.135e12)
 _KW4_AXES = ((0.766, 0.7475, 0.6735), (0.285, 0.2315, 0.1745))
 _KW4_POLE_TILT = 3.2
-#: Of the published inclination and node, referred to Earth's equator of J2000.
+#: The pole of the published inclination and node, referred to Earth's equator of J2000.
 _KW4_POLE = (325.8, -61.8)
 KW4_SPINS = (2.2728, 0.3611)
 KW4_ORBIT = {"a": 2.548, "e": 0.0004, "M": 0.0}
@@ -177,10 +175,7 @@ def kw4(
         Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
         below: at time zero as at the epoch of its elements, unless the system has an ``epoch``. The
         orbit's pole in the ecliptic, which that needs, is known less well: see the assumptions.
-    units : bool or (length, time, mass)
-        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
-    **options
-        Passed to :class:`fullbody.System`.
+    {units}
 
     Returns
     -------
@@ -275,9 +270,6 @@ def case2(theta_0: Any = np.pi / 32, **options: Any) -> tuple[System, State]:
 
 
 def _case(angles: Any, spin: float, options: dict[str, Any]) -> tuple[System, State]:
-    from ..model.state import State
-    from ..motion.simulation import System
-
     _refuse_frame(options, "this system is dimensionless, and its axes belong to no frame")
     refuse_unknown(
         options, (name for name in options_of(System) if name not in ("bodies", "G", "frame")), "this system"
@@ -294,7 +286,7 @@ def _case(angles: Any, spin: float, options: dict[str, Any]) -> tuple[System, St
 
 
 def _refuse_frame(options: dict[str, Any], why: str) -> None:
-    """Refuse the name of a frame where the axes belong to none."""
+    """Raise an error for the name of a frame, since the axes belong to none."""
     if (frame := options.pop("frame", None)) is not None:
         raise InvalidInput(f"frame is {frame!r}; expected none: {why}")
 
@@ -304,8 +296,6 @@ def _kw4_mu() -> float:
 
 
 def _kw4_system(shape: str, units: UnitsChoice, options: dict[str, Any]) -> System:
-    from ..motion.simulation import System
-
     if not isinstance(shape, str) or shape not in ("ellipsoid", "spheroid"):
         raise InvalidInput(f"shape is {shape!r}; expected 'ellipsoid' or 'spheroid'")
     bodies = []
@@ -315,9 +305,7 @@ def _kw4_system(shape: str, units: UnitsChoice, options: dict[str, Any]) -> Syst
 
 
 def _kw4_state(system: System, position: Any, velocity: Any, spin: Any) -> State:
-    """The state at time zero, with Alpha's pole tilted about the x-axis; numbers in km, hour."""
-    from ..model.state import State
-
+    """Return the state at time zero, with Alpha's pole tilted about the x-axis; numbers in km, hour."""
     attach = system._units.attach
     return State.from_tait_bryan(
         attach(np.array(position), "length"),

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..base.arguments import named_options
+from ..model.state import State
+from ..motion.system import System
 from ..setups.component import Component
 from ._build import Frame, G, UnitsChoice, published_binary
 from ._published import Published, Value, documented
-
-if TYPE_CHECKING:
-    from ..model.state import State
-    from ..motion.simulation import System
 
 __all__ = ["pluto_charon"]
 
@@ -27,6 +25,7 @@ FACTS = Published(
         "eccentricity": Value(0.0, "", "7.5e-5 (upper limit)", "B12"),
         "inclination to the equator": Value(96.218, "deg", "0.008", "B12"),
         "ascending node on the equator": Value(3.89249, "rad", "0.00012", "B12"),
+        "pole (right ascension, declination) of 2024 (not used)": Value((133.0073, -6.2449), "deg", "", "B24"),
         "mean longitude": Value(4.50177, "rad", "0.00018", "B12"),
     },
     sources={
@@ -37,10 +36,13 @@ FACTS = Published(
     assumed=(
         "both are homogeneous spheres: [N17] finds no flattening, below 0.6 and 0.5 per cent",
         "the semi-major axis is that of the GM and the period, 19596 km ([B12] gives 19573 +- 2 of its own scale)",
+        "the masses are of [B24], the orientation of the orbit is of [B12], whose mean longitude goes with it: the "
+        "pole of [B24] is 0.031 degrees from that one",
         "both spin about the pole of the orbit at the mean motion, their x-axes towards each other",
     ),
     frame="equatorial",
     epoch="2002-11-22T00:00:00 TT",
+    second_hand=("pole (right ascension, declination) of 2024 (not used)",),
 )
 
 
@@ -54,10 +56,7 @@ def pluto_charon(*, frame: Frame = "equatorial", units: UnitsChoice = False, **o
     frame : {"equatorial", "ecliptic", "orbit"}
         Frame of the state: the equator of J2000 (taken as the ICRS), the ecliptic of J2000, or the orbit's plane as
         xy-plane with its node on the equator on the x-axis.
-    units : bool or (length, time, mass)
-        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
-    **options
-        Passed to :class:`fullbody.System`.
+    {units}
 
     Returns
     -------

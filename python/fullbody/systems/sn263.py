@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -10,16 +10,15 @@ from ..base import rotations
 from ..base.arguments import named_options
 from ..base.units import Units, numbers
 from ..errors import InvalidInput
+from ..frames import attitude, turn_pole
 from ..model.bodies import Body
+from ..model.state import State
+from ..motion.system import System
 from ..orbit.elements import KeplerElements
 from ..setups.component import Component
 from ._build import Frame, G, UnitsChoice, base_units, check_frame, in_frame, in_units, with_epoch
 from ._published import Published, Value, documented
 from ._sun import ELEMENTS, EPOCH, SOURCE, heliocentric, with_sun
-
-if TYPE_CHECKING:
-    from ..model.state import State
-    from ..motion.simulation import System
 
 __all__ = ["sn263_2001"]
 
@@ -127,9 +126,9 @@ def sn263_2001(
     Parameters
     ----------
     model : {"spheres", "fang2011"}
-        The shape of Alpha where ``axis_ratios`` does not say: a sphere, or the oblate spheroid of the J2 by Fang et al.
+        The shape of Alpha unless ``axis_ratios`` is given: a sphere, or the oblate spheroid of the J2 by Fang et al.
     axis_ratios : three pairs (a/b, b/c)
-        Of Alpha, Beta and Gamma, at the published volumes.
+        Axis ratios of Alpha, Beta and Gamma, at the published volumes.
     frame : {"equatorial", "ecliptic", "orbit"}
         Frame of the state: the equator of J2000 (taken as the ICRS), the ecliptic of J2000, or the plane of Gamma's
         orbit as xy-plane with its node on the equator on the x-axis.
@@ -137,10 +136,7 @@ def sn263_2001(
         Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
         below, nine years before whose epoch the state is, so that the Sun's place is off by some degrees: the Earth,
         which was 0.066 au away on 2008-02-20, is 0.10 au away by it.
-    units : bool or (length, time, mass)
-        ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
-    **options
-        Passed to :class:`fullbody.System`.
+    {units}
 
     Returns
     -------
@@ -158,10 +154,6 @@ def sn263_2001(
     >>> system.names
     ('Alpha', 'Beta', 'Gamma')
     """
-    from ..frames import attitude, turn_pole
-    from ..model.state import State
-    from ..motion.simulation import System
-
     check_frame(frame)
     ratios_of = _ratios(axis_ratios)
     if not isinstance(model, str) or model not in ("spheres", "fang2011"):
@@ -185,7 +177,7 @@ def sn263_2001(
     rates = [2 * np.pi / FACTS["rotation period of Alpha"], 2 * np.pi / FACTS["rotation period of Beta"], 0.0]
     lon, lat = np.radians(FACTS["pole of Alpha (ecliptic longitude, latitude)"])
     attitudes = [attitude(*turn_pole(lon, lat, "ecliptic", FACTS.frame)), np.zeros(4), np.zeros(4)]
-    # Gamma about Alpha, then Beta about the barycentre of the two.
+    # The orbits are those of Gamma about Alpha, then of Beta about the barycentre of the two.
     for index, mass in ((2, masses[0] + masses[2]), (1, masses.sum())):
         orbit = _elements(names[index])
         r, v = orbit.to_cartesian(G * mass)
@@ -220,7 +212,7 @@ def sn263_2001(
 
 
 def _oblate(j2: float) -> float:
-    """The axis ratio a/c of a homogeneous spheroid of this J2, which is referred to the radius R of its volume.
+    """Return the axis ratio a/c of a homogeneous spheroid of this J2, which refers to the radius R of its volume.
 
     J2 R^2 = (a^2 - c^2)/5 and a^2 c = R^3, so that x = c/R is the real root of x^3 + 5 J2 x = 1.
     """
@@ -229,7 +221,7 @@ def _oblate(j2: float) -> float:
 
 
 def _ratios(given: Any) -> list[tuple[float, float]]:
-    """The axis ratios of the three."""
+    """Return the axis ratios of the three bodies."""
     try:
         pairs = numbers(given, "axis_ratios")
     except InvalidInput:
@@ -242,7 +234,7 @@ def _ratios(given: Any) -> list[tuple[float, float]]:
 
 
 def _elements(name: str) -> KeplerElements:
-    """The published elements of a satellite."""
+    """Return the published elements of a satellite."""
     angles = ("inclination", "ascending node", "argument of periapsis", "mean anomaly")
     return KeplerElements(
         FACTS[f"semi-major axis of {name}"],

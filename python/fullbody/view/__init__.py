@@ -17,10 +17,12 @@ from ..errors import InvalidInput
 from ..plots._style import check_samples, joined, surfaces, unit
 from ..plots.between import at, track, trails
 from ..plots.sampling import warn_if_aliased
+from ..plots.sunlight import casts, directions
 
 if TYPE_CHECKING:
+    from ..motion.run import Run
+    from ..observing.geometry import Geometry
     from ..particles.flight import Flight
-    from ..record.base import BaseRun
 
 __all__ = ["View"]
 
@@ -40,9 +42,11 @@ class View:
     flight : Flight, optional
         Particles to be shown as dots with their trails.
     samples : int
-        At most so many moments of the run.
+        The largest number of times in the run.
     height : int
         The height of the frame in Jupyter, pixels.
+    geometry : fullbody.observing.Geometry, optional
+        Lights the bodies by its Sun.
 
     Raises
     ------
@@ -50,7 +54,15 @@ class View:
         For a run without samples, a flight with less than two or of another system.
     """
 
-    def __init__(self, run: BaseRun, *, flight: Flight | None = None, samples: int = 20000, height: int = 480) -> None:
+    def __init__(
+        self,
+        run: Run,
+        *,
+        flight: Flight | None = None,
+        samples: int = 20000,
+        height: int = 480,
+        geometry: Geometry | None = None,
+    ) -> None:
         check_samples(run)
         if not isinstance(samples, int) or samples < 2:
             raise InvalidInput(f"samples is {samples!r}; expected a whole number above 1")
@@ -77,12 +89,24 @@ class View:
             "position": _pack(centres, "<f4"),
             "attitude": _pack(attitudes, "<f4"),
         }
+        if geometry is not None:
+            self._data["sun"] = _pack(directions(run, geometry, times), "<f4")
+            # Matrices by columns, as WebGL takes them.
+            self._data["casts"] = [
+                [
+                    {"inverse": inverse.T.ravel().tolist(), "position": place.tolist()}
+                    for inverse, place in casts(run, k)
+                ]
+                for k in range(len(run.system))
+            ]
         if flight is not None:
-            moments, places = trails(run, flight, _PARTICLES, _NUMBERS)
+            drawn = trails(run, flight, _PARTICLES, _NUMBERS)
             self._data["particles"] = {
-                "count": places.shape[0],
-                "time": _pack(moments, "<f8"),
-                "position": _pack(places, "<f4"),
+                "count": drawn.position.shape[0],
+                "time": _pack(drawn.time, "<f8"),
+                "position": _pack(drawn.position, "<f4"),
+                "landed": _pack(drawn.landed, "<f8"),
+                "parts": drawn.parts,
             }
         self._moments = len(times)
 

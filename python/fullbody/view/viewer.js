@@ -7,13 +7,27 @@ const COLOURS = [[0.45, 0.68, 0.85], [0.95, 0.65, 0.4], [0.75, 0.75, 0.75], [0.5
 const AXES = [[0, 0.447, 0.698], [0.902, 0.624, 0], [0, 0, 0]];
 const SURFACE = `attribute vec3 point; uniform mat4 camera; uniform mat3 columns, normals; uniform vec3 centre;
 varying vec3 normal; varying vec3 ball; varying vec3 place;
-void main() { ball = normalize(point); normal = normals * point; place = columns * point;
-  gl_Position = camera * vec4(place + centre, 1.0); }`;
+void main() { ball = normalize(point); normal = normals * point; place = columns * point + centre;
+  gl_Position = camera * vec4(place, 1.0); }`;
+// Ellipsoids that cast shadows, at most.
+const CASTS = 16;
 // A net of meridians and parallels shows the turning of a body whose outline does not change.
 const SHADE = `#extension GL_OES_standard_derivatives : enable
 precision highp float; varying vec3 normal; varying vec3 ball; varying vec3 place; uniform vec3 colour, light; uniform bool faceted;
+uniform bool sunlit; uniform mat3 balls[${CASTS}]; uniform vec3 standing[${CASTS}]; uniform int casts, own;
+bool shadowed() {  // whether the way to the Sun goes through an ellipsoid
+  for (int k = 0; k < ${CASTS}; k++) {
+    if (k >= casts) break;
+    if (k == own) continue;
+    vec3 p = balls[k] * (place - standing[k]), d = balls[k] * light;
+    float along = dot(p, d);
+    if (along < 0.0 && along * along > dot(d, d) * (dot(p, p) - 1.0)) return true;
+  }
+  return false;
+}
 void main() { vec3 up = faceted ? cross(dFdx(place), dFdy(place)) : normal;  // that of a face looks at the eye
-  float lit = 0.45 + 0.55 * max(dot(normalize(up), light), 0.0);
+  float height = max(dot(normalize(up), light), 0.0);
+  float lit = sunlit ? 0.12 + (shadowed() ? 0.0 : 0.88 * height) : 0.45 + 0.55 * height;
   float lon = atan(ball.y, ball.x) * 3.8197186, lat = asin(clamp(ball.z, -1.0, 1.0)) * 3.8197186;
   float wide = sqrt(max(1.0 - ball.z * ball.z, 0.0)), pixel = 3.8197186 * length(fwidth(ball));
   float net = min(abs(fract(lon + 0.5) - 0.5) * wide, abs(fract(lat + 0.5) - 0.5));
@@ -78,11 +92,12 @@ function sphere(across, down) {
 }
 
 const DOT = [0.75, 0.15, 0.1], TRAIL = [0.85, 0.6, 0.55];
-// Samples behind a dot that are its trail.
+// Samples of the flight behind a dot that are its trail.
 const BEHIND = 40;
 
-function particles({ count, time, position }) {  // dots and trails at a time, as points and as pairs of points
+function particles({ count, time, position, landed, parts }) {  // dots and trails at a time, as points and as pairs of points
   const times = unpack(time, Float64Array), places = unpack(position, Float32Array), samples = times.length;
+  const ends = unpack(landed, Float64Array);
   const back = times[samples - 1] < times[0];
   const place = (p, k) => 3 * (p * samples + k);
   return t => {
@@ -100,8 +115,10 @@ function particles({ count, time, position }) {  // dots and trails at a time, a
       if (!(places[from] === places[from] && places[to] === places[to])) continue;
       const now = [0, 1, 2].map(c => places[from + c] + s * (places[to + c] - places[from + c]));
       dots.push(...now);
+      // What lies on a body moves with it, and leaves no trail.
+      if (back ? t <= ends[p] : t >= ends[p]) continue;
       let last = now;
-      for (let k = low; k >= Math.max(0, low - BEHIND); k--) {
+      for (let k = low; k >= Math.max(0, low - BEHIND * parts); k--) {
         const next = Array.from(places.subarray(place(p, k), place(p, k) + 3));
         trails.push(...last, ...next);
         last = next;
@@ -121,6 +138,7 @@ function show(data) {
   }
   gl.getExtension("OES_standard_derivatives");
   const time = unpack(data.time, Float64Array), position = unpack(data.position, Float32Array);
+  const suns = data.sun ? unpack(data.sun, Float32Array) : null;
   const attitude = unpack(data.attitude, Float32Array), many = data.names.length, samples = time.length;
   const centre = (k, b) => Array.from(position.subarray(3 * (k * many + b), 3 * (k * many + b) + 3));
   const quaternion = (k, b) => Array.from(attitude.subarray(4 * (k * many + b), 4 * (k * many + b) + 4));
@@ -148,6 +166,9 @@ function show(data) {
   });
   const spare = gl.createBuffer();
   const cloud = data.particles ? particles(data.particles) : null;
+  const trailed = element("trails");
+  if (!cloud) trailed.parentElement.remove();
+  trailed.onchange = () => draw();
   gl.enable(gl.DEPTH_TEST);
 
   const looks = { azimuth: -1.0, height: 0.45, distance: 3.4 * reach, follow: -1 };
@@ -181,7 +202,9 @@ function show(data) {
       const from = centre(low, b), to = centre(high, b);
       return { centre: from.map((v, c) => v + s * (to[c] - v)), turn: matrix(slerp(quaternion(low, b), quaternion(high, b), s)) };
     });
-    return { t, bodies };
+    const toward = k => suns.subarray(3 * k, 3 * k + 3);
+    const sun = suns && [0, 1, 2].map(c => toward(low)[c] + s * (toward(high)[c] - toward(low)[c]));
+    return { t, bodies, sun };
   }
 
   function camera(target, aspect) {
@@ -220,10 +243,15 @@ function show(data) {
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clearColor(0.969, 0.969, 0.961, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    const { t, bodies } = now();
+    const { t, bodies, sun } = now();
     const target = looks.follow < 0 ? [0, 0, 0] : bodies[looks.follow].centre;
     const view = camera(target, canvas.width / canvas.height);
-    const light = [0, 1, 2].map(c => 0.75 * view.back[c] + 0.5 * view.up[c] + 0.43 * view.right[c]);
+    const light = sun || [0, 1, 2].map(c => 0.75 * view.back[c] + 0.5 * view.up[c] + 0.43 * view.right[c]);
+    // A matrix to the unit sphere of an ellipsoid, from the bodies' axes, times the turn back.
+    const shadows = (data.casts || []).flatMap((parts, b) => parts.map((part, p) => ({
+      body: b, part: p, standing: apply(bodies[b].turn, part.position).map((v, c) => v + bodies[b].centre[c]),
+      inverse: [0, 1, 2].flatMap(c => apply(part.inverse, [0, 3, 6].map(k => bodies[b].turn[c + k])))
+    }))).slice(0, CASTS);
     bodies.forEach((body, b) => {
       gl.useProgram(solid);
       const at = gl.getAttribLocation(solid, "point"), uniform = name => gl.getUniformLocation(solid, name);
@@ -231,11 +259,18 @@ function show(data) {
       gl.uniformMatrix4fv(uniform("camera"), false, view.columns);
       gl.uniform3fv(uniform("colour"), COLOURS[b % COLOURS.length]);
       gl.uniform3fv(uniform("light"), light);
+      gl.uniform1i(uniform("sunlit"), sun ? 1 : 0);
+      gl.uniform1i(uniform("casts"), shadows.length);
+      if (shadows.length) {
+        gl.uniformMatrix3fv(uniform("balls"), false, shadows.flatMap(one => one.inverse));
+        gl.uniform3fv(uniform("standing"), shadows.flatMap(one => one.standing));
+      }
       surfaces[b].forEach((part, p) => {
         const shape = shapes[b][p];
         gl.bindBuffer(gl.ARRAY_BUFFER, shape.buffer);
         gl.vertexAttribPointer(at, 3, gl.FLOAT, false, 0, 0);
         gl.uniform1i(uniform("faceted"), shape.faceted ? 1 : 0);
+        gl.uniform1i(uniform("own"), shadows.findIndex(one => one.body === b && one.part === p));
         const columns = [0, 3, 6].map(c => apply(body.turn, part.columns.slice(c, c + 3)));
         // The columns are orthogonal: a normal is along the columns over their squared lengths.
         const normals = columns.map(v => v.map(x => x / (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])));
@@ -262,7 +297,7 @@ function show(data) {
     });
     if (cloud) {
       const { dots, trails } = cloud(t);
-      for (const [points, mode, colour] of [[trails, gl.LINES, TRAIL], [dots, gl.POINTS, DOT]]) {
+      for (const [points, mode, colour] of [[trailed.checked ? trails : [], gl.LINES, TRAIL], [dots, gl.POINTS, DOT]]) {
         gl.bindBuffer(gl.ARRAY_BUFFER, spare);
         gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(points), gl.DYNAMIC_DRAW);
         strip(spare, points.length / 3, mode, colour, [0, 0, 0], view);

@@ -1,14 +1,14 @@
-//! Why a step is not taken, with what would help.
+//! Errors of steps that cannot be taken, with advice.
 
-use super::{Parts, Splitting};
+use super::{DriftKind, Splitting};
 use crate::dynamics::discrete_rotor::variational_rotation;
-use crate::dynamics::tops::{FARTHEST, farthest_turn};
+use crate::dynamics::free_rotors::{FARTHEST, farthest_turn};
 use crate::dynamics::{Dynamics, Rejected};
 use crate::error::Error;
 use crate::math::Vec3;
 
 impl Splitting {
-    /// That the forces cannot be had within the step.
+    /// Returns the error for forces that cannot be evaluated within the step.
     #[cold]
     pub(super) fn refused(&self, dynamics: &Dynamics, rejected: Rejected) -> Error {
         let reason = match rejected {
@@ -34,7 +34,7 @@ impl Splitting {
         Error::NotConverged { what, detail: detail.to_owned() }
     }
 
-    /// The error that a body's Kepler motion cannot be had.
+    /// Returns the error for a body whose Kepler motion cannot be solved.
     #[cold]
     pub(super) fn unsolved(&self, dynamics: &Dynamics, body: usize) -> Error {
         let name = &dynamics.system().bodies()[body].name;
@@ -44,17 +44,17 @@ impl Splitting {
         ))
     }
 
-    /// The error that a body turns too far in this step, with the step in which it would not.
+    /// Returns the error for a body that rotates too far in this step, with a step in which it would not.
     #[cold]
     pub(super) fn too_far(&self, dynamics: &Dynamics, body: usize, spin: Vec3) -> Error {
         let name = &dynamics.system().bodies()[body].name;
         let (inertia, step) = (self.inertia[body], self.step.abs());
-        let (angle, shorter, limit) = match self.parts {
-            Parts::Kepler => {
+        let (angle, shorter, limit) = match self.drift_kind {
+            DriftKind::Kepler => {
                 let angle = farthest_turn(inertia, spin, step);
                 (angle, 0.99 * step * FARTHEST / angle, format!("expected {FARTHEST} rad at most"))
             }
-            Parts::Free => {
+            DriftKind::Free => {
                 let follows =
                     |step: &f64| variational_rotation(inertia, [1.0, 0.0, 0.0, 0.0], spin, *step).is_some();
                 let shorter =
@@ -62,8 +62,11 @@ impl Splitting {
                 (spin.norm() * step, shorter, "the discrete rotation has no solution there".to_owned())
             }
         };
-        self.failed(&format!(
-            "{name} turns by {angle:.3e} rad in it; {limit}; use a step of at most {shorter:.3e}"
-        ))
+        let remedy = if shorter > f64::MIN_POSITIVE {
+            format!("use a step of at most {shorter:.3e}")
+        } else {
+            "no step is short enough: its spin, or a torque on it, is too large".to_owned()
+        };
+        self.failed(&format!("{name} turns by {angle:.3e} rad in it; {limit}; {remedy}"))
     }
 }

@@ -4,8 +4,8 @@ use super::Stepper;
 use crate::error::{Error, Result};
 use crate::integrate::control::Tolerance;
 use crate::integrate::equations::{Equations, Unmade, evaluate};
+use crate::interrupt::InterruptCheck;
 use crate::math::rows::stride;
-use crate::patience::Patience;
 
 impl Stepper {
     /// The starting step of Hairer, Norsett & Wanner, section II.4.
@@ -14,20 +14,21 @@ impl Stepper {
         equations: &mut impl Equations,
         direction: f64,
         end: f64,
-        patience: &mut Patience,
+        interrupt: &mut InterruptCheck,
     ) -> Result<f64> {
         let dimension = self.high.len();
         let remaining = (end - self.time()).abs();
         let time = self.time();
-        equations.prepare(time, &self.high, 0.0, patience)?;
+        equations.prepare(time, &self.high, 0.0, interrupt)?;
         let failed = |reason: &str| Error::StepSizeTooSmall { time, step: 0.0, reason: reason.to_owned() };
         let unit = Tolerance { relative: 1.0, absolute: 0.0 };
         let (first, rest) = self.stages.split_at_mut(stride(dimension));
         let first = &mut first[..dimension];
-        evaluate(equations, time, &self.high, first, true, patience)
+        evaluate(equations, time, &self.high, first, true, interrupt)
             .map_err(|unmade| unmade.error(failed))?;
         self.statistics.evaluations += 2;
-        // In units of the scales everything is of order one, so that the rate's norm is an inverse time.
+        // In units of the scales all quantities are of order one, so that the norm of the rates is an inverse
+        // time.
         let rate = equations.norm(&self.high, first, &unit);
         let guess = if rate > 0.0 { 0.01 / rate } else { remaining };
         let guess = guess.min(remaining);
@@ -36,7 +37,7 @@ impl Stepper {
         }
         let second = &mut rest[..dimension];
         let (at, trial) = (time + direction * guess, &self.trial[..dimension]);
-        let curvature = match evaluate(equations, at, trial, second, false, patience) {
+        let curvature = match evaluate(equations, at, trial, second, false, interrupt) {
             Err(Unmade::Ended(error)) => return Err(error),
             Err(Unmade::Refused(_)) => f64::INFINITY,
             Ok(()) => {

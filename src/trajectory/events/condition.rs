@@ -1,91 +1,132 @@
-//! The conditions and their functions.
+//! The conditions of events, and the functions whose zeros are the events.
 
+use super::sighting::Sighting;
 use crate::dynamics::{BarycentricFrame, Dynamics, State, System};
 use crate::error::{Error, Result, require_finite, require_positive};
+use crate::interrupt::InterruptCheck;
+use crate::math::spline::Spline;
 use crate::math::{Mat3, Vec3, rotation};
-use crate::patience::Patience;
-use crate::shape::Meeting;
+use crate::shape::Proximity;
+use nalgebra::Rotation3;
 
 /// A caller's function of the state.
 pub type StateFunction<'a> = dyn FnMut(&State) -> Result<f64> + Send + 'a;
 
-/// The condition of an event; bodies by their place in the system.
+/// The condition of an event; bodies are given by their index in the system.
+#[non_exhaustive]
 pub enum Condition<'a> {
     /// The centres of two bodies are `value` apart. The function is the distance less the value.
     Separation {
         /// One body.
         first: usize,
-        /// The other.
+        /// The other body.
         second: usize,
         /// The distance.
         value: f64,
     },
-    /// The surfaces of two bodies touch. The function is the factor by which both would have to grow to touch, less one.
+    /// The surfaces of two bodies touch. The function is the factor by which both would have to grow to
+    /// touch, less one.
     Contact {
         /// One body.
         first: usize,
-        /// The other.
+        /// The other body.
         second: usize,
     },
     /// Two centres are nearest: r . v rises through zero.
     Periapsis {
         /// One body.
         first: usize,
-        /// The other.
+        /// The other body.
         second: usize,
     },
     /// Two centres are furthest: r . v falls through zero.
     Apoapsis {
         /// One body.
         first: usize,
-        /// The other.
+        /// The other body.
         second: usize,
     },
     /// A body's centre goes through a plane. The function is its height above the plane.
     PlaneCrossing {
         /// The body.
         body: usize,
-        /// The body whose centre the plane holds; the origin without one.
+        /// The body whose centre lies in the plane; `None` for a plane through the origin.
         reference: Option<usize>,
         /// The plane's normal, inertial, of any length. With the z axis the crossings are the nodes.
         normal: Vec3,
     },
-    /// Two bodies are further apart than a distance with a positive energy of their relative motion as points. The function is
-    /// the smaller of r v^2 / (2 mu) - 1 and r / distance - 1.
+    /// Two bodies are further apart than a distance with a positive energy of their relative motion as
+    /// points. The function is the smaller of r v^2 / (2 mu) - 1 and r / distance - 1.
     Escape {
         /// One body.
         first: usize,
-        /// The other.
+        /// The other body.
         second: usize,
         /// Distance from which on an unbound orbit counts as escape.
         distance: f64,
     },
-    /// The angle between a body's long axis and the line to another's centre is smallest. The function is the rate of its
-    /// squared cosine over two, which falls through zero; in the plane the angle itself is then zero.
+    /// The angle between a body's long axis and the line to another's centre is smallest. The function is the
+    /// rate of its squared cosine over two, which falls through zero; in the plane the angle itself is then
+    /// zero.
     Alignment {
         /// The body with the long axis.
         body: usize,
-        /// The other.
+        /// The other body.
         other: usize,
     },
     /// A third body is nearest to the system's barycentre, on its prescribed path.
     ClosestApproach {
-        /// Its place among the forces.
+        /// The index of the third body among the forces.
         force: usize,
+    },
+    /// A body's outline and that of another one in front of it touch, as seen from a distant point: the observer, or the Sun. The
+    /// function is the gap of the outlines, or how far the body behind reaches out of the other's outline.
+    Occultation {
+        /// The body behind.
+        body: usize,
+        /// The body in front.
+        by: usize,
+        /// Whether the outline of the body behind has to be inside that of the other.
+        total: bool,
+        /// Where the distant point is from the barycentre.
+        toward: Box<Toward>,
     },
     /// Zeros of a function of the state.
     Function(Box<StateFunction<'a>>),
 }
 
-/// The quantities that the functions are made from.
-pub(super) struct Place<'a> {
+/// A distant point on its way, with the light between it and the bodies.
+#[derive(Debug, Clone)]
+pub struct Toward {
+    /// Its place from the barycentre by time.
+    pub path: Spline<3>,
+    /// Whether times beyond the path are refused. Otherwise its ends are continued.
+    pub bounded: bool,
+    /// Time by length that light takes: above zero for light to the point, which leaves nearer bodies later; below zero for light
+    /// from there, which passes them earlier; zero where bodies are taken at one time.
+    pub slowness: f64,
+}
+
+impl Toward {
+    fn direction(&self, time: f64) -> Result<(Vec3, f64)> {
+        let (first, last) = self.path.range();
+        if self.bounded && !(first..=last).contains(&time) {
+            let expected = format!("one from {first} to {last}, for which the distant point is known");
+            return Err(Error::invalid("time of Occultation", time, expected));
+        }
+        Ok((Vec3::from(self.path.at(time).0).normalize(), self.slowness))
+    }
+}
+
+/// The time, vector and equations at which the functions are evaluated.
+pub(super) struct EvaluationPoint<'a> {
     pub equations: &'a Dynamics,
     pub time: f64,
     pub y: &'a [f64],
     pub zeros: &'a [f64],
 }
 
-impl Place<'_> {
+impl EvaluationPoint<'_> {
     fn system(&self) -> &System {
         self.equations.system()
     }
@@ -112,7 +153,7 @@ impl Place<'_> {
 }
 
 impl Condition<'_> {
-    /// The name that errors use.
+    /// Returns the name for errors.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Separation { .. } => "Separation",
@@ -123,11 +164,17 @@ impl Condition<'_> {
             Self::Escape { .. } => "Escape",
             Self::Alignment { .. } => "Alignment",
             Self::ClosestApproach { .. } => "ClosestApproach",
+            Self::Occultation { .. } => "Occultation",
             Self::Function(_) => "Function",
         }
     }
 
-    /// The direction that belongs to the condition.
+    /// How many times the work of other conditions it takes to evaluate the function.
+    pub(super) fn weight(&self) -> u64 {
+        if matches!(self, Self::Occultation { .. }) { 30 } else { 1 }
+    }
+
+    /// Returns the direction that belongs to the condition, if there is one.
     pub(super) fn direction(&self) -> Option<i8> {
         match self {
             Self::Periapsis { .. } | Self::ClosestApproach { .. } => Some(1),
@@ -136,7 +183,7 @@ impl Condition<'_> {
         }
     }
 
-    /// Refuses bodies that are not there and values that mean nothing.
+    /// Returns an error for bodies that do not exist and for meaningless values.
     pub(super) fn check(&self, equations: &Dynamics) -> Result<()> {
         let bodies = equations.system().bodies();
         let body = |index: usize| {
@@ -194,13 +241,17 @@ impl Condition<'_> {
                     ))
                 }
             }
-            Self::ClosestApproach { force } => equations.outside().expect_third_body(*force),
+            Self::ClosestApproach { force } => equations.external_forces().expect_third_body(*force),
+            Self::Occultation { body, by, toward, .. } => {
+                two(*body, *by)?;
+                require_finite("slowness of Occultation", &[toward.slowness])
+            }
             Self::Function(_) => Ok(()),
         }
     }
 
-    /// The function whose zeros are the events.
-    pub(super) fn value(&mut self, at: &Place) -> Result<f64> {
+    /// Evaluates the function whose zeros are the events.
+    pub(super) fn value(&mut self, at: &EvaluationPoint) -> Result<f64> {
         Ok(match self {
             Self::Separation { first, second, value } => at.relative(*first, *second).0.norm() - *value,
             Self::Contact { first, second } => contact(at, *first, *second)?,
@@ -224,25 +275,28 @@ impl Condition<'_> {
             }
             Self::Alignment { body, other } => alignment(at, *body, *other),
             Self::ClosestApproach { force } => {
-                let (position, velocity) = at.equations.outside().third_body(*force, at.time)?;
-                let (departed, departing) = at.frame().departure(at.y);
-                (position - departed).dot(&(velocity - departing))
+                let (position, velocity) = at.equations.external_forces().third_body(*force, at.time)?;
+                let (offset, offset_rate) = at.frame().barycentre_offset(at.y);
+                (position - offset).dot(&(velocity - offset_rate))
+            }
+            Self::Occultation { body, by, total, toward } => {
+                occultation(at, *body, *by, *total, toward.direction(at.time)?)
             }
             Self::Function(function) => function(&at.frame().state(at.time, at.y, at.zeros))?,
         })
     }
 }
 
-fn contact(at: &Place, first: usize, second: usize) -> Result<f64> {
+fn contact(at: &EvaluationPoint, first: usize, second: usize) -> Result<f64> {
     let (r, _) = at.relative(first, second);
     let bodies = at.system().bodies();
     let rotations = [&at.rotation(first), &at.rotation(second)];
-    // What is too thin for a sign that rounding does not decide is an error.
-    let patience = &mut Patience::endless();
-    Ok(Meeting::of([&bodies[first], &bodies[second]], &r, rotations, at.time, patience)?.factor - 1.0)
+    // Bodies too thin for a sign that rounding does not decide are an error.
+    let interrupt = &mut InterruptCheck::never();
+    Ok(Proximity::of([&bodies[first], &bodies[second]], &r, rotations, at.time, interrupt)?.factor - 1.0)
 }
 
-fn alignment(at: &Place, body: usize, other: usize) -> f64 {
+fn alignment(at: &EvaluationPoint, body: usize, other: usize) -> f64 {
     let (r, v) = at.relative(body, other);
     let axes = at.system().bodies()[body].semi_axes();
     let longest = (0..3).fold(0, |best, k| if axes[k] > axes[best] { k } else { best });
@@ -255,4 +309,36 @@ fn alignment(at: &Place, body: usize, other: usize) -> f64 {
     let line_rate = (v - line * line.dot(&v)) / distance;
     let (long, long_rate) = (turn * axis, turn * spin.cross(&axis));
     long.dot(&line) * (long_rate.dot(&line) + long.dot(&line_rate))
+}
+
+/// The distant point is given by its direction and the time by length that light takes to it or from there.
+fn occultation(
+    at: &EvaluationPoint,
+    body: usize,
+    by: usize,
+    total: bool,
+    (direction, slowness): (Vec3, f64),
+) -> f64 {
+    let (barycentre, drift) = at.frame().barycentre_offset(at.y);
+    let late = |index: usize| slowness * (at.position(index) - barycentre).dot(&direction);
+    let (late_behind, late_front) = (late(body), late(by));
+    let centre = |index: usize, late: f64| at.position(index) + (at.velocity(index) - drift) * late;
+    let separation = centre(by, late_front) - centre(body, late_behind);
+    let bodies = [&at.system().bodies()[body], &at.system().bodies()[by]];
+    // Far from an occultation a bound does.
+    let (size, behind) = (bodies[0].circumradius() + bodies[1].circumradius(), -separation.dot(&direction));
+    if behind > size {
+        return behind;
+    }
+    let across = (separation + direction * behind).norm();
+    if across > 2.0 * size {
+        return behind.max(across - size);
+    }
+    let rotation = |index: usize, late: f64| {
+        let spin = Vec3::from_column_slice(&at.y[at.frame().layout.spin(index)..][..3]);
+        at.rotation(index) * Rotation3::from_scaled_axis(spin * late).matrix()
+    };
+    let rotations = [&rotation(body, late_behind), &rotation(by, late_front)];
+    let sighting = Sighting { bodies, separation: &separation, rotations, direction: &direction };
+    behind.max(if total { sighting.excess() } else { sighting.gap() })
 }

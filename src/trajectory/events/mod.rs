@@ -1,39 +1,41 @@
 //! Events: zeros of functions of the state, found on the continuous solution.
 
 mod condition;
-mod slopes;
-mod watch;
+mod crossings;
+mod derivatives;
+mod detector;
+mod sighting;
 
-pub use condition::{Condition, StateFunction};
-pub use slopes::ConditionSlopes;
-pub use watch::SAMPLES;
-pub(super) use watch::Watch;
+pub use condition::{Condition, StateFunction, Toward};
+pub use crossings::Crossings;
+pub use derivatives::ConditionDerivatives;
+pub(super) use detector::EventDetector;
 
 use crate::dynamics::State;
 
-/// Something to watch for.
+/// An event for which a run is searched.
 pub struct Event<'a> {
-    /// When it happens.
+    /// The condition.
     pub condition: Condition<'a>,
-    /// Which zeros count: 1 where the condition's function rises as time grows, -1 where it falls, 0 both. The same
-    /// zeros count whichever way the run goes.
+    /// Which zeros count: 1 where the condition's function rises as time grows, -1 where it falls, 0 for
+    /// both. The same zeros count whichever way the run goes.
     pub direction: i8,
-    /// Whether the run stops there.
+    /// Whether the run ends at the event.
     pub terminal: bool,
 }
 
 impl<'a> Event<'a> {
-    /// Every zero, and the run goes on.
+    /// Makes an event of every zero, after which the run goes on.
     pub fn new(condition: Condition<'a>) -> Self {
         Self { condition, direction: 0, terminal: false }
     }
 
-    /// The event in one direction only.
+    /// Restricts the event to one direction.
     pub fn directed(self, direction: i8) -> Self {
         Self { direction, ..self }
     }
 
-    /// The event as one that ends the run.
+    /// Makes the event end the run.
     pub fn terminal(self) -> Self {
         Self { terminal: true, ..self }
     }
@@ -42,10 +44,21 @@ impl<'a> Event<'a> {
 /// An event that happened.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Occurrence {
-    /// Its place in the list of events.
+    /// The index in the list of events.
     pub event: usize,
-    /// When.
+    /// The time of the event.
     pub time: f64,
-    /// The state then.
+    /// The state at that time.
     pub state: State,
+    /// The derivatives of the state at that time, where the run is differentiated.
+    pub derivatives: Option<StateDerivatives>,
+}
+
+/// The derivatives of a state at a fixed time with the start of a run and with parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StateDerivatives {
+    /// The transition matrix (12 N, 12 N).
+    pub transition: Vec<f64>,
+    /// Sensitivities (P, 12 N) to the parameters.
+    pub sensitivity: Vec<f64>,
 }

@@ -89,7 +89,6 @@ def test_ellipsoids_with_long_axes_in_line_have_the_least_energy(ellipsoids):
 
 
 def test_a_branch_may_be_drawn(spheres):
-    pytest.importorskip("matplotlib").use("Agg")
     import matplotlib.pyplot as plt
 
     far = analysis.relative_equilibrium(spheres[0], separation=3.0)

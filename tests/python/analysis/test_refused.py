@@ -1,4 +1,4 @@
-"""What does not fit is refused by name, and folds and contact are named too."""
+"""Invalid input to the analysis functions raises errors that name it; folds and contact raise errors too."""
 
 import fullbody
 import numpy as np
@@ -38,7 +38,7 @@ def test_systems(ellipsoids, locked):
     with pytest.raises(fullbody.InvalidInput, match="the system has 1 bodies; expected two"):
         E(alone, separation=1.0)
     tide = fullbody.forces.Tide(on="A", by="B", k2=1e-5, lag=0.01)
-    with pytest.raises(fullbody.InvalidInput, match=r"forces from outside \(tide on A\); expected system.with_forces"):
+    with pytest.raises(fullbody.InvalidInput, match=r"external forces \(tide on A\); expected system.with_forces"):
         E(ellipsoids.with_forces([tide]), separation=3.0)
     still = fullbody.State([[0, 0, 0], [4, 0, 0]], np.zeros((2, 3)))
     with pytest.raises(fullbody.InvalidInput, match="start has no angular momentum"):

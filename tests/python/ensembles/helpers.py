@@ -1,4 +1,4 @@
-"""A user's own module."""
+"""A module of a user, which functions of sweeps import."""
 
 
 def half(x):

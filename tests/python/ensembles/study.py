@@ -1,4 +1,4 @@
-"""Sweeps that kill their process: ``python study.py FOLDER:DIE ...``; DIE is the number of set-ups that one lives for.
+"""Sweeps that kill their process: ``python study.py FOLDER:DIE ...``; DIE is the number of setups that one lives for.
 
 Prints how each process ended.
 """
@@ -18,7 +18,7 @@ LOGGED = []
 
 
 def done(row):
-    """Count set-ups, where the sweep does not look."""
+    """Count setups, where the sweep does not look."""
     log, left = LOGGED
     with log.open("a") as file:
         file.write(f"{row}\n")

@@ -1,5 +1,7 @@
-"""Whether two functions compute the same: what is noticed, and what is not."""
+"""The identity of functions changes with what they compute, and with nothing else."""
 
+import collections
+import contextlib
 import functools
 import os
 import subprocess
@@ -10,9 +12,11 @@ from pathlib import Path
 
 import fullbody
 import helpers
+import numba
 import numpy as np
 import pytest
 from astropy import units as u
+from astropy.coordinates import Longitude
 from fullbody import InvalidInput, events
 from fullbody.ensembles.identity import digest, parts
 from scipy import stats
@@ -102,6 +106,8 @@ def test_what_is_around_counts():
 
 
 def test_helpers_in_other_files_count(monkeypatch):
+    """A module counts with all that it holds, for a function may hand it on or look things up in it by a text."""
+
     def direct(x):
         return helpers.half(x)
 
@@ -110,13 +116,17 @@ def test_helpers_in_other_files_count(monkeypatch):
 
         return half(x)
 
-    def other(x):
-        return helpers.__name__
+    def by_text(x):
+        return getattr(helpers, "ha" + "lf")(x)
 
-    before = digest(direct), digest(later), digest(other)
+    def other(x):
+        return x
+
+    functions = [direct, later, by_text, other]
+    before = [digest(function) for function in functions]
     monkeypatch.setattr(helpers, "half", lambda x: x / 4)
-    assert [a == b for a, b in zip(before, (digest(direct), digest(later), digest(other)), strict=True)] == [0, 0, 1]
-    assert list(parts(direct)) == ["", "helpers", "helpers.half"]
+    assert [a == b for a, b in zip(before, map(digest, functions), strict=True)] == [False, False, False, True]
+    assert list(parts(direct)) == ["", "helpers"]
 
 
 class Base:
@@ -184,10 +194,96 @@ def test_wrapped_functions_are_what_they_wrap():
     assert digest(cached) == first
 
 
-def test_what_cannot_be_told_is_refused():
+class Scale:
+    """A callable with the attributes of a wrapper."""
+
+    def __init__(self, function, factor):
+        functools.update_wrapper(self, function)
+        self.py_func = function
+        self.factor = factor
+
+    def __call__(self, x):
+        return self.factor * self.py_func(x)
+
+
+class Labelled(dict):
+    pass
+
+
+class Listed(list):
+    pass
+
+
+class Measured(float):
+    pass
+
+
+def with_scale(thing, scale):
+    thing.scale = scale
+    return thing
+
+
+def attributed(scale):
+    return with_scale(lambda x: x, scale)
+
+
+@functools.lru_cache
+def scaled(x):
+    return x
+
+
+@pytest.mark.parametrize(
+    ("one", "two"),
+    [
+        (Scale(closed, 1.0), Scale(closed, 5.0)),
+        (with_scale(Labelled(), 1.0), with_scale(Labelled(), 7.0)),
+        (with_scale(Listed([1]), 1.0), with_scale(Listed([1]), 7.0)),
+        (with_scale(Measured(1.0), 1.0), with_scale(Measured(1.0), 7.0)),
+        (collections.defaultdict(lambda: 1.0), collections.defaultdict(lambda: 3.0)),
+        (np.ma.masked_array([1.0, 2.0], mask=[0, 0]), np.ma.masked_array([1.0, 2.0], mask=[0, 1])),
+        (collections.namedtuple("P", "a b")(1, 2), collections.namedtuple("P", "b a")(1, 2)),
+        (collections.OrderedDict(a=1), {"a": 1}),
+        (attributed(1.0), attributed(2.0)),
+        (np.zeros(2, [("a", "f8"), ("b", "f8")]), np.zeros(2, [("b", "f8"), ("a", "f8")])),
+        (Longitude(1 * u.rad, wrap_angle=1 * u.rad), Longitude(1 * u.rad, wrap_angle=2 * u.rad)),
+        (2 * u.def_unit("pace", 0.7 * u.m), 2 * u.def_unit("pace", 0.8 * u.m)),
+        (np.vectorize(lambda x: x), np.vectorize(lambda x: 2 * x)),
+        # A function that a library has made is not the only one of its name.
+        (np.polynomial.Polynomial([1.0]), np.polynomial.Polynomial([2.0])),
+        (contextlib.contextmanager(closed), contextlib.contextmanager(digest)),
+        (numba.njit(closed), numba.njit(source(BASE, LIMIT=1.0))),
+    ],
+)
+def test_complete_values(one, two):
+    """Attributes, masks, factories, names of fields: whatever a value has beside what it shows."""
+    assert digest(one) == digest(one)
+    assert digest(one) != digest(two)
+    assert digest(source(BASE, LIMIT=one)) != digest(source(BASE, LIMIT=two))
+
+
+def test_what_was_computed_before_does_not_count():
+    """Units and cached functions remember what they were used for."""
+    length = 3 * u.imperial.mile
+    first = digest((length, numba_sum, scaled))
+    length.to("km"), length.si, numba_sum(2.0), scaled(1)
+    assert digest((length, numba_sum, scaled)) == first
+
+
+@numba.njit
+def numba_sum(x):
+    return x + 1
+
+
+def test_what_cannot_be_compared_is_refused():
     lock = threading.Lock()
-    with pytest.raises(InvalidInput, match="cannot be told from another of the type lock"):
+    with pytest.raises(InvalidInput, match=r"lock, whose value cannot be seen .*; expected .* or key=, a text of your"):
         digest(lambda: lock)
+    with pytest.raises(InvalidInput, match=r"f uses eval, by which it may use anything, so that"):
+        digest(source("def f(x):\n    return eval('LIM' + 'IT')", LIMIT=1.0))
+    endless = []
+    endless.append({1, functools.partial(max, endless)})
+    with pytest.raises(InvalidInput, match=r"recursion"):
+        digest(endless)
 
 
 SAMPLE = (even, Some(1), {"a", "b", "c", "d"}, closed("x"), stats.norm(1, 2))

@@ -1,4 +1,4 @@
-"""Maps over parameters: what their rows are, what comes of them, and what goes wrong with single ones."""
+"""Maps over parameters: their rows, their results, and errors in single rows."""
 
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -103,7 +103,7 @@ def test_draws_belong_to_the_row():
     parts = [draws(3, mass=lambda rng: rng.uniform(0.1, 0.9)), {"distance": [1.0, 2.0]}]
     found = fullbody.sweep(circle, parts, 0.5, measure=angle, seed=7)
     assert found.mass.dims == found.angle.dims == ("draw", "distance")
-    # The first of two streams of each row's own is for the parameters, the second for the set-up.
+    # The first of two streams of each row's own is for the parameters, the second for the setup.
     streams = [row.spawn(2) for row in SeedSequence(7).spawn(6)]
     assert found.mass.values.ravel().tolist() == [default_rng(first).uniform(0.1, 0.9) for first, _ in streams]
     np.testing.assert_allclose(found.angle, expected(found.mass, found.distance, 0.5), rtol=1e-12)
@@ -155,7 +155,7 @@ BALLS = [fullbody.Body(fullbody.Sphere(0.1), mass=1.0, name=name) for name in "A
 def troubles(kind):
     """A row of its own for each thing that goes wrong."""
     if kind == "setup":
-        raise ValueError("no such set-up")
+        raise ValueError("no such setup")
     if kind == "input":
         return circle(mass=-1.0)
     if kind == "pair":
@@ -186,7 +186,7 @@ def test_what_goes_wrong_stays_in_its_row():
     found = fullbody.sweep(troubles, {"kind": kinds}, 2.0, measure=troubled)
     told = {kind: tuple(str(found[name].sel(kind=kind).values) for name in FAILURE) for kind in kinds}
     assert told["good"] == told["well"] == ("", "", "")
-    assert told["setup"] == ("ValueError", "no such set-up", "setup")
+    assert told["setup"] == ("ValueError", "no such setup", "setup")
     assert told["input"][::2] == ("InvalidInput", "setup")
     assert "-1.0" in told["input"][1]
     assert told["pair"][::2] == ("InvalidInput", "setup")
@@ -376,7 +376,7 @@ def test_what_a_file_cannot_hold_does_not_hold_up_the_map(tmp_path):
         ({"parameters": {"mass": [1.0, 2.0 * u.kg]}}, "mass mixes Quantities and plain numbers"),
         ({"parameters": {"mass": np.ma.array([1.0, 2.0], mask=[0, 1])}}, "mass has 1 masked"),
         ({"parameters": {"mass": stats.norm()}}, r"fullbody.ensembles.draws\(..., mass=...\)"),
-        ({"parameters": {"masss": [1.0]}}, "'masss', which the set-up does not take; did you mean 'mass'"),
+        ({"parameters": {"masss": [1.0]}}, "'masss', which the setup does not take; did you mean 'mass'"),
         ({"parameters": {"rng": [1.0]}}, "kept for the random numbers"),
         ({"parameters": {"not a name": [1.0]}}, "'not a name'"),
         ({"parameters": [{"mass": [1.0]}, {"mass": [2.0]}]}, "'mass' twice"),
@@ -401,8 +401,8 @@ def test_what_a_file_cannot_hold_does_not_hold_up_the_map(tmp_path):
         ({"seed": 1}, "seed is 1, but nothing is drawn"),
         ({"seed": -1}, "seed is -1; expected a whole number from zero"),
         ({"seed": 1.5}, "seed is 1.5; expected"),
-        ({"setup": lambda mass, rng: None}, "seed is None, but the set-up takes rng"),
-        ({"setup": lambda mass, size: None}, "no 'size', which the set-up needs"),
+        ({"setup": lambda mass, rng: None}, "seed is None, but the setup takes rng"),
+        ({"setup": lambda mass, size: None}, "no 'size', which the setup needs"),
         ({"integrator": "ias15"}, "integrator is 'ias15'"),
         ({"events": [1]}, "events has 1"),
         ({"until": "soon"}, "until is 'soon'; expected numbers, or text with a unit, such as '2.5 h'"),
@@ -423,3 +423,55 @@ def test_draws_are_checked():
         draws(0)
     with pytest.raises(InvalidInput, match="mass is 3; expected a function"):
         draws(2, mass=3)
+
+
+@pytest.mark.parametrize("order", [[3.0, 1.0, 1.01], [1.0, 3.0, 1.01], [3.0, 2.9]])
+def test_a_unit_comes_from_any_row_that_has_one(order):
+    """A body that tumbles has no libration: its row has nan, and takes nothing from the others."""
+
+    def setup(factor):
+        system, state = fullbody.systems.kw4("ellipsoid", units=True)
+        return system, state.replace(spin=state.spin * [[1.0], [factor]])
+
+    def some(run):
+        tumbling = run.spin[0, 1, 2] > 0.5 * u.rad / u.hour
+        return {"angle": None if tumbling else 3.0 * u.deg, "axes": None if tumbling else [1.0, 2.0] * u.km}
+
+    found = fullbody.sweep(setup, {"factor": order}, 1.0, measure=some)
+    assert found.error.values.tolist() == [""] * len(order)
+    with_numbers = [factor < 2.0 for factor in order]
+    assert np.isfinite(found.angle.values).tolist() == with_numbers
+    if any(with_numbers):
+        assert (found.angle.attrs["units"], found.axes.attrs["units"]) == ("deg", "km")
+        assert found.axes.shape == (len(order), 2)
+
+
+@pytest.mark.parametrize(
+    "values", [[2**63 + 1, 1], [2**53 + 1, 2], [2**63 - 1, -1], [np.int64(2**62 + 1), 3], [np.uint64(2**63 + 1), 1]]
+)
+def test_whole_numbers_stay_whole(values):
+    got = []
+
+    def setup(n):
+        got.append(n)
+        return circle()
+
+    found = fullbody.sweep(setup, {"n": values}, 0.1, measure=angle, threads=1)
+    assert got == [int(value) for value in values] == found.n.values.tolist()
+    assert all(type(n) is int for n in got)
+
+
+@pytest.mark.parametrize("values", [[2**70, 1], [2**63, -1], [2**53 + 1, 0.5]])
+def test_whole_numbers_that_do_not_fit_are_refused(values):
+    with pytest.raises(InvalidInput, match=r"n is \[.*\], whole numbers that one column cannot hold exactly"):
+        fullbody.sweep(lambda n: circle(), {"n": values}, 0.1, measure=angle)
+
+
+def test_a_set_up_may_have_random_numbers_or_none():
+    def setup(mass, rng=None):
+        return circle(mass if rng is None else rng.uniform())
+
+    found = fullbody.sweep(setup, {"mass": [0.1, 0.2]}, 0.1, measure=angle)
+    assert_same(found, fullbody.sweep(circle, {"mass": [0.1, 0.2]}, 0.1, measure=angle))
+    drawn = fullbody.sweep(setup, {"mass": [0.1, 0.2]}, 0.1, measure=angle, seed=1)
+    assert not np.array_equal(drawn.angle, found.angle)

@@ -1,4 +1,4 @@
-"""Sweeps by other workers: threads, processes, clusters; and workers that die."""
+"""Sweeps with executors: threads, processes, clusters; and workers that die."""
 
 import multiprocessing
 import os

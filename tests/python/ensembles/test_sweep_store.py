@@ -1,4 +1,4 @@
-"""Stores of sweeps: what is cut short goes on, what has changed is refused, what is damaged is named."""
+"""Stores of sweeps: interrupted sweeps continue, changed ones are refused, and damaged files are named."""
 
 import functools
 import json
@@ -7,12 +7,14 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import fullbody
 import numpy as np
 import pytest
 import xarray as xr
+from astropy import units as u
 from fullbody import FullbodyError, Interrupted, InvalidInput, Verner98, events
 from fullbody.ensembles import store as stores
 from maps import angle, assert_same, circle
@@ -61,7 +63,7 @@ def test_killed_and_called_again(tmp_path):
     whole.mkdir()
     broken.mkdir()
     path = os.pathsep.join([str(HERE), str(HERE.parent), *sys.path])
-    # Of 2, 5 and 4 set-ups, 0, 4 and 2 are those of whole chunks; 6 rows are left.
+    # Of 2, 5 and 4 setups, 0, 4 and 2 are those of whole chunks; 6 rows are left.
     command = [sys.executable, HERE / "study.py", f"{whole}:0", *(f"{broken}:{die}" for die in (2, 5, 4, 0))]
     done = subprocess.run(command, check=True, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path})
     assert [int(code) for code in done.stdout.split()] == [0, *[-signal.SIGKILL] * 3, 0]
@@ -117,7 +119,9 @@ SAME = {
         ({"events": [events.Separation(0, 1, 4.0)]}, "events"),
         ({"dense": True}, "dense"),
         ({"parameters": {"mass": [0.1, 0.6]}}, "parameter mass"),
-        ({"parameters": {"mass": [0.1, 0.5, 0.6]}}, "dimensions, parameter mass"),
+        ({"parameters": {"mass": [0.1, 0.6, 0.7]}}, "dimensions, parameter mass"),
+        ({"parameters": {"mass": [0.1]}}, "dimensions, parameter mass"),
+        ({"parameters": {"mass": [0.1, 0.5], "distance": [1.0]}}, "dimensions, parameter distance"),
         (
             {"parameters": fullbody.ensembles.draws(2, mass=lambda rng: 0.1), "seed": 1},
             "seed, dimensions, parameter mass",
@@ -146,6 +150,97 @@ def test_another_version_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(sys.modules["fullbody.ensembles.sweep"], "version", lambda: "99")
     with pytest.raises(InvalidInput, match="differs in: version of fullbody;"):
         swept(tmp_path / "map.nc")
+
+
+def test_a_key_stands_for_functions(tmp_path):
+    """A way out for what cannot be compared, which the error names."""
+    lock = threading.Lock()
+
+    def locked(run):
+        with lock:
+            return angle(run)
+
+    with pytest.raises(InvalidInput, match=r"lock, whose value cannot be seen .* or key=, a text of your own"):
+        swept(tmp_path / "map", measure=locked)
+    for store in (tmp_path / "map", tmp_path / "map.nc"):
+        found = swept(store, measure=locked, until=lambda mass, distance: 0.5, key="first")
+        assert_same(swept(store, measure=angle, until=lambda **_: 0.5, key="first"), found)
+        for change in ({"key": "second"}, {"key": "first", "output": 0.1}, {}):
+            with pytest.raises(InvalidInput, match="has a sweep that differs in:"):
+                swept(store, **change)
+    for key, store in (("", "map"), (3, "map"), ("x", None)):
+        with pytest.raises(InvalidInput, match=f"key is {key!r}; expected a text that is not empty, and only with"):
+            swept(store, key=key)
+
+
+def counted(mass, distance=1.0, *, ran):
+    """A circle, with a list of the rows that were set up."""
+    ran.append((mass, distance))
+    return circle(mass, distance)
+
+
+def extended(store, ran, parameters, **options):
+    """A sweep that counts its setups."""
+    setup = functools.partial(counted, ran=ran)
+    return fullbody.sweep(setup, parameters, 0.5, measure=angle, chunk=2, store=store, key="counted", **options)
+
+
+@pytest.mark.parametrize("store", ["map.nc", "map"])
+def test_a_map_is_extended(tmp_path, store):
+    """By values at either end, in the middle and in another dimension; what is stored is not computed again."""
+    ran = []
+    steps = [
+        ({"mass": [0.1, 0.5], "distance": 2.0}, 2),
+        ({"mass": [0.05, 0.1, 0.3, 0.5], "distance": 2.0}, 2),
+        ({"mass": [0.5, 0.3, 0.05, 0.1], "distance": [200.0, 2.0]}, 4),
+        ([{"distance": [2.0, 200.0, 3.0] * u.m}, {"mass": [0.1]}], None),
+        ({"mass": [0.5, 0.3, 0.05, 0.1], "distance": [2.0, 200.0, 3.0]}, 4),
+    ]
+    for parameters, more in steps:
+        before = len(ran)
+        if more is None:
+            with pytest.raises(InvalidInput, match=r"differs in: dimensions, parameter .*include all of its rows"):
+                extended(tmp_path / store, ran, parameters)
+        else:
+            found = extended(tmp_path / store, ran, parameters)
+            assert len(ran) == before + more
+            assert_same(found, fullbody.sweep(circle, parameters, 0.5, measure=angle))
+            # Once more, from the store alone.
+            assert_same(extended(tmp_path / store, ran, parameters), found)
+            assert len(ran) == before + more
+
+
+def test_an_extension_that_was_cut_short_goes_on(tmp_path):
+    ran = []
+    extended(tmp_path / "map.nc", ran, {"mass": [0.1, 0.5]})
+
+    def cut(mass):
+        if mass > 1.0:
+            raise KeyboardInterrupt
+        return circle(mass)
+
+    for masses in ([0.9, 0.1, 0.8, 0.5, 2.0], [0.7, 0.9, 0.1, 0.8, 0.5, 2.0]):
+        with pytest.raises(Interrupted):
+            fullbody.sweep(cut, {"mass": masses}, 0.5, measure=angle, chunk=1, store=tmp_path / "map.nc", key="counted")
+    found = extended(tmp_path / "map.nc", ran, {"mass": [*masses, 0.6]})
+    assert [mass for mass, _ in ran] == [0.1, 0.5, 2.0, 0.6]
+    assert_same(found, fullbody.sweep(circle, {"mass": [*masses, 0.6]}, 0.5, measure=angle))
+    assert [path.name for path in tmp_path.iterdir()] == ["map.nc"]
+
+
+def test_more_draws_keep_the_first_ones(tmp_path):
+    """Random numbers are those of the row's number: rows that would get another number are another sweep."""
+    ran = []
+    mass = functools.partial(np.random.Generator.uniform, low=0.1, high=0.9)
+    draws = functools.partial(fullbody.ensembles.draws, mass=mass)
+    extended(tmp_path / "map.nc", ran, draws(3), seed=1)
+    found = extended(tmp_path / "map.nc", ran, draws(5), seed=1)
+    assert len(ran) == 5
+    whole = fullbody.sweep(circle, draws(5), 0.5, measure=angle, seed=1)
+    assert_same(found, whole)
+    assert [mass for mass, _ in ran] == found.mass.values.tolist()
+    with pytest.raises(InvalidInput, match="differs in: dimensions"):
+        extended(tmp_path / "map.nc", ran, [{"distance": [1.0, 2.0]}, draws(5)], seed=1)
 
 
 def outcome(store):
@@ -271,7 +366,7 @@ def test_ctrl_c(tmp_path, store):
     whole = swept(None, parameters=rows)
     np.testing.assert_array_equal(caught.value.dataset.angle[:2], whole.angle[:2])
     if store:
-        assert json.loads((tmp_path / "map.nc.parts" / "sweep.json").read_text())["seed"] == "None"
+        assert json.loads((tmp_path / "map.nc.parts" / "sweep.json").read_text())["sweep"]["seed"] == "None"
         assert [path.name for path in tmp_path.rglob("*.npz")] == ["00000000.npz"]
         assert_same(swept(path, measure=measure, parameters=rows), whole)
 

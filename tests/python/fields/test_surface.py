@@ -106,7 +106,8 @@ def test_a_composite_has_the_surfaces_of_its_parts_outside_of_each_other():
     parts = [Part(Sphere(1.0), mass=1.0), Part(Sphere(0.6), mass=0.2, position=(1.2, 0.0, 0.0))]
     body = Body(Composite(parts))
     field = surface(*alone(body), rows=90)
-    centres = [np.array(part[2]) for part in body._core(body._own_units(), 0).parts]
+    frame = body.working_frame
+    centres = [frame.position + matrix(frame.attitude) @ place for place in ([0.0, 0.0, 0.0], [1.2, 0.0, 0.0])]
     for centre, radius in zip(centres, (1.0, 0.6), strict=True):
         assert (np.linalg.norm(field.point - centre, axis=1) > radius - 1e-12).all()
     plane = (1.2**2 + 1.0 - 0.36) / 2.4

@@ -1,4 +1,4 @@
-"""Particles and options that mean nothing are refused, by the particle's place."""
+"""Invalid particles and options are refused, with the particle's index."""
 
 import warnings
 

@@ -1,4 +1,4 @@
-"""Flights as datasets and files, and what is shown of them."""
+"""Flights as datasets and files, and their representation as text."""
 
 import fullbody
 import numpy as np

@@ -212,3 +212,15 @@ def test_the_fastest_strike_too(speed):
     # Straight on to the surface, towards the centre.
     surface = 1 / np.linalg.norm(places / 5 / [1, 0.6, 0.3], axis=1)
     assert np.allclose(flight.fate_time * speed, 5 - surface, rtol=1e-9)
+
+
+@pytest.mark.parametrize("excess", [0.0, 2.3e-16, -1e-15, 1e-13, -1e-13, 1e-12])
+def test_a_particle_on_an_equator_that_turns_as_an_orbit_does_comes_to_rest(excess):
+    """Rounding alone presses it down or lifts it: it must neither bounce at one instant nor follow the surface."""
+    system, state = lone(spin=(0.0, 0.0, 1.0 + excess))
+    bounce = fullbody.particles.Bounce(normal=0.3, tangential=0.5, rest=5.8e-3)
+    start = fullbody.Particles([[1.0, 0.0, 0.0]], [[0.0, 1.0 + excess, 0.0]])
+    flight = system.fly(state, start, 2.0, "ends", contact=bounce)
+    assert flight.fate.tolist() == ["rest"]
+    assert flight.strikes[0] < 10
+    assert flight.position[-1, 0] == pytest.approx([np.cos(2.0), np.sin(2.0), 0.0], abs=1e-9)

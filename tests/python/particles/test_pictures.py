@@ -7,6 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from fullbody import particles, plots
+from support import data_of
 
 
 @pytest.fixture(scope="module")
@@ -37,9 +38,9 @@ def test_impacts_lie_where_they_were(flown):
     assert mine.collections[0].get_sizes() == [9]
     plt.close(mine.figure)
     for colour, unit in (("speed", "system units"), ("incidence", "deg")):
-        figure = plots.impacts(flight, "Beta", colour=colour).figure
-        assert unit in figure.axes[1].get_ylabel()
-        plt.close(figure)
+        ax = plots.impacts(flight, "Beta", colour=colour)
+        assert unit in ax.child_axes[0].get_ylabel()
+        plt.close(ax.figure)
     with pytest.raises(fullbody.InvalidInput, match="colour is 'mass'; expected one of 'time'"):
         plots.impacts(flight, 0, colour="mass")
     with pytest.raises(fullbody.InvalidInput, match="Gamma"):
@@ -48,14 +49,15 @@ def test_impacts_lie_where_they_were(flown):
 
 def test_the_view_has_the_particles_places(flown):
     run, flight = flown
-    shown = run.view(flight=flight)._data["particles"]
+    shown = data_of(run.view(flight=flight).to_html())[0]["particles"]
     times = np.frombuffer(base64.b64decode(shown["time"]))
     places = np.frombuffer(base64.b64decode(shown["position"]), dtype="<f4").reshape(shown["count"], len(times), 3)
-    np.testing.assert_array_equal(times, flight.time)
+    samples = slice(None, None, shown["parts"])
+    np.testing.assert_allclose(times[samples], flight.time, rtol=1e-15)
     masses = np.asarray(run.system.masses)
     # The barycentre of this system stays where it is.
     centre = masses @ run.position[0] / masses.sum()
-    np.testing.assert_allclose(places, flight.position.swapaxes(0, 1) - centre, atol=1e-6)
+    np.testing.assert_allclose(places[:, samples], flight.position.swapaxes(0, 1) - centre, atol=1e-6)
     # One that is gone has no place in the page either.
     assert np.isnan(places[flight.fate == "escape", -1]).all()
 
@@ -68,3 +70,41 @@ def test_flights_that_cannot_be_shown_are_refused(flown):
     other, start = fullbody.systems.case1()
     with pytest.raises(fullbody.InvalidInput, match="among other bodies"):
         other.integrate(start, 1.0).view(flight=flight)
+
+
+@pytest.mark.parametrize("name", ["c", "color"])
+def test_a_colour_of_ones_own(flown, name):
+    flight = flown[-1]
+    with pytest.raises(fullbody.InvalidInput, match=f"{name} is given beside colour='time'; expected colour=None"):
+        fullbody.plots.impacts(flight, 1, **{name: "red"})
+    dots = fullbody.plots.impacts(flight, 1, colour=None, **{name: "red"}).collections[0]
+    assert (dots.get_facecolor()[0] == [1, 0, 0, 1]).all()
+
+
+def test_trails_follow_the_orbit_and_end_on_the_ground():
+    """Between samples a sixth of a turn apart, whose chords are nearer to the body by a seventh of the distance."""
+    body = fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name="A")
+    system = fullbody.System([body], G=1.0)
+    state = fullbody.State([[0, 0, 0]], [[0, 0, 0]], spin=[[0, 0, 0.1]])
+    run = system.integrate(state, 20.0, output=1.0, dense=True)
+    grains = fullbody.Particles([[2, 0, 0], [2, 0, 0]], [[0, np.sqrt(0.5), 0], [0, 0, 0]])
+    turn = 2 * np.pi * np.sqrt(8.0)
+    flight = run.fly(grains, output=turn / 6)
+    shown = run.view(flight=flight)._data["particles"]
+    times = np.frombuffer(base64.b64decode(shown["time"]))
+    places = np.frombuffer(base64.b64decode(shown["position"]), dtype="<f4").reshape(2, len(times), 3)
+    assert len(times) > 6 * len(flight.time)
+    np.testing.assert_allclose(np.linalg.norm(places[0], axis=1), 2.0, rtol=0.01)
+    # The other one falls, and lies on the turning body.
+    landed = np.frombuffer(base64.b64decode(shown["landed"]))
+    assert np.isnan(landed[0])
+    assert landed[1] == flight.fate_time[1]
+    assert (np.linalg.norm(places[1], axis=1) > 0.98).all()
+
+
+def test_the_view_tells_its_speed_and_switches_trails(flown):
+    run, flight = flown
+    page = run.view(flight=flight).to_html()
+    assert 'id="trails" type="checkbox" checked' in page
+    assert "At speed 1 the whole run takes 30 seconds." in page
+    assert "@media (max-width: 640px)" in page

@@ -1,12 +1,13 @@
-//! The checks of the targets in fuzz/, with all of their corpora and some inputs of chance, always the same ones.
+//! The checks of the targets in fuzz/, with all of their corpora and some inputs of chance, always the same
+//! ones.
 mod archive;
 mod pairs;
 
 use crate::integrators::systems::{all, tumbling};
 use crate::support::cases;
 use fullbody::dynamics::AttitudeChart;
+use fullbody::interrupt::InterruptCheck;
 use fullbody::mutual::Method;
-use fullbody::patience::Patience;
 use fullbody::trajectory::Simulation;
 use proptest::prelude::*;
 
@@ -41,7 +42,7 @@ fn archives() -> Vec<Vec<u8>> {
         let (system, state) = tumbling(method, chart);
         for integrator in all(1e-8, 0.05) {
             let Ok(mut simulation) = Simulation::new(&system, &state, integrator) else { continue };
-            simulation.step(4.0, &mut Patience::endless()).unwrap();
+            simulation.step(4.0, &mut InterruptCheck::never()).unwrap();
             archives.push(simulation.to_bytes().unwrap());
         }
     }
@@ -51,7 +52,7 @@ fn archives() -> Vec<Vec<u8>> {
 #[test]
 fn damaged_archives() {
     let archives = archives();
-    // The way to the corpus of a new layout.
+    // The way to the corpus of a new format.
     if std::env::var_os("KEEP").is_some() {
         for (k, bytes) in archives.iter().enumerate() {
             std::fs::write(format!("{}/sound-{k:02}.bin", corpus("archive")), bytes).unwrap();

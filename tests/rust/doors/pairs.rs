@@ -1,16 +1,19 @@
-//! Two bodies of any shape in any pose: the rules agree or say that they do not converge, the third law holds, and nothing is NaN.
+//! Two bodies of any shape in any pose: the rules agree or say that they do not converge, the third law
+//! holds, and nothing is NaN.
 
 use fullbody::error::{Error, Result};
+use fullbody::interrupt::InterruptCheck;
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3, rotation};
-use fullbody::mutual::{BodyGravity, Interaction, Method, Pair, Pose};
-use fullbody::patience::Patience;
+use fullbody::mutual::{Interaction, Method, Pair, PartGravity, Pose};
 use fullbody::shape::{Shape, contact_function};
 use std::sync::Arc;
 
-/// Agreement of two rules made for 1e-14: relative to the force, and of torques to the force times the body's own largest semi-axis.
+/// Agreement of two rules made for 1e-14: relative to the force, and of torques to the force times the body's
+/// own largest semi-axis.
 const AGREEMENT: f64 = 3e-14;
-/// That of the energies, for which no rule is chosen: next to contact the surface rule sums tens of thousands of them.
+/// That of the energies, for which no rule is chosen: next to contact the surface rule sums tens of thousands
+/// of them.
 const ENERGY: f64 = 3e-13;
 
 /// Numbers from 0 to 1 out of bytes; zeros after the last.
@@ -113,9 +116,9 @@ pub fn check(bytes: &[u8]) {
 
 fn evaluate(shapes: [&Shape; 2], method: Method, pose: &Pose) -> Result<(Interaction, f64)> {
     let store = Arc::default();
-    let [a, b] = [BodyGravity::new("A", shapes[0], &store), BodyGravity::new("B", shapes[1], &store)];
+    let [a, b] = [PartGravity::new("A", shapes[0], &store), PartGravity::new("B", shapes[1], &store)];
     let mut pair = Pair::new(a, b, method, 1e-14, None, VectorPath::Auto.arch().expect("a path"));
-    pair.prepare(pose, 0.0, &mut Patience::endless())?;
+    pair.prepare(pose, 0.0, &mut InterruptCheck::never())?;
     Ok((pair.interaction(pose), pair.potential_energy(pose)))
 }
 

@@ -5,7 +5,7 @@ use super::systems::*;
 use fullbody::integrate::{
     DORMAND_PRINCE54, Stepper, Tableau, Tolerance, VERNER65, VERNER76, VERNER87, VERNER98,
 };
-use fullbody::patience::Patience;
+use fullbody::interrupt::InterruptCheck;
 use fullbody::trajectory::{Output, Simulation};
 
 const PAIRS: [&Tableau; 5] = [&DORMAND_PRINCE54, &VERNER65, &VERNER76, &VERNER87, &VERNER98];
@@ -54,15 +54,16 @@ fn spread() {
     }
 }
 
-/// Derivatives of a step's polynomial, by differences, stay within their bounds; single numbers are those of the vector.
+/// Derivatives of a step's polynomial, by differences, stay within their bounds; single numbers are those of
+/// the vector.
 #[test]
 fn rates() {
     for pair in PAIRS {
         let tolerance = Tolerance::new(1e-4, 1e-4).unwrap();
         let mut stepper = Stepper::new(pair, tolerance, 0.3, Kepler::exact(0.6, 0.3).to_vec(), vec![0.0; 4]);
         for _ in 0..5 {
-            stepper.step(&mut Kepler, 9.0, &mut Patience::endless()).unwrap();
-            let segment = stepper.segment(&mut Kepler, &mut Patience::endless()).unwrap();
+            stepper.step(&mut Kepler, 9.0, &mut InterruptCheck::never()).unwrap();
+            let segment = stepper.segment(&mut Kepler, &mut InterruptCheck::never()).unwrap();
             let bounds = segment.rates(0, 2);
             let at = |theta: f64| {
                 let mut y = [0.0; 4];
@@ -92,7 +93,8 @@ fn rates() {
     }
 }
 
-/// Looking for contacts does not change a run of bodies that stay apart: not its steps, and of near ones not its results.
+/// Looking for contacts does not change a run of bodies that stay apart: not its steps, and of near ones not
+/// its results.
 #[test]
 fn close_bodies_step_as_ever() {
     // Within each other's circumscribed spheres, turning with their orbit: every step is looked into.
@@ -103,8 +105,8 @@ fn close_bodies_step_as_ever() {
     let system = System::new(vec![body("A"), body("B")], 1.0, Settings::default()).unwrap();
     let distance = 1.05;
     let (r, v) = (Vec3::new(distance, 0.0, 0.0), Vec3::new(0.0, 1.05, 0.0));
-    let mut state: State = relative(r, v, 0.5);
-    state.spin = vec![Vec3::new(0.0, 0.0, v.y / distance); 2];
+    let spin = vec![Vec3::new(0.0, 0.0, v.y / distance); 2];
+    let state: State = relative(r, v, 0.5).with_spin(spin).unwrap();
     for integrator in all(1e-9, 0.01) {
         let run = |output: &Output| {
             let mut simulation = Simulation::new(&system, &state, integrator).unwrap();

@@ -3,12 +3,12 @@
 use super::systems::*;
 use fullbody::dynamics::AttitudeChart;
 use fullbody::error::Error;
+use fullbody::interrupt::InterruptCheck;
 use fullbody::mutual::Method;
-use fullbody::patience::Patience;
 use fullbody::trajectory::{Output, Simulation};
 
-/// Interpolated states against a run at a tolerance a hundred times tighter, in units of the tolerance, for every pair; the energy
-/// of interpolated states.
+/// Interpolated states against a run at a tolerance a hundred times tighter, in units of the tolerance, for
+/// every pair; the energy of interpolated states.
 #[test]
 fn interpolated_states() {
     let (system, state) = tumbling(Method::Multipole(6), AttitudeChart::Quaternion);
@@ -62,16 +62,17 @@ fn output_does_not_disturb() {
         assert_eq!(grid.time.len(), 301);
         let solution = grid.dense.unwrap();
         assert!(solution.segments() >= steps.len() - 1);
-        // The continuous solution holds the steps' ends: to round-off, and for fixed steps to what the bridges leave.
+        // The continuous solution holds the steps' ends: to round-off, and for fixed steps to what the
+        // bridges leave.
         let mut replay = Simulation::new(&system, &state, integrator).unwrap();
         for &time in &steps.time[1..] {
-            replay.step(3.0, &mut Patience::endless()).unwrap();
+            replay.step(3.0, &mut InterruptCheck::never()).unwrap();
             assert_eq!(replay.time(), time);
             let error = difference(&solution.state(time).unwrap(), &replay.state());
             assert!(error < 1e-14, "{integrator:?} at {time}: {error:e}");
         }
         // A grid is the continuous solution.
-        let x = solution.state(grid.time[147]).unwrap().position[1];
+        let x = solution.state(grid.time[147]).unwrap().position()[1];
         assert_eq!(x.as_slice(), &grid.position[6 * 147 + 3..6 * 147 + 6]);
     }
 }
@@ -82,8 +83,8 @@ fn range() {
     let mut simulation = Simulation::new(&system, &state, verner98(1e-10)).unwrap();
     let dense = integrate(&mut simulation, -2.0, &Output::Steps, true).dense.unwrap();
     assert_eq!(dense.range(), (0.0, -2.0));
-    let mut back = dense.states(&[-2.0, -0.5, 0.0], &mut Patience::endless()).unwrap();
-    assert_eq!(back.pop().unwrap().position, state.position);
+    let mut back = dense.states(&[-2.0, -0.5, 0.0], &mut InterruptCheck::never()).unwrap();
+    assert_eq!(back.pop().unwrap().position(), state.position());
     assert_eq!(back.len(), 2);
     println!("{} bytes a segment", dense.bytes() / dense.segments());
     for time in [0.1, -2.1, f64::NAN] {

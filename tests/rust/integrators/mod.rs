@@ -5,7 +5,7 @@ mod collisions;
 mod dense;
 mod events;
 mod order;
-mod patience;
+mod interrupt;
 mod problems;
 mod resume;
 mod roots;

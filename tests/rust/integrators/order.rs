@@ -5,7 +5,7 @@ use fullbody::integrate::{
     DORMAND_PRINCE54, Equations, Stepper, Tableau, Tolerance, VERNER65, VERNER76, VERNER87, VERNER96,
     VERNER98,
 };
-use fullbody::patience::Patience;
+use fullbody::interrupt::InterruptCheck;
 
 const PAIRS: [&Tableau; 6] = [&DORMAND_PRINCE54, &VERNER65, &VERNER76, &VERNER87, &VERNER96, &VERNER98];
 const E: f64 = 0.3;
@@ -59,12 +59,12 @@ fn interpolants() {
         let error = |t: f64, h: f64| {
             let tolerance = Tolerance::new(0.99, 0.0).unwrap();
             let mut stepper = Stepper::new(pair, tolerance, t, Kepler::exact(E, t).to_vec(), vec![0.0; 4]);
-            stepper.step(&mut Kepler, t + h, &mut Patience::endless()).unwrap();
+            stepper.step(&mut Kepler, t + h, &mut InterruptCheck::never()).unwrap();
             assert_eq!(stepper.time(), t + h);
             let mut y = [0.0; 4];
             let at = |k: u32| t + h * f64::from(k) / 16.0;
             (1..16).fold(0.0, |worst: f64, k| {
-                stepper.interpolate(&mut Kepler, at(k), &mut y, &mut Patience::endless()).unwrap();
+                stepper.interpolate(&mut Kepler, at(k), &mut y, &mut InterruptCheck::never()).unwrap();
                 worst.max(distance(&y, &Kepler::exact(E, at(k))))
             })
         };

@@ -2,7 +2,7 @@
 
 use fullbody::error::{Refusal, Result};
 use fullbody::integrate::{Equations, Tolerance};
-use fullbody::patience::Patience;
+use fullbody::interrupt::InterruptCheck;
 
 /// Kepler's problem in the plane, mu = 1: `[x, y, vx, vy]`.
 #[derive(Debug, Clone)]
@@ -22,7 +22,7 @@ impl Kepler {
 }
 
 impl Equations for Kepler {
-    fn prepare(&mut self, _: f64, _: &[f64], _: f64, _: &mut Patience) -> Result<()> {
+    fn prepare(&mut self, _: f64, _: &[f64], _: f64, _: &mut InterruptCheck) -> Result<()> {
         Ok(())
     }
 

@@ -1,7 +1,7 @@
-//! Roots and minima of functions whose own are known, and in as few evaluations as scipy's `brentq` and `fminbound`, which are the
-//! same algorithms, take for the same tolerances.
+//! Roots and minima of functions whose own are known, and in as few evaluations as scipy's `brentq` and
+//! `fminbound`, which are the same algorithms, take for the same tolerances.
 
-use fullbody::integrate::{extremum, root};
+use fullbody::integrate::{extremum, root, sample_fractions, zeros};
 use std::convert::Infallible;
 
 /// A function with its interval, its root or minimum, and scipy's number of evaluations.
@@ -44,7 +44,8 @@ fn roots() {
 
 #[test]
 fn minima() {
-    // Half the digits of the place are all of a value that is flat there; elsewhere a place good to 2e-9 makes the last column.
+    // Half the digits of the place are all of a value that is flat there; elsewhere a place good to 2e-9
+    // makes the last column.
     let problems: [(Problem, f64); 10] = [
         ((|x| (x - 0.3).powi(2) + 1.0, [-1.0, 2.0], 0.3, 25), 4e-16),
         ((|x| (x - 0.3).powi(4) + 1.0, [-1.0, 2.0], 0.3, 24), 4e-16),
@@ -87,4 +88,37 @@ fn minima() {
 fn errors() {
     assert_eq!(root(|_| Err("no"), (0.0, -1.0), (1.0, 1.0)), Err("no"));
     assert_eq!(extremum(|_| Err("no"), 0.0, 1.0), Err("no"));
+}
+
+/// The zeros of a function of the fraction of a step, of the samples that event detection takes.
+fn zeros_of(f: impl Fn(f64) -> f64, end: f64) -> Vec<(f64, bool)> {
+    let fractions = sample_fractions(end);
+    let (values, mut found) = (fractions.map(&f), Vec::new());
+    let value = |theta| Ok::<_, Infallible>(f(theta));
+    let Ok(()) = zeros(&fractions, &values, value, |_| true, |theta, rises| found.push((theta, rises)));
+    found
+}
+
+#[test]
+fn zeros_on_both_sides_of_an_extremum_between_samples() {
+    for end in [1.0, 0.37] {
+        for place in [0.013, 0.2, 0.49, 0.5, 0.94, 0.999] {
+            for sign in [1.0, -1.0] {
+                let (middle, width) = (place * end, 1e-4 * end);
+                let found = zeros_of(|theta| sign * ((theta - middle).powi(2) - width * width), end);
+                let expected = [(middle - width, sign < 0.0), (middle + width, sign > 0.0)];
+                assert_eq!(found.len(), 2, "{middle}");
+                for ((theta, rises), (at, expected)) in found.into_iter().zip(expected) {
+                    assert!((theta - at).abs() < 1e-10 && rises == expected, "{theta} for {at}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_zero_at_the_start_belongs_to_the_step_before() {
+    assert_eq!(zeros_of(|theta| theta, 1.0), []);
+    assert_eq!(zeros_of(|theta| theta - 1.0, 1.0), [(1.0, true)]);
+    assert_eq!(zeros_of(|theta| 2.0 + (9.0 * theta).cos(), 1.0), []);
 }

@@ -1,10 +1,10 @@
-//! Brouwer's law: at the tightest settings the energy's error grows as the square root of the number of steps, by what rounding
-//! leaves in each.
+//! Brouwer's law: at the tightest settings the energy's error grows as the square root of the number of
+//! steps, by what rounding leaves in each.
 
 use super::problems::Kepler;
 use fullbody::integrate::{Stepper, Tableau, Tolerance, VERNER96, VERNER98};
+use fullbody::interrupt::InterruptCheck;
 use fullbody::math::compensated::{Compensated, two_product};
-use fullbody::patience::Patience;
 
 /// The sum of a number and products of numbers with low parts, in twice the working precision.
 fn add_square(total: &mut Compensated, high: f64, low: f64, factor: f64) {
@@ -33,9 +33,9 @@ fn energy(high: &[f64], low: &[f64]) -> Compensated {
 const MEMBERS: usize = 32;
 const TIMES: usize = 9;
 
-/// Energy errors of every member at doubling times up to `end`; the steps of the last member, and what rounding leaves of its
-/// energy: in each step the increment of the velocity, h / r^2, is off by 2^-53 / sqrt(3) of its size, and the energy by
-/// that times the velocity.
+/// Energy errors of every member at doubling times up to `end`; the steps of the last member, and what
+/// rounding leaves of its energy: in each step the increment of the velocity, h / r^2, is off by 2^-53 /
+/// sqrt(3) of its size, and the energy by that times the velocity.
 fn ensemble(
     tableau: &'static Tableau,
     tolerance: Tolerance,
@@ -56,7 +56,7 @@ fn ensemble(
             let time = end * 0.5_f64.powi((TIMES - 1 - n) as i32);
             while stepper.time() != time {
                 let before = stepper.time();
-                stepper.step(&mut Kepler, time, &mut Patience::endless()).unwrap();
+                stepper.step(&mut Kepler, time, &mut InterruptCheck::never()).unwrap();
                 let [x, y, u, v] = stepper.vector().0.try_into().unwrap();
                 squares += ((stepper.time() - before) * u.hypot(v) / (x * x + y * y)).powi(2);
             }

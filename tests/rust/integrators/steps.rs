@@ -5,14 +5,15 @@ use crate::support::allocations;
 use fullbody::dynamics::AttitudeChart;
 use fullbody::error::Error;
 use fullbody::integrate::Scheme;
+use fullbody::interrupt::InterruptCheck;
 use fullbody::math::Vec3;
 use fullbody::mutual::Method;
-use fullbody::patience::Patience;
 use fullbody::trajectory::{Integrator, Output, Simulation, StopReason, Trajectory};
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-/// Two points fall onto each other: the steps shrink until they no longer advance the time, at pi sqrt(d^3 / (8 mu)).
+/// Two points fall onto each other: the steps shrink until they no longer advance the time, at pi sqrt(d^3 /
+/// (8 mu)).
 #[test]
 fn singularity() {
     let (system, _) = points(0.0);
@@ -68,9 +69,9 @@ fn no_allocation() {
     for (system, state) in [multipole, angles, (fixed(&focal), state), (fixed(&binary), start), triple()] {
         for integrator in all(1e-10, 0.02) {
             let Ok(mut simulation) = Simulation::new(&system, &state, integrator) else { continue };
-            (0..5).for_each(|_| simulation.step(100.0, &mut Patience::endless()).unwrap());
+            (0..5).for_each(|_| simulation.step(100.0, &mut InterruptCheck::never()).unwrap());
             let before = allocations();
-            (0..20).for_each(|_| simulation.step(100.0, &mut Patience::endless()).unwrap());
+            (0..20).for_each(|_| simulation.step(100.0, &mut InterruptCheck::never()).unwrap());
             assert_eq!(allocations() - before, 0, "{integrator:?}");
         }
     }
@@ -99,11 +100,12 @@ fn fixed_steps() {
     }
 }
 
-/// A run of more steps than a double counts is refused before its first one, with their number; one of fewer is not.
+/// A run of more steps than a double counts is refused before its first one, with their number; one of fewer
+/// is not.
 #[test]
 fn more_steps_than_can_be_counted() {
-    let (system, mut state) = tumbling(Method::Point, AttitudeChart::Quaternion);
-    state.time = 1e9;
+    let (system, state) = tumbling(Method::Point, AttitudeChart::Quaternion);
+    let state = state.with_time(1e9).unwrap();
     let run = |step: f64, until: f64| {
         let integrator = Integrator::LieGroupVariational { step };
         let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
@@ -123,7 +125,8 @@ fn more_steps_than_can_be_counted() {
     }
 }
 
-/// A simulation that is set to a state is one that began there, with its notes kept; a state that it cannot have changes nothing.
+/// A simulation that is set to a state is one that began there, with its notes kept; a state that it cannot
+/// have changes nothing.
 #[test]
 fn set_to_a_state() {
     let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
@@ -131,10 +134,8 @@ fn set_to_a_state() {
         let mut simulation = Simulation::new(&system, &state, integrator).unwrap();
         simulation.notes = "kept".to_owned();
         integrate(&mut simulation, 1.0, &Output::Steps, false);
-        let mut other = state.clone();
-        other.time = 3.5;
-        other.velocity[1] *= 1.1;
-        simulation.set_state(&other, &mut Patience::endless()).unwrap();
+        let other = replaced(state.clone(), |[_, velocity, _]| velocity[1] *= 1.1).with_time(3.5).unwrap();
+        simulation.set_state(&other, &mut InterruptCheck::never()).unwrap();
         let mut fresh = Simulation::new(&system, &other, integrator).unwrap();
         assert_eq!(simulation.notes, "kept");
         assert_eq!((simulation.state(), simulation.time()), (other.clone(), 3.5));
@@ -143,8 +144,8 @@ fn set_to_a_state() {
         let [a, b] = [&mut simulation, &mut fresh].map(|s| integrate(s, 5.0, &Output::Steps, false));
         assert_eq!(a, b);
         let present = simulation.state();
-        other.position[1] = other.position[0];
-        let refused = simulation.set_state(&other, &mut Patience::endless());
+        let other = replaced(other, |[position, ..]| position[1] = position[0]);
+        let refused = simulation.set_state(&other, &mut InterruptCheck::never());
         assert!(matches!(refused, Err(Error::BodiesOverlap { time: 3.5, .. })));
         assert_eq!((simulation.state(), simulation.notes.as_str()), (present, "kept"));
     }

@@ -3,11 +3,11 @@
 use fullbody::dynamics::{AttitudeChart, Settings, State, System};
 use fullbody::error::Result;
 use fullbody::integrate::{Scheme, Tolerance};
+use fullbody::interrupt::InterruptCheck;
 use fullbody::math::Vec3;
 use fullbody::mutual::Method;
-use fullbody::patience::Patience;
 use fullbody::shape::{Body, GivenPart, Shape};
-use fullbody::trajectory::{Following, Integrator, Output, Run, Simulation, Trajectory};
+use fullbody::trajectory::{Integrator, Output, Run, Simulation, TangentOptions, Trajectory};
 use std::ops::ControlFlow;
 
 /// Two points at periapsis of an orbit with a = 1 and mu = 1.
@@ -58,19 +58,33 @@ pub fn tumbling(method: Method, chart: AttitudeChart) -> (System, State) {
     let mut state = relative(Vec3::new(1.6, 0.1, 0.2), Vec3::new(0.02, 0.75, 0.1), 0.2);
     let angles = [[0.3, 0.2, 0.1], [-0.2, 0.4, 0.9]];
     let spin = vec![Vec3::new(0.1, -0.2, 1.1), Vec3::new(0.15, 0.1, 0.4)];
-    state = State::from_tait_bryan(0.0, state.position, state.velocity, &angles, spin).unwrap();
+    state = State::from_tait_bryan(0.0, state.position().to_vec(), state.velocity().to_vec(), &angles, spin)
+        .unwrap();
     (system, state)
+}
+
+/// The state with other positions, velocities and spins.
+pub fn replaced(state: State, change: impl FnOnce(&mut [Vec<Vec3>; 3])) -> State {
+    let mut lists = [state.position(), state.velocity(), state.spin()].map(<[Vec3]>::to_vec);
+    change(&mut lists);
+    let [position, velocity, spin] = lists;
+    State::new(state.time(), position, velocity, state.attitude().to_vec(), spin).unwrap()
 }
 
 /// Three bodies: a close pair and a third one further out.
 pub fn triple() -> (System, State) {
-    let (pair, mut state) = tumbling(Method::Multipole(4), AttitudeChart::Quaternion);
+    let (pair, state) = tumbling(Method::Multipole(4), AttitudeChart::Quaternion);
     let mut bodies = pair.bodies().to_vec();
     bodies.push(Body::with_mass("C", Shape::ellipsoid([0.1, 0.08, 0.07]).unwrap(), 0.05).unwrap());
-    state.position.push(Vec3::new(-6.0, 3.0, 0.5));
-    state.velocity.push(Vec3::new(-0.15, -0.3, 0.02));
-    state.attitude.push([1.0, 0.0, 0.0, 0.0]);
-    state.spin.push(Vec3::new(0.0, 0.3, 0.2));
+    let and = |list: &[Vec3], last: [f64; 3]| [list, &[Vec3::from(last)]].concat();
+    let state = State::new(
+        state.time(),
+        and(state.position(), [-6.0, 3.0, 0.5]),
+        and(state.velocity(), [-0.15, -0.3, 0.02]),
+        [state.attitude(), &[[1.0, 0.0, 0.0, 0.0]]].concat(),
+        and(state.spin(), [0.0, 0.3, 0.2]),
+    )
+    .unwrap();
     (System::new(bodies, 1.0, *pair.settings()).unwrap(), state)
 }
 
@@ -97,25 +111,25 @@ pub fn all(tolerance: f64, step: f64) -> Vec<Integrator> {
 /// Runs without events.
 pub fn integrate(simulation: &mut Simulation, until: f64, output: &Output, dense: bool) -> Trajectory {
     let mut record = Trajectory::new(simulation.system().bodies().len());
-    let run = Run { output, events: &mut [], dense, following: &Following::default() };
+    let run = Run { output, events: &mut [], dense, tangent_options: &TangentOptions::default() };
     simulation.run(until, run, &mut record, &mut |_, _| ControlFlow::Continue(())).unwrap();
     record
 }
 
 /// Largest difference of positions and velocities.
 pub fn difference(a: &State, b: &State) -> f64 {
-    let both = a.position.iter().chain(&a.velocity).zip(b.position.iter().chain(&b.velocity));
+    let both = a.position().iter().chain(a.velocity()).zip(b.position().iter().chain(b.velocity()));
     both.map(|(x, y)| (x - y).norm()).fold(0.0, f64::max)
 }
 
 /// Largest difference of attitudes and spins.
 pub fn difference_of_rotation(a: &State, b: &State) -> f64 {
-    let attitudes = a.attitude.iter().zip(&b.attitude).flat_map(|(p, q)| p.iter().zip(q));
+    let attitudes = a.attitude().iter().zip(b.attitude()).flat_map(|(p, q)| p.iter().zip(q));
     let attitudes = attitudes.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
-    a.spin.iter().zip(&b.spin).map(|(x, y)| (x - y).norm()).fold(attitudes, f64::max)
+    a.spin().iter().zip(b.spin()).map(|(x, y)| (x - y).norm()).fold(attitudes, f64::max)
 }
 
 /// The simulation of an archive.
 pub fn read(bytes: &[u8]) -> Result<Simulation> {
-    Simulation::from_bytes(bytes, &mut Patience::endless())
+    Simulation::from_bytes(bytes, &mut InterruptCheck::never())
 }

@@ -41,7 +41,8 @@ fn rows(source: &str, table: &str) -> Vec<Vec<i128>> {
     if text.contains('&') { text.split('&').skip(1).map(numbers).collect() } else { vec![numbers(text)] }
 }
 
-/// A stage's coefficients add up to its place, and the weights to one: to 22 decimals, for coefficients of up to a hundred.
+/// A stage's coefficients add up to its place, and the weights to one: to 22 decimals, for coefficients of up
+/// to a hundred.
 #[test]
 fn rows_add_up() {
     let allowed = 10_i128.pow(DECIMALS as u32 - 22);

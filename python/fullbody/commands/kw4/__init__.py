@@ -8,8 +8,8 @@ from typing import Any
 
 from ...base.atomic import replacing
 from ...errors import InvalidInput
-from ...files.netcdf import netcdf
-from ...motion.simulation import Run
+from ...files.reading import netcdf
+from ...motion.run import Run
 from ...plots._style import matplotlib
 from ...record.integrators import Verner98
 from . import printed

@@ -1,4 +1,4 @@
-"""What the report's figures share."""
+"""Shared parts of the report's figures."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...motion.simulation import Run
+from ...motion.run import Run
 from ...plots._style import LINES, grid, legend, matplotlib
 from . import printed, year
 from .drawing import SHAPES, figure, floor, largest, windows

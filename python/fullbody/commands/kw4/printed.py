@@ -1,4 +1,4 @@
-"""What Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35, print of their year of 1999 KW4."""
+"""Numbers that Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35, print of 1999 KW4's year."""
 
 from __future__ import annotations
 

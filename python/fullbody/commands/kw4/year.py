@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import systems
-from ...motion.simulation import Run
+from ...motion.run import Run
 from ...record.integrators import Integrator, Verner98
 from . import printed
 
@@ -39,7 +39,7 @@ METHODS = ("surface", "focal")
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """What a year of 1999 KW4 gives; lengths in km, times in hours, spins in 1e-5 rad/s.
+    """Measures of a year of 1999 KW4; lengths in km, times in hours, spins in 1e-5 rad/s.
 
     ``inclination_period`` is between maxima of the inclination to the first orbit's plane, ``inclination_return`` the
     time at which the inclination to the xy-plane is largest again. ``_step`` are errors from step to step as the paper

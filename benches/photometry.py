@@ -1,0 +1,86 @@
+"""Speed of the brightness of ellipsoids on one core, beside facets in numpy.
+
+    python benches/photometry.py
+
+Prints microseconds an epoch: of one body alone, of a pair during an event, with derivatives, and of a numpy model of
+facets with its error.
+"""
+
+import os
+
+os.environ["RAYON_NUM_THREADS"] = "1"
+
+import time
+
+import fullbody
+import numpy as np
+from fullbody import observing
+from fullbody.observing.brightness import Photometer
+
+COUNT = 2000
+
+
+def best(call, count, repeats=7):
+    """Shortest CPU time of a call, in microseconds an epoch."""
+    times = []
+    for _ in range(repeats):
+        start = time.process_time()
+        call()
+        times.append((time.process_time() - start) / count)
+    return min(times) * 1e6
+
+
+def epochs(count, bodies):
+    """A satellite that passes before the primary, and its shadow that follows."""
+    way = np.linspace(-1.3, 1.3, count)
+    position = np.zeros((count, bodies, 3))
+    if bodies == 2:
+        position[:, 1] = np.stack([np.full(count, 3.0), way, np.full(count, 0.2)], axis=1)
+    attitude = np.tile([0.9, 0.1, 0.3, 0.2], (count, bodies, 1))
+    vectors = (np.tile([1.0, 0.0, 0.0], (count, 1)), np.tile([1.0, 0.15, 0.05], (count, 1)))
+    return (np.zeros(count), position, attitude, *vectors)
+
+
+def by_facets(points, axes, position, e, s):
+    """Lommel-Seeliger's brightness of the first of two ellipsoids, by points of the unit sphere of equal weight."""
+    rotation = fullbody.base.rotations.matrices(np.array([[0.9, 0.1, 0.3, 0.2]]))[0]
+    (p, q), x = (rotation.T @ d / axes[0] for d in (e, s)), (points * axes[0]) @ rotation.T
+    sight, light = points @ p, points @ q
+    on = (sight > 0) & (light > 0)
+    for d in (e, s):
+        y, w = ((x - position) @ rotation) / axes[1], rotation.T @ d / axes[1]
+        on &= (y @ w) ** 2 < w @ w * (np.sum(y * y, axis=1) - 1)
+    part = sight[on] * light[on] / (sight[on] + light[on])
+    return part.sum() * np.prod(axes[0]) * 4 * np.pi / len(points)
+
+
+def main():
+    """Print the table."""
+    axes = np.array([[1.0, 0.8, 0.6], [0.4, 0.35, 0.3]])
+    bodies = [fullbody.Body(fullbody.Ellipsoid(*a), mass=1.0) for a in axes]
+    rows = []
+    for name, law in (("Lommel-Seeliger", observing.LommelSeeliger()), ("Lambert", observing.Lambert())):
+        count = COUNT if name != "Lambert" else COUNT // 10
+        one = Photometer(fullbody.System(bodies[:1], G=1.0), law, 1.0, True, 0.0)
+        two = Photometer(fullbody.System(bodies, G=1.0), law, 1.0, True, 0.0)
+        alone, pair = epochs(count, 1), epochs(count, 2)
+        rows.append((f"{name}, one body", best(lambda p=one, a=alone: p.brightness(*a), count)))
+        rows.append((f"{name}, a pair in an event", best(lambda p=two, a=pair: p.brightness(*a), count)))
+        rows.append((f"{name}, the same with derivatives", best(lambda p=two, a=pair: p.derivatives(*a), count)))
+    two = Photometer(fullbody.System(bodies, G=1.0), observing.LommelSeeliger(), 1.0, True, 0.0)
+    given = epochs(50, 2)
+    exact = two.brightness(*given)[:, 0]
+    for size in (1000, 10_000, 100_000):
+        z = 1 - 2 * (np.arange(size) + 0.5) / size
+        angle = np.pi * (1 + 5**0.5) * np.arange(size)
+        points = np.stack([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z], axis=1)
+        e, s = (vector[0] / np.linalg.norm(vector[0]) for vector in given[3:])
+        call = lambda points=points, e=e, s=s: [by_facets(points, axes, where, e, s) for where in given[1][:, 1]]  # noqa: E731
+        error = np.abs(np.array(call()) / exact - 1).max()
+        rows.append((f"numpy, {size} facets, error {error:.0e}", best(call, 50, 3)))
+    for name, value in rows:
+        print(f"{name:48} {value:10.2f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,196 @@
+"""Reading of NetCDF-4 files, whose content is checked as anybody may have written them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.arguments import integer
+from ..base.atomic import as_path
+from ..base.units import need
+from ..errors import InvalidInput, UncheckedFile, caution
+from . import checksum
+
+__all__ = ["Content", "check_order", "check_unit", "netcdf", "read"]
+
+_Built = TypeVar("_Built")
+
+#: NetCDF's mark of numbers that were never written.
+_NEVER = 9.969209968386869e36
+#: The largest number of bytes into which one byte of deflate can expand.
+_DEFLATE_RATIO = 1032
+
+
+def netcdf() -> Any:
+    """Import xarray with its packages for NetCDF, or raise an error that says how to install them."""
+    with need("data", "a run as a file"):
+        import h5netcdf  # noqa: F401
+        import h5py  # noqa: F401
+        import xarray as xr
+    return xr
+
+
+def read(path: Any, kind: str, build: Callable[[Content], _Built]) -> _Built:
+    """Build an object from the content of a file; errors name the file.
+
+    Parameters
+    ----------
+    path : str or Path
+    kind : str
+        What the file should hold, such as ``"run"``.
+    build : callable
+
+    Raises
+    ------
+    InvalidInput
+        For a file that is not NetCDF-4, or damaged, and for content that ``build`` refuses.
+    FileNotFoundError
+        If there is no such file.
+
+    Warns
+    -----
+    UncheckedFile
+        For a file without a checksum.
+    """
+    xr, path = netcdf(), as_path(path)
+    if not path.exists():
+        raise FileNotFoundError(f"no file {path}")
+    try:
+        if path.is_dir():
+            raise InvalidInput("it is a folder")
+        with path.open("rb") as file:
+            checked, size = checksum.check(file), file.seek(0, 2)
+            # This is the open file that was checked, even if another file has its name by now.
+            found = build(Content(_dataset(xr, file, size)))
+    except InvalidInput as error:
+        raise InvalidInput(f"{path} is not a readable {kind} of fullbody: {error}") from error
+    if not checked:
+        text = "another program wrote it, and damage may go unseen"
+        caution(f"{path} has no checksum of the whole file: {text}", UncheckedFile)
+    return found
+
+
+def _dataset(xr: Any, file: Any, size: int) -> Any:
+    """Read the whole content of an open file."""
+    import h5py
+
+    try:
+        # On its own h5netcdf would report a damaged file a second time, on standard error.
+        with h5py.File(file, "r") as content:
+            for name, variable in content.items():
+                if isinstance(variable, h5py.Dataset) and variable.nbytes > size * _DEFLATE_RATIO:
+                    found = f"{name} has {variable.nbytes} bytes by its header"
+                    raise InvalidInput(f"{found}, more than a file of {size} bytes can hold")
+        with xr.open_dataset(file, engine="h5netcdf", decode_times=False) as dataset:
+            return dataset.load()
+    except (InvalidInput, MemoryError):
+        raise
+    except Exception as error:
+        # The libraries raise errors of many kinds for a damaged file.
+        raise InvalidInput(f"it is truncated or damaged ({error})") from error
+
+
+class Content:
+    """Numbers and texts of a file, each checked when it is read."""
+
+    def __init__(self, dataset: Any) -> None:
+        self._dataset = dataset
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._dataset.variables
+
+    def has_attribute(self, name: str) -> bool:
+        """Return whether there is an attribute of this name."""
+        return name in self._dataset.attrs
+
+    def check_format(self, name: str, expected: int) -> None:
+        """Raise an error if the attribute of this name is another format than the expected one."""
+        if not self.has_attribute(name):
+            raise InvalidInput(f"it has no attribute {name}")
+        found = self._dataset.attrs[name]
+        if integer(found) != expected:
+            raise InvalidInput(
+                f"its format is {found}, by its attribute {name}; expected {expected}, which this version reads"
+            )
+
+    def text(self, name: str) -> str:
+        """Return a text attribute of the file."""
+        if not self.has_attribute(name):
+            raise InvalidInput(f"it has no attribute {name}")
+        value = self._dataset.attrs[name]
+        if not isinstance(value, str):
+            raise InvalidInput(f"attribute {name} is {value}; expected text")
+        return value
+
+    def parsed(self, name: str, build: Callable[[Any], _Built]) -> _Built:
+        """Build an object from an attribute's JSON; errors name the attribute."""
+        text = self.text(name)
+        try:
+            return build(json.loads(text))
+        except json.JSONDecodeError as error:
+            raise InvalidInput(f"attribute {name} is no JSON: {error}") from error
+        except RecursionError as error:
+            raise InvalidInput(f"attribute {name} has brackets in brackets, too deep to be read") from error
+        except KeyError as error:
+            raise InvalidInput(f"attribute {name} has no entry {error}") from error
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+            # Errors are of many kinds, since the text may be any JSON.
+            raise InvalidInput(f"attribute {name}: {error}") from error
+
+    def numbers(
+        self, name: str, sizes: dict[str, int | None], whole: bool = False, missing: bool = False
+    ) -> npt.NDArray[Any]:
+        """Return a variable after checking its type, dimensions, shape and values.
+
+        Parameters
+        ----------
+        name : str
+        sizes : dict
+            Names and lengths of its dimensions, with ``None`` for any length.
+        whole : bool
+            Whether its numbers are integers; otherwise they are finite floats.
+        missing : bool
+            Whether NaN is accepted for missing values.
+        """
+        if name not in self:
+            raise InvalidInput(f"it has no variable {name}")
+        variable = self._dataset.variables[name]
+        if variable.dtype.kind not in ("iu" if whole else "f"):
+            wanted = "whole numbers" if whole else "floating-point numbers"
+            raise InvalidInput(f"{name} is of the type {variable.dtype}; expected {wanted}")
+        if variable.dims != tuple(sizes):
+            found = ", ".join(map(str, variable.dims)) or "of no name"
+            raise InvalidInput(f"{name} has the dimensions {found}; expected {', '.join(sizes)}")
+        if any(size not in (None, length) for size, length in zip(sizes.values(), variable.shape, strict=True)):
+            expected = ", ".join("any" if size is None else str(size) for size in sizes.values())
+            raise InvalidInput(f"{name} has shape {variable.shape}; expected ({expected})")
+        values = np.array(variable.values, dtype=np.int64 if whole else np.float64, order="C")
+        wrong = np.isinf(values) | (values == _NEVER) | (np.isnan(values) & (not missing))
+        if wrong.any():
+            place = tuple(np.argwhere(wrong)[0].tolist())
+            raise InvalidInput(f"{name}{list(place)} is {values[place]}; expected finite numbers")
+        return values
+
+
+def check_order(times: npt.NDArray[np.float64], name: str, repeated: bool) -> None:
+    """Raise an error for times that are not in order; ``repeated`` says whether some may be equal."""
+    before, after = times[:-1], times[1:]
+    forward = len(after) > 0 and times[-1] > times[0]
+    right = (after > before if forward else after < before) | ((after == before) & repeated)
+    if not right.all():
+        k = int(np.argmin(right))
+        expected = "times in the direction of the run" + ("" if repeated else ", none twice")
+        raise InvalidInput(f"{name}[{k + 1}] is {after[k]}, after {before[k]}; expected {expected}")
+
+
+def check_unit(attitudes: npt.NDArray[np.float64], name: str) -> None:
+    """Raise an error for quaternions that are not of length one to single precision."""
+    lengths = np.hypot.reduce(attitudes, axis=-1)
+    wrong = np.abs(lengths - 1.0) > 1e-6
+    if wrong.any():
+        place = tuple(np.argwhere(wrong)[0].tolist())
+        raise InvalidInput(f"{name}{list(place)} has the length {lengths[place]}; expected quaternions of length 1")

@@ -1,0 +1,28 @@
+"""The settings of a system as the core takes them; it knows their limits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..base.arguments import integer
+from ..base.units import numbers, scalar
+from ..errors import InvalidInput
+
+__all__ = ["quadrature_order", "tolerance"]
+
+
+def tolerance(value: Any) -> float:
+    """The tolerance as a number; the core knows its limits."""
+    try:
+        return scalar(numbers(value, "gravity_tolerance"), "gravity_tolerance")
+    except InvalidInput as error:
+        raise InvalidInput(f"gravity_tolerance is {value!r}; expected a number such as 1e-14") from error
+
+
+def quadrature_order(value: Any) -> tuple[int, int]:
+    """The order as whole numbers that the core can take; it knows its limits."""
+    numbers = [integer(part) for part in value] if isinstance(value, tuple | list) else []
+    match numbers:
+        case [int(gauss), int(angles)] if 0 <= gauss < 2**31 and 0 <= angles < 2**31:
+            return gauss, angles
+    raise InvalidInput(f"order is {value!r}; expected (n, m), whole numbers: n Gauss points, m angles")

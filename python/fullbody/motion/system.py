@@ -1,0 +1,903 @@
+"""A system: bodies under their mutual gravity, what it is asked at one state, and its runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from typing import Any, Literal, Self, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base import epochs
+from ..base.arguments import named_options, names_of, place, refuse_unknown, sequence, suggestion
+from ..base.tables import Table, Tabled, number
+from ..base.units import Units, scalar
+from ..errors import BodiesOverlap, ForceFailed, FullbodyError, InvalidInput, caution
+from ..events import Event
+from ..model.bodies import Body
+from ..model.composite import Composite, warn_of_cancelling
+from ..model.force import Force, SystemContext, forces_of, rebuilt
+from ..model.gravity import Gravity, gravity_at, points_in
+from ..model.interactions import Energy, Interactions, Loads
+from ..model.jacobian import Jacobian
+from ..model.shapes import Solid
+from ..model.state import State
+from ..particles.events import ParticleEvent
+from ..particles.flight import Flight
+from ..particles.given import Particles
+from ..particles.rules import Bounce, Escape, Radiation
+from ..particles.task import FlightTask
+from ..record.dense import Dense
+from ..record.integrators import Integrator
+from ..typing import Array, Scalar
+from .input_warnings import density_warning
+from .integration import begin
+from .integration import integrate as _integrate
+from .options import Bar, sampling
+from .run import Run
+from .settings import quadrature_order, tolerance
+from .tables import system_tables
+
+__all__ = ["System"]
+
+#: The names in the notes of a system, of its bodies and of its forces.
+_NOTES = ("units", "epoch", "frame", "bodies", "forces")
+_NOTED = {"bodies": ("named", "shape", "parts"), "forces": ("date",)}
+
+
+@named_options
+class System(Tabled):
+    """Bodies under their mutual gravity; ``system["Beta"]`` is one of them, by name or place.
+
+    Parameters
+    ----------
+    bodies : sequence of Body
+        Two or more; one alone turns freely.
+    G : float or Quantity, optional
+        Gravitational constant in the units of everything else. With ``units`` it is astropy's unless given.
+    gravity : str
+        ``"focal"`` (the focal rule), ``"surface"`` (the paper's integrals, Eqs. 2-4): both exact;
+        ``"multipole:N"`` (the mutual expansion to total degree N, even, 2 to 16), ``"point"``.
+    gravity_tolerance : float
+        The error that the quadrature may have, relative to the size of the force, and for the torque on a body relative
+        to the force times its longest semi-axis; 1e-14 unless given. At worst it has three to four times that. Rounding
+        leaves 2e-14 of either. The energy by ``"surface"`` may be off by thirty times the tolerance where surfaces
+        nearly touch. Where the quadrature cannot reach the tolerance, :class:`NotConverged` is raised.
+    order : (int, int), optional
+        A fixed order (n, m) of the quadrature instead of the tolerance: n Gauss points, m angles.
+    units : (length, time, mass) or bool, optional
+        Names or astropy units; ``True`` for km, hour, kg. Results are then Quantities, and plain numbers are taken to
+        be in these units. Text with a unit, such as ``"1 day"``, is welcome wherever a Quantity is.
+    attitude_chart : {"quaternion", "tait_bryan"}
+        The variables in which attitudes are integrated. ``"tait_bryan"`` takes the paper's kinematic equations, which
+        are singular at theta = 90 degrees.
+    vector_path : {"auto", "portable", "avx2", "avx512", "neon", "simd128"}
+        Instructions of the hot loops. They change results at round-off only; ``"portable"`` gives the same bits on
+        every machine.
+    epoch : astropy Time or str, optional
+        The date of time zero, such as ``"2022-09-26T00:00:00 TDB"``; for :attr:`Run.dates`.
+    frame : str, optional
+        Name of the inertial axes, such as ``"ecliptic"`` or ``"equatorial"``. No result depends on it; the elements of
+        a run carry it (:meth:`fullbody.KeplerElements.to_frame`).
+    forces : sequence of Force
+        External forces from :mod:`fullbody.forces`, with distinct names.
+
+    Raises
+    ------
+    InvalidInput
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> alpha = fullbody.Body(fullbody.Ellipsoid(0.766, 0.7475, 0.6735), mass=2.353e12, name="Alpha")
+    >>> beta = fullbody.Body(fullbody.Ellipsoid(0.285, 0.2315, 0.1745), mass=0.135e12, name="Beta")
+    >>> fullbody.System([alpha, beta], G=8.64960768e-13)
+    System(['Alpha', 'Beta'], G=8.64960768e-13, gravity='focal')
+    """
+
+    __slots__ = ("_G", "_attraction", "_bodies", "_calls", "_core", "_forces", "_options", "_units")
+
+    def __init__(
+        self,
+        bodies: Sequence[Body],
+        G: Any = None,
+        *,
+        gravity: str = "focal",
+        gravity_tolerance: float | None = None,
+        order: tuple[int, int] | None = None,
+        units: tuple[object, object, object] | bool | None = None,
+        attitude_chart: Literal["quaternion", "tait_bryan"] = "quaternion",
+        vector_path: Literal["auto", "portable", "avx2", "avx512", "neon", "simd128"] = "auto",
+        epoch: Any = None,
+        frame: str | None = None,
+        forces: Sequence[Force] = (),
+    ) -> None:
+        self._units = Units(units)
+        given = sequence(bodies, Body, "bodies", "a sequence of Body", "a sequence of Body")
+        self._bodies = tuple(body._with(self._units) for body in given)
+        if G is None:
+            if not self._units.known:
+                raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
+            self._G = self._units.gravitational_constant
+        else:
+            self._G = scalar(self._units.strip(G, "G", "G"), "G")
+        if frame is not None and not isinstance(frame, str):
+            raise InvalidInput(f"frame is {frame!r}; expected a name, such as 'ecliptic'")
+        for name, value in (("gravity", gravity), ("attitude_chart", attitude_chart), ("vector_path", vector_path)):
+            if not isinstance(value, str):
+                raise InvalidInput(f"{name} is {value!r}; expected text")
+        core = self._core_bodies()
+        settings: dict[str, Any] = {
+            "gravity": gravity,
+            "order": None if order is None else quadrature_order(order),
+            "attitude_chart": attitude_chart,
+            "vector_path": vector_path,
+        }
+        if gravity_tolerance is not None:
+            settings["gravity_tolerance"] = tolerance(gravity_tolerance)
+        self._forces = forces_of(forces)
+        named = {"epoch": None if epoch is None else epochs.to_text(epoch), "frame": frame}
+        context = SystemContext(self._units, self._G, self._bodies, self.names, named["epoch"])
+        self._calls = {force.name: call for force in self._forces if (call := force._call(context)) is not None}
+        functions = {name: call.given() for name, call in self._calls.items()}
+        described = [force._describe(context) for force in self._forces]
+        self._core = _core.System(core, self._G, settings, described, functions)
+        reached = self._core.settings["gravity_tolerance"]
+        for body, made, name in zip(self._bodies, core, self.names, strict=True):
+            if (warning := density_warning(self._units, made, name)) is not None:
+                caution(warning)
+            if isinstance(body.shape, Composite):
+                warn_of_cancelling(name, np.array([mass for _, mass, *_ in made.given]), reached)
+        self._attraction: _core.Attraction | None = None
+        self._options: dict[str, Any] = self._core.settings | named
+        if self._options["order"] is not None:
+            self._options["order"] = tuple(self._options["order"])
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """The bodies; where the system has units, their plain numbers are Quantities in them."""
+        return self._bodies
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the bodies; ``body i`` where none was given."""
+        return tuple(b.name if b.name is not None else f"body {i}" for i, b in enumerate(self._bodies))
+
+    @property
+    def G(self) -> Scalar:
+        """Gravitational constant."""
+        constant: Scalar = self._units.attach(self._G, "G")
+        return constant
+
+    @property
+    def units(self) -> tuple[str, str, str] | None:
+        """Units of length, time and mass, if the system has any."""
+        return self._units.names
+
+    @property
+    def epoch(self) -> Any:
+        """The date of time zero as an ``astropy.time.Time``, or ``None``.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1(epoch="2022-09-26T12:00:00 TDB")
+        >>> system.epoch.jd
+        np.float64(2459849.0)
+        """
+        text = self._options["epoch"]
+        return None if text is None else epochs.to_time(text)
+
+    @property
+    def frame(self) -> str | None:
+        """The name of the inertial frame, if one was given."""
+        name: str | None = self._options["frame"]
+        return name
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The method and its settings."""
+        return dict(self._options)
+
+    @property
+    def forces(self) -> tuple[Force, ...]:
+        """The external forces."""
+        return self._forces
+
+    @property
+    def masses(self) -> Array:
+        """Masses (N,)."""
+        masses: Array = self._units.attach(self._masses, "mass")
+        return masses
+
+    @property
+    def _masses(self) -> npt.NDArray[np.float64]:
+        """Masses (N,) as numbers in the system's units."""
+        return self._core.masses
+
+    def mu(self, body: int | str = 1, about: int | str = 0) -> Scalar:
+        """G times the sum of two masses.
+
+        Parameters
+        ----------
+        body, about : int or str
+            Indices in :attr:`~fullbody.System.bodies`, or names, of two bodies.
+        """
+        first, second = self._place(body, "body"), self._place(about, "about")
+        if first == second:
+            raise InvalidInput(
+                f"body and about are {body!r} and {about!r}, both {self.names[first]}; expected two bodies"
+            )
+        return self._units.attach_mu(float(self._G * (self._masses[first] + self._masses[second])))
+
+    def index(self, body: int | str) -> int:
+        """The place of a body.
+
+        Parameters
+        ----------
+        body : int or str
+            The body's name, or its index itself.
+
+        Raises
+        ------
+        InvalidInput
+            For a body that the system does not have.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> system.index("Beta"), system["Beta"].shape
+        (1, Ellipsoid(a=0.285, b=0.2315, c=0.1745))
+        """
+        return self._place(body, "body")
+
+    def __getitem__(self, body: int | str) -> Body:
+        return self._bodies[self.index(body)]
+
+    def __iter__(self) -> Iterator[Body]:
+        return iter(self._bodies)
+
+    def __contains__(self, body: object) -> bool:
+        return body in self.names if isinstance(body, str) else body in self._bodies
+
+    def _place(self, index: object, what: str) -> int:
+        """A place in the system from a place or a name, or an error that says which there are."""
+        return place(index, self.names, what)
+
+    def with_options(self, **options: Any) -> Self:
+        """Return a system of the same bodies and G with other settings.
+
+        Parameters
+        ----------
+        **options
+            Options of :class:`fullbody.System`, except bodies, G and units.
+
+        Raises
+        ------
+        InvalidInput
+            For invalid arguments, and for other options.
+
+        See Also
+        --------
+        fullbody.System.with_body, fullbody.System.with_force
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> system.with_options(gravity="surface").options["gravity"]
+        'surface'
+        """
+        refuse_unknown(options, (*self._options, "forces"), "with_options, which keeps bodies, G and units")
+        options = {**self._options, "forces": self._forces, **options}
+        return type(self)(self._bodies, self.G, units=self._units.names, **options)
+
+    def with_body(self, body: int | str, shape: Solid | Composite, mass: Any = None, density: Any = None) -> Self:
+        """Return the same system with another shape of one body.
+
+        Everything else stays: the body's name, and its mass unless another one is given; the other bodies, settings,
+        epoch, frame and forces.
+
+        Parameters
+        ----------
+        body : int or str
+            The body's index in the system, or its name.
+        shape : Ellipsoid, Sphere, PointMass, Polyhedron or Composite
+            The masses of a composite's parts are scaled to the body's.
+        mass, density : float or Quantity, optional
+            Another mass, or the density that gives it; at most one of the two.
+
+        Raises
+        ------
+        InvalidInput
+            For a body that the system does not have, and as :class:`fullbody.Body`.
+
+        Notes
+        -----
+        The state of a body is that of its centre of mass and of its principal axes, whatever its shape.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.didymos_after_dart(sun=True)
+        >>> system = system.with_body("Dimorphos", fullbody.Sphere(0.075))
+        >>> system["Dimorphos"].shape, [force.name for force in system.forces]
+        (Sphere(radius=0.075), ['Sun'])
+        """
+        index = self._place(body, "body")
+        old = self._bodies[index]
+        if mass is None and density is None:
+            mass = old.mass
+        if isinstance(shape, Composite):
+            if density is not None:
+                raise InvalidInput(f"density of {self.names[index]} is {density!r}; expected a mass beside a composite")
+            new = Body(shape._with(self._units).with_mass(mass), name=old.name)
+        else:
+            new = Body(shape, mass, density, old.name)
+        bodies = (*self._bodies[:index], new, *self._bodies[index + 1 :])
+        return type(self)(bodies, self.G, units=self._units.names, forces=self._forces, **self._options)
+
+    def with_force(self, force: Force) -> Self:
+        """Return the same system with one more external force.
+
+        Parameters
+        ----------
+        force : Force
+            A force from :mod:`fullbody.forces`.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.didymos(sun=True)
+        >>> tide = fullbody.forces.Tide(on="Didymos", by="Dimorphos", k2=1e-5, lag=0.01)
+        >>> [force.name for force in system.with_force(tide).forces]
+        ['Sun', 'tide on Didymos']
+        """
+        return self.with_options(forces=(*self._forces, *forces_of([force])))
+
+    def with_forces(self, forces: Sequence[Force]) -> Self:
+        """Return a system with these external forces in place of its own; :meth:`with_force` adds one.
+
+        Parameters
+        ----------
+        forces : sequence of Force
+            Forces from :mod:`fullbody.forces`; an empty list removes all external forces.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> tide = fullbody.forces.Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01)
+        >>> system.with_forces([tide]).forces[0].name
+        'tide on Alpha'
+        """
+        return self.with_options(forces=forces)
+
+    def _core_bodies(self) -> list[_core.Body]:
+        """The bodies in the system's units."""
+        return [body._core(self._units, index) for index, body in enumerate(self._bodies)]
+
+    def _functions(self) -> tuple[Force, ...]:
+        """The forces that files cannot keep."""
+        return tuple(force for force in self._forces if force.name in self._calls)
+
+    def __len__(self) -> int:
+        return len(self._bodies)
+
+    def _describe(self) -> dict[str, Any]:
+        """The system in numbers of its own units, as the core describes it in archives, with notes."""
+        core = self._core
+        described = {"bodies": core.bodies, "G": self._G, "settings": core.settings, "forces": core.forces}
+        return described | {"notes": self._notes()}
+
+    def _notes(self) -> dict[str, Any]:
+        """Facts about the system that the core's description leaves out."""
+        return {
+            "units": self._units.names,
+            "epoch": self._options["epoch"],
+            "frame": self._options["frame"],
+            "bodies": [body._notes() for body in self._bodies],
+            "forces": [force._notes() for force in self._forces],
+        }
+
+    @classmethod
+    def _rebuild(cls, described: dict[str, Any], functions: dict[str, Force] | None = None) -> Self:
+        """The system of such a description, which may come from a file; forces that are functions are given beside it.
+
+        Notes may be missing, since a program in Rust leaves none.
+        """
+        notes = described.get("notes", {})
+        refuse_unknown(notes, _NOTES, "the notes of a system")
+        bodies, forces = (_noted(described[name], notes, name) for name in ("bodies", "forces"))
+        units = notes.get("units")
+        own = Units(None if units is None else tuple(units))
+        given = functions or {}
+        return cls(
+            [Body._rebuild(body, note) for body, note in bodies],
+            described["G"],
+            units=own.names,
+            epoch=notes.get("epoch"),
+            frame=notes.get("frame"),
+            forces=[given.get(force["name"]) or rebuilt(force | note, own) for force, note in forces],
+            **described["settings"],
+        )
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, System) or self._describe() != other._describe():
+            return False
+        return self._functions() == other._functions()
+
+    def __hash__(self) -> int:
+        return hash(repr(self))
+
+    def _tables(self) -> tuple[Table, ...]:
+        return system_tables(self)
+
+    def __repr__(self) -> str:
+        units = "" if self._units.names is None else f", units={self._units.names}"
+        forces = f", forces={[force.name for force in self._forces]}" if self._forces else ""
+        gravity = f"gravity={self._options['gravity']!r}"
+        return f"System({list(self.names)}, G={float(f'{self._G:.9g}')!r}, {gravity}{units}{forces})"
+
+    def __reduce__(self) -> Any:
+        return partial(System, units=self._units.names, forces=self._forces, **self._options), (self._bodies, self._G)
+
+    def loads(self, state: State) -> dict[str, Loads]:
+        """The loads of each external force in a state, by its name.
+
+        The nominal barycentre of the state is its own: a third body stands where its path has it relative to that.
+
+        Parameters
+        ----------
+        state : State
+
+        Returns
+        -------
+        dict of Loads
+            Force (N, 3), inertial, and torque (N, 3), in body frames.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> tide = fullbody.forces.Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01)
+        >>> system.with_forces([tide]).loads(state)["tide on Alpha"].force.shape
+        (2, 3)
+        """
+        core = self._strip(state)
+        with self._explaining(lambda: core):
+            try:
+                forces, torques = self._core.external_loads(core)
+            except ForceFailed as error:
+                caused = self._caused(error)
+                raise caused from caused.__cause__
+        attach = self._units.attach
+        both = zip(self._forces, forces, torques, strict=True)
+        return {force.name: Loads(attach(f, "force"), attach(m, "torque")) for force, f, m in both}
+
+    def third_body(self, name: str, time: Any) -> tuple[Array, Array]:
+        """Position and velocity of a third body from the system's nominal barycentre.
+
+        Parameters
+        ----------
+        name : str
+            Name of a :class:`fullbody.forces.ThirdBody` of the system.
+        time : float, Quantity or array_like, () or (K,)
+
+        Returns
+        -------
+        position, velocity : ndarray or Quantity, (3,) or (K, 3)
+        """
+        index = self._third_body(name, "name")
+        times = self._units.strip(time, "time", "time")
+        both = self._core.third_body(index, np.atleast_1d(times))
+        position, velocity = (array.reshape(*times.shape, 3) for array in both)
+        return self._units.attach(position, "length"), self._units.attach(velocity, "velocity")
+
+    def _third_body(self, name: object, what: str) -> int:
+        """The place of a third body among the forces by its name, or an error that says which there are."""
+        kinds = {force.name: force._kind for force in self._forces}
+        names = [name for name, kind in kinds.items() if kind == "ThirdBody"]
+        if name not in names:
+            is_other = f", a {kinds[name]}" if isinstance(name, str) and name in kinds else ""
+            expected = (
+                suggestion(str(name), names, "one") if names else "expected a ThirdBody of the system, which has none"
+            )
+            raise InvalidInput(f"{what} is {name!r}{is_other}; {expected}")
+        return [force.name for force in self._forces].index(str(name))
+
+    def interactions(self, state: State) -> Interactions:
+        """Forces, torques and potential energy.
+
+        Parameters
+        ----------
+        state : State
+
+        Returns
+        -------
+        Interactions
+
+        Raises
+        ------
+        BodiesOverlap
+        NotConverged
+            If the quadrature reaches its limit of nodes, as for bodies in contact with sharp rims.
+
+        Notes
+        -----
+        The paper's Eqs. (2), (3) and, for the potential energy, minus its Eq. (4).
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> f = system.interactions(state)
+        >>> f.force.shape, f.torque.shape
+        ((2, 3), (2, 3))
+        >>> bool(abs(f.force.sum()) < 1e-15)
+        True
+        """
+        core = self._strip(state)
+        with self._explaining(lambda: core):
+            force, torque, energy, truncation_error = self._core.interactions(core)
+        attach = self._units.attach
+        loads = (attach(force, "force"), attach(torque, "torque"))
+        return Interactions(*loads, attach(energy, "energy"), truncation_error)
+
+    def gravity(self, state: State, points: Any, body: int | str | None = None) -> Gravity:
+        """Potential, field and gravity gradient of the bodies at points of the inertial frame, outside and inside.
+
+        The sum is over the bodies alone: external forces, such as the pull of a third body, are not in it.
+
+        Parameters
+        ----------
+        state : State
+        points : array_like or Quantity, (..., 3)
+            Inertial.
+        body : int or str, optional
+            The body whose gravity is wanted, by its name or place; that of all bodies unless given.
+
+        Returns
+        -------
+        Gravity
+            ``.potential`` (...), ``.field`` (..., 3) and ``.gradient`` (..., 3, 3), inertial.
+
+        Raises
+        ------
+        InvalidInput
+            For a point in a point mass, or one with coordinates that are no finite numbers, by its index; for the
+            gradient on a polyhedron's surface.
+
+        See Also
+        --------
+        Body.gravity : in the body frame.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> gravity = system.gravity(state, [[0.0, 0.0, 5.0], [0.0, 0.0, 6.0]])
+        >>> gravity.field.shape, gravity.gradient.shape
+        ((2, 3), (2, 3, 3))
+        """
+        core = self._strip(state)
+        if len(core.position) != len(self):
+            raise InvalidInput(f"state has {len(core.position)} bodies; expected {len(self)}, as in the system")
+        place = None if body is None else self._place(body, "body")
+        pose = core.position[None], core.attitude[None]
+        return gravity_at(self._attracting, *pose, points_in(points, self._units), self._units, place)
+
+    @property
+    def _attracting(self) -> _core.Attraction:
+        """The bodies' gravity, made at the first use."""
+        if self._attraction is None:
+            self._attraction = _core.Attraction(self._core_bodies(), self._G, self._options["vector_path"])
+        return self._attraction
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the numbers that motions can be differentiated by: ``"G"``, ``"mass of Alpha"`` and so on.
+
+        - ``"mass of"`` and ``"density of"`` a body are at its shape, ``"semi-axis a of"`` an ellipsoid at its mass;
+          ``"scale of"`` a polyhedron is a factor of all its lengths, one at present, at its mass.
+        - ``"mass of part 0 of"`` a composite, and ``"position x of part 0 of"`` it in its working frame: its centre of
+          mass and its principal axes move with them, while the state of the body stays.
+        - ``"mu of"`` or ``"mass of"`` a third body, as it was given; ``"a of"``, ``"e of"``, ``"i of"``,
+          ``"Omega of"``, ``"omega of"``, ``"M of"`` and ``"time of"`` its orbit. An orbit goes round with the masses of
+          both, so that mu, ``"G"`` and masses act through it too.
+        - ``"k2 of"`` and ``"lag of"`` a tide: only their product acts, so that a fit can free one of them.
+        - ``"along of"`` and ``"across of"`` YORP, as torques; from a table ``"factor of"`` it, a factor of both that is
+          one at present. ``"force of"`` BYORP.
+
+        All are numbers in the system's own units. The other numbers of forces are held, such as the radius of a tide.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> fullbody.systems.kw4()[0].parameters[:4]
+        ('G', 'mass of Alpha', 'density of Alpha', 'semi-axis a of Alpha')
+        """
+        return tuple(self._core.parameters)
+
+    def _changed(self, name: str, by: float) -> tuple[Self, float]:
+        """The system with one of its :attr:`parameters` changed, and a natural size of its changes."""
+        bodies, forces, G, size = self._core.changed(name, by)
+        described = self._describe() | {"bodies": bodies, "forces": forces, "G": G}
+        for body, note in zip(self.names, described["notes"]["bodies"], strict=True):
+            if name.startswith("semi-axis") and name.endswith(f" of {body}"):
+                # A sphere with one semi-axis changed is a sphere no longer.
+                note.pop("shape", None)
+        return self._rebuild(described, {force.name: force for force in self._functions()}), size
+
+    def jacobian(self, state: State, parameters: Iterable[str] = ()) -> Jacobian:
+        """Derivatives of forces, torques and rates of change at a state, exact to round-off.
+
+        Parameters
+        ----------
+        state : State
+        parameters : iterable of str
+            Names from :attr:`parameters`.
+
+        Returns
+        -------
+        Jacobian
+
+        Examples
+        --------
+        >>> import fullbody, numpy as np
+        >>> system, state = fullbody.systems.kw4()
+        >>> jacobian = system.jacobian(state)
+        >>> jacobian.rates.shape
+        (24, 24)
+        >>> bool(np.allclose(jacobian.force_by_position.sum(axis=2), 0.0))
+        True
+        """
+        core = self._strip(state)
+        names = names_of(parameters, "parameters")
+        with self._explaining(lambda: core):
+            loads, rates, forcing, flow = self._core.jacobian(core, names)
+        n = len(self)
+        blocks = loads.reshape(n, 2, 3, n, 2, 3)
+        attach = self._units.attach
+        return Jacobian(
+            attach(np.ascontiguousarray(blocks[:, 0, :, :, 0]), "force gradient"),
+            attach(np.ascontiguousarray(blocks[:, 0, :, :, 1]), "force"),
+            attach(np.ascontiguousarray(blocks[:, 1, :, :, 0]), "force"),
+            attach(np.ascontiguousarray(blocks[:, 1, :, :, 1]), "torque"),
+            flow,
+            rates,
+            dict(zip(names, forcing, strict=True)),
+        )
+
+    def energy(self, state: State) -> Energy:
+        """Energy of a state in its parts.
+
+        Parameters
+        ----------
+        state : State
+
+        Returns
+        -------
+        Energy
+        """
+        core = self._strip(state)
+        with self._explaining(lambda: core):
+            parts = self._core.energy(core)
+        return Energy(*(self._units.attach(part, "energy") for part in parts))
+
+    def momentum(self, state: State) -> Array:
+        """Total momentum (3,), inertial."""
+        momentum: Array = self._units.attach(self._core.momentum(self._strip(state)), "momentum")
+        return momentum
+
+    def angular_momentum(self, state: State) -> Array:
+        """Total angular momentum (3,) about the origin, inertial: the paper's ``eq:Total_angmom``."""
+        momentum = self._core.angular_momentum(self._strip(state))
+        total: Array = self._units.attach(momentum, "angular momentum")
+        return total
+
+    def _caused(self, error: BaseException) -> BaseException:
+        """The error with what the function of a force raised as its cause; Ctrl-C and an exit stay what they are."""
+        call = self._calls.get(error.force) if isinstance(error, ForceFailed) else None
+        if not isinstance(error, ForceFailed) or call is None:
+            return error
+        raised = call.raised(error.answer)
+        if raised is None:
+            return KeyboardInterrupt() if call.is_lost(error.answer) else error
+        if not isinstance(raised, Exception):
+            return raised
+        what = f"{raised}" if isinstance(raised, FullbodyError) else f"{type(raised).__name__}: {raised}"
+        caused = ForceFailed(f"force {error.force} at time {error.time}: {what}", error.force, error.time)
+        caused.__cause__ = raised
+        return caused
+
+    def _strip(self, state: State) -> _core.State:
+        if not isinstance(state, State):
+            raise InvalidInput(f"state is {state!r}; expected a State")
+        return state._in(self._units)
+
+    def _state(self, core: _core.State) -> State:
+        """The core's state with units and the bodies' names."""
+        return State._wrap(core, self._units, self.names)
+
+    def _explained(self, error: BodiesOverlap, start: _core.State | None, when: str = "") -> BodiesOverlap:
+        """The error with the distance of the centres in a state; without a state, with the time in the run."""
+        if start is not None:
+            first, second = (start.position[self.names.index(name)] for name in error.bodies)
+            apart = number(self._units.attach(np.float64(np.linalg.norm(second - first)), "length"))
+            text = f"overlap{when}, their centres {apart} apart; expected interiors apart"
+        else:
+            time = number(self._units.attach(np.float64(error.time), "time"), 12)
+            text = f"overlap at time {time}; expected interiors apart"
+            text += " (events.Contact, terminal, ends a run at the contact)"
+        return BodiesOverlap(f"{' and '.join(error.bodies)} {text}", error.bodies, error.time)
+
+    @contextmanager
+    def _explaining(self, state: Callable[[], _core.State], when: str = "") -> Iterator[None]:
+        """A context in which the error about bodies that overlap tells how far apart they are in a state."""
+        try:
+            yield
+        except BodiesOverlap as error:
+            raise self._explained(error, state(), when) from None
+
+    def integrate(
+        self,
+        state: State,
+        until: Any,
+        output: Any = None,
+        integrator: Integrator | None = None,
+        events: Iterable[Event] = (),
+        dense: bool = False,
+        progress: Any = False,
+        autosave: tuple[Any, float] | None = None,
+        derivatives: bool | Iterable[str] = False,
+        chaos: bool = False,
+    ) -> Run:
+        """Run from a state to a time.
+
+        Parameters
+        ----------
+        state : State
+        until : float, Quantity or text with a unit
+            End of the run, such as ``"30 day"``; before ``state.time`` to run backwards.
+        output : None, "ends", float, Quantity or array_like
+            ``None``: every accepted step. ``"ends"``: the start and the end. A number: that spacing, start and end
+            included. An array: exactly those times; an empty one records nothing but events (and ``dense``).
+        integrator : Integrator, optional
+            :class:`fullbody.Verner98` unless given.
+        events : iterable of Event
+            Events to detect, from :mod:`fullbody.events`; a terminal one ends the run.
+        dense : bool
+            Whether the run is kept as a function of time: ``run(t)``. Takes 2.3 kB a step for two bodies.
+        progress : bool, str or callable
+            ``True`` or a label for a progress bar; or a function of (start, time, end), called at most every 50 ms.
+            Its result is ignored; an error that it raises ends the run.
+        autosave : (path, seconds), optional
+            Writes the simulation to a file when the run begins, every so many seconds and when it ends;
+            :meth:`fullbody.Simulation.load` goes on from it.
+        derivatives : bool or sequence of str
+            Whether the run is differentiated by its start, for ``run.transition``; or the parameters by which it is
+            differentiated beside that, for ``run.sensitivity``, of ``system.parameters``. The motion has the same bits
+            as without.
+        chaos : bool
+            Whether tangent growth is measured, for ``run.megno``, ``run.lyapunov`` and ``run.fast_lyapunov``.
+
+        Returns
+        -------
+        Run
+
+        Raises
+        ------
+        InvalidInput, BodiesOverlap, NotConverged, StepSizeTooSmall, ChartSingularity
+            Errors that end the run; the run so far is in their attribute ``run``.
+        Interrupted
+            On Ctrl-C; a KeyboardInterrupt with the run so far in its attribute ``run``.
+
+        Warns
+        -----
+        InconsistentInput
+            For starts that are probably a mistake; see :class:`fullbody.Simulation`.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> run = system.integrate(state, 10.0, output=1.0)
+        >>> run.position.shape
+        (11, 2, 3)
+        """
+        core, chosen = begin(self, state, integrator)
+        return _integrate(
+            self,
+            chosen,
+            core,
+            until,
+            output,
+            events=events,
+            dense=dense,
+            progress=progress,
+            autosave=autosave,
+            derivatives=derivatives,
+            chaos=chaos,
+        )
+
+    def fly(
+        self,
+        state: State,
+        particles: Particles,
+        until: Any,
+        output: Any = None,
+        *,
+        integrator: Integrator | None = None,
+        contact: str | Bounce = "stop",
+        escape: Escape | None = None,
+        radiation: Radiation | None = None,
+        events: Iterable[ParticleEvent] = (),
+        bodies_integrator: Integrator | None = None,
+        threads: int | None = None,
+        progress: Any = False,
+    ) -> Flight:
+        """Fly massless particles among the bodies, from a state to a time.
+
+        The bodies move first, as :meth:`integrate` moves them, and the particles follow their continuous solution,
+        which takes 2.3 kB a step for two bodies. To fly several times along the same motion, keep it as a run with
+        ``dense=True`` and take :meth:`fullbody.Run.fly`, where the other parameters are described.
+
+        Parameters
+        ----------
+        state : State
+            State of the bodies at the particles' time.
+        particles : Particles
+        until : float, Quantity or text with a unit
+            End of the flight; before ``state.time`` to fly backwards.
+        output : None, "ends", float, Quantity or array_like
+        integrator : Integrator, optional
+        contact : {"stop", "remove"} or Bounce
+        escape : Escape, optional
+        radiation : Radiation, optional
+        events : iterable of ParticleEvent
+        bodies_integrator : Integrator, optional
+            Integrator of the bodies, as in :meth:`integrate`.
+        threads : int, optional
+        progress : bool, str or callable
+
+        Returns
+        -------
+        Flight
+
+        Raises
+        ------
+        InvalidInput, Interrupted
+            For the same reasons as :meth:`fullbody.Run.fly` and :meth:`integrate`.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> up = fullbody.Particles.from_surface(system, state, "Beta", longitude=0.0, latitude=0.5, speed=0.1)
+        >>> system.fly(state, up, 24.0).fate.tolist()
+        ['impact']
+        """
+        options: dict[str, Any] = {"integrator": integrator, "contact": contact, "escape": escape}
+        options |= {"radiation": radiation, "events": events, "threads": threads}
+        task, samples = FlightTask(self, particles, **options), sampling(output, self._units)
+        run = self.integrate(
+            state, until, output=[], integrator=bodies_integrator, dense=True, progress=progress and "bodies"
+        )
+        dense = cast(Dense, run.dense)
+        with Bar(progress if callable(progress) else progress and "particles") as report:
+            return task.fly(dense, *dense.range, samples, report)
+
+
+def _noted(parts: list[Any], notes: dict[str, Any], what: str) -> list[tuple[Any, dict[str, Any]]]:
+    """Each part of a description with its notes, which may be missing."""
+    noted = notes.get(what, [{}] * len(parts))
+    if len(noted) != len(parts):
+        raise InvalidInput(f"the notes have {len(noted)} {what}; expected {len(parts)}, as the description has")
+    for note in noted:
+        refuse_unknown(note, _NOTED[what], f"the notes of {what}")
+    return list(zip(parts, noted, strict=True))

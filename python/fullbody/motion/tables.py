@@ -1,0 +1,55 @@
+"""Tables that show a system: its constant and settings, its bodies, its forces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from ..base.tables import Table, head, number
+from ..model.composite import Composite
+from ..model.polyhedron import Polyhedron
+
+if TYPE_CHECKING:
+    from .system import System
+
+__all__ = ["system_tables"]
+
+
+def system_tables(system: System) -> tuple[Table, ...]:
+    """Constant, method and settings of a system."""
+    rows: list[Sequence[str]] = [("units", ", ".join(system.units) if system.units else "none")]
+    rows.append(("G", number(system.G, 12)))
+    rows += [
+        (name.replace("_", " "), f"{value}")
+        for name, value in system.options.items()
+        if value not in (None, "auto") and not (name == "attitude_chart" and value == "quaternion")
+    ]
+    return (Table("System", (), rows), _table_of_bodies(system), *_tables_of_forces(system))
+
+
+def _table_of_bodies(system: System) -> Table:
+    """The bodies of a system, one a row, in its units."""
+    units = system._units
+    length, mass = (units.unit(d) if units.known else "" for d in ("length", "mass"))
+    header = ("body", "shape", head("semi-axes", length), head("mass", mass))
+    rows: list[Sequence[str]] = []
+    for name, body, described in zip(system.names, system._bodies, system._core.bodies, strict=True):
+        shape, mass = body.shape, described.get("mass")
+        if isinstance(shape, Composite):
+            size, mass = f"{len(shape.parts)} parts", sum(part["mass"] for part in described["parts"])
+        elif isinstance(shape, Polyhedron):
+            size = f"{len(shape.faces)} faces"
+        else:
+            axes = (described["semi_axes"] or ())[: len(shape.__slots__)]
+            size = ", ".join(f"{value:.8g}" for value in axes)
+        rows.append((name, type(shape).__name__, size or "-", f"{mass:.8g}"))
+    return Table("Bodies", header, rows)
+
+
+def _tables_of_forces(system: System) -> tuple[Table, ...]:
+    """The external forces, one a row, where there are some."""
+    both = zip(system._forces, system._core.forces, strict=True)
+    rows: list[Sequence[str]] = [
+        (force.name, type(force).__name__, force._summary(described, system._units)) for force, described in both
+    ]
+    return (Table("Forces", ("force", "kind", "what"), rows),) if rows else ()

@@ -1,0 +1,47 @@
+"""Observations of systems: geometry of observer and Sun, predictions, and comparison with data.
+
+A :class:`Geometry` contains the directions of the observer and the Sun. :func:`brightness` and :func:`light_curve`
+compute the light of the bodies, :func:`mutual_events` their occultations and eclipses. :class:`Astrometry`,
+:class:`Photometry`, :class:`Radar` and :class:`Measured` hold data, and compute the predictions of a run for them, with
+residuals and chi2.
+
+Install the dependencies with the extra ``observing``.
+"""
+
+from __future__ import annotations
+
+from .astrometry import Astrometry
+from .brightness import BrightnessDerivatives, brightness, brightness_derivatives
+from .geometry import Geometry
+from .laws import HG, HG1G2, Hapke, Lambert, LommelSeeliger, LommelSeeligerLambert
+from .light_curve import light_curve
+from .measured import Measured
+from .mutual import MutualEvent, mutual_events, occultation
+from .photometry import Photometry
+from .radar import Radar, RangeAndRate
+
+__all__ = [
+    "HG",
+    "HG1G2",
+    "Astrometry",
+    "BrightnessDerivatives",
+    "Geometry",
+    "Hapke",
+    "Lambert",
+    "LommelSeeliger",
+    "LommelSeeligerLambert",
+    "Measured",
+    "MutualEvent",
+    "Photometry",
+    "Radar",
+    "RangeAndRate",
+    "brightness",
+    "brightness_derivatives",
+    "light_curve",
+    "mutual_events",
+    "occultation",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,305 @@
+"""Relative astrometry: positions of one body in the sky relative to another."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.arguments import named_options
+from ..errors import InvalidInput
+from .columns import Rows, column, in_columns, positive_rows, read_table
+from .data import Observations
+from .photocentre import photocentre, semi_axes
+from .vectors import Vectors, turn
+
+if TYPE_CHECKING:
+    from ..motion.system import System
+
+__all__ = ["Astrometry"]
+
+_Array = npt.NDArray[np.float64]
+
+
+@named_options
+class Astrometry(Observations):
+    """Offsets of one body from another in the sky.
+
+    An offset lies in the tangent plane at the body ``about``: along the parallel to the east (right ascension times the
+    cosine of the declination), and along the meridian to the north.
+
+    Parameters
+    ----------
+    times : astropy Time, or array_like or Quantity, (K,)
+        Times when the light arrived: dates of any scale, or times since the system's epoch.
+    east, north : array_like or Quantity, (K,)
+        Offsets; plain numbers are radians. Rows with masked or NaN values are left out, with a warning.
+    sigma : float, array_like or Quantity, (), (K,) or (K, 2)
+        Standard errors of both offsets, or one column for each.
+    correlation : float or array_like, (K,)
+        Correlation of the errors of the two offsets of a row.
+    body, about : int or str
+        The observed body and the reference body; indices in the system, or names.
+    geometry : Geometry
+    frame : str or astropy frame
+        The axes of the sky: ``"equatorial"`` (east and north), ``"ecliptic"`` (along longitude and latitude).
+    photocentre : bool
+        Whether the positions are those of the centres of light of the two bodies, by Lommel-Seeliger's law, instead of
+        their centres of mass. Both have to be ellipsoids, spheres or points; the geometry needs the Sun.
+
+    Raises
+    ------
+    InvalidInput
+        For errors that are not above zero, correlations that are not between -1 and 1, and shapes that do not fit.
+
+    Warns
+    -----
+    InconsistentInput
+        For rows that are left out.
+
+    Examples
+    --------
+    >>> import astropy.units as u, fullbody
+    >>> from fullbody import observing
+    >>> system, state = fullbody.systems.didymos(units=True)
+    >>> view = observing.Geometry([0.0, 12.0] * u.h, to_observer=[0.0, 0.0, 0.08] * u.au, frame="ecliptic")
+    >>> times, zero = [1.0, 2.0] * u.h, [0.0, 0.0] * u.mas
+    >>> data = observing.Astrometry(times, zero, zero, 1.0 * u.mas, body="Dimorphos", about="Didymos", geometry=view)
+    >>> run = system.integrate(state, 3.0, dense=True)
+    >>> data.residuals(run).shape, data.residuals(run).unit
+    ((2, 2), Unit("mas"))
+    """
+
+    def __init__(
+        self,
+        times: Any,
+        east: Any,
+        north: Any,
+        sigma: Any,
+        correlation: Any = 0.0,
+        *,
+        body: int | str = 1,
+        about: int | str = 0,
+        geometry: Vectors,
+        frame: Any = "equatorial",
+        photocentre: bool = False,
+    ) -> None:
+        given = {
+            name: column(value, name, "rad") for name, value in (("east", east), ("north", north), ("sigma", sigma))
+        }
+        plain = [name for name, (_, unit) in given.items() if unit is None]
+        if plain and len(plain) < 3:
+            raise InvalidInput(
+                f"{plain[0]} has no unit, but others of east, north and sigma have; expected all or none"
+            )
+        numbers = {name: values for name, (values, _) in given.items()}
+        numbers["correlation"] = column(correlation, "correlation", "")[0]
+        rows = Rows(times, numbers, "Astrometry")
+        super().__init__(rows, geometry)
+        self.unit = given["east"][1]
+        if not isinstance(photocentre, bool | np.bool_):
+            raise InvalidInput(f"photocentre is {photocentre!r}; expected True or False")
+        if photocentre and geometry._sun is None:
+            raise InvalidInput("geometry of Astrometry has no Sun, which photocentre=True needs; give to_sun=")
+        self.body, self.about, self.frame, self.photocentre = body, about, frame, bool(photocentre)
+        self._offsets = np.stack([rows.of(numbers["east"]), rows.of(numbers["north"])], axis=1)
+        self._sigma = positive_rows(rows.of(numbers["sigma"], 2), "sigma of Astrometry")
+        self._correlation = rows.of(numbers["correlation"])
+        if not (np.abs(self._correlation) < 1.0).all():
+            worst = self._correlation[np.argmax(np.abs(self._correlation))]
+            raise InvalidInput(f"correlation has the value {worst}; expected numbers between -1 and 1")
+        turn("equatorial", frame)
+
+    @classmethod
+    def from_polar(
+        cls,
+        times: Any,
+        separation: Any,
+        position_angle: Any,
+        sigma_separation: Any,
+        sigma_angle: Any,
+        **options: Any,
+    ) -> Self:
+        """Make astrometry from separations and position angles.
+
+        Parameters
+        ----------
+        times : astropy Time, or array_like or Quantity, (K,)
+        separation, position_angle : array_like or Quantity, (K,)
+            The angle is measured from north through east; plain numbers are radians.
+        sigma_separation, sigma_angle : float, array_like or Quantity, () or (K,)
+            Their standard errors. An error of the angle of more than some tenths of a radian makes no ellipse of
+            errors in the sky.
+        **options
+            Arguments of :class:`Astrometry`: ``body``, ``about``, ``geometry`` and ``frame``.
+
+        Returns
+        -------
+        Astrometry
+            Offsets with the covariance that follows from the errors, including their correlation.
+
+        Examples
+        --------
+        >>> import astropy.units as u, numpy as np
+        >>> from fullbody import observing
+        >>> view = observing.Geometry([0.0, 12.0] * u.h, to_observer=[0.0, 0.0, 0.08] * u.au)
+        >>> angle, errors = [45.0] * u.deg, (1.0 * u.mas, 0.1 * u.rad)
+        >>> data = observing.Astrometry.from_polar([1.0] * u.h, [50.0] * u.mas, angle, *errors, geometry=view)
+        >>> data.correlation.round(6)
+        array([-0.923077])
+        """
+        (rho, unit), (angle, _) = (
+            column(separation, "separation", "rad"),
+            column(position_angle, "position_angle", "rad"),
+        )
+        along, _ = column(sigma_separation, "sigma_separation", "rad")
+        turn, _ = column(sigma_angle, "sigma_angle", "rad")
+        along, turn = positive_rows(along, "sigma_separation"), positive_rows(turn, "sigma_angle")
+        if (turn > 0.5).any():
+            raise InvalidInput(f"sigma_angle has the value {turn.max()} rad; expected errors of at most 0.5 rad")
+        rho, angle, along, across = np.broadcast_arrays(rho, angle, along, rho * turn)
+        sine, cosine = np.sin(angle), np.cos(angle)
+        east = np.sqrt((along * sine) ** 2 + (across * cosine) ** 2)
+        north = np.sqrt((along * cosine) ** 2 + (across * sine) ** 2)
+        correlation = (along**2 - across**2) * sine * cosine / (east * north)
+        columns: dict[str, Any] = {"east": rho * sine, "north": rho * cosine, "sigma": np.stack([east, north], axis=-1)}
+        if unit is not None:
+            from astropy import units as u
+
+            columns = {name: (values * u.rad).to(unit) for name, values in columns.items()}
+        return cls(times, correlation=correlation, **columns, **options)
+
+    @classmethod
+    def from_table(
+        cls,
+        table: Any,
+        *,
+        columns: Mapping[str, Any] | None = None,
+        unit: Any = None,
+        dates: tuple[str, str] | None = None,
+        **options: Any,
+    ) -> Self:
+        """Make astrometry from an astropy table or a pandas table.
+
+        Parameters
+        ----------
+        table : Table, QTable or DataFrame
+        columns : dict, optional
+            Names of the columns of ``times``, ``east``, ``north``, ``sigma`` (a pair of names) and ``correlation``,
+            where they differ from those that :meth:`to_table` writes.
+        unit : unit, optional
+            Unit of columns that have none.
+        dates : (format, scale), optional
+            The format and scale of dates given as numbers, such as ``("jd", "utc")``; see astropy's ``Time``.
+        **options
+            Arguments of :class:`Astrometry`: ``body``, ``about``, ``geometry`` and ``frame``.
+
+        Returns
+        -------
+        Astrometry
+        """
+        names: dict[str, Any] = {name: name for name in ("times", "east", "north")}
+        names["sigma"] = ("sigma_east", "sigma_north")
+        if columns is None and "correlation" in list(getattr(table, "colnames", getattr(table, "columns", ()))):
+            names["correlation"] = "correlation"
+        names |= dict(columns or {})
+        units = dict.fromkeys(("east", "north", "sigma"), unit)
+        return cls(**read_table(table, names, units, dates, "Astrometry"), **options)
+
+    def to_table(self) -> Any:
+        """The observations as an astropy ``QTable``, which :meth:`from_table` reads."""
+        columns = {"times": self.times, "east": self.east, "north": self.north}
+        columns |= {"sigma_east": self.sigma[:, 0], "sigma_north": self.sigma[:, 1], "correlation": self.correlation}
+        return in_columns(columns, {"body": self.body, "about": self.about, "frame": str(self.frame)})
+
+    @property
+    def east(self) -> Any:
+        """Offsets (K,) along the parallel to the east."""
+        return self._united(self._offsets[:, 0])
+
+    @property
+    def north(self) -> Any:
+        """Offsets (K,) along the meridian to the north."""
+        return self._united(self._offsets[:, 1])
+
+    @property
+    def sigma(self) -> Any:
+        """Standard errors (K, 2) of east and north."""
+        return self._united(self._sigma)
+
+    @property
+    def correlation(self) -> _Array:
+        """Correlation (K,) between the errors of east and north in each row."""
+        return self._correlation
+
+    @property
+    def covariance(self) -> Any:
+        """Covariance (K, 2, 2) of east and north."""
+        found = self._covariance(None)
+        if self.unit is None:
+            return found
+        from astropy import units as u
+
+        return (found * u.rad**2).to(self.unit**2)
+
+    def _united(self, values: _Array) -> Any:
+        if self.unit is None:
+            return values
+        from astropy import units as u
+
+        return (values * u.rad).to(self.unit)
+
+    def _covariance(self, system: Any) -> _Array:
+        matrix = self._sigma[:, :, None] * self._sigma[:, None, :]
+        matrix[:, 0, 1] *= self._correlation
+        matrix[:, 1, 0] *= self._correlation
+        return matrix
+
+    def _observed(self, system: System) -> _Array:
+        return self._offsets
+
+    def _attach(self, values: _Array, system: System) -> Any:
+        return self._united(values)
+
+    def _model(self, system: System, states: dict[str, _Array], masses: Any = None) -> _Array:
+        if system.frame is None:
+            raise InvalidInput(
+                "astrometry needs to know the axes of the system; give fullbody.System(..., frame='ecliptic')"
+            )
+        body, about = system._place(self.body, "body"), system._place(self.about, "about")
+        if body == about:
+            raise InvalidInput(f"body and about of Astrometry are both {system.names[body]}; expected two bodies")
+        seen = self._seen(system, states, masses)
+        axes = turn(system.frame, self.frame)
+        centres = {one: seen.centre[:, one] for one in (body, about)}
+        if self.photocentre:
+            to_sun = self.geometry._of(system).sun(seen.times)
+            for one, centre in centres.items():
+                shift = photocentre(semi_axes(system, one), states["attitude"][:, one], seen.observer, to_sun)
+                centres[one] = centre + shift
+        line = (centres[about] - seen.observer) @ axes.T
+        return offsets(line, (centres[body] - centres[about]) @ axes.T)
+
+    def _depends_on_attitude(self) -> bool:
+        return self.photocentre
+
+    def _described(self) -> list[tuple[str, str]]:
+        return [("body", str(self.body)), ("about", str(self.about)), ("frame", str(self.frame))]
+
+
+def offsets(about: _Array, apart: _Array) -> _Array:
+    """Offsets (K, 2) on the tangent plane, to the east and to the north.
+
+    They are those of a body that is apart (K, 3) from one on the line of sight ``about`` (K, 3), which begins at the
+    observer. The functions are analytic and take complex numbers.
+    """
+    x, y, z = np.moveaxis(about, -1, 0)
+    level = np.sqrt(x * x + y * y)
+    length = np.sqrt(x * x + y * y + z * z)
+    east = (x * apart[..., 1] - y * apart[..., 0]) / level
+    outward = (x * apart[..., 0] + y * apart[..., 1]) / level
+    north = (level * apart[..., 2] - z * outward) / length
+    depth = length + (level * outward + z * apart[..., 2]) / length
+    return np.stack([east / depth, north / depth], axis=-1)

@@ -1,0 +1,183 @@
+"""Columns of observations: numbers with or without units, of which some rows may be masked or missing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.units import gathered, is_quantity, need, numbers, strip_to
+from ..errors import InconsistentInput, InvalidInput, caution
+from .times import are_dates
+
+__all__ = ["Rows", "column", "in_columns", "positive_rows", "read_table"]
+
+_Array = npt.NDArray[np.float64]
+
+
+def column(given: Any, what: str, unit: Any = None) -> tuple[_Array, Any]:
+    """Return the numbers of a column, with NaN for masked or missing values, and the unit that it came with.
+
+    Values with a unit are converted to ``unit``; plain numbers are taken to be in it.
+    """
+    given, mask = _unmasked(given)
+    given = gathered(given, what)
+    if is_quantity(given):
+        from astropy import units as u
+
+        found, own = strip_to(given, u.Unit(unit) if unit is not None else given.unit, what), given.unit
+    else:
+        found, own = numbers(given, what), None
+    found = np.array(found, dtype=np.float64)
+    if mask is not None:
+        found[mask] = np.nan
+    if np.isinf(found).any():
+        raise InvalidInput(f"{what} has infinite values; expected finite numbers, or masked ones")
+    return found, own
+
+
+def _unmasked(given: Any) -> tuple[Any, Any]:
+    """Return values without their mask, and the mask if there is one."""
+    if hasattr(given, "to_numpy"):
+        # A column of pandas, whose missing values may be of a kind of their own.
+        given = given.to_numpy(dtype=np.float64, na_value=np.nan)
+    if isinstance(given, np.ma.MaskedArray):
+        plain = np.array(np.ma.getdata(given), dtype=np.float64)
+        unit = getattr(given, "unit", None)
+        return (plain if unit is None else plain * unit), np.ma.getmaskarray(given)
+    if hasattr(given, "unmasked"):
+        return given.unmasked, np.asarray(given.mask)
+    return given, None
+
+
+class Rows:
+    """Which rows of a table of observations are kept, in the order of time.
+
+    Attributes
+    ----------
+    times : Time, Quantity or ndarray, (K,)
+    kept : ndarray of int, (K,)
+        The indices of the kept rows in the table, in the order of time.
+    missing : tuple of int
+        The indices of the rows that are left out, since a value is masked or NaN.
+    given : int
+        The number of rows of the table.
+    """
+
+    def __init__(self, times: Any, given: dict[str, _Array], owner: str) -> None:
+        if are_dates(times):
+            mask = np.asarray(times.mask) if getattr(times, "masked", False) else None
+            plain = times.unmasked if mask is not None and hasattr(times, "unmasked") else times
+            axis = np.asarray((plain - plain[0]).to_value("s") if np.ndim(plain) else 0.0, dtype=np.float64)
+            if mask is not None:
+                axis[mask] = np.nan
+        else:
+            axis, unit = column(times, f"times of {owner}")
+            plain = axis if unit is None else axis * unit
+        if axis.ndim != 1 or not len(axis):
+            raise InvalidInput(f"times of {owner} has shape {axis.shape}; expected (K,)")
+        absent = np.isnan(axis)
+        for name, values in given.items():
+            if values.shape[:1] not in ((), axis.shape):
+                raise InvalidInput(
+                    f"{name} of {owner} has shape {values.shape}; expected {len(axis)} rows, one for each of times"
+                )
+            absent |= np.isnan(values).reshape(*values.shape[:1], -1).any(axis=-1)
+        order = np.argsort(axis, kind="stable")
+        self.kept = order[~absent[order]]
+        self.missing = tuple(int(place) for place in np.flatnonzero(absent))
+        if not len(self.kept):
+            raise InvalidInput(f"{owner} has no row without masked or missing values; expected one or more")
+        if self.missing:
+            some = ", ".join(map(str, self.missing[:5])) + (", ..." if len(self.missing) > 5 else "")
+            caution(
+                f"{len(self.missing)} of {len(axis)} rows of {owner} have masked or missing values and are left out: "
+                f"row {some}",
+                InconsistentInput,
+            )
+        self.times = plain[self.kept]
+        self.given = len(axis)
+
+    def of(self, values: _Array, *shape: int) -> _Array:
+        """Values (), (K,) or (K, C) as an array of the rows that are kept, (K, C) or (K,)."""
+        if values.ndim and len(values) == self.given:
+            values = values[self.kept]
+        while values.ndim and values.ndim < 1 + len(shape):
+            values = values[..., None]
+        return np.array(np.broadcast_to(values, (len(self.kept), *shape)), dtype=np.float64)
+
+
+def positive_rows(values: _Array, what: str) -> _Array:
+    """Return standard errors after checking that they are positive."""
+    if not (values > 0.0).all():
+        raise InvalidInput(f"{what} has the value {float(values.min())}; expected standard errors above zero")
+    return values
+
+
+def in_columns(columns: Mapping[str, Any], meta: dict[str, Any]) -> Any:
+    """Make a ``QTable`` of these columns."""
+    with need("observing", "a table"):
+        from astropy.table import QTable
+
+    return QTable(dict(columns), meta=meta)
+
+
+def read_table(
+    table: Any, wanted: Mapping[str, str | tuple[str, ...]], unit: Any, dates: tuple[str, str] | None, owner: str
+) -> dict[str, Any]:
+    """Return arguments of a class of observations from the columns of an astropy ``Table`` or a pandas ``DataFrame``.
+
+    Parameters
+    ----------
+    table : Table, QTable or DataFrame
+    wanted : dict
+        The name of the column of each argument, or the names of several columns that are one argument.
+    unit : dict or unit
+        Units of columns without a unit, one for all or by the argument; angles are in radians by default.
+    dates : (format, scale), optional
+        How a column of numbers or texts gives dates, as astropy's ``Time`` has it: ``("jd", "utc")``.
+    owner : str
+    """
+    names = list(getattr(table, "colnames", getattr(table, "columns", ())))
+    found: dict[str, Any] = {}
+    for argument, named in wanted.items():
+        parts = []
+        for name in (named,) if isinstance(named, str) else named:
+            if name not in names:
+                raise InvalidInput(f"the table has no column {name!r} for {argument} of {owner}; it has {names}")
+            parts.append(table[name])
+        if argument == "times":
+            found[argument] = _dates(parts[0], dates, getattr(table, "attrs", {}))
+            continue
+        own = unit.get(argument) if isinstance(unit, Mapping) else unit
+        pairs = [column(part, f"{argument} of {owner}") for part in parts]
+        units = [had if had is not None else own for _, had in pairs]
+        scaled = [values if one is None else values * one for (values, _), one in zip(pairs, units, strict=True)]
+        found[argument] = scaled[0] if isinstance(named, str) else _stacked(scaled, f"{argument} of {owner}")
+    return found
+
+
+def _stacked(parts: list[Any], what: str) -> Any:
+    try:
+        return np.stack(parts, axis=-1)
+    except (ValueError, TypeError) as error:
+        raise InvalidInput(f"the columns of {what} do not go together: {error}") from error
+
+
+def _dates(values: Any, dates: tuple[str, str] | None, attrs: Mapping[str, Any]) -> Any:
+    if are_dates(values):
+        return values
+    kind = getattr(getattr(values, "dtype", None), "kind", "")
+    if dates is None and kind != "M":
+        return values
+    with need("observing", "dates of a table"):
+        from astropy.time import Time
+
+    if dates is None:
+        return Time(np.asarray(values, dtype="datetime64[ns]"), scale=attrs.get("time_scale", "utc"))
+    try:
+        return Time(np.asarray(values), format=dates[0], scale=dates[1])
+    except (ValueError, TypeError) as error:
+        raise InvalidInput(f"the times of the table are no dates of the format and scale {dates!r}: {error}") from error

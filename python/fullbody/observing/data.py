@@ -1,0 +1,263 @@
+"""The common part of all kinds of observations: predictions, residuals, and their weights."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.tables import Table, Tabled
+from ..errors import InvalidInput
+from .columns import Rows
+from .times import in_system
+from .vectors import SystemGeometry, Vectors
+
+if TYPE_CHECKING:
+    from ..motion.run import Run
+    from ..motion.system import System
+
+__all__ = ["Observations", "Seen", "states_at"]
+
+_Array = npt.NDArray[np.float64]
+#: The step of a derivative along the imaginary axis, which has no difference of nearly equal numbers.
+_STEP = 1e-100
+
+
+def states_at(run: Run, times: _Array, what: str) -> dict[str, _Array]:
+    """Return states of a run at times (K,), from its continuous solution or from samples at these times."""
+    if run.dense is not None:
+        low, high = sorted(run.dense._core.range)
+        outside = times[(times < low) | (times > high)]
+        if not outside.size:
+            return run.dense._core.states(np.ascontiguousarray(times))
+        attach = run.system._units.attach
+        first, last, when = (attach(float(value), "time") for value in (low, high, outside[0]))
+        raise InvalidInput(
+            f"{what} needs the state at time {when}, which the run, from {first} to {last}, does not cover"
+        )
+    known = run._record["time"]
+    order = np.argsort(known, kind="stable")
+    place = order[np.clip(np.searchsorted(known[order], times), 0, len(known) - 1)] if len(known) else np.array([], int)
+    if not len(known) or not np.array_equal(known[place], times):
+        raise InvalidInput(f"{what} needs states between the samples of the run; integrate with dense=True")
+    return {name: run._record[name][place] for name in ("position", "velocity", "attitude", "spin")}
+
+
+class Seen:
+    """Bodies as the light shows them that arrives at given times.
+
+    Each body is where it was when its light left it: on a straight line, and turning evenly, about its place at the
+    barycentre's time of emission. What the acceleration adds is smaller by the square of the speed over that of light.
+
+    Attributes
+    ----------
+    times : ndarray, (K,)
+        Times when the light arrives.
+    observer, observer_velocity : ndarray, (K, 3)
+        From the system's barycentre.
+    centre, velocity : ndarray, (K, N, 3)
+        From the system's barycentre and relative to it; complex numbers pass through.
+    delay : ndarray, (K, N)
+        How much later than from the barycentre the light left the bodies.
+    light_speed : float
+    """
+
+    def __init__(self, geometry: SystemGeometry, times: _Array, masses: _Array, states: dict[str, _Array]) -> None:
+        weights = masses / masses.sum()
+        self.times, self.light_speed = times, geometry.light_speed
+        self.observer, self.observer_velocity = geometry.observer(times), geometry.observer_velocity(times)
+        position, self.velocity = (
+            states[name] - np.einsum("n,knx->kx", weights, states[name])[:, None] for name in ("position", "velocity")
+        )
+        self.delay = geometry.delays(self.observer, position, self.velocity)
+        self.centre = position + self.velocity * self.delay[..., None]
+
+    def attitude(self, attitude: _Array, spin: _Array) -> _Array:
+        """Return attitudes (K, N, 4) when the light left the bodies, from those when it left the barycentre."""
+        angle = np.linalg.norm(spin, axis=-1) * self.delay
+        turn = 0.5 * self.delay * np.sinc(0.5 * angle / np.pi)
+        w, v = np.cos(0.5 * angle)[..., None], spin * turn[..., None]
+        scalar, vector = attitude[..., :1], attitude[..., 1:]
+        real = scalar * w - np.sum(vector * v, axis=-1, keepdims=True)
+        return np.concatenate([real, scalar * v + w * vector + np.cross(vector, v)], axis=-1)
+
+
+def _times_axis(quaternions: _Array, axis: int) -> _Array:
+    """Multiply quaternions (K, 4) by a unit vector of the body frame."""
+    vector = np.zeros(3)
+    vector[axis] = 1.0
+    scalar, own = quaternions[:, :1], quaternions[:, 1:]
+    return np.concatenate([-own @ vector[:, None], scalar * vector + np.cross(own, vector)], axis=1)
+
+
+class Observations(Tabled):
+    """Base of the observations of a system: K rows in the order of time, each of C numbers with their errors.
+
+    Attributes
+    ----------
+    times : astropy Time, Quantity or ndarray, (K,)
+        In the order of time, whatever the order in which they were given.
+    rows : ndarray of int, (K,)
+        The index of each row in the given data.
+    missing : tuple of int
+        The indices of rows that are left out, since a value is masked or NaN.
+    geometry : Geometry
+    """
+
+    def __init__(self, rows: Rows, geometry: Any) -> None:
+        if not isinstance(geometry, Vectors):
+            raise InvalidInput(f"geometry of {type(self).__name__} is {geometry!r}; expected an observing.Geometry")
+        self.times = rows.times
+        self.rows = rows.kept
+        self.missing = rows.missing
+        self.geometry = geometry
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def _what(self) -> str:
+        return type(self).__name__
+
+    def emission(self, system: System) -> Any:
+        """Times of a system's clock at which the observed light left its barycentre: when predictions need states.
+
+        Parameters
+        ----------
+        system : System
+
+        Returns
+        -------
+        ndarray or Quantity, (K,)
+        """
+        return system._units.attach(self._emission(system), "time")
+
+    def _emission(self, system: System) -> _Array:
+        return self.geometry._of(system).emission(in_system(self.times, system, f"times of {self._what()}"))
+
+    def _seen(self, system: System, states: dict[str, _Array], masses: Any = None) -> Seen:
+        """The bodies as they are seen at the times of the observations; with other masses about another barycentre."""
+        geometry, times = self.geometry._of(system), in_system(self.times, system, f"times of {self._what()}")
+        return Seen(geometry, times, system._masses if masses is None else masses, states)
+
+    def _model(self, system: System, states: dict[str, _Array], masses: Any = None) -> _Array:
+        """Return predictions (K, C) in plain numbers from the states at the times of emission."""
+        raise NotImplementedError
+
+    def _observed(self, system: System) -> _Array:
+        """Return the observed values (K, C), in the numbers of the predictions."""
+        raise NotImplementedError
+
+    def _covariance(self, system: System) -> _Array:
+        """Covariance (K, C, C) of each row, in the numbers of the predictions."""
+        raise NotImplementedError
+
+    def _attach(self, values: _Array, system: System) -> Any:
+        """Predictions or residuals with the units of the observations."""
+        raise NotImplementedError
+
+    def _depends_on_attitude(self) -> bool:
+        """Return whether predictions depend on the attitudes of bodies."""
+        return False
+
+    def _partials(self, system: System, states: dict[str, _Array]) -> _Array:
+        """Return derivatives (K, C, 12 N) of the predictions by the states, in the components of tangent vectors.
+
+        The predictions are analytic functions of the states: a step along the imaginary axis gives their
+        derivatives to the last digits.
+        """
+        count = len(system)
+        found = np.zeros((*self._model(system, states).shape, 12 * count))
+        for body in range(count):
+            for kind, name in enumerate(("position", "velocity")):
+                for axis in range(3):
+                    moved: dict[str, Any] = dict(states)
+                    moved[name] = states[name].astype(np.complex128)
+                    moved[name][:, body, axis] += 1j * _STEP
+                    found[..., 12 * body + 3 * kind + axis] = self._model(system, moved).imag / _STEP
+            for axis in range(3 if self._depends_on_attitude() else 0):
+                turned: dict[str, Any] = dict(states)
+                turned["attitude"] = states["attitude"].astype(np.complex128)
+                turned["attitude"][:, body] += 0.5j * _STEP * _times_axis(states["attitude"][:, body], axis)
+                found[..., 12 * body + 6 + axis] = self._model(system, turned).imag / _STEP
+        return found
+
+    def _partials_by_masses(self, system: System, states: dict[str, _Array]) -> _Array:
+        """Return derivatives (K, C, N) of the predictions by the masses at given states, through the barycentre."""
+        found = np.zeros((*self._model(system, states).shape, len(system)))
+        for body in range(len(system)):
+            masses = system._masses.astype(np.complex128)
+            masses[body] += 1j * _STEP
+            found[..., body] = self._model(system, states, masses).imag / _STEP
+        return found
+
+    def _partials_by_semi_axes(self, system: System, states: dict[str, _Array]) -> _Array:
+        """Return derivatives (K, C, N, 3) of the predictions by the semi-axes of the bodies at given states."""
+        return np.zeros((*self._model(system, states).shape, len(system), 3))
+
+    def _project(self, values: _Array) -> _Array:
+        """Derivatives (K, C, ...) of the predictions, with whatever is solved for at each prediction."""
+        return values
+
+    def _residuals(self, run: Run) -> _Array:
+        system = run.system
+        states = states_at(run, self._emission(system), self._what())
+        return self._observed(system) - self._model(system, states)
+
+    def predict(self, run: Run) -> Any:
+        """Compute the predictions of a run at the times of the observations.
+
+        Parameters
+        ----------
+        run : Run
+            A run with ``dense=True``, or with samples at the times :meth:`emission` of its system.
+
+        Returns
+        -------
+        ndarray, Quantity or a pair of them
+            In the units that the observations were given in: :class:`Astrometry` (K, 2), east and north;
+            :class:`Radar` a :class:`RangeAndRate`; :class:`Photometry` magnitudes (K,).
+
+        Raises
+        ------
+        InvalidInput
+            If the run, or the geometry, does not cover the times.
+        """
+        states = states_at(run, self._emission(run.system), self._what())
+        return self._attach(self._model(run.system, states), run.system)
+
+    def residuals(self, run: Run) -> Any:
+        """Observations minus predictions, as :meth:`predict` gives these."""
+        return self._attach(self._residuals(run), run.system)
+
+    def pulls(self, run: Run) -> _Array:
+        """Residuals (K, C) made independent and divided by their standard errors.
+
+        With L the Cholesky factor of the covariance of a row, they are L^-1 times the residuals: the first is the first
+        residual over its error, and their squares add up to chi2.
+        """
+        return self._whiten(self._residuals(run), run.system)
+
+    def _whiten(self, values: _Array, system: System) -> _Array:
+        """Values (K, C, ...) times the inverse of the Cholesky factors of the rows' covariances."""
+        factor = np.linalg.cholesky(self._covariance(system))
+        flat = values.reshape(*values.shape[:2], -1)
+        return np.asarray(np.linalg.solve(factor, flat).reshape(values.shape))
+
+    def chi2(self, run: Run) -> float:
+        """Sum of the squares of the :meth:`pulls`."""
+        return float(np.sum(self.pulls(run) ** 2))
+
+    def _tables(self) -> tuple[Table, ...]:
+        rows = [("observations", str(len(self)))]
+        if self.missing:
+            rows.append(("left out", f"{len(self.missing)} rows with masked or missing values"))
+        rows += [("first", str(self.times[0])), ("last", str(self.times[-1])), ("geometry", repr(self.geometry))]
+        return (Table(repr(self).partition("(")[0], (), [*rows, *self._described()]),)
+
+    def _described(self) -> list[tuple[str, str]]:
+        return []
+
+    def __repr__(self) -> str:
+        left = f", {len(self.missing)} left out" if self.missing else ""
+        return f"{type(self).__name__}({len(self)} times from {self.times[0]} to {self.times[-1]}{left})"

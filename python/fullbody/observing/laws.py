@@ -1,0 +1,258 @@
+"""Scattering laws, and phase functions that multiply them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.arguments import named_options
+from ..base.units import Units, need, numbers, scalar
+from ..errors import InvalidInput
+
+__all__ = ["HG", "HG1G2", "Hapke", "Lambert", "Law", "LommelSeeliger", "LommelSeeligerLambert"]
+
+_Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Law:
+    """Base class of the scattering laws.
+
+    With mu and mu0 the cosines of emission and incidence, the brightness of a surface element dS is the law times dS,
+    times the phase function, times the body's albedo.
+
+    Parameters
+    ----------
+    phase_function : callable, optional
+        A function of the phase angles, an array (K,) in radians, that gives the factors (K,) of the brightness.
+    """
+
+    phase_function: Callable[[_Array], Any] | None = None
+
+    def __post_init__(self) -> None:
+        if self.phase_function is not None and not callable(self.phase_function):
+            raise InvalidInput(
+                f"phase_function is {self.phase_function!r}; expected a function of the phase angle, such as HG(0.15)"
+            )
+
+    def _describe(self) -> dict[str, Any]:
+        raise NotImplementedError
+
+    def _phase(self, angle: _Array) -> _Array:
+        """Return the factors for phase angles, after checking that they are finite and not negative."""
+        if self.phase_function is None:
+            return np.ones_like(angle)
+        given = self.phase_function(angle)
+        factor = numbers(given, f"what the phase function of {self!r} returns")
+        if factor.shape not in ((), angle.shape):
+            raise InvalidInput(
+                f"the phase function of {self!r} returns an array of shape {factor.shape}; expected {angle.shape}"
+            )
+        factor = np.broadcast_to(factor, angle.shape)
+        wrong = ~(np.isfinite(factor) & (factor >= 0.0))
+        if wrong.any():
+            k = int(np.argmax(wrong))
+            raise InvalidInput(
+                f"the phase function of {self!r} returns {factor[k]} at the phase angle {angle[k]:.9g}; "
+                "expected finite numbers, zero or above"
+            )
+        return np.array(factor)
+
+    def _number(self, name: str, dimension: str | None = None) -> float:
+        value = getattr(self, name)
+        number = scalar(numbers(value, name), name) if dimension is None else Units().number(value, dimension, name)
+        if not np.isfinite(number):
+            raise InvalidInput(f"{name} of {type(self).__name__} is {value!r}; expected a finite number")
+        return number
+
+
+@named_options
+@dataclass(frozen=True)
+class LommelSeeliger(Law):
+    """Lommel-Seeliger's law, mu mu0 / (mu + mu0), for dark surfaces that scatter once.
+
+    Parameters
+    ----------
+    phase_function : callable, optional
+        A function of the phase angles, an array (K,) in radians, that gives the factors (K,) of the brightness.
+
+    Examples
+    --------
+    >>> from fullbody import observing
+    >>> observing.LommelSeeliger(phase_function=observing.HG(0.15))
+    LommelSeeliger(phase_function=HG(G=0.15))
+    """
+
+    def _describe(self) -> dict[str, Any]:
+        return {"sum": [1.0, 0.0]}
+
+
+@named_options
+@dataclass(frozen=True)
+class Lambert(Law):
+    """Lambert's law, mu mu0, for bright diffuse surfaces.
+
+    Parameters
+    ----------
+    phase_function : callable, optional
+        A function of the phase angles, an array (K,) in radians, that gives the factors (K,) of the brightness.
+    """
+
+    def _describe(self) -> dict[str, Any]:
+        return {"sum": [0.0, 1.0]}
+
+
+@named_options
+@dataclass(frozen=True)
+class LommelSeeligerLambert(Law):
+    """Lommel-Seeliger's law and a share of Lambert's: mu mu0 (1 / (mu + mu0) + lambert).
+
+    Parameters
+    ----------
+    phase_function : callable, optional
+        A function of the phase angles, an array (K,) in radians, that gives the factors (K,) of the brightness.
+    lambert : float
+        The factor of Lambert's law, zero or above; 0.1 is usual in the inversion of light curves (Kaasalainen & Torppa
+        2001).
+    """
+
+    lambert: float = 0.1
+
+    def _describe(self) -> dict[str, Any]:
+        return {"sum": [1.0, self._number("lambert")]}
+
+
+@named_options
+@dataclass(frozen=True)
+class Hapke(Law):
+    """Hapke's law (1981, 1984, 1986), pi times the bidirectional reflectance times mu.
+
+    With w the single-scattering albedo, g the phase angle, H(x) = (1 + 2 x) / (1 + 2 x sqrt(1 - w)), the opposition
+    surge B(g) = B0 / (1 + tan(g/2) / h) and the phase function P of Henyey & Greenstein,
+
+    ``(w / 4) mu mu0 / (mu + mu0) [(1 + B(g)) P(g) + H(mu) H(mu0) - 1]``,
+
+    with the correction of 1984 for macroscopic roughness.
+
+    Parameters
+    ----------
+    phase_function : callable, optional
+        A further factor. The law has its own dependence on the phase angle.
+    single_scattering_albedo : float
+        w, from 0 to 1.
+    opposition_amplitude : float
+        B0, zero or above.
+    opposition_width : float
+        h, above zero.
+    asymmetry : float
+        Asymmetry of P, between -1 and 1; negative values scatter back.
+    roughness : float or Quantity
+        Mean slope angle theta-bar, radians. The brightness of a rough surface is integrated to 1e-9 rather than to
+        round-off, and has no derivatives.
+
+    Notes
+    -----
+    The defaults are the means for S-type asteroids by Helfenstein & Veverka (1989).
+    """
+
+    single_scattering_albedo: float = 0.23
+    opposition_amplitude: float = 1.32
+    opposition_width: float = 0.02
+    asymmetry: float = -0.35
+    roughness: Any = 0.0
+
+    def _describe(self) -> dict[str, Any]:
+        names = ("single_scattering_albedo", "opposition_amplitude", "opposition_width", "asymmetry")
+        return {
+            "hapke": {**{name: self._number(name) for name in names}, "roughness": self._number("roughness", "angle")}
+        }
+
+
+@named_options
+@dataclass(frozen=True)
+class HG:
+    """The phase function of the H, G system (Bowell et al. 1989, Asteroids II, 524), one at zero phase.
+
+    Parameters
+    ----------
+    G : float
+        Slope parameter.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fullbody import observing
+    >>> np.round(-2.5 * np.log10(observing.HG(0.15)(np.radians([0.0, 10.0, 20.0]))), 3) + 0.0
+    array([0.   , 0.647, 1.   ])
+    """
+
+    G: float = 0.15
+
+    def __call__(self, angle: Any) -> _Array:
+        """Return the factor of the brightness at phase angles in radians."""
+        half = np.tan(0.5 * numbers(angle, "phase angle"))
+        first, second = (np.exp(-a * half**b) for a, b in ((3.33, 0.63), (1.87, 1.22)))
+        found: _Array = (1.0 - self.G) * first + self.G * second
+        return found
+
+
+@named_options
+@dataclass(frozen=True)
+class HG1G2:
+    """The phase function of the H, G1, G2 system (Muinonen et al. 2010, Icarus 209, 542), one at zero phase.
+
+    Parameters
+    ----------
+    G1, G2 : float
+
+    Notes
+    -----
+    The nodes and end slopes of its splines are those of Penttilä et al. (2016), Planet. Space Sci. 123, 117. It needs
+    scipy.
+    """
+
+    G1: float
+    G2: float
+
+    def __call__(self, angle: Any) -> _Array:
+        """Return the factor of the brightness at phase angles in radians."""
+        basis = _basis_of_hg1g2(numbers(angle, "phase angle"))
+        found: _Array = self.G1 * basis[0] + self.G2 * basis[1] + (1.0 - self.G1 - self.G2) * basis[2]
+        return found
+
+
+@cache
+def _splines() -> tuple[Any, Any, Any]:
+    with need("analysis", "HG1G2"):
+        from scipy.interpolate import CubicSpline
+
+    def spline(degrees: list[float], values: list[float], first: float, last: float) -> Any:
+        return CubicSpline(np.radians(degrees), values, bc_type=((1, first), (1, last)))
+
+    wide = [7.5, 30.0, 60.0, 90.0, 120.0, 150.0]
+    near = [0.0, 0.3, 1.0, 2.0, 4.0, 8.0, 12.0, 20.0, 30.0]
+    one = [0.75, 0.33486016, 0.1341056, 0.051104756, 0.021465687, 0.0036396989]
+    two = [0.925, 0.62884169, 0.31755495, 0.12716367, 0.022373903, 0.00016505689]
+    surge = [1.0, 0.83381185, 0.57735424, 0.42144772, 0.2317423, 0.10348178, 0.061733473, 0.016107006, 0.0]
+    return (
+        spline(wide, one, -6.0 / np.pi, -0.091328612),
+        spline(wide, two, -9.0 / (5.0 * np.pi), -8.6573138e-8),
+        spline(near, surge, -1.0630097, 0.0),
+    )
+
+
+def _basis_of_hg1g2(angle: _Array) -> tuple[_Array, _Array, _Array]:
+    """Basis functions: straight lines below 7.5 degrees, and the last values from the last node on."""
+    first, second, surge = _splines()
+    low, high = np.radians(7.5), np.radians(150.0)
+    wide = np.clip(angle, low, high)
+    return (
+        np.where(angle < low, 1.0 - 6.0 * angle / np.pi, first(wide)),
+        np.where(angle < low, 1.0 - 9.0 * angle / (5.0 * np.pi), second(wide)),
+        surge(np.clip(angle, 0.0, np.radians(30.0))),
+    )

@@ -1,0 +1,105 @@
+"""Light curves: the brightness of the bodies of a run, as the observer sees them at given times."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.arguments import named_options
+from ..errors import InvalidInput
+from .brightness import Photometer
+from .data import Seen, states_at
+from .laws import LommelSeeliger
+from .times import in_system
+from .vectors import Vectors
+
+if TYPE_CHECKING:
+    from ..motion.run import Run
+    from .laws import Law
+
+__all__ = ["light_curve"]
+
+_Array = npt.NDArray[np.float64]
+
+
+@named_options
+def light_curve(
+    run: Run,
+    times: Any,
+    geometry: Vectors,
+    *,
+    law: Law | dict[str, Law] = LommelSeeliger(),  # noqa: B008
+    albedo: float | dict[str, float] = 1.0,
+    mutual: bool = True,
+    sun_radius: Any = 0.0,
+    reduced: bool = True,
+    each: bool = False,
+) -> _Array:
+    """Magnitudes of the bodies of a run at times of observation, with their mutual occultations and eclipses.
+
+    Parameters
+    ----------
+    run : Run
+        A run with ``dense=True``.
+    times : astropy Time, or array_like or Quantity, (K,)
+        Times when the light arrives.
+    geometry : Geometry
+        A geometry that includes the Sun.
+    law, albedo, mutual, sun_radius
+        Options of :func:`brightness`.
+    reduced : bool
+        Whether magnitudes are those at unit distances from the observer and from the Sun. Otherwise 5 log10 of the
+        product of the two distances, in the system's unit of length, is added.
+    each : bool
+        Whether to return the magnitude of each body instead of that of all of them together.
+
+    Returns
+    -------
+    ndarray, (K,) or (K, N)
+        -2.5 log10 of the brightness in the square of the system's unit of length; infinite where a body is hidden.
+
+    Raises
+    ------
+    InvalidInput
+        For times outside the geometry's span or the run, and a geometry without the Sun.
+
+    Notes
+    -----
+    Each body is shown as it was when its light left it towards the observer. Shadows fall between bodies so shown: the
+    time that the light takes from one to the other is left out, which :func:`mutual_events` takes into account.
+
+    Examples
+    --------
+    >>> import astropy.units as u, fullbody, numpy as np
+    >>> from fullbody import observing
+    >>> system, state = fullbody.systems.didymos(units=True)
+    >>> run = system.integrate(state, "1 day", dense=True)
+    >>> view = {"to_observer": [0.1, 0.01, 0.0] * u.au, "to_sun": [0.9, 0.4, 0.0] * u.au}
+    >>> geometry = observing.Geometry([0.0, 2.0] * u.day, **view)
+    >>> observing.light_curve(run, np.linspace(1.0, 23.0, 100) * u.h, geometry).shape
+    (100,)
+    """
+    system = run.system
+    local = geometry._of(system)
+    when = np.atleast_1d(in_system(times, system, "times"))
+    if when.ndim != 1:
+        raise InvalidInput(f"times has shape {when.shape}; expected (K,)")
+    photometer = Photometer(system, law, albedo, mutual, sun_radius)
+    states = states_at(run, local.emission(when), "a light curve")
+    seen = Seen(local, when, system._masses, states)
+    attitude = seen.attitude(states["attitude"], states["spin"])
+    to_sun = local.sun(when)
+    light = photometer.brightness(when, seen.centre, attitude, seen.observer, to_sun)
+    return magnitudes(light if each else light.sum(axis=1), seen.observer, to_sun, reduced)
+
+
+def magnitudes(light: _Array, to_observer: _Array, to_sun: _Array, reduced: bool) -> _Array:
+    """Magnitudes (K,) or (K, N) of brightnesses in squared length."""
+    with np.errstate(divide="ignore"):
+        found = -2.5 * np.log10(light)
+    if not reduced:
+        far = 5.0 * np.log10(np.linalg.norm(to_observer, axis=1) * np.linalg.norm(to_sun, axis=1))
+        found = found + (far if found.ndim == 1 else far[:, None])
+    return np.asarray(found)

@@ -1,0 +1,121 @@
+"""Measured values of anything that can be computed from a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.arguments import named_options
+from ..base.tables import Table, Tabled
+from ..base.units import gathered, is_quantity, numbers, strip_to
+from ..errors import InvalidInput
+
+if TYPE_CHECKING:
+    from ..motion.run import Run
+
+__all__ = ["Measured"]
+
+_Array = npt.NDArray[np.float64]
+
+
+@named_options
+class Measured(Tabled):
+    """A measured value, or several, of a function of a run: a period, a pole, a rate of precession, an amplitude.
+
+    Parameters
+    ----------
+    name : str
+    function : callable
+        Takes a :class:`fullbody.Run`, gives the value that it predicts: a number, a Quantity or an array (C,).
+    value : float, Quantity or array_like, () or (C,)
+    sigma : float, Quantity or array_like, () or (C,)
+        Standard errors.
+
+    Raises
+    ------
+    InvalidInput
+        For an error that is not above zero; when a run is compared, for a function that gives another shape or unit, or
+        a value that is not finite.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> from fullbody import observing
+    >>> system, state = fullbody.systems.case1()
+    >>> mean = observing.Measured("mean distance", lambda run: run.elements().a.mean(), 7.6, 0.1)
+    >>> mean.residuals(system.integrate(state, 50.0)).shape
+    (1,)
+    """
+
+    def __init__(self, name: str, function: Callable[[Run], Any], value: Any, sigma: Any) -> None:
+        if not callable(function):
+            raise InvalidInput(f"function of {name!r} is {function!r}; expected a function of a run")
+        self.name = name
+        self.function = function
+        value, sigma = gathered(value, f"value of {name}"), gathered(sigma, f"sigma of {name}")
+        self.unit = value.unit if is_quantity(value) else None
+        self._value = np.atleast_1d(self._plain(value, "value"))
+        if self._value.ndim != 1 or not np.isfinite(self._value).all():
+            raise InvalidInput(f"value of {name} is {value!r}; expected finite numbers, () or (C,)")
+        spread = self._plain(sigma, "sigma")
+        try:
+            self._sigma = np.array(np.broadcast_to(spread, self._value.shape))
+        except ValueError as error:
+            raise InvalidInput(f"sigma of {name} has shape {np.shape(sigma)}; expected {self._value.shape}") from error
+        if not (np.isfinite(self._sigma).all() and (self._sigma > 0.0).all()):
+            raise InvalidInput(f"sigma of {name} is {sigma!r}; expected finite numbers above zero")
+
+    def _plain(self, value: Any, what: str) -> _Array:
+        value = gathered(value, f"{what} of {self.name}")
+        if is_quantity(value) != (self.unit is not None):
+            wanted = "a plain number" if self.unit is None else f"a unit such as {self.unit}"
+            raise InvalidInput(f"{what} of {self.name} is {value!r}; expected {wanted}")
+        if self.unit is not None:
+            return strip_to(value, self.unit, f"{what} of {self.name}")
+        return numbers(value, f"{what} of {self.name}")
+
+    @property
+    def value(self) -> Any:
+        """The measured values (C,)."""
+        return self._united(self._value)
+
+    @property
+    def sigma(self) -> Any:
+        """Their standard errors (C,)."""
+        return self._united(self._sigma)
+
+    def _united(self, values: _Array) -> Any:
+        return values if self.unit is None else values * self.unit
+
+    def _prediction(self, run: Run) -> _Array:
+        found = np.atleast_1d(self._plain(self.function(run), "the function's result"))
+        if found.shape != self._value.shape:
+            raise InvalidInput(f"the function of {self.name} gave shape {found.shape}; expected {self._value.shape}")
+        if not np.isfinite(found).all():
+            raise InvalidInput(f"the function of {self.name} gave {found}; expected finite numbers")
+        return found
+
+    def predict(self, run: Run) -> Any:
+        """Return the value of the function for a run (C,), with the unit of the measured value."""
+        return self._united(self._prediction(run))
+
+    def residuals(self, run: Run) -> Any:
+        """The measured values minus the predictions (C,)."""
+        return self._united(self._value - self._prediction(run))
+
+    def pulls(self, run: Run) -> _Array:
+        """Residuals (C,) divided by the standard errors."""
+        return np.asarray((self._value - self._prediction(run)) / self._sigma)
+
+    def chi2(self, run: Run) -> float:
+        """Sum of the squares of the :meth:`pulls`."""
+        return float(np.sum(self.pulls(run) ** 2))
+
+    def _tables(self) -> tuple[Table, ...]:
+        return (Table(self.name, (), [("value", str(self.value)), ("sigma", str(self.sigma))]),)
+
+    def __repr__(self) -> str:
+        return f"Measured({self.name!r}, {self.value} +- {self.sigma})"

@@ -1,0 +1,245 @@
+"""Mutual events: occultations and eclipses of the bodies of a run by each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base.arguments import named_options
+from ..errors import InvalidInput
+from ..events import Occultation
+from .vectors import SystemGeometry, Vectors
+
+if TYPE_CHECKING:
+    from ..motion.run import Run
+    from ..motion.system import System
+    from ..typing import Scalar
+
+__all__ = ["KINDS", "MutualEvent", "mutual_events", "occultation"]
+
+_Array = npt.NDArray[np.float64]
+#: Kinds of events, and the sign of the light's way: toward the distant point or from there.
+KINDS = {"occultation": 1.0, "eclipse": -1.0}
+#: Rows of a table of directions, at least: with fewer the spline of a geometry would be another one.
+_ROWS = 64
+
+
+@dataclass(frozen=True, slots=True)
+class MutualEvent:
+    """A body that another one hides from the observer, or from the Sun.
+
+    Times are those at which the observer sees it, in the system's clock: numbers, or Quantities since the epoch. The
+    outlines of the bodies overlap from ``begin`` to ``end``, as seen from a point (the Sun counts as one); how much of
+    the hidden part faces the observer is another question, which a light curve answers.
+
+    Attributes
+    ----------
+    kind : str
+        ``"occultation"`` (by a body between it and the observer) or ``"eclipse"`` (by one between it and the Sun).
+    body, by : str
+        Names of the hidden body and of the other one.
+    begin, end : float, Quantity or None
+        ``None`` where the run, or the geometry, begins or ends within the event.
+    total_begin, total_end : float, Quantity or None
+        First and last time of totality, when the whole outline is hidden; ``None`` if it never is, or where the run
+        begins or ends within it.
+    """
+
+    kind: str
+    body: str
+    by: str
+    begin: Scalar | None
+    end: Scalar | None
+    total_begin: Scalar | None = None
+    total_end: Scalar | None = None
+
+    @property
+    def middle(self) -> Scalar | None:
+        """The middle between ``begin`` and ``end``; ``None`` if one of them is ``None``."""
+        return None if self.begin is None or self.end is None else 0.5 * (self.begin + self.end)
+
+    @property
+    def duration(self) -> Scalar | None:
+        """Time from ``begin`` to ``end``; ``None`` where one of them is."""
+        return None if self.begin is None or self.end is None else self.end - self.begin
+
+
+@named_options
+def mutual_events(run: Run, geometry: Vectors) -> list[MutualEvent]:
+    """All occultations and eclipses among the bodies of a run, in the order of time.
+
+    Contacts are located on the continuous solution, each to the last digits of its time; between the samples of a step
+    extrema are sought, so that events that only graze are found too. Shadows take account of the time that light takes
+    from body to body.
+
+    Parameters
+    ----------
+    run : Run
+        A run with ``dense=True``.
+    geometry : Geometry
+        Events are those in the time that both the run and the geometry cover. Without the Sun there are occultations
+        alone.
+
+    Returns
+    -------
+    list of MutualEvent
+
+    Raises
+    ------
+    InvalidInput
+        For a run without its continuous solution, and one that the geometry does not cover at any time.
+
+    Notes
+    -----
+    The outline of an ellipsoid is an ellipse; that of a composite is the union of its parts' outlines, but it is only
+    within one of them that something counts as totally hidden; that of a polyhedron is the convex hull of its vertices.
+
+    Examples
+    --------
+    >>> import astropy.units as u, fullbody
+    >>> from fullbody import observing
+    >>> system, state = fullbody.systems.didymos(units=True)
+    >>> run = system.integrate(state, "1 day", dense=True)
+    >>> view = {"to_observer": [0.1, 0.01, 0.0] * u.au, "to_sun": [0.9, 0.4, 0.0] * u.au}
+    >>> events = observing.mutual_events(run, observing.Geometry([-1.0, 2.0] * u.day, **view))
+    >>> sorted({(event.kind, event.body) for event in events})[:2]
+    [('eclipse', 'Didymos'), ('eclipse', 'Dimorphos')]
+    """
+    if run.dense is None:
+        raise InvalidInput("this run keeps no continuous solution; integrate with dense=True")
+    system = run.system
+    local = geometry._of(system)
+    first, last = sorted(run.dense._core.range)
+    begin, end = local.ends()
+    span = [max(first, float(local.emission(begin))), min(last, float(local.emission(end)))]
+    if not span[0] < span[1]:
+        attach = system._units.attach
+        raise InvalidInput(
+            f"the run, from {attach(first, 'time')} to {attach(last, 'time')}, and the geometry, from "
+            f"{attach(begin, 'time')} to {attach(end, 'time')} at the observer, have no time in common"
+        )
+    kinds = [kind for kind in KINDS if kind == "occultation" or geometry._sun is not None]
+    pairs = [(i, j) for i in range(len(system)) for j in range(len(system)) if i != j]
+    asked = [(kind, i, j, total) for kind in kinds for i, j in pairs for total in (False, True)]
+    towards = {kind: _core.Toward(*_table(local, kind, span), KINDS[kind] / local.light_speed, False) for kind in kinds}
+    conditions = [_core.Condition.Occultation(i, j, total, towards[kind]) for kind, i, j, total in asked]
+    crossings = run.dense._core.crossings(system._core, conditions, span)
+    intervals = {key: _intervals(*found, span) for key, found in zip(asked, crossings, strict=True)}
+    found = []
+    for kind, i, j in ((kind, i, j) for kind in kinds for i, j in pairs):
+        arrival = _Arrival(run, local, kind, i, span)
+        totals = intervals[kind, i, j, True]
+        for interval in intervals[kind, i, j, False]:
+            within = [ends for ends in totals if interval[0] <= ends[0] and ends[1] <= interval[1]]
+            parts = [*interval, *((within[0][0], within[-1][1]) if within else (np.nan, np.nan))]
+            found.append((interval, MutualEvent(kind, system.names[i], system.names[j], *map(arrival, parts))))
+    return [event for _, event in sorted(found, key=lambda one: one[0])]
+
+
+class _Arrival:
+    """The time at which the observer sees what a condition has at a time, or ``None`` for ends of the span and NaN."""
+
+    def __init__(self, run: Run, local: SystemGeometry, kind: str, body: int, span: list[float]) -> None:
+        self._run, self._local, self._kind, self._body, self._span = run, local, kind, body, span
+
+    def __call__(self, time: float) -> Any:
+        if np.isnan(time) or time in self._span:
+            return None
+        run, local = self._run, self._local
+        assert run.dense is not None
+        emitted = time
+        if self._kind == "eclipse" and np.isfinite(local.light_speed):
+            # Sunlight that passes the barycentre at that time reaches the body earlier or later, and leaves it then.
+            position = run.dense._core.states(np.array([time]))["position"][0]
+            weights = run.system._masses / run.system._masses.sum()
+            place = position[self._body] - weights @ position
+            seen = local.arrival(time)
+            ways = [vector / np.linalg.norm(vector) for vector in (local.sun(seen), local.observer(seen))]
+            emitted = time - float(place @ (ways[0] + ways[1])) / local.light_speed
+        return run.system._units.attach(float(local.arrival(emitted)), "time")
+
+
+def _intervals(at_start: float, zeros: list[float], span: list[float]) -> list[tuple[float, float]]:
+    """Return the spans in which a function is negative, from a value before its first zero along the run."""
+    below = at_start < 0.0
+    if len(zeros) > 1 and zeros[-1] < zeros[0]:
+        below ^= len(zeros) % 2 == 1
+        zeros = zeros[::-1]
+    edges = [-np.inf, *zeros] if below else [*zeros]
+    edges += [np.inf] if len(edges) % 2 else []
+    pairs = zip(edges[::2], edges[1::2], strict=True)
+    # Round-off may find a zero twice; nothing lasts no time.
+    clipped = ((max(a, span[0]), min(b, span[1])) for a, b in pairs)
+    return [(a, b) for a, b in clipped if a < b]
+
+
+def _table(local: SystemGeometry, kind: str, span: list[float]) -> tuple[list[float], list[list[float]]]:
+    """Times of emission in a span and the vectors to the observer, or to the Sun, of the light that leaves then."""
+    ends = [float(local.arrival(time)) for time in span]
+    rows = local.rows()
+    inside = rows[(rows > ends[0]) & (rows < ends[1])]
+    # Between the rows of the geometry its own spline is a cubic: a few points on each piece give it back.
+    knots = np.unique(np.concatenate([[ends[0]], inside, [ends[1]]]))
+    parts = max(3, -(-_ROWS // len(knots)))
+    places = np.linspace(0, len(knots) - 1, (len(knots) - 1) * parts + 1)
+    arrivals = np.interp(places, np.arange(len(knots)), knots)
+    vectors = local.observer(arrivals) if kind == "occultation" else local.sun(arrivals)
+    return local.emission(arrivals).tolist(), vectors.tolist()
+
+
+@named_options
+def occultation(
+    system: System,
+    geometry: Vectors,
+    body: int | str,
+    by: int | str,
+    *,
+    kind: str = "occultation",
+    total: bool = False,
+    direction: int = 0,
+    terminal: bool = False,
+) -> Occultation:
+    """An event of :mod:`fullbody.events` for a run to watch for, or to end with: a mutual event in a geometry.
+
+    Parameters
+    ----------
+    system : System
+        Whose times, units and axes the event is in.
+    geometry : Geometry
+        Has to cover the run.
+    body, by : int or str
+        The hidden body and the one that hides it; places in the system, or names.
+    kind : {"occultation", "eclipse"}
+    total : bool
+        Whether the whole outline of the body is hidden.
+    direction : {-1, 0, 1}
+        -1: it begins; 1: it ends; 0: both.
+    terminal : bool
+
+    Returns
+    -------
+    fullbody.events.Occultation
+        Its times are those at the system; the time of light from body to body is left out.
+
+    Examples
+    --------
+    >>> import astropy.units as u, fullbody
+    >>> from fullbody import observing
+    >>> system, state = fullbody.systems.didymos(units=True)
+    >>> view = observing.Geometry([-1.0, 2.0] * u.day, to_observer=[0.1, 0.01, 0.0] * u.au)
+    >>> first = observing.occultation(system, view, "Dimorphos", "Didymos", direction=-1, terminal=True)
+    >>> system.integrate(state, "1 day", events=[first]).stop_reason
+    'event'
+    """
+    if kind not in KINDS:
+        raise InvalidInput(f"kind is {kind!r}; expected one of {', '.join(KINDS)}")
+    local = geometry._of(system)
+    span = [float(local.emission(end)) for end in local.ends()]
+    times, toward = _table(local, kind, span)
+    when = system._units.attach(np.array(times), "time")
+    places = system._place(body, "body"), system._place(by, "by")
+    return Occultation(*places, toward=toward, times=when, total=total, direction=direction, terminal=terminal)

@@ -1,0 +1,149 @@
+"""Tables of vectors to the observer and to the Sun: from orbits about the Sun, and from SPICE kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.units import Units, need
+from ..errors import InvalidInput
+from ..forces.ephemeris import about_sun, barycentric, dense_table
+from ..frames import rotation
+from ..spice.kernel import plain
+from ..spice.place import spiceypy
+from ..spice.state import loaded
+from .times import LIGHT_SPEED, are_dates, date, kilometres, seconds, system_epoch
+
+if TYPE_CHECKING:
+    from ..motion.system import System
+
+__all__ = ["from_orbit", "from_spice", "from_system"]
+
+_Array = npt.NDArray[np.float64]
+#: Arguments of a geometry, and the ends of its span in s since the first row.
+Table = tuple[dict[str, Any], tuple[float, float]]
+#: The longest step in s: a ninth of the month, and a twentieth of a day for a place that turns with the Earth.
+_LONGEST, _TURNING = 3.0 * 86400.0, 0.05 * 86400.0
+#: Iterations of the light time, each of which gains the four digits of c over the speed.
+_ITERATIONS = 4
+
+
+def from_orbit(orbit: Any, epoch: Any, observer: Any, ephemeris: Any, span: Any, light_time: bool) -> Table:
+    """Compute the vectors of an orbit; see :meth:`fullbody.observing.Geometry.from_orbit`."""
+    with need("observing", "an orbit about the Sun"):
+        start, length = _span(span)
+    from_sun, longest = about_sun(orbit, start, date(epoch, "epoch"), Units())
+    return _table(from_sun, start, length, observer, ephemeris, light_time, "ecliptic", longest)
+
+
+def from_system(system: System, sun: str, observer: Any, ephemeris: Any, span: Any, light_time: bool) -> Table:
+    """Compute the vectors of a system with a Sun; see :meth:`fullbody.observing.Geometry.from_system`."""
+    what = "a geometry from the system's own Sun"
+    epoch, second, km = system_epoch(system, what), seconds(system, what), kilometres(system, what)
+    if system.frame is None:
+        raise InvalidInput(f"{what} needs the system's frame; give fullbody.System(..., frame='ecliptic')")
+    index = system._third_body(sun, "sun")
+    start, length = _span(span)
+    late = float((start - epoch).to_value("s"))
+
+    def from_sun(times: _Array) -> _Array:
+        return np.asarray(-km * system._core.third_body(index, (times + late) / second)[0])
+
+    return _table(from_sun, start, length, observer, ephemeris, light_time, system.frame, np.inf)
+
+
+def _table(
+    from_sun: Callable[[_Array], _Array],
+    start: Any,
+    length: float,
+    observer: Any,
+    ephemeris: Any,
+    light_time: bool,
+    frame: Any,
+    longest: float,
+) -> Table:
+    """A geometry from the system's place relative to the Sun in km, at seconds since the start."""
+    from astropy import units as u
+    from astropy.coordinates import EarthLocation
+
+    turn = rotation("equatorial", frame)
+    on_earth = isinstance(observer, EarthLocation)
+    name = "earth" if on_earth else observer.lower() if isinstance(observer, str) else observer
+
+    def place_of_observer(times: _Array) -> _Array:
+        dates = start + times * u.s
+        found = barycentric(name, dates, ephemeris)
+        if on_earth:
+            found = found + observer.get_gcrs_posvel(dates)[0].xyz.to_value("km").T
+        return np.asarray(found @ turn.T)
+
+    def place(times: _Array) -> _Array:
+        return np.asarray(barycentric("sun", start + times * u.s, ephemeris) @ turn.T + from_sun(times))
+
+    def to_observer(times: _Array) -> _Array:
+        """Light arrives at these times, or leaves at them."""
+        fixed, moving, sign = (place_of_observer, place, -1.0) if light_time else (place, place_of_observer, 1.0)
+        end, delay = fixed(times), np.zeros_like(times)
+        for _ in range(_ITERATIONS):
+            way = end - moving(times + sign * delay)
+            delay = np.linalg.norm(way, axis=1) / LIGHT_SPEED
+        return np.asarray(-sign * way)
+
+    step = min(longest, _TURNING if on_earth else _LONGEST)
+    times, vectors = dense_table(to_observer, 0.0, length, step, f"the span of the observer {observer!r}")
+    emitted = times - np.linalg.norm(vectors, axis=1) / LIGHT_SPEED if light_time else times
+    table = {"to_observer": vectors * u.km, "to_sun": -from_sun(emitted) * u.km, "frame": frame}
+    return {"times": start + times * u.s, **table}, (-times[0], length - times[0])
+
+
+def from_spice(target: Any, observer: Any, kernels: Sequence[Any], span: Any, light_time: bool) -> Table:
+    """Compute vectors from SPICE kernels; see :meth:`fullbody.observing.Geometry.from_spice`."""
+    from astropy import units as u
+
+    spice = spiceypy()
+    start, length = _span(span)
+    et = float((start.jd1 - 2451545.0) * 86400.0 + start.jd2 * 86400.0)
+
+    def vectors(whose: str, origin: str, times: _Array, how: str) -> tuple[_Array, _Array]:
+        try:
+            rows = [spice.spkpos(whose, et + time, "J2000", how, origin) for time in times]
+        except spice.utils.exceptions.SpiceyError as error:
+            what = f"where {whose} is from {origin} between {start.isot} and {(start + length * u.s).isot}"
+            raise InvalidInput(f"the kernels do not tell {what}: {plain(error)}") from error
+        return np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
+
+    target, observer = str(target), str(observer)
+
+    def to_observer(times: _Array) -> _Array:
+        # Light is received at the observer at these times, or sent from the target towards it.
+        if light_time:
+            return -vectors(target, observer, times, "CN")[0]
+        return vectors(observer, target, times, "XCN")[0]
+
+    with loaded(kernels):
+        times, ways = dense_table(to_observer, 0.0, length, _LONGEST, f"the span of the observer {observer}", margin=0)
+        emitted = times - np.linalg.norm(ways, axis=1) / LIGHT_SPEED if light_time else times
+        to_sun = vectors("SUN", target, emitted, "NONE")[0]
+    table = {"to_observer": ways * u.km, "to_sun": to_sun * u.km, "frame": "equatorial"}
+    return {"times": start + times * u.s, **table}, (0.0, length)
+
+
+def _span(span: Any) -> tuple[Any, float]:
+    """The first date of a span, TDB, and its length in s."""
+    from astropy.time import Time, TimeDelta
+
+    dates = span if are_dates(span) else Time([date(one, "span") for one in _listed(span)])
+    dates = np.atleast_1d(dates.tdb)
+    first, last = dates.min(), dates.max()
+    length = float((last - first).to_value("s"))
+    # A single date is covered with a second about it.
+    return (first, length) if length > 0.0 else (first - TimeDelta(1.0, format="sec"), 2.0)
+
+
+def _listed(span: Any) -> list[Any]:
+    if isinstance(span, str) or not isinstance(span, Sequence) or not len(span):
+        raise InvalidInput(f"span is {span!r}; expected dates, such as ['2022-09-26 TDB', '2022-10-26 TDB'] or a Time")
+    return list(span)

@@ -1,0 +1,125 @@
+"""Centres of light of ellipsoids, which are not their centres of mass unless the Sun is behind the observer."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import InvalidInput
+from ..model.shapes import Ellipsoid, PointMass, Sphere
+
+if TYPE_CHECKING:
+    from ..motion.system import System
+
+__all__ = ["photocentre", "semi_axes"]
+
+_Array = npt.NDArray[np.float64]
+#: A cosine below which it counts as this.
+_LEAST = 1e-12
+
+
+def semi_axes(system: System, body: int) -> _Array:
+    """The semi-axes (3,) of an ellipsoid in the system's unit; zeros for a point."""
+    shape = system.bodies[body].shape
+    if isinstance(shape, PointMass):
+        return np.zeros(3)
+    if not isinstance(shape, Ellipsoid | Sphere):
+        raise InvalidInput(
+            f"{system.names[body]} is a {type(shape).__name__}; expected an ellipsoid, a sphere or a point for "
+            "photocentre=True"
+        )
+    parts = [part for part, *_ in system.bodies[body]._core(system._units, body).parts]
+    return np.array(parts[0], dtype=np.float64)
+
+
+def photocentre(axes: _Array, attitude: Any, to_observer: _Array, to_sun: _Array) -> Any:
+    """Return the offset of a body's centre of light from its centre, by Lommel-Seeliger's law, without mutual events.
+
+    With p = A^-1 e and q = A^-1 s in body axes, A = diag(a, b, c), the pole of the unit sphere along p x q and the
+    longitude l from p toward q, the light from longitude l and latitude b is g(l) cos(b)^2 db dl with
+    g proportional to cos l cos(l - alpha) / cos(l - L), alpha the angle from p to q and L that from p to p + q.
+    The mean of A u over it has closed forms, since those over b are pi/2 and 4/3, and those over l are elementary.
+
+    Parameters
+    ----------
+    axes : ndarray, (3,)
+    attitude : ndarray, (K, 4)
+        Complex numbers pass through.
+    to_observer, to_sun : ndarray, (K, 3)
+
+    Returns
+    -------
+    ndarray, (K, 3)
+        Inertial.
+    """
+    if not axes.any():
+        return np.zeros((len(attitude), 3))
+    turn = _matrices(attitude)
+    e, s = (vector / np.linalg.norm(vector, axis=1)[:, None] for vector in (to_observer, to_sun))
+    p, q = (np.einsum("kij,ki->kj", turn, vector) / axes for vector in (e, s))
+    size_p, size_q = (np.sqrt(np.sum(v * v, axis=1)) for v in (p, q))
+    first = p / size_p[:, None]
+    cos_a = np.sum(first * q, axis=1) / size_q
+    across = q / size_q[:, None] - first * cos_a[:, None]
+    sin_a = np.sqrt(np.sum(across * across, axis=1))
+    # At zero phase there is no direction across the line, and no shift along it.
+    second = across / np.where(sin_a == 0.0, 1.0, sin_a)[:, None]
+    along, aside = size_p + size_q * cos_a, size_q * sin_a
+    both = np.sqrt(along * along + aside * aside)
+    cos_l, sin_l = along / both, aside / both
+    cos_g, sin_g = cos_a * cos_l + sin_a * sin_l, sin_a * cos_l - cos_a * sin_l
+    # y = l - L goes from the terminator, l = alpha - pi/2, to the limb, l = pi/2.
+    # At zero phase cos y vanishes at both ends, where its logarithm has no weight.
+    low, high = (
+        (sine, np.where(np.real(cosine) < _LEAST, _LEAST, cosine)) for sine, cosine in ((-cos_g, sin_g), (cos_l, sin_l))
+    )
+
+    def between(antiderivative: Any) -> Any:
+        return antiderivative(*high) - antiderivative(*low)
+
+    def angle(sine: Any, cosine: Any) -> Any:
+        # The arc tangent of y from the middle, for complex numbers too.
+        return 2.0 * np.arctan(sine / (1.0 + cosine))
+
+    # Integrals over y of cos, sin and of sin^n cos^(m) / cos, with n + m the number of factors.
+    integrals = {
+        (0, 2): between(lambda sine, cosine: sine),
+        (1, 1): between(lambda sine, cosine: -cosine),
+        (2, 0): between(lambda sine, cosine: 2.0 * np.arctanh(sine / (1.0 + cosine)) - sine),
+        (0, 3): between(lambda sine, cosine: 0.5 * (angle(sine, cosine) + sine * cosine)),
+        (1, 2): between(lambda sine, cosine: 0.5 * sine * sine),
+        (2, 1): between(lambda sine, cosine: 0.5 * (angle(sine, cosine) - sine * cosine)),
+        (3, 0): between(lambda sine, cosine: -np.log(cosine) - 0.5 * sine * sine),
+    }
+
+    def mean(factors: list[tuple[Any, Any]]) -> Any:
+        """The integral over y of a product of a cos(y) + b sin(y) over cos(y)."""
+        terms: dict[int, Any] = {0: 1.0}
+        for of_cos, of_sin in factors:
+            grown: dict[int, Any] = {}
+            for power, value in terms.items():
+                grown[power] = grown.get(power, 0.0) + value * of_cos
+                grown[power + 1] = grown.get(power + 1, 0.0) + value * of_sin
+            terms = grown
+        return sum(value * integrals[power, len(factors) - power] for power, value in terms.items())
+
+    # cos l, sin l and cos(l - alpha) by cos y and sin y.
+    cosine, sine, lit = (cos_l, -sin_l), (sin_l, cos_l), (cos_g, sin_g)
+    light = 0.5 * np.pi * mean([cosine, lit])
+    if not (np.real(light) > 0.0).all():
+        raise InvalidInput("the Sun is behind a body, which has no centre of light; expected a phase angle below pi")
+    x, y = (4.0 / 3.0 * mean([cosine, lit, one]) / light for one in (cosine, sine))
+    return np.einsum("kij,kj->ki", turn, (first * x[:, None] + second * y[:, None]) * axes)
+
+
+def _matrices(attitude: Any) -> Any:
+    """Rotation matrices (K, 3, 3) of unit quaternions (K, 4) as polynomials, which take complex numbers."""
+    w, x, y, z = np.moveaxis(attitude, -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), -1, 0)

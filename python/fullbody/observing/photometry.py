@@ -1,0 +1,273 @@
+"""Photometry: observed magnitudes of all bodies together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.arguments import named_options
+from ..base.units import is_quantity
+from ..errors import InvalidInput
+from .brightness import Photometer
+from .columns import Rows, column, in_columns, positive_rows, read_table
+from .data import Observations, Seen
+from .laws import LommelSeeliger
+from .light_curve import magnitudes
+from .times import are_dates
+from .vectors import Vectors
+
+if TYPE_CHECKING:
+    from ..motion.system import System
+    from .laws import Law
+
+__all__ = ["Photometry"]
+
+_Array = npt.NDArray[np.float64]
+#: A night ends with a gap of more than so many hours.
+_GAP = 8.0
+
+
+@named_options
+class Photometry(Observations):
+    """Magnitudes of all bodies of a system together, unresolved.
+
+    Parameters
+    ----------
+    times : astropy Time, or array_like or Quantity, (K,)
+        Times when the light arrived.
+    magnitude : array_like or Quantity, (K,)
+        Rows with masked or NaN values are left out, with a warning.
+    sigma : float, array_like or Quantity, () or (K,)
+        Standard errors.
+    geometry : Geometry
+        A geometry that includes the Sun.
+    law, albedo, mutual, sun_radius
+        Options of :func:`brightness`.
+    zero : "free" or float
+        The zero point, which is added to the magnitudes of :func:`light_curve`. ``"free"``: each night has its own, for
+        which chi2 is least: the mean of observed minus computed magnitudes, weighted by the errors.
+    night : array_like, (K,), optional
+        Labels of the nights. Without them a night ends with a gap of more than eight hours; times that are plain
+        numbers are one night.
+    reduced : bool
+        Whether the magnitudes are reduced to unit distances from the observer and from the Sun.
+
+    Raises
+    ------
+    InvalidInput
+        For a geometry without the Sun, errors that are not above zero, an unknown kind of zero point.
+
+    Warns
+    -----
+    InconsistentInput
+        For rows that are left out.
+
+    Examples
+    --------
+    >>> import astropy.units as u, fullbody, numpy as np
+    >>> from fullbody import observing
+    >>> system, state = fullbody.systems.didymos(units=True)
+    >>> run = system.integrate(state, "1 day", dense=True)
+    >>> view = {"to_observer": [0.1, 0.01, 0.0] * u.au, "to_sun": [0.9, 0.4, 0.0] * u.au}
+    >>> geometry = observing.Geometry([0.0, 2.0] * u.day, **view)
+    >>> times = np.linspace(1.0, 7.0, 50) * u.h
+    >>> observed = 14.5 + observing.light_curve(run, times, geometry)
+    >>> data = observing.Photometry(times, observed, 0.01, geometry=geometry)
+    >>> bool(abs(data.residuals(run)).max() < 1e-12), data.zero_points(run).round(6)
+    (True, array([14.5]))
+    """
+
+    def __init__(
+        self,
+        times: Any,
+        magnitude: Any,
+        sigma: Any,
+        *,
+        geometry: Vectors,
+        law: Law | dict[str, Law] = LommelSeeliger(),  # noqa: B008
+        albedo: float | dict[str, float] = 1.0,
+        mutual: bool = True,
+        sun_radius: Any = 0.0,
+        zero: str | float = "free",
+        night: Any = None,
+        reduced: bool = True,
+    ) -> None:
+        unit = "mag" if any(is_quantity(value) for value in (magnitude, sigma)) else None
+        numbers = {"magnitude": column(magnitude, "magnitude", unit)[0], "sigma": column(sigma, "sigma", unit)[0]}
+        rows = Rows(times, numbers, "Photometry")
+        super().__init__(rows, geometry)
+        if geometry._sun is None:
+            raise InvalidInput("geometry of Photometry has no Sun; give to_sun=")
+        self.magnitude = rows.of(numbers["magnitude"])
+        self.sigma = positive_rows(rows.of(numbers["sigma"]), "sigma of Photometry")
+        self.law, self.albedo, self.mutual, self.sun_radius = law, albedo, mutual, sun_radius
+        self.reduced = reduced
+        if zero != "free" and not (isinstance(zero, int | float) and np.isfinite(zero)):
+            raise InvalidInput(f"zero is {zero!r}; expected 'free' or a finite number")
+        self.zero = zero
+        if night is None:
+            labels = _nights(self.times)
+        elif np.shape(night) != (rows.given,):
+            raise InvalidInput(f"night has shape {np.shape(night)}; expected ({rows.given},), one for each of times")
+        else:
+            labels = np.asarray(night)[self.rows]
+        #: Names of the nights, and the place of each row's among them.
+        self.nights, self._night = np.unique(labels, return_inverse=True)
+
+    @classmethod
+    def from_table(
+        cls,
+        table: Any,
+        *,
+        columns: Mapping[str, Any] | None = None,
+        dates: tuple[str, str] | None = None,
+        **options: Any,
+    ) -> Self:
+        """Photometry from an astropy table or a pandas table.
+
+        Parameters
+        ----------
+        table : Table, QTable or DataFrame
+        columns : dict, optional
+            Names of the columns of ``times``, ``magnitude`` and ``sigma`` where they differ from these names.
+        dates : (format, scale), optional
+            The format and scale of dates given as numbers, such as ``("jd", "utc")``; see astropy's ``Time``.
+        **options
+            Arguments of :class:`Photometry`. ``night`` may be the name of a column.
+
+        Returns
+        -------
+        Photometry
+        """
+        names = {name: name for name in ("times", "magnitude", "sigma")} | dict(columns or {})
+        if isinstance(options.get("night"), str):
+            options["night"] = np.asarray(table[options["night"]])
+        return cls(**read_table(table, names, None, dates, "Photometry"), **options)
+
+    def to_table(self) -> Any:
+        """The observations as an astropy ``QTable``, which :meth:`from_table` reads; nights in a column ``night``."""
+        columns = {"times": self.times, "magnitude": self.magnitude, "sigma": self.sigma}
+        return in_columns(columns | {"night": self.nights[self._night]}, {"zero": self.zero})
+
+    def zero_points(self, run: Any) -> _Array:
+        """The zero point of each of ``nights``, as a run has them.
+
+        Parameters
+        ----------
+        run : Run
+
+        Returns
+        -------
+        ndarray, (number of nights,)
+        """
+        return self._zeros(super()._residuals(run))[:, 0]
+
+    @property
+    def free_zeros(self) -> int:
+        """Number of zero points that are solved for, which count as parameters of a fit."""
+        return len(self.nights) if self.zero == "free" else 0
+
+    def _zeros(self, values: _Array) -> _Array:
+        """Means (nights, ...) of values (K, ...), weighted by the errors; the zero point itself where that is given."""
+        if self.zero != "free":
+            return np.full((len(self.nights), *values.shape[1:]), float(self.zero))
+        weights = self.sigma**-2.0
+        sums = np.zeros((len(self.nights), *values.shape[1:]))
+        np.add.at(sums, self._night, values * weights.reshape(-1, *[1] * (values.ndim - 1)))
+        total = np.bincount(self._night, weights)
+        return np.asarray(sums / total.reshape(-1, *[1] * (values.ndim - 1)))
+
+    def _project(self, values: _Array) -> _Array:
+        """Derivatives of the predictions with the zero points that follow them."""
+        return values - self._zeros(values)[self._night] if self.zero == "free" else values
+
+    def _residuals(self, run: Any) -> _Array:
+        found = super()._residuals(run)
+        return np.asarray(found - self._zeros(found)[self._night])
+
+    def predict(self, run: Any) -> _Array:
+        """Magnitudes (K,) that a run predicts, with the zero points of its nights."""
+        return np.asarray(self.magnitude - self.residuals(run))
+
+    def _observed(self, system: System) -> _Array:
+        return self.magnitude[:, None]
+
+    def _covariance(self, system: System) -> _Array:
+        return np.asarray(self.sigma[:, None, None] ** 2)
+
+    def _attach(self, values: _Array, system: System) -> _Array:
+        return values[:, 0]
+
+    def _photometer(self, system: System) -> Photometer:
+        return Photometer(system, self.law, self.albedo, self.mutual, self.sun_radius)
+
+    def _model(self, system: System, states: dict[str, _Array], masses: Any = None) -> _Array:
+        seen = self._seen(system, states, masses)
+        view = self._view(system, states, seen)
+        total = self._total(self._photometer(system).brightness(*view))
+        return magnitudes(total, view[3], view[4], self.reduced)[:, None]
+
+    def _view(self, system: System, states: dict[str, _Array], seen: Seen) -> tuple[_Array, ...]:
+        """Times, centres, attitudes, and the vectors to the observer and to the Sun, as a photometer takes them."""
+        attitude = seen.attitude(states["attitude"], states["spin"])
+        return seen.times, seen.centre, attitude, seen.observer, self.geometry._of(system).sun(seen.times)
+
+    def _total(self, light: _Array) -> _Array:
+        total = light.sum(axis=1)
+        if not (total > 0.0).all():
+            raise InvalidInput(
+                f"no light comes from the system at {self.times[np.argmin(total)]}, but a magnitude was observed"
+            )
+        return np.asarray(total)
+
+    def _partials(self, system: System, states: dict[str, _Array]) -> _Array:
+        """Derivatives (K, 1, 12 N) by the states.
+
+        The derivatives by poses are the photometer's. With e the unit vector from a body to the observer, u its
+        velocity and d its delay, c d' = e.(r' + d u' + u d'): a change r' of a position also changes the light's time.
+        """
+        seen = self._seen(system, states)
+        found = self._photometer(system).derivatives(*self._view(system, states, seen))
+        factor = -2.5 / np.log(10.0) / self._total(found.brightness)
+        place, rotation = (factor[:, None, None] * part.sum(axis=1) for part in (found.position, found.rotation))
+        way = seen.observer[:, None] - seen.centre
+        toward = way / np.linalg.norm(way, axis=-1, keepdims=True)
+        later = np.sum(place * seen.velocity + rotation * states["spin"], axis=-1)
+        speed = seen.light_speed - np.sum(toward * seen.velocity, axis=-1)
+        place = place + toward * (later / speed)[..., None]
+        delay, weights = seen.delay[..., None], (system._masses / system._masses.sum())[:, None]
+        moving, spin = delay * place, delay * rotation
+        parts = [
+            place - weights * place.sum(axis=1, keepdims=True),
+            moving - weights * moving.sum(axis=1, keepdims=True),
+            rotation + np.cross(delay * states["spin"], rotation),
+            spin,
+        ]
+        return np.concatenate(parts, axis=-1).reshape(len(self), 1, -1)
+
+    def _partials_by_masses(self, system: System, states: dict[str, _Array]) -> _Array:
+        # The barycentre moves all bodies alike, and light depends on their relative places.
+        return np.zeros((len(self), 1, len(system)))
+
+    def _partials_by_semi_axes(self, system: System, states: dict[str, _Array]) -> _Array:
+        view = self._view(system, states, self._seen(system, states))
+        found = self._photometer(system).derivatives(*view)
+        factor = -2.5 / np.log(10.0) / self._total(found.brightness)
+        return np.asarray(factor[:, None, None, None] * found.semi_axes.sum(axis=1)[:, None])
+
+    def _described(self) -> list[tuple[str, str]]:
+        return [("nights", str(len(self.nights))), ("zero point", str(self.zero)), ("law", repr(self.law))]
+
+
+def _nights(times: Any) -> Any:
+    """Labels of nights that gaps divide, from times in their order."""
+    if are_dates(times):
+        hours = np.asarray((times - times[0]).to_value("h"))
+    elif is_quantity(times):
+        hours = times.to_value("h")
+    else:
+        return np.zeros(len(times), dtype=int)
+    return np.concatenate([[0], np.cumsum(np.diff(hours) > _GAP)])

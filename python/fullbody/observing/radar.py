@@ -1,0 +1,209 @@
+"""Radar: ranges and range rates of centres of mass."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.arguments import named_options
+from ..base.units import is_quantity
+from ..errors import InvalidInput
+from .columns import Rows, column, in_columns, positive_rows, read_table
+from .data import Observations
+from .vectors import Vectors
+
+if TYPE_CHECKING:
+    from ..motion.system import System
+
+__all__ = ["Radar", "RangeAndRate"]
+
+_Array = npt.NDArray[np.float64]
+_KINDS = {"range": ("length", "km"), "range_rate": ("velocity", "km/s")}
+
+
+class RangeAndRate(NamedTuple):
+    """Ranges (K,) and range rates (K,), of which one is ``None`` where it was not observed."""
+
+    range: Any
+    range_rate: Any
+
+
+@named_options
+class Radar(Observations):
+    """Ranges and range rates of a body's centre of mass, from the observer or relative to another body.
+
+    The range is the distance from the body, when it reflects the signal, to the observer, when the echo arrives; the
+    range rate is its derivative with the time of arrival. The way of the signal to the body counts as that of the echo.
+
+    Parameters
+    ----------
+    times : astropy Time, or array_like or Quantity, (K,)
+        Times when the echo arrives.
+    range, range_rate : array_like or Quantity, (K,), optional
+        One of them or both. Numbers are in the system's units. Rows with masked or NaN values are left out.
+    sigma : float or Quantity, or a pair of them
+        Standard errors, () or (K,) each: of the ranges and of the range rates, as a pair where both are given.
+    body : int or str
+        Place in the system, or name.
+    about : int or str, optional
+        The body whose range and range rate are subtracted; none for absolute values.
+    geometry : Geometry
+
+    Raises
+    ------
+    InvalidInput
+
+    Warns
+    -----
+    InconsistentInput
+        For rows that are left out.
+
+    Examples
+    --------
+    >>> import astropy.units as u, fullbody
+    >>> from fullbody import observing
+    >>> system, state = fullbody.systems.kw4(units=True)
+    >>> view = observing.Geometry([0.0, 24.0] * u.h, to_observer=[0.05, 0.0, 0.0] * u.au)
+    >>> times, ranges = [10.0, 11.0] * u.h, [0.0, 0.0] * u.km
+    >>> data = observing.Radar(times, range=ranges, sigma=75 * u.m, body="Beta", about="Alpha", geometry=view)
+    >>> data.predict(system.integrate(state, 12.0, dense=True)).range.shape
+    (2,)
+    """
+
+    def __init__(
+        self,
+        times: Any,
+        *,
+        range: Any = None,
+        range_rate: Any = None,
+        sigma: Any,
+        body: int | str = 1,
+        about: int | str | None = None,
+        geometry: Vectors,
+    ) -> None:
+        given = {name: value for name, value in (("range", range), ("range_rate", range_rate)) if value is not None}
+        if not given:
+            raise InvalidInput("range and range_rate are not given; expected one of them or both")
+        if len(given) == 2:
+            if not isinstance(sigma, tuple | list) or len(sigma) != 2:
+                raise InvalidInput("sigma is not a pair; expected one for the ranges and one for the range rates")
+            errors = tuple(sigma)
+        else:
+            errors = (sigma,)
+        self._units: dict[str, Any] = {}
+        numbers: dict[str, _Array] = {}
+        for (name, value), error in zip(given.items(), errors, strict=True):
+            values, unit = column(value, f"{name} of Radar", _KINDS[name][1])
+            spread, own = column(error, f"sigma of {name} of Radar", _KINDS[name][1])
+            if (unit is None) != (own is None):
+                raise InvalidInput(f"only one of {name} and its sigma has a unit; expected both or neither")
+            self._units[name] = unit
+            numbers |= {name: values, f"sigma_{name}": spread}
+        rows = Rows(times, numbers, "Radar")
+        super().__init__(rows, geometry)
+        self.body, self.about = body, about
+        self._values = {name: rows.of(numbers[name]) for name in given}
+        self._sigma = {
+            name: positive_rows(rows.of(numbers[f"sigma_{name}"]), f"sigma of {name} of Radar") for name in given
+        }
+
+    @classmethod
+    def from_table(
+        cls,
+        table: Any,
+        *,
+        columns: Mapping[str, Any] | None = None,
+        unit: Any = None,
+        dates: tuple[str, str] | None = None,
+        **options: Any,
+    ) -> Self:
+        """Radar observations from an astropy table or a pandas table.
+
+        Parameters
+        ----------
+        table : Table, QTable or DataFrame
+        columns : dict, optional
+            Names of the columns of ``times``, ``range``, ``range_rate`` and of their errors ``sigma_range`` and
+            ``sigma_range_rate``, where they differ from these names.
+        unit : dict of unit, optional
+            Units of columns that have none, by these names.
+        dates : (format, scale), optional
+            The format and scale of dates given as numbers, such as ``("jd", "utc")``; see astropy's ``Time``.
+        **options
+            Arguments of :class:`Radar`: ``body``, ``about`` and ``geometry``.
+
+        Returns
+        -------
+        Radar
+        """
+        known = list(getattr(table, "colnames", getattr(table, "columns", ())))
+        names = {name: name for name in ("range", "range_rate") if name in (columns or {}) or name in known}
+        names = {"times": "times"} | names | {f"sigma_{name}": f"sigma_{name}" for name in names} | dict(columns or {})
+        found = read_table(table, names, unit, dates, "Radar")
+        sigma = tuple(found.pop(f"sigma_{name}") for name in ("range", "range_rate") if name in found)
+        return cls(**found, sigma=sigma if len(sigma) == 2 else sigma[0], **options)
+
+    def to_table(self) -> Any:
+        """The observations as an astropy ``QTable``, which :meth:`from_table` reads."""
+        columns: dict[str, Any] = {"times": self.times}
+        for name in self._values:
+            columns[name] = self._united(name, self._values[name])
+            columns[f"sigma_{name}"] = self._united(name, self._sigma[name])
+        return in_columns(columns, {"body": self.body, "about": self.about})
+
+    @property
+    def range(self) -> Any:
+        """Ranges (K,), or ``None``."""
+        return self._united("range", self._values["range"]) if "range" in self._values else None
+
+    @property
+    def range_rate(self) -> Any:
+        """Range rates (K,), or ``None``."""
+        return self._united("range_rate", self._values["range_rate"]) if "range_rate" in self._values else None
+
+    def _united(self, name: str, values: _Array) -> Any:
+        unit = self._units[name]
+        if unit is None:
+            return values
+        from astropy import units as u
+
+        return (values * u.Unit(_KINDS[name][1])).to(unit)
+
+    def _in_system(self, name: str, values: _Array, system: System) -> _Array:
+        return system._units.strip(self._united(name, values), _KINDS[name][0], f"{name} of Radar")
+
+    def _observed(self, system: System) -> _Array:
+        return np.stack([self._in_system(name, values, system) for name, values in self._values.items()], axis=1)
+
+    def _covariance(self, system: System) -> _Array:
+        sigma = np.stack([self._in_system(name, values, system) for name, values in self._sigma.items()], axis=1)
+        return np.asarray(sigma[:, :, None] ** 2 * np.eye(sigma.shape[1]))
+
+    def _attach(self, values: _Array, system: System) -> Any:
+        found: dict[str, Any] = dict.fromkeys(_KINDS)
+        for place, name in enumerate(self._values):
+            part, unit = system._units.attach(values[:, place], _KINDS[name][0]), self._units[name]
+            found[name] = part if unit is None or not is_quantity(part) else part.to(unit)
+        return RangeAndRate(**found)
+
+    def _model(self, system: System, states: dict[str, _Array], masses: Any = None) -> _Array:
+        body = system._place(self.body, "body")
+        about = None if self.about is None else system._place(self.about, "about")
+        if body == about:
+            raise InvalidInput(f"body and about of Radar are both {system.names[body]}; expected two bodies")
+        seen = self._seen(system, states, masses)
+        way = seen.observer[:, None] - seen.centre
+        distance = np.sqrt(np.einsum("knx,knx->kn", way, way))
+        found = {"range": distance}
+        if "range_rate" in self._values:
+            moving = seen.observer_velocity[:, None] - seen.velocity
+            towards = np.einsum("knx,knx->kn", way, seen.velocity) / (distance * seen.light_speed)
+            found["range_rate"] = np.einsum("knx,knx->kn", way, moving) / distance / (1.0 - towards)
+        columns = [found[name] for name in self._values]
+        return np.stack([c[:, body] if about is None else c[:, body] - c[:, about] for c in columns], axis=1)
+
+    def _described(self) -> list[tuple[str, str]]:
+        return [("observed", ", ".join(self._values)), ("body", str(self.body)), ("about", str(self.about))]

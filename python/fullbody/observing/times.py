@@ -1,0 +1,73 @@
+"""Times of observations (dates of any scale, or times since a system's epoch), and the sizes of a system's units."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base import epochs
+from ..errors import InvalidInput
+
+if TYPE_CHECKING:
+    from ..motion.system import System
+
+__all__ = ["LIGHT_SPEED", "are_dates", "date", "in_system", "kilometres", "seconds", "system_epoch"]
+
+_Array = npt.NDArray[np.float64]
+#: Speed of light in km/s.
+LIGHT_SPEED = 299792.458
+
+
+def are_dates(times: Any) -> bool:
+    """Whether times are dates (an astropy ``Time``) and not times since an epoch."""
+    return hasattr(times, "jd1") and not hasattr(times, "to")
+
+
+def date(given: Any, what: str) -> Any:
+    """One date as a ``Time`` of the scale TDB, from a ``Time`` or a text such as ``"2022-09-26 TDB"``."""
+    try:
+        return epochs.to_time(epochs.to_text(given)).tdb
+    except InvalidInput as error:
+        raise InvalidInput(f"{what}: {error}") from error
+
+
+def system_epoch(system: System, what: str) -> Any:
+    """The date of a system's time zero, TDB, or an error that says what needs it."""
+    if system.epoch is None:
+        raise InvalidInput(
+            f"{what} needs the date of the system's time zero; give fullbody.System(..., epoch='2022-09-26 TDB')"
+        )
+    return system.epoch.tdb
+
+
+def in_system(times: Any, system: System, what: str) -> _Array:
+    """Times as numbers in a system's unit of time since its epoch, in the shape given.
+
+    Dates are converted to TDB, which is the time scale of a system.
+    """
+    if are_dates(times):
+        since = (times.tdb - system_epoch(system, f"a date in {what}")).to_value("s")
+        numbers = np.asarray(since, dtype=np.float64) / seconds(system, f"a date in {what}")
+    else:
+        numbers = system._units.strip(times, "time", what)
+    if not np.isfinite(numbers).all():
+        raise InvalidInput(f"{what} has times that are not finite; expected finite numbers or dates")
+    return numbers
+
+
+def seconds(system: System, what: str) -> float:
+    """The seconds in a system's unit of time."""
+    return _size(system, "time", "s", what)
+
+
+def kilometres(system: System, what: str) -> float:
+    """The kilometres in a system's unit of length."""
+    return _size(system, "length", "km", what)
+
+
+def _size(system: System, dimension: str, unit: str, what: str) -> float:
+    if not system._units.known:
+        raise InvalidInput(f"{what} needs the system's units; give fullbody.System(..., units=('km', 'hour', 'kg'))")
+    return float(system._units.unit(dimension).to(unit))

@@ -1,0 +1,333 @@
+"""Vectors to the observer and to the Sun as functions of time, and in the time, units and axes of a system."""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base import values
+from ..base.arguments import directions, refuse_mixture, vectors
+from ..base.units import gathered, is_quantity, need, numbers, strip_to
+from ..errors import InconsistentInput, InvalidInput, caution
+from ..frames import rotation
+from ..typing import Array
+from .times import LIGHT_SPEED, are_dates, kilometres, seconds, system_epoch
+
+if TYPE_CHECKING:
+    from ..motion.system import System
+
+__all__ = ["SystemGeometry", "Vectors", "turn"]
+
+_Array = npt.NDArray[np.float64]
+#: The error of the spline between rows, relative to the distance, above which a warning is given.
+_COARSE = 1e-3
+#: Seconds by which dates may differ from each other and still be meant as one.
+_ROUNDING = 1e-6
+#: Iterations of a time of arrival, each of which gains the four digits of c over the speed.
+_ITERATIONS = 6
+
+
+class Vectors:
+    """Base of :class:`fullbody.observing.Geometry`, where its parameters are described."""
+
+    def __init__(
+        self, times: Any, *, to_observer: Any, to_sun: Any = None, frame: Any = None, light_time: bool = True
+    ) -> None:
+        if not isinstance(light_time, bool | np.bool_):
+            raise InvalidInput(f"light_time is {light_time!r}; expected True or False")
+        self.frame = frame
+        self.light_time = bool(light_time)
+        #: The date of the axis' zero, TDB, where times are dates.
+        self._origin: Any = None
+        #: The scale of the axis in s, and of the vectors in km; ``None`` for plain numbers.
+        self._second: float | None = None
+        axis = self._axis(times, first=True)
+        if axis.ndim != 1 or not len(axis):
+            raise InvalidInput(f"times has shape {axis.shape}; expected (K,)")
+        order = np.argsort(axis, kind="stable")
+        self._times = axis[order]
+        if (twice := np.flatnonzero(np.diff(self._times) == 0.0)).size:
+            raise InvalidInput(f"times has {self._said(self._times[twice[0]])} twice; expected distinct times")
+        given = {"to_observer": gathered(to_observer, "to_observer")}
+        if to_sun is not None:
+            given["to_sun"] = gathered(to_sun, "to_sun")
+        self._km = 1.0 if refuse_mixture(given) else None
+        self._observer = self._vectors(given["to_observer"], "to_observer", order)
+        self._sun = self._vectors(given["to_sun"], "to_sun", order) if to_sun is not None else None
+        #: Ends of the span along the axis; builders of tables have rows beyond it.
+        self._ends = (float(self._times[0]), float(self._times[-1]))
+        self._splines: dict[Any, Any] = {}
+
+    def _axis(self, times: Any, first: bool = False) -> _Array:
+        """Times as numbers along the spline: seconds since the first date, seconds, or plain numbers."""
+        if are_dates(times):
+            if first:
+                self._origin, self._second = np.ravel(times)[0].tdb, 1.0
+            elif self._origin is None:
+                raise InvalidInput("time is a date, but the geometry has times since an epoch; expected such a time")
+            return np.asarray((times.tdb - self._origin).to_value("s"), dtype=np.float64)
+        times = gathered(times, "times", "time")
+        if self._origin is not None:
+            raise InvalidInput(f"time is {times!r}; expected a date (an astropy Time), as the geometry has them")
+        if is_quantity(times):
+            from astropy import units as u
+
+            found = strip_to(times, u.s, "times")
+            if first:
+                self._second = 1.0
+        else:
+            found = numbers(times, "times")
+        if not first and is_quantity(times) != (self._second is not None):
+            wanted = "a plain number" if self._second is None else "a Quantity"
+            raise InvalidInput(f"time is {times!r}; expected {wanted}, as the geometry has them")
+        if not np.isfinite(found).all():
+            raise InvalidInput(f"times is {times!r}; expected finite numbers")
+        return found
+
+    def _vectors(self, given: Any, what: str, order: Any) -> _Array:
+        rows = vectors(given, what)
+        if rows.ndim > 2 or (rows.ndim == 2 and len(rows) != len(order)):
+            raise InvalidInput(f"{what} has shape {rows.shape}; expected ({len(order)}, 3), a row for each of times")
+        if is_quantity(rows):
+            from astropy import units as u
+
+            rows = strip_to(rows, u.km, what)
+        directions(rows, what)
+        return np.array(np.broadcast_to(rows, (len(order), 3))[order], dtype=np.float64)
+
+    @property
+    def span(self) -> Any:
+        """First and last time: dates, Quantities or numbers."""
+        return self._said(self._ends[0]), self._said(self._ends[1])
+
+    def _said(self, time: float) -> Any:
+        if self._origin is None and self._second is None:
+            return float(time)
+        from astropy import units as u
+
+        return time * u.s if self._origin is None else self._origin + time * u.s
+
+    def to_observer(self, times: Any) -> Array:
+        """Vectors from the system's barycentre to the observer.
+
+        Parameters
+        ----------
+        times : astropy Time, float, Quantity or array_like, (...)
+            Times of the kind with which the geometry was made.
+
+        Returns
+        -------
+        ndarray or Quantity, (..., 3)
+            Vectors in the geometry's frame; Quantities in km if the vectors were given with units.
+        """
+        found: Array = self._attached(self._at(self._observer, self._axis(times)))
+        return found
+
+    def to_sun(self, times: Any) -> Array:
+        """Vectors from the system's barycentre to the Sun, as :meth:`to_observer`."""
+        found: Array = self._attached(self._at(self._known_sun(), self._axis(times)))
+        return found
+
+    def phase_angle(self, times: Any) -> Any:
+        """Angle between the directions to the observer and to the Sun, in radians.
+
+        Parameters
+        ----------
+        times : astropy Time, float, Quantity or array_like, (...)
+
+        Returns
+        -------
+        float or ndarray, (...)
+        """
+        axis = self._axis(times)
+        e, s = self._at(self._observer, axis), self._at(self._known_sun(), axis)
+        angle = np.arctan2(np.linalg.norm(np.cross(e, s), axis=-1), np.einsum("...x,...x->...", e, s))
+        return float(angle) if np.ndim(angle) == 0 else angle
+
+    def _attached(self, found: _Array) -> Any:
+        if self._km is None:
+            return found
+        from astropy import units as u
+
+        return found * u.km
+
+    def _known_sun(self) -> _Array:
+        if self._sun is None:
+            raise InvalidInput("the geometry has no Sun; give to_sun=")
+        return self._sun
+
+    def _at(self, table: _Array, axis: _Array, derivative: int = 0) -> _Array:
+        """Vectors of a table, or their derivatives, at times along the axis."""
+        # Dates and their differences are rounded.
+        slack = _ROUNDING if self._origin is not None else 8.0 * np.spacing(np.abs(self._times).max())
+        outside = (axis < self._ends[0] - slack) | (axis > self._ends[1] + slack)
+        if np.any(outside):
+            first, last = self.span
+            when = self._said(float(np.atleast_1d(axis)[np.atleast_1d(outside)][0]))
+            raise InvalidInput(f"time {when} is outside the span of the geometry, {first} to {last}")
+        if len(self._times) == 1:
+            found = np.broadcast_to(table[0] if derivative == 0 else np.zeros(3), (*axis.shape, 3))
+            return np.array(found, dtype=np.float64)
+        spline = self._splines.get(id(table))
+        if spline is None:
+            with need("observing", "a geometry"):
+                from scipy.interpolate import CubicSpline
+
+            spline = self._splines[id(table)] = CubicSpline(self._times, table, axis=0)
+        after = np.clip(np.searchsorted(self._times, axis), 1, len(self._times) - 1)
+        apart = np.minimum(np.abs(axis - self._times[after - 1]), np.abs(axis - self._times[after]))
+        if derivative or np.any(apart > slack):
+            self._warn_if_coarse(table)
+        return np.asarray(spline(axis, derivative), dtype=np.float64)
+
+    def _warn_if_coarse(self, table: _Array) -> None:
+        """Warn, once, where rows are so far apart that the spline between them does not follow the path.
+
+        The cubic through the two rows before a row and the two after it misses it by 64 times the spline's error where
+        the rows are even.
+        """
+        if len(table) < 5 or ("warned", id(table)) in self._splines:
+            return
+        self._splines["warned", id(table)] = True
+        t, count = self._times, len(self._times) - 4
+        near = {k: t[k : k + count] for k in range(5)}
+        there = np.zeros((count, 3))
+        for k in (0, 1, 3, 4):
+            factors = [(near[2] - near[j]) / (near[k] - near[j]) for j in (0, 1, 3, 4) if j != k]
+            there += np.prod(factors, axis=0)[:, None] * table[k : k + count]
+        error = np.linalg.norm(there - table[2:-2], axis=1) / 64 / np.linalg.norm(table[2:-2], axis=1)
+        worst = int(np.argmax(error))
+        if error[worst] > _COARSE:
+            caution(
+                f"the vectors of the geometry are so far apart in time that the spline between them is wrong by about "
+                f"{error[worst]:.1g} of the distance near {self._said(t[worst + 2])}; expected rows nearer to each "
+                "other, or times that are among those of the geometry",
+                InconsistentInput,
+            )
+
+    def _of(self, system: System) -> SystemGeometry:
+        """The geometry in the time, units and axes of a system."""
+        return SystemGeometry(self, system)
+
+    def __eq__(self, other: object) -> bool:
+        return values.same(self._parts(), other._parts()) if isinstance(other, Vectors) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def _parts(self) -> tuple[Any, ...]:
+        origin = None if self._origin is None else (self._origin.jd1, self._origin.jd2)
+        scales = (origin, self._second, self._km, self.frame, self.light_time)
+        return (*scales, self._times, self._observer, self._sun)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_splines": {}}
+
+    def __repr__(self) -> str:
+        first, last = self.span
+        sun = "" if self._sun is not None else ", without the Sun"
+        return f"{type(self).__name__}({len(self._times)} times from {first} to {last}{sun})"
+
+
+def turn(origin: Any, target: Any) -> _Array:
+    """The matrix of :func:`fullbody.frames.rotation`, kept for frames that are named."""
+    return _turn(origin, target) if isinstance(origin, str) and isinstance(target, str) else rotation(origin, target)
+
+
+@functools.cache
+def _turn(origin: str, target: str) -> _Array:
+    return rotation(origin, target)
+
+
+class SystemGeometry:
+    """A geometry in the time, units and axes of a system, all in plain numbers.
+
+    Attributes
+    ----------
+    light_speed : float
+        The speed of light in the system's units; infinite if the geometry has no light time.
+    """
+
+    def __init__(self, geometry: Vectors, system: System) -> None:
+        self._geometry = geometry
+        self._late, self._rate = 0.0, 1.0
+        if geometry._origin is not None:
+            self._late = float((system_epoch(system, "a geometry with dates") - geometry._origin).to_value("s"))
+        if geometry._second is not None:
+            self._rate = seconds(system, "a geometry with units of time")
+        self._length = 1.0
+        if geometry._km is not None:
+            self._length = kilometres(system, "a geometry with units of length")
+        self._turn = np.eye(3)
+        if geometry.frame is not None:
+            if system.frame is None:
+                raise InvalidInput(
+                    f"the geometry is in the frame {geometry.frame!r}, and that of the system is not known; "
+                    "give fullbody.System(..., frame='ecliptic')"
+                )
+            self._turn = turn(geometry.frame, system.frame)
+        self.light_speed = np.inf
+        if geometry.light_time:
+            what = "the light time (light_time=True of the geometry)"
+            self.light_speed = LIGHT_SPEED / kilometres(system, what) * seconds(system, what)
+
+    def _find(self, table: _Array, times: _Array, derivative: int = 0) -> _Array:
+        found = self._geometry._at(table, times * self._rate + self._late, derivative)
+        return np.asarray(found @ self._turn.T / self._length * self._rate**derivative)
+
+    def observer(self, times: _Array) -> _Array:
+        """Vectors (..., 3) from the barycentre to the observer at times (...) of the system's clock."""
+        return self._find(self._geometry._observer, times)
+
+    def observer_velocity(self, times: _Array) -> _Array:
+        """Rates of change (..., 3) of the vectors to the observer."""
+        return self._find(self._geometry._observer, times, 1)
+
+    def sun(self, times: _Array) -> _Array:
+        """Vectors (..., 3) from the barycentre to the Sun."""
+        return self._find(self._geometry._known_sun(), times)
+
+    def emission(self, given: Any) -> _Array:
+        """Times (...) at which the light left the barycentre that arrives at these times."""
+        times: _Array = np.asarray(given, dtype=np.float64)
+        if np.isinf(self.light_speed):
+            return times
+        return np.asarray(times - np.linalg.norm(self.observer(times), axis=-1) / self.light_speed)
+
+    def arrival(self, times: Any) -> _Array:
+        """Times (...) at which the light arrives that left the barycentre at these times; the inverse of `emission`."""
+        emitted = np.asarray(times, dtype=np.float64)
+        if np.isinf(self.light_speed):
+            return emitted
+        low, high = self.ends()
+        found = emitted
+        for _ in range(_ITERATIONS):
+            # Before the iteration has come to rest it may be a little outside.
+            way = np.linalg.norm(self.observer(np.clip(found, low, high)), axis=-1)
+            found = emitted + way / self.light_speed
+        return np.asarray(np.clip(found, low, high))
+
+    def ends(self) -> tuple[float, float]:
+        """First and last time of observation."""
+        first, last = ((end - self._late) / self._rate for end in self._geometry._ends)
+        return first, last
+
+    def rows(self) -> _Array:
+        """Times of observation of the rows of the table."""
+        return np.asarray((self._geometry._times - self._late) / self._rate)
+
+    def delays(self, observer: _Array, position: _Array, velocity: _Array) -> _Array:
+        """Return how much later (..., N) than from the barycentre the light leaves bodies on straight lines.
+
+        The positions and velocities (..., N, 3), from the barycentre, are those at the barycentre's time of emission.
+        The delay t solves abs(d - r - v t) = abs(d) - c t; the root is written without a difference of large numbers.
+        """
+        if np.isinf(self.light_speed):
+            return np.zeros(position.shape[:-1])
+        c, d = self.light_speed, observer[..., None, :]
+        nearer = np.einsum("...x,...x->...", position, 2.0 * d - position)
+        away = np.linalg.norm(d, axis=-1) * c - np.einsum("...x,...x->...", d - position, velocity)
+        square = c * c - np.einsum("...x,...x->...", velocity, velocity)
+        return np.asarray(nearer / (away + np.sqrt(away * away - square * nearer)))

@@ -1,0 +1,78 @@
+"""Magnitudes against time, with mutual events."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..observing.light_curve import light_curve as computed
+from ..observing.mutual import mutual_events
+from ..observing.times import in_system
+from ._style import Array, called, grid, label, legend, line, panels, wishes
+from ._style import single as single_axes
+
+if TYPE_CHECKING:
+    from ..motion.run import Run
+    from ..observing.vectors import Vectors
+
+#: The arguments of a light curve; all others are those of a line.
+_OPTIONS = ("law", "albedo", "mutual", "sun_radius", "reduced")
+#: Colours of bars by the kind of event.
+_BARS = {"occultation": "#56b4e9", "eclipse": "#e69f00"}
+#: A line is broken where the interval between points is this multiple of the median one.
+_GAP = 8.0
+
+
+def light_curve(run: Run, times: Any, geometry: Vectors, ax: Any, *, bodies: bool, events: bool, **kwargs: Any) -> Any:
+    """Draw magnitudes; see :meth:`fullbody.plots.Plots.light_curve`."""
+    options = {name: kwargs.pop(name) for name in _OPTIONS if name in kwargs}
+    moments = np.atleast_1d(in_system(times, run.system, "times"))
+    single = computed(run, times, geometry, each=True, **options)
+    with np.errstate(divide="ignore"):
+        total = -2.5 * np.log10(np.sum(10.0 ** (-0.4 * single), axis=1))
+    order = np.argsort(moments)
+    curves = [("all bodies", total[order])]
+    if bodies:
+        curves += [(called(run, body), single[order, body]) for body in range(len(run.system))]
+    kwargs, size = wishes(kwargs), (7.0, 1.6 + 1.8 * len(curves))
+    flat, result = panels(ax, (len(curves),), size) if bodies else ([single_axes(ax, size)], None)
+    for one, (name, values) in zip(flat, curves, strict=True):
+        one.plot(*_broken(moments[order], values), **line(0, {"color": "k", "linewidth": 1.0, **kwargs}))
+        one.set_ylabel(f"magnitude of {name}" if bodies else "magnitude")
+        if not one.yaxis_inverted():
+            one.invert_yaxis()
+        if events and run.dense is not None:
+            _mark(one, run, geometry, moments)
+        grid(one)
+    flat[-1].set_xlabel(label(run, "time", "time"))
+    if flat[0].get_legend_handles_labels()[0]:
+        legend(flat[0])
+    return result if bodies else flat[0]
+
+
+def _broken(moments: Array, values: Array) -> tuple[Array, Array]:
+    """Return a curve with breaks at gaps in time, and where a body is hidden and has no magnitude."""
+    apart = np.diff(moments)
+    gaps = np.flatnonzero(apart > _GAP * np.median(apart)) + 1 if len(apart) else np.array([], dtype=int)
+    shown = np.where(np.isfinite(values), values, np.nan)
+    return np.insert(moments, gaps, np.nan), np.insert(shown, gaps, np.nan)
+
+
+def _mark(ax: Any, run: Run, geometry: Vectors, moments: Array) -> None:
+    """Draw bars from the beginning to the end of each mutual event, darker in totality."""
+    first, last = moments.min(), moments.max()
+    named: set[str] = set()
+
+    def within(time: Any, otherwise: float) -> float:
+        return otherwise if time is None else float(np.clip(getattr(time, "value", time), first, last))
+
+    for event in mutual_events(run, geometry):
+        begin, end = within(event.begin, first), within(event.end, last)
+        if begin < end:
+            known = {} if event.kind in named else {"label": event.kind}
+            named.add(event.kind)
+            ax.axvspan(begin, end, alpha=0.22, color=_BARS[event.kind], linewidth=0.0, **known)
+        if event.total_begin is not None:
+            total = within(event.total_begin, first), within(event.total_end, last)
+            ax.axvspan(*total, alpha=0.25, color=_BARS[event.kind], linewidth=0.0)

@@ -1,0 +1,81 @@
+"""Sunlight in pictures: the lit part of each body, with the shadows of the others."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..record.track import attitudes
+from ._style import Array, surfaces
+
+if TYPE_CHECKING:
+    from ..motion.run import Run
+    from ..observing.vectors import Vectors
+
+__all__ = ["Sunlight", "casts", "directions"]
+
+#: The brightness with which the night side is drawn.
+NIGHT = 0.18
+
+
+def directions(run: Run, geometry: Vectors, times: Array) -> Array:
+    """Return unit vectors (T, 3) to the Sun at times of a run, in the inertial frame, from the observing geometry."""
+    local = geometry._of(run.system)
+    toward = local.sun(local.arrival(times))
+    return np.asarray(toward / np.linalg.norm(toward, axis=1)[:, None])
+
+
+def casts(run: Run, body: int) -> list[tuple[Array, Array]]:
+    """Return the ellipsoids of a body that cast its shadow, in its frame: matrices to unit spheres, and centres.
+
+    A polyhedron casts the shadow of an ellipsoid whose vertices have the same second moments.
+    """
+    found = []
+    for surface in surfaces(run, body):
+        columns = surface.columns
+        if surface.triangles is not None:
+            # The mean of x^2 over the surface of an ellipsoid is about a^2 / 3.
+            corners = surface.triangles.reshape(-1, 3)
+            spread, axes = np.linalg.eigh(corners.T @ corners / len(corners))
+            columns = np.asarray(surface.columns @ axes * np.sqrt(3.0 * spread))
+        found.append((np.asarray(np.linalg.inv(columns), dtype=np.float64), surface.position))
+    return found
+
+
+class Sunlight:
+    """The Sun's light on bodies at one moment.
+
+    Parameters
+    ----------
+    run : Run
+    sun : ndarray, (3,)
+        Unit vector to the Sun.
+    centres : ndarray, (N, 3)
+    attitude : ndarray, (N, 4)
+    """
+
+    def __init__(self, run: Run, sun: Array, centres: Array, attitude: Array) -> None:
+        self._sun = sun
+        turns = attitudes(np.ascontiguousarray(attitude)).rotation_matrix
+        self._casts = [
+            (body, k, inverse @ turns[body].T, centres[body] + turns[body] @ position)
+            for body in range(len(run.system))
+            for k, (inverse, position) in enumerate(casts(run, body))
+        ]
+
+    def shade(self, body: int, part: int, points: Array, normals: Array) -> Array:
+        """Return the brightness (M,) of points (M, 3) of a part's surface, which is 1 where the Sun is overhead.
+
+        Normals (M, 3) point outward, of any length.
+        """
+        height = normals @ self._sun / np.linalg.norm(normals, axis=1)
+        lit = height > 0.0
+        for other, k, inverse, centre in self._casts:
+            if (other, k) == (body, part):
+                continue
+            place, way = (points - centre) @ inverse.T, inverse @ self._sun
+            along = place @ way
+            outside = np.sum(place**2, axis=1) - 1.0
+            lit &= ~((along < 0.0) & (along**2 > way @ way * outside))
+        return np.asarray(NIGHT + (1.0 - NIGHT) * np.where(lit, height, 0.0))

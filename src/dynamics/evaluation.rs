@@ -1,0 +1,146 @@
+//! Quantities of a system at one state: forces, energies and momenta.
+
+use super::system::pose;
+use super::{BarycentricFrame, Energy, State, System, invariants};
+use crate::error::{Error, Result};
+use crate::forces::Load;
+use crate::interrupt::InterruptCheck;
+use crate::math::{Vec3, rotation};
+
+/// The units of work of making a pair with its rule, for [`InterruptCheck`].
+const NEW_PAIR: u64 = 500;
+
+/// Forces (inertial), torques (body frames) and the potential energy at a state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyInteraction {
+    /// Force on every body.
+    pub force: Vec<Vec3>,
+    /// Torque on every body about its own centre, in its frame.
+    pub torque: Vec<Vec3>,
+    /// Potential energy, negative.
+    pub potential_energy: f64,
+    /// The truncation error of a series: the size of its next two degrees relative to the force between two
+    /// bodies, for the pair where that is largest; zero for the other methods.
+    pub truncation_error: f64,
+}
+
+impl System {
+    /// Returns forces, torques and the potential energy.
+    pub fn interactions(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<BodyInteraction> {
+        self.check(state, interrupt)?;
+        self.polyhedra(interrupt).map_err(|error| error.at(state.time))?;
+        let n = self.bodies.len();
+        let mut result = BodyInteraction {
+            force: vec![Vec3::zeros(); n],
+            torque: vec![Vec3::zeros(); n],
+            potential_energy: 0.0,
+            truncation_error: 0.0,
+        };
+        for (i, j) in self.pairs() {
+            let pose = pose(state, i, j);
+            let strength = self.strength(i, j);
+            let (mut between, mut truncation_error) = (Vec3::zeros(), 0.0);
+            for mut link in self.links(i, j) {
+                interrupt.charge(NEW_PAIR, state.time)?;
+                link.prepare(&pose, None, interrupt).map_err(|error| error.at(state.time))?;
+                let pieces = link.pair.pieces();
+                let work = link.pair.work() / pieces.len() as u64;
+                for nodes in pieces {
+                    interrupt.charge(work, state.time)?;
+                    let f = link.interaction_of(&pose, nodes);
+                    between += f.force_on_first;
+                    result.force[i] += strength * f.force_on_first;
+                    result.force[j] -= strength * f.force_on_first;
+                    result.torque[i] += strength * f.torque_first;
+                    result.torque[j] += strength * f.torque_second;
+                }
+                for nodes in link.energy_pieces(&pose, interrupt)? {
+                    interrupt.charge(work, state.time)?;
+                    result.potential_energy += strength * link.potential_energy_of(&pose, nodes);
+                }
+                truncation_error += link.truncation_error(&pose).unwrap_or(0.0);
+            }
+            result.truncation_error = result.truncation_error.max(truncation_error / between.norm());
+        }
+        for (body, (force, torque)) in self.bodies.iter().zip(result.force.iter().zip(&result.torque)) {
+            in_range(&format!("force on {}", body.name), force.as_slice())?;
+            in_range(&format!("torque on {}", body.name), torque.as_slice())?;
+        }
+        in_range("potential energy", &[result.potential_energy])?;
+        Ok(result)
+    }
+
+    /// Returns the loads of each external force on the bodies that it acts on. The state's own barycentre is
+    /// the nominal one.
+    pub fn external_loads(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Vec<Load>> {
+        self.check(state, interrupt)?;
+        let mut force_model = self.force_model()?;
+        let (frame, y, _) = BarycentricFrame::new(self.layout(), &self.masses(), state);
+        let rotation: Vec<_> = state.attitude.iter().map(|attitude| rotation::matrix(*attitude)).collect();
+        let snapshot = frame.snapshot(state.time, &y, &rotation, &state.attitude);
+        force_model.check(snapshot, state.time)?;
+        force_model.begin_step(snapshot, 0.0)?;
+        force_model.load(pulp::Scalar, snapshot, &mut ())?;
+        let infinite = |load: &&Load| !load.force.iter().chain(&load.torque).all(|value| value.is_finite());
+        if let Some(load) = force_model.loads().find(infinite) {
+            let detail = "it is not finite in this state".to_owned();
+            let force = self.forces()[load.of].name().to_owned();
+            return Err(Error::ForceFailed { force, time: state.time, detail, answer: None });
+        }
+        Ok(force_model.loads().copied().collect())
+    }
+
+    /// Returns the energy in its parts.
+    pub fn energy(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Energy> {
+        self.check(state, interrupt)?;
+        self.polyhedra(interrupt).map_err(|error| error.at(state.time))?;
+        let mut potential = 0.0;
+        for (i, j) in self.pairs() {
+            let pose = pose(state, i, j);
+            for mut link in self.links(i, j) {
+                interrupt.charge(NEW_PAIR, state.time)?;
+                link.prepare(&pose, None, interrupt).map_err(|error| error.at(state.time))?;
+                let pieces = link.energy_pieces(&pose, interrupt)?;
+                let work = link.pair.work() / pieces.len() as u64;
+                for nodes in pieces {
+                    interrupt.charge(work, state.time)?;
+                    potential += self.strength(i, j) * link.potential_energy_of(&pose, nodes);
+                }
+            }
+        }
+        let energy = invariants::energy(&self.bodies, state, potential);
+        self.check_range(&energy)?;
+        Ok(energy)
+    }
+
+    /// Returns an error for energies that have left the range of doubles.
+    pub fn check_range(&self, energy: &Energy) -> Result<()> {
+        in_range("energy", &[energy.translational, energy.rotational, energy.potential, energy.total])
+    }
+
+    /// Returns the total linear momentum, inertial.
+    pub fn momentum(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Vec3> {
+        self.check(state, interrupt)?;
+        let momentum = invariants::momentum(&self.bodies, state);
+        in_range("momentum", momentum.as_slice())?;
+        Ok(momentum)
+    }
+
+    /// Returns the total angular momentum about the origin, inertial.
+    pub fn angular_momentum(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Vec3> {
+        self.check(state, interrupt)?;
+        let momentum = invariants::angular_momentum(&self.bodies, state);
+        in_range("angular momentum", momentum.as_slice())?;
+        Ok(momentum)
+    }
+}
+
+/// Returns an error for results that have left the range of doubles.
+fn in_range(what: &str, values: &[f64]) -> Result<()> {
+    match values.iter().find(|v| !v.is_finite()) {
+        None => Ok(()),
+        Some(value) => {
+            Err(Error::invalid(what, value, "a finite number; choose units that keep the numbers in range"))
+        }
+    }
+}

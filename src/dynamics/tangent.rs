@@ -1,0 +1,106 @@
+//! Tangent vectors of the bodies' own numbers, from those in relative coordinates.
+
+use super::{State, Variations};
+use crate::math::Vec3;
+
+/// The numbers of a tangent vector for each body: position, velocity, rotation vector and spin.
+pub const TANGENT_SIZE: usize = 12;
+
+impl Variations {
+    /// Returns the transition matrix (12 N, 12 N) and the sensitivities (P, 12 N) to the parameters, from the
+    /// matrix of tangent vectors in relative coordinates. The tangent vectors began at the state `start` and
+    /// are now at the state `now`. For each body a tangent vector has position, velocity, rotation vector and
+    /// spin.
+    pub fn expand(&self, columns: &[f64], start: &State, now: &State) -> (Vec<f64>, Vec<f64>) {
+        let (n, half) = (self.bodies, self.half());
+        let size = TANGENT_SIZE * n;
+        let mut transition = vec![0.0; size * size];
+        let mut combination = Vec::new();
+        for body in 0..n {
+            for kind in 0..4 {
+                for c in 0..3 {
+                    combination.clear();
+                    let mut moved = [Vec3::zeros(); 2];
+                    let block = half * (kind % 2);
+                    if kind >= 2 {
+                        combination.push((block + self.turn(body) + c, 1.0));
+                    } else {
+                        match self.place(body) {
+                            Some(row) => combination.push((block + row + c, 1.0)),
+                            None => {
+                                combination.extend((1..n).map(|other| (block + 3 * (other - 1) + c, -1.0)))
+                            }
+                        }
+                        // The nominal barycentre moves, and with it the paths of third bodies.
+                        moved[kind][c] = self.share[body];
+                    }
+                    let column = TANGENT_SIZE * body + 3 * kind + c;
+                    moved[0] += moved[1] * (now.time - start.time);
+                    self.spread(columns, &combination, moved, |row, value| {
+                        transition[row * size + column] = value;
+                    });
+                }
+            }
+        }
+        let mut sensitivity = vec![0.0; size * self.parameters.len()];
+        for (k, out) in sensitivity.chunks_exact_mut(size).enumerate() {
+            let nominal = self.nominal_by_masses(k, start);
+            combination.clear();
+            combination.push((2 * half + k, 1.0));
+            // Where the barycentre has an equation of its own, its offset is relative to the nominal one,
+            // which the masses move.
+            if let Some(row) = self.barycentre() {
+                for (block, offset) in nominal.iter().enumerate() {
+                    combination.extend((0..3).map(|c| (block * half + row + c, -offset[c])));
+                }
+            }
+            let elapsed = now.time - start.time;
+            let mut moved = [nominal[0] + nominal[1] * elapsed, nominal[1]];
+            if !self.free {
+                // The barycentre is then the mean of all bodies with shares that depend on the masses.
+                let [place, motion] = self.nominal_by_masses(k, now);
+                moved[0] -= place;
+                moved[1] -= motion;
+            }
+            self.spread(columns, &combination, moved, |row, value| out[row] = value);
+        }
+        (transition, sensitivity)
+    }
+
+    /// Returns the change of the mean position and velocity with the shares that a parameter gives the
+    /// bodies.
+    fn nominal_by_masses(&self, parameter: usize, state: &State) -> [Vec3; 2] {
+        let total: f64 = self.masses.iter().sum();
+        let by_mass = |body: usize| self.parameters[parameter].of_mass(body) / total;
+        let all: f64 = (0..self.bodies).map(by_mass).sum();
+        let share = |body: usize| by_mass(body) - self.share[body] * all;
+        let mean = |of: &[Vec3]| (0..self.bodies).map(|body| share(body) * of[body]).sum::<Vec3>();
+        [mean(&state.position), mean(&state.velocity)]
+    }
+
+    /// Converts a combination of columns to the bodies' own numbers; `moved` is added to the barycentre and
+    /// its velocity.
+    fn spread(
+        &self,
+        columns: &[f64],
+        combination: &[(usize, f64)],
+        moved: [Vec3; 2],
+        mut out: impl FnMut(usize, f64),
+    ) {
+        let (n, width) = (self.bodies, self.width());
+        let number =
+            |row: usize| combination.iter().map(|(c, factor)| factor * columns[row * width + c]).sum::<f64>();
+        for (block, moved) in moved.iter().enumerate() {
+            let from = block * self.half();
+            for c in 0..3 {
+                let relative = |body: usize| self.place(body).map_or(0.0, |row| number(from + row + c));
+                let barycentre = moved[c] + self.barycentre().map_or(0.0, |row| number(from + row + c));
+                let first = barycentre - (1..n).map(|body| self.share[body] * relative(body)).sum::<f64>();
+                for body in 0..n {
+                    out(TANGENT_SIZE * body + 3 * block + c, first + relative(body));
+                    out(TANGENT_SIZE * body + 6 + 3 * block + c, number(from + self.turn(body) + c));
+                }
+            }
+        }
+    }
+}

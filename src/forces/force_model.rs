@@ -1,0 +1,415 @@
+//! The external forces of a system as terms of a sum, with their work and impulse.
+
+use super::{
+    Force, ForceParameter, Load, LoadJacobian, LoadSink, MarginGradient, PointPull, Snapshot, Switch,
+    function, radiation, third_body, tide,
+};
+use crate::error::{Error, Result};
+use crate::gravity::{BodyChange, ExtendedPull};
+use crate::math::Vec3;
+use crate::math::rotation::turned;
+use crate::shape::Body;
+use pulp::Simd;
+
+/// The numbers of a force's work, impulse and angular impulse: 1 + 3 + 3.
+pub const WORK_AND_IMPULSE: usize = 7;
+
+/// The external forces of a system, prepared for evaluation.
+#[derive(Debug, Clone)]
+pub struct ForceModel {
+    terms: Vec<ForceTerm>,
+    wants_attitudes: bool,
+}
+
+/// The change that a switch makes: the force on a body, by a vector, at a zero of a function of its motion about
+/// another body.
+#[derive(Debug, Clone, Copy)]
+pub struct SwitchJump {
+    /// The body.
+    pub on: usize,
+    /// The other body.
+    pub about: usize,
+    /// The force after the switch less that before it, inertial.
+    pub force: Vec3,
+    /// The function's derivatives.
+    pub gradient: MarginGradient,
+}
+
+#[derive(Debug, Clone)]
+struct ForceTerm {
+    name: String,
+    kind: ForceTermKind,
+}
+
+#[derive(Debug, Clone)]
+enum ForceTermKind {
+    ThirdBody(third_body::ThirdBodyPull),
+    Tide(tide::TidalForce),
+    Yorp(radiation::YorpTorque),
+    Byorp(radiation::ByorpForce),
+    Function(function::FunctionForce),
+}
+
+impl ForceTermKind {
+    /// Returns the loads at the last snapshot on the bodies on which the force acts.
+    #[inline(always)]
+    fn loads(&self) -> &[Load] {
+        match self {
+            Self::ThirdBody(pull) => &pull.loads,
+            Self::Tide(tide) => &tide.loads,
+            Self::Yorp(turn) => &turn.loads,
+            Self::Byorp(push) => &push.loads,
+            Self::Function(called) => &called.loads,
+        }
+    }
+}
+
+impl ForceModel {
+    /// Prepares the forces on bodies.
+    pub fn new(forces: &[Force], bodies: &[Body], gravitational_constant: f64) -> Result<Self> {
+        let mut terms = Vec::<ForceTerm>::new();
+        for (of, force) in forces.iter().enumerate() {
+            let name = force.name().to_owned();
+            if terms.iter().any(|term| term.name == name) {
+                return Err(Error::invalid("name of a force", format!("{name:?} twice"), "distinct names"));
+            }
+            let kind = match force {
+                Force::ThirdBody(force) => {
+                    ForceTermKind::ThirdBody(force.ready(of, bodies, gravitational_constant)?)
+                }
+                Force::Tide(force) => ForceTermKind::Tide(force.ready(of, bodies, gravitational_constant)?),
+                Force::Yorp(force) => ForceTermKind::Yorp(force.ready(of, bodies)?),
+                Force::Byorp(force) => {
+                    ForceTermKind::Byorp(force.ready(of, bodies, gravitational_constant)?)
+                }
+                Force::Function(force) => ForceTermKind::Function(force.ready(of, bodies)?),
+            };
+            terms.push(ForceTerm { name, kind });
+        }
+        let wants_attitudes = terms.iter().any(|term| matches!(term.kind, ForceTermKind::Function(_)));
+        Ok(Self { terms, wants_attitudes })
+    }
+
+    /// Iterates over the loads at the last snapshot, one force after the other.
+    #[inline]
+    pub fn loads(&self) -> impl Iterator<Item = &Load> {
+        self.terms.iter().flat_map(|term| term.kind.loads())
+    }
+
+    /// Returns whether a force needs the attitudes as quaternions.
+    #[inline]
+    pub fn wants_attitudes(&self) -> bool {
+        self.wants_attitudes
+    }
+
+    /// Returns the units of work of an evaluation, for [`crate::interrupt::InterruptCheck`].
+    pub fn work(&self) -> u64 {
+        let of = |term: &ForceTerm| match &term.kind {
+            ForceTermKind::ThirdBody(_) => 8 * term.kind.loads().len() as u64,
+            ForceTermKind::Tide(_) | ForceTermKind::Yorp(_) | ForceTermKind::Byorp(_) => 4,
+            // A function that is written in Python takes some ten microseconds.
+            ForceTermKind::Function(_) => 1000,
+        };
+        self.terms.iter().map(of).sum()
+    }
+
+    /// Returns an error for a run, from a snapshot to another time, that leaves the times for which a force
+    /// is given, or in which a third body comes inside the system.
+    pub fn check(&mut self, snapshot: Snapshot, to: f64) -> Result<()> {
+        for ForceTerm { name, kind } in &mut self.terms {
+            if let ForceTermKind::ThirdBody(pull) = kind {
+                pull.check(name, to, snapshot)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the time at which a step from one time towards another must end for every force to be defined
+    /// all along it.
+    pub fn reach(&self, from: f64, to: f64) -> f64 {
+        let ends = self.terms.iter().filter_map(|term| match &term.kind {
+            ForceTermKind::ThirdBody(pull) => Some(pull.span()),
+            _ => None,
+        });
+        ends.fold(to, |to, (first, last)| if to < from { to.max(first) } else { to.min(last) })
+    }
+
+    /// Begins a step; the first step of a motion decides which forces act. Returns an error for a step in
+    /// which a force loses its meaning.
+    pub fn begin_step(&mut self, snapshot: Snapshot, step: f64) -> Result<()> {
+        for ForceTerm { name, kind } in &mut self.terms {
+            match kind {
+                ForceTermKind::Byorp(push) => push.begin_step(snapshot),
+                ForceTermKind::Yorp(turn) => turn.check(name, snapshot, step)?,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the switch of each force; `None` for forces that are never switched off.
+    pub fn switches(&self) -> Vec<Option<Switch>> {
+        let of = |term: &ForceTerm| match &term.kind {
+            ForceTermKind::Byorp(push) => push.state,
+            _ => None,
+        };
+        self.terms.iter().map(of).collect()
+    }
+
+    /// Iterates over the indices of the forces that are switched on and off.
+    pub fn switched(&self) -> impl Iterator<Item = usize> + use<'_> {
+        (0..self.terms.len()).filter(|force| self.push(*force).is_some())
+    }
+
+    /// Returns whether an evaluation of the present step came near a switch.
+    pub fn nears_switch(&self) -> bool {
+        self.terms.iter().any(|term| matches!(&term.kind, ForceTermKind::Byorp(push) if push.nears_switch()))
+    }
+
+    /// Returns how far a snapshot is from the next switch of a force: below zero beyond the switch.
+    pub fn switch_margin(&self, force: usize, snapshot: Snapshot) -> f64 {
+        self.push(force).map_or(f64::INFINITY, |push| push.margin(snapshot))
+    }
+
+    /// Returns what the next switch of a force changes, at a snapshot where the switch occurs; `None` where
+    /// the lock has no derivatives.
+    pub fn switch_jump(&self, force: usize, snapshot: Snapshot) -> Option<SwitchJump> {
+        let push = self.push(force)?;
+        let (on, about) = (push.lock.on, push.lock.about);
+        Some(SwitchJump { on, about, force: push.jump(snapshot), gradient: push.lock.gradient(snapshot)? })
+    }
+
+    /// Switches a force.
+    pub fn switch(&mut self, force: usize) {
+        if let Some(ForceTerm { kind: ForceTermKind::Byorp(push), .. }) = self.terms.get_mut(force) {
+            push.switch();
+        }
+    }
+
+    /// Returns the name of a force.
+    pub fn name(&self, force: usize) -> &str {
+        &self.terms[force].name
+    }
+
+    fn push(&self, force: usize) -> Option<&radiation::ByorpForce> {
+        match &self.terms.get(force)?.kind {
+            ForceTermKind::Byorp(push) => Some(push),
+            _ => None,
+        }
+    }
+
+    /// Restores what [`Self::switches`] returned.
+    pub fn recall(&mut self, switches: &[Option<Switch>]) -> Result<()> {
+        if switches.len() != self.terms.len() {
+            return Err(Error::invalid("number of switches", switches.len(), self.terms.len().to_string()));
+        }
+        for (term, switch) in self.terms.iter_mut().zip(switches) {
+            if let (ForceTermKind::Byorp(push), Some(switch)) = (&mut term.kind, switch) {
+                push.state = Some(*switch);
+            }
+        }
+        Ok(())
+    }
+
+    /// Computes the loads at a snapshot, and passes those of each force to `to` as soon as they are known.
+    /// Allocates nothing. Components that a force never has stay zero.
+    #[inline(always)]
+    pub fn load<S: Simd>(&mut self, simd: S, snapshot: Snapshot, to: &mut impl LoadSink) -> Result<()> {
+        for ForceTerm { name, kind } in &mut self.terms {
+            match kind {
+                ForceTermKind::ThirdBody(pull) => {
+                    pull.load(simd, name, snapshot)?;
+                    to.take(&pull.loads);
+                }
+                ForceTermKind::Tide(tide) => {
+                    tide.load(snapshot);
+                    to.take(&tide.loads);
+                }
+                ForceTermKind::Yorp(turn) => {
+                    turn.load(snapshot);
+                    to.take(&turn.loads);
+                }
+                ForceTermKind::Byorp(push) => {
+                    push.load(snapshot);
+                    to.take(&push.loads);
+                }
+                ForceTermKind::Function(called) => {
+                    called.load(name, snapshot)?;
+                    to.take(&called.loads);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the derivatives of the loads at the snapshot for which [`Self::load`] was called last. Allocates
+    /// nothing.
+    pub fn add_jacobian(&mut self, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()> {
+        for ForceTerm { name, kind } in &mut self.terms {
+            match kind {
+                ForceTermKind::ThirdBody(pull) => pull.add_jacobian(snapshot, jacobian)?,
+                ForceTermKind::Tide(tide) => tide.add_jacobian(snapshot, jacobian),
+                ForceTermKind::Yorp(turn) => turn.add_jacobian(name, snapshot, jacobian)?,
+                ForceTermKind::Byorp(push) => push.add_jacobian(snapshot, jacobian),
+                ForceTermKind::Function(_) => {
+                    let expected = "a system without it: a function does not tell its derivatives";
+                    return Err(Error::invalid("derivatives", format!("of the function {name}"), expected));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the derivatives of the loads of third bodies on a body by its semi-axes, at a fixed mass:
+    /// force, inertial, and torque, in its frame.
+    pub fn semi_axis_derivatives(
+        &mut self,
+        snapshot: Snapshot,
+        body: usize,
+        pull: &mut ExtendedPull,
+    ) -> Result<[[Vec3; 2]; 3]> {
+        let mut sums = [[Vec3::zeros(); 2]; 3];
+        for ForceTerm { kind, .. } in &mut self.terms {
+            if let ForceTermKind::ThirdBody(third) = kind {
+                third.semi_axis_derivatives(snapshot, body, pull, &mut sums)?;
+            }
+        }
+        Ok(sums)
+    }
+
+    /// Returns whether there is a third body.
+    pub fn has_third_body(&self) -> bool {
+        self.terms.iter().any(|term| matches!(term.kind, ForceTermKind::ThirdBody(_)))
+    }
+
+    /// Passes the derivative of a force's loads by one of its numbers to the sink, at the snapshot of the
+    /// last [`Self::load`]. Allocates nothing.
+    pub fn by_parameter(
+        &mut self,
+        snapshot: Snapshot,
+        force: usize,
+        parameter: ForceParameter,
+        gravitational_constant: f64,
+        to: &mut impl FnMut(&Load, f64),
+    ) -> Result<()> {
+        let ForceTerm { name, kind } = &mut self.terms[force];
+        match kind {
+            ForceTermKind::ThirdBody(pull) => {
+                let derivatives = pull.path_derivatives(snapshot.time)?;
+                let (change, mu) = match parameter {
+                    ForceParameter::Element(which) => (derivatives[which], 0.0),
+                    ForceParameter::Mass => (derivatives[7] * gravitational_constant, gravitational_constant),
+                    _ => (derivatives[7], 1.0),
+                };
+                pull.loads.iter().for_each(|load| to(load, mu / pull.mu));
+                pull.along(name, snapshot, &change)?.iter().for_each(|load| to(load, 1.0));
+            }
+            ForceTermKind::Tide(tide) => tide.by_parameter(snapshot, parameter, to),
+            ForceTermKind::Yorp(turn) => turn.by_parameter(snapshot, parameter, to),
+            ForceTermKind::Byorp(push) => push.by_strength(snapshot, to),
+            ForceTermKind::Function(_) => {}
+        }
+        Ok(())
+    }
+
+    /// Computes the derivatives of the loads of third bodies by the mu of their orbits, where G times the
+    /// masses of the system changes by `by`, and the mu of a third body that is given by its mass by `of_g`
+    /// times itself.
+    pub fn by_total_mu(
+        &mut self,
+        snapshot: Snapshot,
+        force: usize,
+        by: f64,
+        of_g: f64,
+        to: &mut impl FnMut(&Load, f64),
+    ) -> Result<()> {
+        if let ForceTerm { name, kind: ForceTermKind::ThirdBody(pull) } = &mut self.terms[force]
+            && by != 0.0
+        {
+            let by = by + if pull.by_mass { of_g * pull.mu } else { 0.0 };
+            let change = pull.path_derivatives(snapshot.time)?[7] * by;
+            pull.along(name, snapshot, &change)?.iter().for_each(|load| to(load, 1.0));
+        }
+        Ok(())
+    }
+
+    /// Computes the derivatives of the loads of third bodies on a body whose own field changes, at its mass:
+    /// of the force, inertial, and of the torque, in the body's frame.
+    pub fn by_change(&mut self, snapshot: Snapshot, body: usize, change: &BodyChange) -> Result<[Vec3; 2]> {
+        let mut sums = [Vec3::zeros(); 2];
+        for ForceTerm { kind, .. } in &mut self.terms {
+            if let ForceTermKind::ThirdBody(pull) = kind {
+                let moved = pull.by_change(snapshot, body, change)?;
+                (0..2).for_each(|k| sums[k] += moved[k]);
+            }
+        }
+        Ok(sums)
+    }
+
+    /// Returns the number of forces.
+    pub fn count(&self) -> usize {
+        self.terms.len()
+    }
+
+    /// Returns the powers of G and of a body's mass to which a force's loads on another body are
+    /// proportional, at a fixed path of a third body.
+    pub fn powers(&self, force: usize, mass_of: usize, on: usize) -> [f64; 2] {
+        match &self.terms[force].kind {
+            ForceTermKind::ThirdBody(pull) => {
+                [f64::from(pull.by_mass), if mass_of == on { 1.0 } else { 0.0 }]
+            }
+            ForceTermKind::Tide(tide) => [1.0, if mass_of == tide.by { 2.0 } else { 0.0 }],
+            ForceTermKind::Yorp(_) | ForceTermKind::Byorp(_) | ForceTermKind::Function(_) => [0.0; 2],
+        }
+    }
+
+    /// Returns the rates of work, impulse and angular impulse of a force on the whole system: power, force
+    /// and torque about the origin of the coordinates. The loads are those that [`Self::load`] has computed
+    /// last; velocities and spins may differ from that snapshot.
+    #[inline(always)]
+    pub fn work_and_impulse_rates(&self, snapshot: Snapshot, force: usize) -> [f64; WORK_AND_IMPULSE] {
+        let (mut power, mut total, mut moment) = (0.0, Vec3::zeros(), Vec3::zeros());
+        for load in self.terms[force].kind.loads() {
+            let of = |vectors: &[[f64; 3]]| Vec3::from(vectors[load.on]);
+            power += load.force.dot(&of(snapshot.velocity));
+            total += load.force;
+            moment += of(snapshot.position).cross(&load.force);
+            if load.turns {
+                power += load.torque.dot(&of(snapshot.spin));
+                moment += turned(&snapshot.rotation[load.on], &load.torque);
+            }
+        }
+        let [place, motion] = [0, 1].map(|k| snapshot.nominal[k] + snapshot.barycentre_offset[k]);
+        power += total.dot(&motion);
+        moment += place.cross(&total);
+        [power, total.x, total.y, total.z, moment.x, moment.y, moment.z]
+    }
+
+    /// Returns the third bodies in the form in which they act on points.
+    pub fn on_points(&self) -> Vec<PointPull> {
+        let of = |term: &ForceTerm| match &term.kind {
+            ForceTermKind::ThirdBody(pull) => Some(PointPull::new(&term.name, pull)),
+            _ => None,
+        };
+        self.terms.iter().filter_map(of).collect()
+    }
+
+    /// Returns position and velocity of a third body relative to the nominal barycentre at a time.
+    pub fn third_body(&self, force: usize, time: f64) -> Result<(Vec3, Vec3)> {
+        let (name, pull) = self.pull(force)?;
+        pull.covers(name, time, time)?;
+        pull.place(time)
+    }
+
+    /// Returns an error for the index of a force that is not a third body.
+    pub fn expect_third_body(&self, force: usize) -> Result<()> {
+        self.pull(force).map(drop)
+    }
+
+    fn pull(&self, force: usize) -> Result<(&str, &third_body::ThirdBodyPull)> {
+        match self.terms.get(force) {
+            Some(ForceTerm { name, kind: ForceTermKind::ThirdBody(pull) }) => Ok((name, pull)),
+            _ => Err(Error::invalid("a third body", force, "the place of one among the forces")),
+        }
+    }
+}

@@ -1,0 +1,24 @@
+//! The numbers of forces by which motions can be differentiated.
+
+/// A number of a force by which motions can be differentiated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ForceParameter {
+    /// G times the mass of a third body.
+    Mu,
+    /// The mass of a third body, where the mass was given.
+    Mass,
+    /// An element of the orbit of a third body: a, e, i, Omega, omega, M, and the epoch of M.
+    Element(usize),
+    /// The Love number k2 of a tide.
+    K2,
+    /// The time lag of a tide.
+    Lag,
+    /// The YORP torque along the spin, independent of the obliquity.
+    Along,
+    /// The YORP torque across the spin.
+    Across,
+    /// A factor of the YORP torques of a table; its value is one.
+    Factor,
+    /// The BYORP force.
+    Push,
+}

@@ -1,0 +1,208 @@
+//! Whether a secondary is locked to the body that it moves about, as a function of the state whose zeros are
+//! the switches of BYORP.
+//!
+//! With r and v the secondary's position and velocity from the other body, h = r x v, n = h/|h|, and inertial
+//! vectors a and s along the body axes of its smallest and largest moments of inertia, it is locked while
+//!
+//! - s is within 45 degrees of the orbit's normal: |s.n| > 1/sqrt(2), and
+//! - the angle psi between a and the line of the centres is that of a pendulum that does not turn over:
+//!   psi'^2 + w^2 sin^2 psi < w^2,
+//!   w^2 = 3 (B - A)/C mu/r^3, with psi' = spin.n - |h|/r^2.
+//!
+//! The margin is the smaller of |s.n| - 1/sqrt(2) and cos^2 psi - psi'^2/w^2, with cos^2 psi = (a.l)^2 / (1 -
+//! (a.n)^2), l = r/|r|.
+
+use super::snapshot::Snapshot;
+use crate::error::{Error, Result};
+use crate::math::rotation::turned_back;
+use crate::math::{Mat3, Vec3};
+use crate::shape::Body;
+use std::f64::consts::FRAC_1_SQRT_2;
+
+/// The margin of a state that has no orbit's normal or no frequency of libration: no secondary is locked
+/// there.
+const NEVER: f64 = -1.0;
+
+/// A secondary, the body that it moves about, and what its libration depends on.
+#[derive(Debug, Clone)]
+pub(super) struct Lock {
+    pub on: usize,
+    pub about: usize,
+    /// Body axes of the smallest, the middle and the largest moment of inertia.
+    axes: [usize; 3],
+    inertia: Vec3,
+    /// 3 (B - A) / C.
+    elongation: f64,
+    /// G times the mass of the two.
+    mu: f64,
+}
+
+/// The derivatives of the margin.
+#[derive(Debug, Clone, Copy)]
+pub struct MarginGradient {
+    /// With the secondary's position from the other body, inertial.
+    pub by_position: Vec3,
+    /// With its velocity from there.
+    pub by_velocity: Vec3,
+    /// With a rotation vector of the secondary, in its frame.
+    pub by_rotation: Vec3,
+    /// With its spin, in its frame.
+    pub by_spin: Vec3,
+    /// With its principal moments of inertia.
+    pub by_inertia: Vec3,
+    /// With the logarithm of mu.
+    pub by_mu: f64,
+}
+
+/// The quantities that the margin is made of.
+struct Geometry {
+    r: Vec3,
+    v: Vec3,
+    distance: f64,
+    /// |h|.
+    momentum: f64,
+    normal: Vec3,
+    line: Vec3,
+    /// Inertial axes of the smallest and the largest moment, and the inertial spin.
+    long: Vec3,
+    short: Vec3,
+    spin: Vec3,
+    /// psi' and w^2.
+    rate: f64,
+    frequency: f64,
+    /// a.l, a.n and 1 - (a.n)^2.
+    cosine: f64,
+    height: f64,
+    flat: f64,
+}
+
+impl Lock {
+    /// Refuses a secondary without a longest axis.
+    pub fn new(
+        name: &str,
+        [on, about]: [usize; 2],
+        bodies: &[Body],
+        gravitational_constant: f64,
+    ) -> Result<Self> {
+        let inertia = bodies[on].inertia();
+        let mut axes = [0, 1, 2];
+        axes.sort_by(|&i, &j| inertia[i].total_cmp(&inertia[j]));
+        let [long, middle, short] = axes;
+        if inertia[middle] <= inertia[long] {
+            let found = format!("{:?}", bodies[on].semi_axes());
+            let expected = format!("one longest, which {name} can keep towards {}", bodies[about].name);
+            return Err(Error::invalid(format!("semi-axes of {}", bodies[on].name), found, expected));
+        }
+        let elongation = 3.0 * (inertia[middle] - inertia[long]) / inertia[short];
+        let mu = gravitational_constant * (bodies[on].mass + bodies[about].mass);
+        Ok(Self { on, about, axes, inertia, elongation, mu })
+    }
+
+    /// What rounding may make of a margin of zero: the spin and the orbit's rate nearly cancel in psi'.
+    pub fn rounding(&self) -> f64 {
+        32.0 * f64::EPSILON * (1.0 + 1.0 / self.elongation.sqrt())
+    }
+
+    /// The margin: above zero while the secondary is locked.
+    #[inline(always)]
+    pub fn margin(&self, snapshot: Snapshot) -> f64 {
+        self.geometry(snapshot).map_or(NEVER, |at| self.upright(&at).min(self.librating(&at)))
+    }
+
+    #[inline(always)]
+    fn upright(&self, at: &Geometry) -> f64 {
+        at.short.dot(&at.normal).abs() - FRAC_1_SQRT_2
+    }
+
+    #[inline(always)]
+    fn librating(&self, at: &Geometry) -> f64 {
+        // A long axis along the normal has no angle from the line; it is not upright.
+        let aligned = if at.flat > 0.0 { at.cosine * at.cosine / at.flat } else { 0.0 };
+        aligned - at.rate * at.rate / at.frequency
+    }
+
+    /// `None` where there is no normal or no frequency.
+    #[inline(always)]
+    fn geometry(&self, snapshot: Snapshot) -> Option<Geometry> {
+        let (r, v) = snapshot.relative(self.on, self.about);
+        let (distance, h) = (r.norm(), r.cross(&v));
+        let (momentum, frequency) = (h.norm(), self.elongation * self.mu / (distance * distance * distance));
+        // Written so that a NaN is none as well.
+        let sound = momentum > 0.0 && frequency > 0.0;
+        if !sound {
+            return None;
+        }
+        let [long, _, short] = self.axes;
+        let turn: &Mat3 = &snapshot.rotation[self.on];
+        let (long, short): (Vec3, Vec3) = (turn.column(long).into(), turn.column(short).into());
+        let (normal, line, spin) = (h / momentum, r / distance, snapshot.inertial_spin(self.on));
+        let (cosine, sine) = (long.dot(&line), long.dot(&normal.cross(&line)));
+        Some(Geometry {
+            rate: spin.dot(&normal) - momentum / (distance * distance),
+            cosine,
+            height: long.dot(&normal),
+            flat: sine * sine + cosine * cosine,
+            r,
+            v,
+            distance,
+            momentum,
+            normal,
+            line,
+            long,
+            short,
+            spin,
+            frequency,
+        })
+    }
+
+    /// The derivatives of the margin; none where it is [`NEVER`].
+    pub fn gradient(&self, snapshot: Snapshot) -> Option<MarginGradient> {
+        let at = self.geometry(snapshot)?;
+        let turn = &snapshot.rotation[self.on];
+        // Of a change b.dn, since |h| dn is the part of dh = dr x v + r x dv across n; and of |h| itself.
+        let of_normal = |b: Vec3| {
+            let b = (b - at.normal * at.normal.dot(&b)) / at.momentum;
+            [at.v.cross(&b), b.cross(&at.r)]
+        };
+        // Of a change b.da, where a = R e turns by R theta.
+        let of_axis = |axis: &Vec3, b: Vec3| turned_back(turn, &axis.cross(&b));
+        if self.upright(&at) < self.librating(&at) {
+            let sign = at.short.dot(&at.normal).signum();
+            let [by_position, by_velocity] = of_normal(at.short * sign);
+            return Some(MarginGradient {
+                by_position,
+                by_velocity,
+                by_rotation: of_axis(&at.short, at.normal * sign),
+                by_spin: Vec3::zeros(),
+                by_inertia: Vec3::zeros(),
+                by_mu: 0.0,
+            });
+        }
+        let square = at.distance * at.distance;
+        let (by_cosine, by_height) =
+            (2.0 * at.cosine / at.flat, 2.0 * at.cosine * at.cosine * at.height / (at.flat * at.flat));
+        let (by_rate, share) = (-2.0 * at.rate / at.frequency, at.rate * at.rate / at.frequency);
+        let [mut by_position, mut by_velocity] = of_normal(at.long * by_height + at.spin * by_rate);
+        by_position += (at.long - at.line * at.cosine) * (by_cosine / at.distance);
+        let by_momentum = -by_rate / square;
+        by_position += at.v.cross(&at.normal) * by_momentum;
+        by_velocity += at.normal.cross(&at.r) * by_momentum;
+        by_position +=
+            at.line * (2.0 * by_rate * at.momentum / (square * at.distance) - 3.0 * share / at.distance);
+        let normal = turned_back(turn, &at.normal);
+        let mut by_inertia = Vec3::zeros();
+        let [long, middle, short] = self.axes;
+        by_inertia[middle] += 3.0 * share / (self.elongation * self.inertia[short]);
+        by_inertia[long] -= 3.0 * share / (self.elongation * self.inertia[short]);
+        by_inertia[short] -= share / self.inertia[short];
+        Some(MarginGradient {
+            by_position,
+            by_velocity,
+            by_rotation: of_axis(&at.long, at.line * by_cosine + at.normal * by_height)
+                + Vec3::from(snapshot.spin[self.on]).cross(&normal) * by_rate,
+            by_spin: normal * by_rate,
+            by_inertia,
+            by_mu: share,
+        })
+    }
+}

@@ -1,0 +1,45 @@
+//! The pull of third bodies on a point that moves among the bodies of a system.
+
+use super::third_body::{BattinFactors, ThirdBodyPull};
+use crate::error::Result;
+use crate::math::Vec3;
+use crate::orbit::OrbitPosition;
+use pulp::Scalar;
+
+/// A third body's pull on points: its direct pull minus that on the nominal barycentre, with which the
+/// coordinates fall.
+#[derive(Debug, Clone)]
+pub struct PointPull {
+    name: String,
+    pull: ThirdBodyPull,
+}
+
+impl PointPull {
+    pub(super) fn new(name: &str, pull: &ThirdBodyPull) -> Self {
+        Self { name: name.to_owned(), pull: pull.clone() }
+    }
+
+    /// Returns the third body's name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns an error for times for which the path is not given.
+    pub fn covers(&self, from: f64, to: f64) -> Result<()> {
+        self.pull.covers(&self.name, from, to)
+    }
+
+    /// Returns the position of the third body relative to the nominal barycentre.
+    #[inline]
+    pub fn place(&mut self, time: f64) -> Result<OrbitPosition> {
+        self.pull.position(Scalar, time)
+    }
+
+    /// Returns the acceleration of a point at a position relative to the nominal barycentre.
+    #[inline]
+    pub fn acceleration(&self, place: &OrbitPosition, r: &Vec3) -> Vec3 {
+        let p = place.position;
+        let powers = BattinFactors::of(-r.dot(&(p - r + p)) * place.inverse_square);
+        (r + powers.f * p) * (-self.pull.mu * place.inverse_cube * powers.cube)
+    }
+}

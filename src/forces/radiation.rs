@@ -1,0 +1,427 @@
+//! The mean effects of sunlight over many rotations: a torque on one body (YORP), and a force on a
+//! synchronous secondary (BYORP).
+//!
+//! Both are means over a rotation and over an orbit round the Sun: D. P. Rubincam (2000), Icarus 148, 2, for
+//! the torque along and across the spin as functions of the obliquity; M. Cuk & J. A. Burns (2005), Icarus
+//! 176, 418, and J. McMahon & D. Scheeres (2010), Icarus 209, 494, for the force along the secondary's
+//! motion.
+
+use super::lock::Lock;
+use super::snapshot::{Load, Snapshot, Switch, place_to_turn, two_places};
+use super::{BodyBlock, ForceParameter, LoadJacobian};
+use crate::error::{Error, Result, require_finite};
+use crate::math::matrix::times_cross;
+use crate::math::rotation::turned_back;
+use crate::math::spline::Spline;
+use crate::math::{Mat3, Vec3};
+use crate::shape::Body;
+use serde::{Deserialize, Serialize};
+
+/// Sine of the angle between spin and pole below which they count as parallel.
+const PARALLEL: f64 = 1e-9;
+
+/// Rounding of a table of torques, relative to its largest.
+const ROUNDING: f64 = 1e-12;
+
+/// The mean torque of radiation on a body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Yorp {
+    /// The name of the force.
+    pub name: String,
+    /// The body.
+    pub on: String,
+    /// The normal of the orbit round the Sun, from which the obliquity is measured.
+    pub pole: [f64; 3],
+    /// Obliquities of a table, in rad; empty for torques that do not depend on it.
+    pub obliquity: Vec<f64>,
+    /// Torques along the spin: one, or one at each obliquity.
+    pub along: Vec<f64>,
+    /// Torques across the spin, positive where they raise the obliquity.
+    pub across: Vec<f64>,
+}
+
+impl Yorp {
+    /// Refuses numbers that no such torque has, whatever system it acts in.
+    pub(super) fn check(&self) -> Result<()> {
+        self.pole_and_torque().map(drop)
+    }
+
+    fn pole_and_torque(&self) -> Result<(Vec3, TorqueTable)> {
+        let name = &self.name;
+        require_finite(&format!("pole of {name}"), &self.pole)?;
+        let pole = Vec3::from(self.pole).try_normalize(0.0).ok_or_else(|| {
+            Error::invalid(format!("pole of {name}"), "[0, 0, 0]", "a vector of non-zero length")
+        })?;
+        let counts = (self.obliquity.len().max(1), self.along.len(), self.across.len());
+        if counts.0 != counts.1 || counts.0 != counts.2 {
+            let found =
+                format!("{} obliquities, {} along, {} across", self.obliquity.len(), counts.1, counts.2);
+            return Err(Error::invalid(format!("the torques of {name}"), found, "as many of each"));
+        }
+        require_finite(&format!("along of {name}"), &self.along)?;
+        require_finite(&format!("across of {name}"), &self.across)?;
+        let torque = if self.obliquity.is_empty() {
+            TorqueTable::Constant([self.along[0], self.across[0]])
+        } else {
+            let rows: Vec<_> = self.along.iter().zip(&self.across).map(|(a, b)| [*a, *b]).collect();
+            let spline = Spline::new(&format!("obliquities of {name}"), &self.obliquity, &rows)?;
+            let (first, last) = spline.range();
+            // A table in degrees that was converted to rad may end a rounding error away from pi.
+            if first.abs() > 1e-9 || (last - std::f64::consts::PI).abs() > 1e-9 {
+                let expected = "0 to pi rad";
+                return Err(Error::invalid(
+                    format!("range of the obliquities of {name}"),
+                    format!("{first} to {last} rad"),
+                    expected,
+                ));
+            }
+            TorqueTable::Table(spline)
+        };
+        Ok((pole, torque))
+    }
+
+    pub(super) fn ready(&self, of: usize, bodies: &[Body]) -> Result<YorpTorque> {
+        let name = &self.name;
+        let on = place_to_turn(name, "on", &self.on, bodies)?;
+        let (pole, torque) = self.pole_and_torque()?;
+        Ok(YorpTorque {
+            on,
+            body: bodies[on].name.clone(),
+            inertia: bodies[on].inertia(),
+            pole,
+            torque,
+            largest: self.across.iter().fold(0.0, |largest, across| across.abs().max(largest)),
+            loads: [Load::none(of, on, true)],
+        })
+    }
+}
+
+#[derive(Debug, Clone)]
+enum TorqueTable {
+    Constant([f64; 2]),
+    Table(Spline<2>),
+}
+
+/// The evaluator of a torque of radiation.
+#[derive(Debug, Clone)]
+pub(super) struct YorpTorque {
+    pub on: usize,
+    body: String,
+    inertia: Vec3,
+    pole: Vec3,
+    torque: TorqueTable,
+    /// Size of the largest torque across the spin.
+    largest: f64,
+    pub loads: [Load; 1],
+}
+
+impl YorpTorque {
+    /// Returns an error for a spin of zero, for a step in which the torque along the spin brings it to a
+    /// stop, and for one in which the torque across the spin brings it to the pole: there the torque has no
+    /// direction, and would change its sign at every step.
+    pub fn check(&self, name: &str, snapshot: Snapshot, step: f64) -> Result<()> {
+        let spin = Vec3::from(snapshot.spin[self.on]);
+        let [along, across] = self.torques(&snapshot.inertial_spin(self.on));
+        let failed = |detail| {
+            Err(Error::ForceFailed { force: name.to_owned(), time: snapshot.time, detail, answer: None })
+        };
+        if spin == Vec3::zeros() {
+            return if along == 0.0 && across == 0.0 {
+                Ok(())
+            } else {
+                failed(format!("{} does not spin, and the torque has no direction", self.body))
+            };
+        }
+        let axis = spin.normalize();
+        let rate = along / axis.dot(&self.inertia.component_mul(&axis));
+        let stop = -spin.norm() / rate;
+        if rate != 0.0 && stop * step > 0.0 && step.abs() >= stop.abs() {
+            return failed(format!(
+                "it brings the spin of {} to a stop by time {}",
+                self.body,
+                snapshot.time + stop
+            ));
+        }
+        let pole = turned_back(&snapshot.rotation[self.on], &self.pole);
+        let (cosine, sine) = (axis.dot(&pole), axis.cross(&pole).norm());
+        let across = self.across_at_pole(cosine);
+        if across == 0.0 || sine == 0.0 {
+            return Ok(());
+        }
+        // The spin's direction moves by the torque across it and by free nutation, which may carry it past
+        // the pole.
+        let outwards = (axis * cosine - pole) / sine;
+        let over = |torque: Vec3| torque.component_div(&self.inertia) / spin.norm();
+        let rate = over(outwards * across).dot(&outwards) * cosine.signum();
+        let nutation = over(self.inertia.component_mul(&spin).cross(&spin));
+        let driven = rate.abs() > (nutation - axis * axis.dot(&nutation)).norm();
+        let (angle, towards) = (sine.atan2(cosine.abs()), rate * step < 0.0);
+        if driven && towards && (angle <= PARALLEL || (rate * step).abs() >= angle) {
+            return failed(format!(
+                "it brings the spin of {}, at an obliquity of {} rad, to the pole by time {}, where the torque across the spin has no \
+                 direction; expected torques across the spin that vanish at obliquities of 0 and pi: a table of them",
+                self.body,
+                sine.atan2(cosine),
+                snapshot.time + (angle / rate).abs().copysign(step)
+            ));
+        }
+        Ok(())
+    }
+
+    /// Returns the limit of the torque across the spin at the nearer pole. The rounding errors of a table
+    /// count as zero.
+    fn across_at_pole(&self, cosine: f64) -> f64 {
+        match &self.torque {
+            TorqueTable::Constant([_, across]) => *across,
+            TorqueTable::Table(spline) => {
+                let ([_, across], _) = spline.at(if cosine > 0.0 { 0.0 } else { std::f64::consts::PI });
+                if across.abs() > ROUNDING * self.largest { across } else { 0.0 }
+            }
+        }
+    }
+
+    /// Returns the torques along and across an inertial spin.
+    fn torques(&self, spin: &Vec3) -> [f64; 2] {
+        match &self.torque {
+            TorqueTable::Constant(torque) => *torque,
+            TorqueTable::Table(spline) => {
+                spline.at(spin.cross(&self.pole).norm().atan2(spin.dot(&self.pole))).0
+            }
+        }
+    }
+
+    pub fn load(&mut self, snapshot: Snapshot) {
+        let spin = snapshot.inertial_spin(self.on);
+        let Some(axis) = spin.try_normalize(0.0) else {
+            self.loads[0].torque = Vec3::zeros();
+            return;
+        };
+        let aside = axis.cross(&self.pole);
+        let sine = aside.norm();
+        let [along, across] = self.torques(&axis);
+        // This direction lies from the pole to the spin, across the spin; it is undefined where both are
+        // parallel.
+        let outwards = if sine > 0.0 { aside.cross(&axis) * (-1.0 / sine) } else { Vec3::zeros() };
+        let torque = axis * along + outwards * across;
+        self.loads[0].torque = turned_back(&snapshot.rotation[self.on], &torque);
+    }
+}
+
+impl YorpTorque {
+    /// Passes the derivative of the load by a torque, or by a factor of a table's torques, to the sink.
+    pub fn by_parameter(
+        &mut self,
+        snapshot: Snapshot,
+        parameter: ForceParameter,
+        to: &mut impl FnMut(&Load, f64),
+    ) {
+        let one = match parameter {
+            ForceParameter::Along => [1.0, 0.0],
+            ForceParameter::Across => [0.0, 1.0],
+            _ => return self.loads.iter().for_each(|load| to(load, 1.0)),
+        };
+        let own = std::mem::replace(&mut self.torque, TorqueTable::Constant(one));
+        self.load(snapshot);
+        self.loads.iter().for_each(|load| to(load, 1.0));
+        self.torque = own;
+        self.load(snapshot);
+    }
+}
+
+impl YorpTorque {
+    /// Adds the derivatives of the torque in the body frame, M = A a + B u. Here a is the direction of the
+    /// spin w, k the pole in the body frame, c = a.k, s = |a x k|, u = (c a - k) / s, and A and B are
+    /// functions of the obliquity.
+    pub fn add_jacobian(&self, name: &str, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()> {
+        let own = Vec3::from(snapshot.spin[self.on]);
+        let spin = own.norm();
+        if spin == 0.0 {
+            return Ok(());
+        }
+        let (a, k) = (own / spin, turned_back(&snapshot.rotation[self.on], &self.pole));
+        let (cosine, sine) = (a.dot(&k), a.cross(&k).norm());
+        let ([along, across], [along_rate, across_rate]) = match &self.torque {
+            TorqueTable::Constant(torque) => (*torque, [0.0; 2]),
+            TorqueTable::Table(spline) => spline.at(sine.atan2(cosine)),
+        };
+        let aside = [across, along_rate, across_rate] != [0.0; 3];
+        if aside && sine < PARALLEL {
+            let detail = format!(
+                "the spin of {}, at an obliquity of {} rad, is parallel to the pole, where the torque across the spin has no derivatives",
+                self.body,
+                sine.atan2(cosine)
+            );
+            return Err(Error::ForceFailed {
+                force: name.to_owned(),
+                time: snapshot.time,
+                detail,
+                answer: None,
+            });
+        }
+        let (across, u, inverse) = if aside {
+            (across / sine, (a * cosine - k) / sine, 1.0 / sine)
+        } else {
+            (0.0, Vec3::zeros(), 0.0)
+        };
+        // This is the derivative by c alone, where the obliquity changes by -dc/s.
+        let by_cosine =
+            a * across - (a * along_rate + u * across_rate) * inverse + u * (across * cosine * inverse);
+        let one = Mat3::identity();
+        let by_axis = one * (along + across * cosine) + by_cosine * k.transpose();
+        let by_pole = by_cosine * a.transpose() - one * across;
+        let turn = BodyBlock::rotation(self.on);
+        jacobian.add_by_rate(turn, turn, &(by_axis * (one - a * a.transpose())), 1.0 / spin);
+        jacobian.add(turn, turn, &times_cross(&by_pole, &k), 1.0);
+        Ok(())
+    }
+}
+
+/// The mean force of radiation on a synchronous secondary.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Byorp {
+    /// The name of the force.
+    pub name: String,
+    /// The secondary.
+    pub on: String,
+    /// The body about which it moves.
+    pub about: String,
+    /// The force along the secondary's motion, in the plane of its orbit and across the line to the other
+    /// body.
+    pub force: f64,
+}
+
+impl Byorp {
+    /// Refuses numbers that no such force has, whatever system it acts in.
+    pub(super) fn check(&self) -> Result<()> {
+        require_finite(&format!("force of {}", self.name), &[self.force])
+    }
+
+    pub(super) fn ready(
+        &self,
+        of: usize,
+        bodies: &[Body],
+        gravitational_constant: f64,
+    ) -> Result<ByorpForce> {
+        let name = &self.name;
+        let (on, about) = two_places(name, ["on", "about"], [&self.on, &self.about], bodies)?;
+        self.check()?;
+        Ok(ByorpForce {
+            lock: Lock::new(name, [on, about], bodies, gravitational_constant)?,
+            force: self.force,
+            state: None,
+            lowest: f64::INFINITY,
+            loads: [Load::none(of, on, false)],
+        })
+    }
+}
+
+/// The evaluator of a force of radiation.
+#[derive(Debug, Clone)]
+pub(super) struct ByorpForce {
+    pub lock: Lock,
+    force: f64,
+    /// Whether the force acts, once a first state has decided that.
+    pub state: Option<Switch>,
+    /// The smallest margin before a switch at all evaluations of the present step.
+    lowest: f64,
+    pub loads: [Load; 1],
+}
+
+/// The least margin of a step's evaluations with which the step contains no switch: evaluations are more
+/// closely spaced than the samples by which switches are searched.
+const FAR: f64 = 0.05;
+
+impl ByorpForce {
+    /// Decides at the first state whether the force acts; later the switches on the way decide.
+    pub fn begin_step(&mut self, snapshot: Snapshot) {
+        self.lowest = f64::INFINITY;
+        self.state.get_or_insert(Switch { on: self.lock.margin(snapshot) > 0.0, times: 0 });
+    }
+
+    /// Returns whether the force acts.
+    #[inline(always)]
+    fn acts(&self) -> bool {
+        self.state.is_none_or(|switch| switch.on)
+    }
+
+    /// Returns whether an evaluation of the present step came near a switch.
+    pub fn nears_switch(&self) -> bool {
+        let far = self.lowest > FAR;
+        !far
+    }
+
+    /// Returns how far a state is from the next switch: below zero where it is beyond the switch by more than
+    /// rounding.
+    #[inline(always)]
+    pub fn margin(&self, snapshot: Snapshot) -> f64 {
+        let margin = self.lock.margin(snapshot);
+        if self.acts() { margin + self.lock.rounding() } else { self.lock.rounding() - margin }
+    }
+
+    /// Switches the force.
+    pub fn switch(&mut self) {
+        if let Some(switch) = &mut self.state {
+            switch.times += u64::from(switch.on);
+            switch.on = !switch.on;
+        }
+    }
+
+    /// Returns what the next switch adds to the force.
+    pub fn jump(&self, snapshot: Snapshot) -> Vec3 {
+        self.push(snapshot) * if self.acts() { -1.0 } else { 1.0 }
+    }
+
+    /// Returns the force while it acts.
+    #[inline(always)]
+    fn push(&self, snapshot: Snapshot) -> Vec3 {
+        let (r, v) = snapshot.relative(self.lock.on, self.lock.about);
+        let forwards = v * r.norm_squared() - r * r.dot(&v);
+        // The root and the quotient are independent, so that neither waits for the other.
+        let square = forwards.norm_squared();
+        forwards * if square > 0.0 { square.sqrt() * (self.force / square) } else { 0.0 }
+    }
+
+    #[inline(always)]
+    pub fn load(&mut self, snapshot: Snapshot) {
+        self.lowest = self.lowest.min(self.margin(snapshot));
+        self.loads[0].force = if self.acts() { self.push(snapshot) } else { Vec3::zeros() };
+    }
+
+    /// Passes the derivative of the load by the force to the sink.
+    pub fn by_strength(&mut self, snapshot: Snapshot, to: &mut impl FnMut(&Load, f64)) {
+        let own = std::mem::replace(&mut self.force, 1.0);
+        self.load(snapshot);
+        self.loads.iter().for_each(|load| to(load, 1.0));
+        self.force = own;
+        self.load(snapshot);
+    }
+
+    /// Adds the derivatives of the force f t, with t along w = v - r (r.v) / r^2.
+    pub fn add_jacobian(&self, snapshot: Snapshot, jacobian: &mut LoadJacobian) {
+        let Lock { on, about, .. } = self.lock;
+        let (r, v) = snapshot.relative(on, about);
+        let square = r.norm_squared();
+        let rate = r.dot(&v) / square;
+        let across = v - r * rate;
+        let length = across.norm();
+        if !self.acts() || length == 0.0 {
+            return;
+        }
+        let t = across / length;
+        let one = Mat3::identity();
+        let projected = (one - t * t.transpose()) * (self.force / length);
+        let by_velocity = projected * (one - r * r.transpose() / square);
+        let by_position = projected * -(one * rate + r * (v - r * (2.0 * rate)).transpose() / square);
+        for (body, sign) in [(on, 1.0), (about, -1.0)] {
+            jacobian.add(BodyBlock::translation(on), BodyBlock::translation(body), &by_position, sign);
+            jacobian.add_by_rate(
+                BodyBlock::translation(on),
+                BodyBlock::translation(body),
+                &by_velocity,
+                sign,
+            );
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! Interrupt checks: a long computation asks its caller at intervals whether to go on.
+//!
+//! A check takes the caller's hook, counts work, and calls the hook about every 50 ms. A unit of work is
+//! about one node of a quadrature, which takes from a few to some tens of nanoseconds. The clock is read once
+//! in [`UNITS`] of them, so that counting costs next to nothing. Everything that is done for each pair of
+//! bodies counts, however little it is: a thousand bodies make half a million pairs. One operation is not
+//! checked: freeing memory at the end of a call or with a simulation, which takes up to half a second for a
+//! thousand bodies.
+
+use crate::error::{Error, Result};
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+/// The shortest time between two calls of a hook. With the work that may be done between two readings of the
+/// clock, a hook is called every 50 ms.
+pub const HOOK_INTERVAL: Duration = Duration::from_millis(40);
+
+/// The units of work between two readings of the clock: a few milliseconds.
+pub const UNITS: u64 = 100_000;
+
+/// Counts work and calls the caller's hook at intervals. Once the hook breaks, the computation ends with
+/// [`Error::Interrupted`].
+pub struct InterruptCheck<'a> {
+    hook: Option<&'a mut dyn FnMut() -> ControlFlow<()>>,
+    asked: Instant,
+    left: u64,
+    polls: u64,
+}
+
+impl<'a> InterruptCheck<'a> {
+    /// Starts with a hook that was last called now.
+    pub fn new(hook: &'a mut dyn FnMut() -> ControlFlow<()>) -> Self {
+        Self::since(Instant::now(), hook)
+    }
+
+    /// Starts with a hook that was last called at `asked`.
+    pub fn since(asked: Instant, hook: &'a mut dyn FnMut() -> ControlFlow<()>) -> Self {
+        Self { hook: Some(hook), asked, left: UNITS, polls: 0 }
+    }
+
+    /// A check without a hook, which never interrupts.
+    pub fn never() -> Self {
+        Self { hook: None, asked: Instant::now(), left: UNITS, polls: 0 }
+    }
+
+    /// Counts `work` that is about to be done, and calls the hook where it is due. An interruption names
+    /// `time`, a time of the simulated motion.
+    #[inline]
+    pub fn charge(&mut self, work: u64, time: f64) -> Result<()> {
+        match self.left.checked_sub(work) {
+            Some(left) => {
+                self.left = left;
+                Ok(())
+            }
+            None => self.poll(work, time),
+        }
+    }
+
+    /// Counts the work if the clock need not be read for it. Otherwise returns `false` and counts nothing;
+    /// the caller then charges the work piece by piece.
+    #[inline]
+    pub fn try_charge(&mut self, work: u64) -> bool {
+        let left = self.left.checked_sub(work);
+        self.left = left.unwrap_or(self.left);
+        left.is_some()
+    }
+
+    /// Returns how often enough work was charged to read the clock.
+    pub fn polls(&self) -> u64 {
+        self.polls
+    }
+
+    #[cold]
+    fn poll(&mut self, work: u64, time: f64) -> Result<()> {
+        self.left = UNITS.saturating_sub(work);
+        self.polls += 1;
+        let Some(hook) = &mut self.hook else { return Ok(()) };
+        if self.asked.elapsed() < HOOK_INTERVAL {
+            return Ok(());
+        }
+        let answer = hook();
+        self.asked = Instant::now();
+        if answer.is_break() { Err(Error::Interrupted { time }) } else { Ok(()) }
+    }
+}

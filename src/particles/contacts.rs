@@ -1,0 +1,188 @@
+//! Contacts of particles with surfaces: bounces and impacts, and particles at rest until they lift off.
+
+use super::batch::Batch;
+use super::body_ephemeris::LaneBlock;
+use super::fate::{ContactResponse, End, Fate, ParticleStatus};
+use super::surface::{Landing, SurfaceHit};
+use crate::error::Result;
+use crate::integrate::{Controller, root};
+use crate::math::Vec3;
+use crate::math::lanes::BLOCK;
+use crate::math::rotation::turned_back;
+
+/// The number of times in each step of the bodies at which a lift-off is tested.
+const LOOKS: usize = 4;
+
+/// A particle lifts off, or flies on from a slow bounce, where it is pushed outwards by more than this share
+/// of the accelerations that add up to the push. With less it would not leave the rounding of its place.
+const LIFT: f64 = 1e-7;
+
+/// A particle is back at once where it strikes so soon after it left, in units of the time in which it would
+/// pass its distance from the body's centre. After so many returns in a row, as in a crease between two
+/// faces, it stays for a while.
+const AT_ONCE: f64 = 1e-6;
+const RETURNS: u32 = 100;
+const STAY: f64 = 1e-3;
+
+impl Batch<'_, '_> {
+    /// Advances a particle that is not flying to the end of the range, or to where it lifts off. Returns
+    /// whether it flies from there.
+    pub(super) fn carry(&mut self, index: usize) -> Result<bool> {
+        let particle = &self.particles[index];
+        let ParticleStatus::On { body, place, normal, held } = particle.status else {
+            return Ok(
+                matches!(particle.status, ParticleStatus::Flying { .. }) && particle.time != self.flying.end
+            );
+        };
+        let (start, end) = (particle.time, self.flying.end);
+        // Only forwards are there particles that can lift off.
+        let from = start.max(held);
+        let off = if from < end { self.lift(index, body, (&place, &normal), from, end)? } else { None };
+        let until = off.unwrap_or(end);
+        let ephemeris = self.flying.world.ephemeris;
+        while let Some(time) = self.due(index, until, true) {
+            let (x, v) = ephemeris.pose(body, time).without(&place, &Vec3::zeros());
+            self.record(index, &x, &v);
+        }
+        let (x, v) = ephemeris.pose(body, until).without(&place, &Vec3::zeros());
+        let particle = &mut self.particles[index];
+        particle.put(until, &x, &v);
+        if off.is_some() {
+            particle.status = ParticleStatus::Flying { leaving: true };
+            particle.next = 0.0;
+            particle.left = until;
+            particle.end = End::default();
+        }
+        Ok(off.is_some() && until != end)
+    }
+
+    /// Handles a particle that has reached a surface.
+    pub(super) fn strike(
+        &mut self,
+        index: usize,
+        body: usize,
+        hit: SurfaceHit,
+        x: &Vec3,
+        v: &Vec3,
+    ) -> Result<()> {
+        let time = hit.time;
+        let pose = self.flying.world.ephemeris.pose(body, time);
+        let landing = self.flying.surfaces[body].landing(&pose, hit.part, (x, v));
+        let Landing { place, normal, velocity } = landing;
+        let inwards = velocity.dot(&normal);
+        let across = velocity - normal * inwards;
+        let end = End {
+            fate: Fate::Impact,
+            time,
+            body: Some(body),
+            longitude: place.y.atan2(place.x),
+            latitude: place.z.atan2(place.x.hypot(place.y)),
+            speed: velocity.norm(),
+            incidence: across.norm().atan2(-inwards),
+        };
+        let held = |until: f64| ParticleStatus::On { body, place, normal, held: until };
+        self.particles[index].strikes += 1;
+        let (moving, end, place) = match self.flying.rules.contact {
+            ContactResponse::Stop => (pose.without(&place, &Vec3::zeros()), end, held(f64::INFINITY)),
+            ContactResponse::Remove => ((*x, *v), end, ParticleStatus::Gone),
+            ContactResponse::Bounce { normal: along, tangential, rest } => {
+                let out = across * tangential - normal * (along * inwards);
+                let distance = place.norm();
+                let passing = distance / (v.norm() + (self.flying.mu / distance).sqrt());
+                let particle = &mut self.particles[index];
+                let at_once = (time - particle.left).abs() <= AT_ONCE * passing;
+                particle.returns = if at_once { particle.returns + 1 } else { 0 };
+                let stays = particle.returns > RETURNS;
+                let slow = -along * inwards < rest;
+                // The push is that with the velocity after the bounce: where a particle at rest would be
+                // lifted, one that moves against the rotation may be pressed down, and would bounce forever.
+                if stays
+                    || slow && self.pushes(index, body, (&place, &normal, &out), [time; BLOCK])?[0] <= LIFT
+                {
+                    let end = End { fate: Fate::Rest, ..end };
+                    let until = if stays { time + STAY * passing } else { time };
+                    (pose.without(&place, &Vec3::zeros()), end, held(until))
+                } else {
+                    let particle = &mut self.particles[index];
+                    (particle.next, particle.controller, particle.left) = (0.0, Controller::new(), time);
+                    (pose.without(&place, &out), End::default(), ParticleStatus::Flying { leaving: true })
+                }
+            }
+        };
+        let particle = &mut self.particles[index];
+        (particle.end, particle.status) = (end, place);
+        particle.put(time, &moving.0, &moving.1);
+        Ok(())
+    }
+
+    /// Returns the outward acceleration along the normal of a particle on a body, with a velocity relative to
+    /// the surface, at the times of a block: divided by the sum of the magnitudes of all accelerations.
+    fn pushes(
+        &mut self,
+        index: usize,
+        body: usize,
+        (place, normal, velocity): (&Vec3, &Vec3, &Vec3),
+        times: LaneBlock,
+    ) -> Result<LaneBlock> {
+        let ephemeris = self.flying.world.ephemeris;
+        let probe = &mut self.probe;
+        probe.time = times;
+        probe.area_to_mass = [self.particles[index].area_to_mass; BLOCK];
+        let poses = times.map(|time| ephemeris.pose(body, time));
+        for (lane, pose) in poses.iter().enumerate() {
+            let (x, v) = pose.without(place, &Vec3::zeros());
+            for c in 0..3 {
+                (probe.motion[c][lane], probe.motion[3 + c][lane]) = (x[c], v[c]);
+            }
+        }
+        probe.begin()?;
+        Ok(std::array::from_fn(|lane| {
+            let (acceleration, turning) = ephemeris.rates(body, times[lane]);
+            let spin = poses[lane].spin;
+            let parts = [
+                turned_back(&poses[lane].rotation, &(probe.first(lane) - acceleration)),
+                -turning.cross(place),
+                -spin.cross(&spin.cross(place)),
+                -2.0 * spin.cross(velocity),
+            ];
+            let size: f64 = parts.iter().map(Vec3::norm).sum();
+            if size > 0.0 { normal.dot(&parts.iter().sum::<Vec3>()) / size } else { 0.0 }
+        }))
+    }
+
+    /// Returns when a particle at rest lifts off.
+    fn lift(
+        &mut self,
+        index: usize,
+        body: usize,
+        at: (&Vec3, &Vec3),
+        start: f64,
+        end: f64,
+    ) -> Result<Option<f64>> {
+        let ephemeris = self.flying.world.ephemeris;
+        let at = (at.0, at.1, &Vec3::zeros());
+        let mut last = (start, self.pushes(index, body, at, [start; BLOCK])?[0] - LIFT);
+        if last.1 > 0.0 {
+            return Ok(Some(start));
+        }
+        while last.0 != end {
+            // Several times in each step of the bodies are tested, one after the other.
+            let mut time = last.0;
+            let times: LaneBlock = std::array::from_fn(|_| {
+                let [from, to] = ephemeris.ends(ephemeris.index(time));
+                let stride = (to - from) / LOOKS as f64;
+                time = if end - time > stride { time + stride } else { end };
+                time
+            });
+            let pushes = self.pushes(index, body, at, times)?;
+            for next in times.into_iter().zip(pushes.map(|push| push - LIFT)) {
+                if next.1 > 0.0 {
+                    let push = |time: f64| Ok(self.pushes(index, body, at, [time; BLOCK])?[0] - LIFT);
+                    return root(push, last, next).map(Some);
+                }
+                last = next;
+            }
+        }
+        Ok(None)
+    }
+}

@@ -1,0 +1,174 @@
+//! Integrals along a parallel of what a law makes bright, and of its derivatives.
+
+use super::law::{Law, Scattering};
+use super::lune::{Longitude, Lune};
+use super::rule::Rule;
+use crate::math::Vec3;
+
+/// Brightness, and its derivatives by the components of p and of q along p + q, across it and along the pole, by the
+/// semi-axes through the cosines alone, and by the phase angle.
+pub const PARTIALS: usize = 11;
+
+/// The relative error of the brightness.
+const TOLERANCE: f64 = 1e-13;
+/// The relative error of derivatives.
+pub const PARTIAL_TOLERANCE: f64 = 1e-10;
+
+/// A law on an ellipsoid.
+#[derive(Debug, Clone)]
+pub struct Kernel<'a> {
+    pub lune: &'a Lune,
+    pub law: &'a Law,
+    pub scattering: Scattering,
+    pub semi_axes: &'a Vec3,
+    pub rule: &'a Rule,
+    /// The constant T of a law whose integrals have closed forms.
+    pub constant: Option<f64>,
+    /// The size of the brightness over a b c.
+    pub scale: f64,
+}
+
+impl Kernel<'_> {
+    /// mu and mu0 at a point, and n = |A^-1 u|.
+    fn cosines(&self, u: &Vec3, sight: f64, light: f64) -> [f64; 3] {
+        let n = u.component_div(self.semi_axes).norm();
+        [sight / n, light / n, n]
+    }
+
+    /// The component of the normal along e x s, for laws with edges: e x s = abc A^-1 (p x q).
+    fn aside(&self, l: Longitude, z: f64, rho: f64) -> f64 {
+        if !self.law.has_edges() {
+            return 0.0;
+        }
+        let u = self.lune.point(l, z, rho);
+        let n = u.component_div(self.semi_axes);
+        let [p, q] = self.lune.lengths;
+        let across = self.lune.frame[2].component_div(self.semi_axes) * (p * q * self.lune.angle.sin);
+        self.semi_axes.product() * across.dot(&n) / n.norm()
+    }
+
+    /// T at a longitude and height.
+    pub fn factor(&self, l: Longitude, z: f64, rho: f64) -> f64 {
+        if let Some(constant) = self.law.constant() {
+            return constant;
+        }
+        let [_, sight, light] = self.lune.kernel(l);
+        let [mu, mu0, _] = self.cosines(&self.lune.point(l, z, rho), rho * sight, rho * light);
+        self.scattering.factor(mu, mu0, self.aside(l, z, rho))
+    }
+
+    /// The integral of the brightness between two longitudes of a parallel.
+    pub fn between(&self, from: Longitude, to: Longitude, z: f64, rho: f64) -> f64 {
+        if let Some(constant) = self.constant {
+            return constant * rho * (self.lune.antiderivative(to) - self.lune.antiderivative(from));
+        }
+        let mut f = |angle: f64| {
+            let (sin, cos) = angle.sin_cos();
+            let l = Longitude { sin, cos };
+            [rho * self.lune.kernel(l)[0] * self.factor(l, z, rho)]
+        };
+        let mut total = 0.0;
+        self.pieces(from, to, z, rho, |ends| {
+            let [sum] = self.rule.integrate(ends, &[self.tolerance()], &mut f, &mut |_, _| {});
+            total += sum;
+        });
+        total
+    }
+
+    /// Calls `piece` with the ends of intervals in which the law is smooth. A rough surface has edges where the cosines are equal,
+    /// (p - q).u = 0, and where the normal is in the plane of the two directions, k.A^-2 u = 0.
+    fn pieces(&self, from: Longitude, to: Longitude, z: f64, rho: f64, mut piece: impl FnMut([f64; 2])) {
+        let [low, high] = [from, to].map(|l| l.sin.atan2(l.cos));
+        let mut places = [low, high, high, high, high];
+        if self.law.has_edges() {
+            let [p, q] = self.lune.lengths;
+            let Longitude { sin, cos } = self.lune.angle;
+            places[2] = (p - q * cos).atan2(q * sin);
+            let [across, along, up] = self.edge();
+            let (size, angle) = (across.hypot(along), along.atan2(across));
+            let turn = (-up * z / (size * rho).max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0).acos();
+            (places[3], places[4]) = (angle - turn, angle + turn);
+        }
+        places[2..].iter_mut().for_each(|place| *place = place.clamp(low, high));
+        places.sort_unstable_by(f64::total_cmp);
+        for pair in places.windows(2).filter(|pair| pair[0] < pair[1]) {
+            piece([pair[0], pair[1]]);
+        }
+    }
+
+    /// A^-2 k in the lune's frame.
+    fn edge(&self) -> [f64; 3] {
+        let pole = self.lune.frame[2].component_div(self.semi_axes).component_div(self.semi_axes);
+        self.lune.frame.map(|axis| axis.dot(&pole))
+    }
+
+    /// Heights between which the edge of a rough surface crosses each parallel twice.
+    pub fn edge_heights(&self) -> Option<[f64; 2]> {
+        self.law.has_edges().then(|| {
+            let [across, along, up] = self.edge();
+            let side = across.hypot(along);
+            let z = side / side.hypot(up);
+            [-z, z]
+        })
+    }
+
+    /// The same with derivatives.
+    pub fn partials_between(&self, from: Longitude, to: Longitude, z: f64, rho: f64) -> [f64; PARTIALS] {
+        let lune = self.lune;
+        if let Some(constant) = self.constant {
+            let (low, high) = (lune.squares(from), lune.squares(to));
+            let mut all = [0.0; PARTIALS];
+            all[0] = self.between(from, to, z, rho);
+            for k in 0..2 {
+                let [plain, cos, sin] = [0, 1, 2].map(|i| constant * (high[k][i] - low[k][i]));
+                all[1 + 3 * k..4 + 3 * k].copy_from_slice(&[rho * cos, rho * sin, z * plain]);
+            }
+            return all;
+        }
+        let mut f = |angle: f64| {
+            let (sin, cos) = angle.sin_cos();
+            let l = Longitude { sin, cos };
+            let [g, sight, light] = lune.kernel(l);
+            let u = lune.point(l, z, rho);
+            let [mu, mu0, n] = self.cosines(&u, rho * sight, rho * light);
+            let [factor, by_mu, by_mu0, by_phase] = self.scattering.factor_with_partials(mu, mu0);
+            let f = rho * g;
+            let [own, other] = lune.shares(l);
+            let by_p = own * own * factor + f * by_mu / n;
+            let by_q = other * other * factor + f * by_mu0 / n;
+            let components = lune.components(l, z, rho);
+            let mut all = [0.0; PARTIALS];
+            all[0] = f * factor;
+            for i in 0..3 {
+                all[1 + i] = components[i] * by_p;
+                all[4 + i] = components[i] * by_q;
+                let stretch = u[i] * u[i] / (self.semi_axes[i].powi(3) * n * n);
+                all[7 + i] = f * (by_mu * mu + by_mu0 * mu0) * stretch;
+            }
+            all[10] = f * by_phase;
+            all
+        };
+        let mut total = [0.0; PARTIALS];
+        self.pieces(from, to, z, rho, |ends| {
+            let sums = self.rule.integrate(ends, &self.tolerances(), &mut f, &mut |_, _| {});
+            total.iter_mut().zip(sums).for_each(|(total, sum)| *total += sum);
+        });
+        total
+    }
+
+    /// The tolerance of the brightness over a b c: the edges of a rough surface have ends, about which it is no smooth function.
+    pub fn tolerance(&self) -> f64 {
+        self.scale * if self.law.has_edges() { 1e-9 } else { TOLERANCE }
+    }
+
+    /// The tolerances of [`Self::partials_between`].
+    pub fn tolerances(&self) -> [f64; PARTIALS] {
+        let mut all = [PARTIAL_TOLERANCE * self.scale; PARTIALS];
+        all[0] = PARTIAL_TOLERANCE * 1e-2 * self.scale;
+        for k in 0..2 {
+            all[1 + 3 * k..4 + 3 * k].iter_mut().for_each(|t| *t /= self.lune.lengths[k]);
+        }
+        (0..3).for_each(|i| all[7 + i] /= self.semi_axes[i]);
+        all
+    }
+}

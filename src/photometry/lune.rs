@@ -1,0 +1,184 @@
+//! The part of an ellipsoid that faces both the observer and the Sun.
+//!
+//! The ellipsoid x = A u, A = diag(a, b, c), is mapped to the unit sphere of u. With e toward the observer and s toward the Sun
+//! in body axes, p = A^-1 e and q = A^-1 s, the cosines are mu = p.u / n and mu0 = q.u / n with n = |A^-1 u|, and
+//! dS = abc n dOmega. So mu mu0 / (mu + mu0) dS = abc f dOmega with f = (p.u)(q.u) / ((p + q).u).
+//!
+//! The sphere has its pole k along p x q, its height z = u.k and the longitude l from p toward q. Where p.u and q.u are
+//! positive is the lune between the terminator, l = A - pi/2, and the limb, l = pi/2, A the angle between p and q. On a
+//! parallel f = rho g(l), rho^2 = 1 - z^2, and with L the longitude of p + q, gamma = A - L and y = l - L
+//!
+//!   g = (|p| |q| / |p + q|) cos l cos(l - A) / cos y,
+//!   int g dl = (|p| |q| / |p + q|) [ sin(l - gamma) - sin L sin gamma G(y) ],   G(y) = artanh(sin y).
+//!
+//! Over the whole lune this is the brightness of Muinonen & Lumme (2015), Astron. Astrophys. 584, A23.
+
+use crate::math::Vec3;
+
+/// A place on a parallel by its longitude.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Longitude {
+    /// Sine of the longitude.
+    pub sin: f64,
+    /// Cosine of the longitude.
+    pub cos: f64,
+}
+
+/// The lune of an ellipsoid that is seen and lit.
+#[derive(Debug, Clone)]
+pub struct Lune {
+    /// Unit vectors of u: along p, across it toward q, and along the pole.
+    pub frame: [Vec3; 3],
+    /// Lengths of p and q.
+    pub lengths: [f64; 2],
+    /// Sine and cosine of the angle from p to q.
+    pub angle: Longitude,
+    /// Longitude of p + q.
+    middle: Longitude,
+    /// Angle from p + q to q.
+    gamma: Longitude,
+    /// Length of p + q.
+    sum: f64,
+}
+
+impl Lune {
+    /// The lune for A^-1 e and A^-1 s.
+    pub fn new(p: &Vec3, q: &Vec3) -> Self {
+        let lengths = [p.norm(), q.norm()];
+        let (first, toward_sun) = (p / lengths[0], q / lengths[1]);
+        let normal = first.cross(&toward_sun);
+        // At zero phase, and at its opposite, any pole across p will do.
+        let across = if normal == Vec3::zeros() {
+            let mut axis = Vec3::zeros();
+            axis[first.iamin()] = 1.0;
+            first.cross(&axis)
+        } else {
+            normal
+        };
+        // The cross product of nearly parallel vectors has round-off along them.
+        let pole = across.normalize();
+        let pole = (pole - first * first.dot(&pole)).normalize();
+        let second = pole.cross(&first);
+        let sin = toward_sun.dot(&second).max(0.0);
+        let cos = toward_sun.dot(&first);
+        let size = sin.hypot(cos);
+        let angle = Longitude { sin: sin / size, cos: cos / size };
+        let (along, aside) = (lengths[0] + lengths[1] * angle.cos, lengths[1] * angle.sin);
+        // Rounding leaves nothing of the sum of opposite vectors; the lune is then empty.
+        let sum = along.hypot(aside).max(f64::MIN_POSITIVE);
+        let middle = Longitude { sin: aside / sum, cos: along / sum };
+        let gamma =
+            Longitude { sin: lengths[0] * angle.sin / sum, cos: (lengths[1] + lengths[0] * angle.cos) / sum };
+        Self { frame: [first, second, pole], lengths, angle, middle, gamma, sum }
+    }
+
+    /// The limb, where the observer's light grazes.
+    pub fn limb(&self) -> Longitude {
+        Longitude { sin: 1.0, cos: 0.0 }
+    }
+
+    /// The terminator, where sunlight grazes.
+    pub fn terminator(&self) -> Longitude {
+        Longitude { sin: -self.angle.cos, cos: self.angle.sin }
+    }
+
+    /// Whether nothing is both seen and lit: the Sun is right behind.
+    pub fn is_empty(&self) -> bool {
+        self.angle.sin == 0.0 && self.angle.cos < 0.0
+    }
+
+    /// The longitude in the middle between the terminator and the limb.
+    pub fn centre(&self) -> Longitude {
+        let half = 0.5 * self.angle.sin.atan2(self.angle.cos);
+        Longitude { sin: half.sin(), cos: half.cos() }
+    }
+
+    /// The point of the sphere at a longitude and height.
+    pub fn point(&self, l: Longitude, z: f64, rho: f64) -> Vec3 {
+        let [first, second, pole] = &self.frame;
+        first * (rho * l.cos) + second * (rho * l.sin) + pole * z
+    }
+
+    /// Sine and cosine of y = l - L.
+    fn relative_to_middle(&self, l: Longitude) -> Longitude {
+        let Longitude { sin, cos } = self.middle;
+        // Only rounding brings a point of the lune to cos y = 0, with a factor of zero.
+        Longitude { sin: l.sin * cos - l.cos * sin, cos: (l.cos * cos + l.sin * sin).max(f64::EPSILON) }
+    }
+
+    /// Q / (P + Q) and P / (P + Q), with P = p.u and Q = q.u.
+    pub fn shares(&self, l: Longitude) -> [f64; 2] {
+        let sight = self.lengths[0] * l.cos;
+        let light = self.lengths[1] * (l.cos * self.angle.cos + l.sin * self.angle.sin).max(0.0);
+        let both = sight + light;
+        if both > 0.0 { [light / both, sight / both] } else { [0.5, 0.5] }
+    }
+
+    /// The kernel g at a longitude, and P / rho and Q / rho.
+    pub fn kernel(&self, l: Longitude) -> [f64; 3] {
+        let sight = self.lengths[0] * l.cos;
+        let light = self.lengths[1] * (l.cos * self.angle.cos + l.sin * self.angle.sin).max(0.0);
+        let both = sight + light;
+        [if both > 0.0 { sight * light / both } else { 0.0 }, sight, light]
+    }
+
+    /// An integral of g over the longitude.
+    #[inline]
+    pub fn antiderivative(&self, l: Longitude) -> f64 {
+        let y = self.relative_to_middle(l);
+        let plain = l.sin * self.gamma.cos - l.cos * self.gamma.sin;
+        self.lengths[0] * self.lengths[1] / self.sum
+            * (plain - self.middle.sin * self.gamma.sin * inverse_gudermannian(y))
+    }
+
+    /// Integrals over y of (Q / (P + Q))^2 and (P / (P + Q))^2, each times 1, cos y and sin y.
+    ///
+    /// With kappa = |q| / |p + q| the first ratio is kappa (cos gamma + sin gamma tan y), and the second one likewise
+    /// with |p| and -L in place of gamma.
+    pub fn squares(&self, l: Longitude) -> [[f64; 3]; 2] {
+        let y = self.relative_to_middle(l);
+        let (angle, log) = (y.sin.atan2(y.cos), -y.cos.ln());
+        let (secant, gd) = (1.0 / y.cos, inverse_gudermannian(y));
+        let of = |length: f64, cos: f64, sin: f64| {
+            let (cc, cs, ss) = (cos * cos, 2.0 * cos * sin, sin * sin);
+            let factor = (length / self.sum).powi(2);
+            [
+                factor * (cc * angle + cs * log + ss * (y.sin * secant - angle)),
+                factor * (cc * y.sin - cs * y.cos + ss * (gd - y.sin)),
+                factor * (-cc * y.cos + cs * (gd - y.sin) + ss * (secant + y.cos)),
+            ]
+        };
+        [
+            of(self.lengths[1], self.gamma.cos, self.gamma.sin),
+            of(self.lengths[0], self.middle.cos, -self.middle.sin),
+        ]
+    }
+
+    /// The components of the point at a longitude and height along p + q, across it, and along the pole.
+    pub fn components(&self, l: Longitude, z: f64, rho: f64) -> [f64; 3] {
+        let y = self.relative_to_middle(l);
+        [rho * y.cos, rho * y.sin, z]
+    }
+
+    /// The vector of u with these components along p + q, across it, and along the pole.
+    pub fn vector_of(&self, [x, y, z]: [f64; 3]) -> Vec3 {
+        let [first, second, pole] = &self.frame;
+        let Longitude { sin, cos } = self.middle;
+        first * (x * cos - y * sin) + second * (x * sin + y * cos) + pole * z
+    }
+
+    /// The size of the integral of f over all of the lune.
+    pub fn size(&self) -> f64 {
+        self.kernel(self.centre())[0] * self.angle.sin.atan2(-self.angle.cos)
+    }
+
+    /// Whether the lune is so thin that the integrals lose digits.
+    pub fn is_thin(&self) -> bool {
+        self.angle.cos < -0.95
+    }
+}
+
+/// G(y) = artanh(sin y).
+fn inverse_gudermannian(y: Longitude) -> f64 {
+    ((1.0 + y.sin.abs()) / y.cos).ln().copysign(y.sin)
+}

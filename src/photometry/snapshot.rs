@@ -1,0 +1,389 @@
+//! Bodies at one epoch, or at many: which of them stand before which, and the Sun's disc.
+
+use super::ellipsoid::{ByBody, Lit, Partials, Placed};
+use super::facets::{Faceted, Mesh};
+use super::law::Law;
+use super::outline::Light;
+use super::rule::Rule;
+use crate::error::{Error, Result, require_finite};
+use crate::interrupt::{InterruptCheck, UNITS};
+use crate::math::{Mat3, Vec3, rotation};
+use crate::shape::{Body, Part, Proximity, Shape, normal};
+use gauss_quad::GaussLegendre;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+use std::num::NonZeroUsize;
+
+/// How a body reflects light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surface {
+    /// The scattering law.
+    pub law: Law,
+    /// The factor of the brightness.
+    pub albedo: f64,
+}
+
+/// Positions and attitudes of all bodies at an epoch, and whence they are seen and lit.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    /// The time, for errors.
+    pub time: f64,
+    /// Centres, inertial.
+    pub position: &'a [Vec3],
+    /// Quaternions from the body frames into the inertial one.
+    pub attitude: &'a [[f64; 4]],
+    /// Toward the observer, of any length.
+    pub to_observer: Vec3,
+    /// Toward the Sun, of any length.
+    pub to_sun: Vec3,
+}
+
+/// Bodies whose brightness is asked for.
+#[derive(Debug, Clone)]
+pub struct Photometer {
+    bodies: Vec<Body>,
+    surfaces: Vec<Surface>,
+    mutual: bool,
+    /// Places on the Sun's disc, in radians from its centre, and their weights.
+    sun: Vec<[f64; 3]>,
+    rule: Rule,
+    /// The facets of each body, where there is one that is no ellipsoid.
+    meshes: Vec<Mesh>,
+}
+
+/// Units of work of one ellipsoid in an event.
+const WORK: u64 = 1000;
+
+/// Rings on the Sun's disc and places on each.
+const RINGS: NonZeroUsize = NonZeroUsize::new(6).unwrap();
+const PLACES: usize = 12;
+
+impl Photometer {
+    /// Bodies with their surfaces. Without `mutual` each is as bright as if it were alone. The Sun's radius is an angle, zero
+    /// for parallel light.
+    pub fn new(bodies: Vec<Body>, surfaces: Vec<Surface>, mutual: bool, sun_radius: f64) -> Result<Self> {
+        if surfaces.len() != bodies.len() {
+            return Err(Error::invalid("number of surfaces", surfaces.len(), format!("{}", bodies.len())));
+        }
+        for (body, surface) in bodies.iter().zip(&surfaces) {
+            if !(surface.albedo >= 0.0 && surface.albedo.is_finite()) {
+                let what = format!("albedo of {}", body.name);
+                return Err(Error::invalid(what, surface.albedo, "a finite number, zero or above"));
+            }
+            surface.law.check().map_err(|error| error.of(&format!("the scattering law of {}", body.name)))?;
+        }
+        if !(0.0..1.0).contains(&sun_radius) {
+            return Err(Error::invalid("sun_radius", sun_radius, "an angle from 0 to below 1 radian"));
+        }
+        let all_exact = bodies.iter().all(|body| ellipsoid(body).is_some());
+        let meshes = if all_exact { Vec::new() } else { bodies.iter().map(Mesh::new).collect() };
+        Ok(Self { meshes, bodies, surfaces, mutual, sun: disc(sun_radius), rule: Rule::default() })
+    }
+
+    /// The bodies.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// The brightness of each body.
+    pub fn brightness(&self, view: &View<'_>, interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
+        let all = self.each(view, interrupt, |lit, _| lit.brightness())?;
+        Ok(all.into_iter().map(|(brightness, _)| brightness).collect())
+    }
+
+    /// The brightness of each body and its derivatives. That by the albedo is the brightness over the albedo.
+    pub fn partials(&self, view: &View<'_>, interrupt: &mut InterruptCheck) -> Result<Vec<(f64, Partials)>> {
+        for (body, surface) in self.bodies.iter().zip(&self.surfaces) {
+            if ellipsoid(body).is_none() {
+                let expected = "an ellipsoid or a sphere, which alone have derivatives of their brightness";
+                return Err(Error::invalid(format!("shape of {}", body.name), "another one", expected));
+            }
+            if surface.law.has_edges() {
+                let what = format!("roughness of the scattering law of {}", body.name);
+                return Err(Error::invalid(what, "above zero", "zero, with which there are derivatives"));
+            }
+        }
+        self.each(view, interrupt, |lit, partials| lit.partials(partials))
+    }
+
+    /// Does something for each view, and gives the answers in order. Short views run many at a time over the threads of the
+    /// machine; in a long one, such as a view of facets, the threads share the work, and it checks for an interrupt itself.
+    pub fn many<T: Send>(
+        &self,
+        views: &[View<'_>],
+        interrupt: &mut InterruptCheck,
+        of: impl Fn(&Self, &View<'_>, &mut InterruptCheck) -> Result<T> + Sync,
+    ) -> Result<Vec<T>> {
+        let mut all = Vec::with_capacity(views.len());
+        let short = self.meshes.is_empty() && self.work() <= 5 * UNITS;
+        let group =
+            if short { (UNITS / self.work()).max(1) as usize * rayon::current_num_threads() } else { 1 };
+        for views in views.chunks(group) {
+            interrupt.charge(UNITS / 2, views[0].time)?;
+            if let [view] = views {
+                all.push(of(self, view, interrupt)?);
+                continue;
+            }
+            let alone = |view| of(self, view, &mut InterruptCheck::never());
+            let answers: Vec<_> = views.par_iter().map(alone).collect();
+            for answer in answers {
+                all.push(answer?);
+            }
+        }
+        Ok(all)
+    }
+
+    /// Units of work of a view: of ellipsoids by their laws.
+    fn work(&self) -> u64 {
+        let of = |surface: &Surface| if surface.law.constant().is_some() { WORK } else { 100 * WORK };
+        self.sun.len() as u64 * self.surfaces.iter().map(of).sum::<u64>().max(1)
+    }
+
+    fn each(
+        &self,
+        view: &View<'_>,
+        interrupt: &mut InterruptCheck,
+        of: impl Fn(&Lit<'_>, &mut Partials) -> f64,
+    ) -> Result<Vec<(f64, Partials)>> {
+        let snapshot = Snapshot::new(self, view, interrupt)?;
+        let count = self.bodies.len();
+        let mut all = Vec::with_capacity(count);
+        for (index, surface) in self.surfaces.iter().enumerate() {
+            let mut partials = Partials { by_body: vec![ByBody::default(); count], ..Partials::default() };
+            let mut total = 0.0;
+            for (weight, directions) in &snapshot.suns {
+                interrupt.charge(WORK, view.time)?;
+                let factor = weight * surface.albedo;
+                if snapshot.needs_facets(index, directions) {
+                    total += factor * snapshot.faceted(index, directions, interrupt)?;
+                    continue;
+                }
+                let Some(placed) = &snapshot.placed[index] else { continue };
+                let lit = Lit::new(
+                    placed,
+                    &surface.law,
+                    &self.rule,
+                    *directions,
+                    snapshot.before(index, directions),
+                );
+                let mut part = Partials { by_body: vec![ByBody::default(); count], ..Partials::default() };
+                total += factor * of(&lit, &mut part);
+                partials.add(&part, factor, &snapshot.suns[0].1, directions);
+            }
+            if !total.is_finite() {
+                let what = format!("brightness of {} at time {}", self.bodies[index].name, view.time);
+                return Err(Error::invalid(what, total, "a finite number from the scattering law"));
+            }
+            all.push((total, partials));
+        }
+        Ok(all)
+    }
+}
+
+/// What a view shows: every body at its place, and which stand before which.
+struct Snapshot<'a> {
+    photometer: &'a Photometer,
+    view: &'a View<'a>,
+    rotations: Vec<Mat3>,
+    /// Of each body that is one ellipsoid.
+    placed: Vec<Option<Placed>>,
+    /// Weights of the places on the Sun's disc, and directions to the observer and to them.
+    suns: Vec<(f64, [Vec3; 2])>,
+    /// Bodies whose spheres overlap; for two ellipsoids the normal of a plane between them, from the first to the second.
+    near: Vec<([usize; 2], Option<Vec3>)>,
+}
+
+impl<'a> Snapshot<'a> {
+    fn new(photometer: &'a Photometer, view: &'a View<'a>, interrupt: &mut InterruptCheck) -> Result<Self> {
+        let bodies = &photometer.bodies;
+        let [e, s] = view.directions(bodies.len())?;
+        let rotations: Vec<Mat3> = view.attitude.iter().map(|&q| rotation::matrix(q)).collect();
+        let place = |(index, body): (usize, &Body)| {
+            ellipsoid(body).map(|semi_axes| Placed {
+                body: index,
+                semi_axes,
+                position: view.position[index],
+                rotation: rotations[index],
+            })
+        };
+        let placed = bodies.iter().enumerate().map(place).collect();
+        let suns = photometer.suns(&s).map(|(weight, sun)| (weight, [e, sun])).collect();
+        let mut snapshot = Self { photometer, view, rotations, placed, suns, near: Vec::new() };
+        if photometer.mutual {
+            snapshot.look_between(interrupt)?;
+        }
+        Ok(snapshot)
+    }
+
+    /// Refuses bodies that overlap, and finds planes between those that are near each other.
+    fn look_between(&mut self, interrupt: &mut InterruptCheck) -> Result<()> {
+        let (bodies, view) = (&self.photometer.bodies, self.view);
+        for first in 0..bodies.len() {
+            interrupt.charge(bodies.len() as u64, view.time)?;
+            for second in first + 1..bodies.len() {
+                let from = view.position[second] - view.position[first];
+                if from.norm() > bodies[first].circumradius() + bodies[second].circumradius() {
+                    continue;
+                }
+                let turns = [&self.rotations[first], &self.rotations[second]];
+                let meeting =
+                    Proximity::of([&bodies[first], &bodies[second]], &from, turns, view.time, interrupt)?;
+                if meeting.overlap {
+                    let [first, second] = [first, second].map(|body| bodies[body].name.clone());
+                    return Err(Error::BodiesOverlap { first, second, time: view.time });
+                }
+                let both = self.placed[first].is_some() && self.placed[second].is_some();
+                let shapes = [first, second].map(|body| &bodies[body].parts()[0].shape);
+                let plane = both.then(|| normal(shapes, turns, &from, &mut 0.0).unwrap_or(from));
+                self.near.push(([first, second], plane));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a body may hide another one along a direction: it stands before that one, or beside it and near.
+    fn is_before(&self, other: usize, body: usize, direction: &Vec3) -> bool {
+        let bodies = &self.photometer.bodies;
+        let from = self.view.position[other] - self.view.position[body];
+        let aside = from - direction * from.dot(direction);
+        if aside.norm() >= bodies[body].circumradius() + bodies[other].circumradius() {
+            return false;
+        }
+        // Any plane between two bodies tells which one is in front. Facets near each other are asked one by one.
+        let near = self.near.iter().find_map(|([first, second], plane)| match [*first, *second] {
+            pair if pair == [body, other] => Some(plane.map_or(*direction, |plane| plane)),
+            pair if pair == [other, body] => Some(plane.map_or(*direction, |plane| -plane)),
+            _ => None,
+        });
+        near.unwrap_or(from).dot(direction) > 0.0
+    }
+
+    /// The other bodies that may hide the sight or the sunlight from one.
+    fn others(&self, body: usize, directions: &[Vec3; 2]) -> impl Iterator<Item = usize> {
+        let count = if self.photometer.mutual { self.placed.len() } else { 0 };
+        (0..count).filter(move |&other| {
+            other != body && directions.iter().any(|direction| self.is_before(other, body, direction))
+        })
+    }
+
+    /// Whether a body, or one that may hide light from it, is no ellipsoid.
+    fn needs_facets(&self, body: usize, directions: &[Vec3; 2]) -> bool {
+        !self.photometer.meshes.is_empty()
+            && (self.placed[body].is_none()
+                || self.others(body, directions).any(|other| self.placed[other].is_none()))
+    }
+
+    /// The brightness of a body by its facets: of ellipsoids the exact one, less what is hidden from their facets.
+    fn faceted(&self, body: usize, directions: &[Vec3; 2], interrupt: &mut InterruptCheck) -> Result<f64> {
+        let Photometer { surfaces, meshes, rule, .. } = self.photometer;
+        let law = &surfaces[body].law;
+        let place = |k: usize| (k, &meshes[k], self.view.position[k], self.rotations[k]);
+        let all: Vec<_> = std::iter::once(body).chain(self.others(body, directions)).map(place).collect();
+        let faceted = Faceted::new(&all, directions);
+        let [e, s] = directions;
+        let phase = e.cross(s).norm().atan2(e.dot(s));
+        let facets = faceted.brightness(0, &law.at(phase), self.view.time, interrupt)?;
+        let mut total: f64 = facets.iter().map(|[left, _]| left).sum();
+        for (part, range) in &meshes[body].ellipsoids {
+            let placed = Placed {
+                body,
+                semi_axes: Vec3::from(part.shape.semi_axes()),
+                position: self.view.position[body],
+                rotation: self.rotations[body] * part.rotation(),
+            };
+            let whole: f64 = facets[range.clone()].iter().map(|[_, whole]| whole).sum();
+            total += Lit::new(&placed, law, rule, *directions, std::iter::empty()).brightness() - whole;
+        }
+        Ok(total.max(0.0))
+    }
+
+    /// The ellipsoids that hide light from one.
+    fn before(&self, body: usize, directions: &[Vec3; 2]) -> impl Iterator<Item = (Light, &Placed)> {
+        let mutual = self.photometer.mutual;
+        let lights = [(Light::Sight, directions[0]), (Light::Sun, directions[1])];
+        lights.into_iter().filter(move |_| mutual).flat_map(move |(light, direction)| {
+            let others = self
+                .placed
+                .iter()
+                .flatten()
+                .filter(move |other| other.body != body && self.is_before(other.body, body, &direction));
+            others.map(move |other| (light, other))
+        })
+    }
+}
+
+/// The semi-axes of a body that is one ellipsoid about its centre.
+fn ellipsoid(body: &Body) -> Option<Vec3> {
+    match body.parts() {
+        [Part { shape: Shape::Ellipsoid(ellipsoid), place: None, .. }] => {
+            Some(Vec3::from(ellipsoid.semi_axes()))
+        }
+        _ => None,
+    }
+}
+
+impl View<'_> {
+    /// Unit vectors to the observer and to the Sun, or what is wrong with the view.
+    fn directions(&self, bodies: usize) -> Result<[Vec3; 2]> {
+        for (what, count) in [("positions", self.position.len()), ("attitudes", self.attitude.len())] {
+            if count != bodies {
+                return Err(Error::invalid(format!("number of {what}"), count, format!("{bodies}")));
+            }
+        }
+        let unit = |what: &str, direction: &Vec3| {
+            require_finite(what, direction.as_slice())?;
+            let largest = direction.amax();
+            if largest == 0.0 {
+                return Err(Error::invalid(what, "zero", "a direction, of any length above zero"));
+            }
+            Ok((direction / largest).normalize())
+        };
+        Ok([unit("to_observer", &self.to_observer)?, unit("to_sun", &self.to_sun)?])
+    }
+}
+
+impl Photometer {
+    /// Weights and directions of places on the Sun's disc about a direction.
+    fn suns(&self, to_sun: &Vec3) -> impl Iterator<Item = (f64, Vec3)> {
+        let mut axis = Vec3::zeros();
+        axis[to_sun.iamin()] = 1.0;
+        let first = to_sun.cross(&axis).normalize();
+        let (second, to_sun) = (to_sun.cross(&first), *to_sun);
+        self.sun.iter().map(move |[x, y, weight]| (*weight, (to_sun + first * *x + second * *y).normalize()))
+    }
+}
+
+impl Partials {
+    /// Adds derivatives times a factor; those by the direction to a place on the Sun's disc count as by that to its centre, with
+    /// which the disc turns.
+    fn add(&mut self, part: &Self, factor: f64, centre: &[Vec3; 2], place: &[Vec3; 2]) {
+        for (sum, by) in self.by_body.iter_mut().zip(&part.by_body) {
+            sum.position += by.position * factor;
+            sum.rotation += by.rotation * factor;
+            sum.semi_axes += by.semi_axes * factor;
+        }
+        for k in 0..2 {
+            // The directions are unit vectors: what is along them has no meaning.
+            let turned = place[k].cross(&part.by_direction[k]).cross(&centre[k]);
+            self.by_direction[k] += turned * factor;
+        }
+    }
+}
+
+/// Places on the Sun's disc: Gauss's rule in the squared radius, and equal angles, turned from ring to ring.
+fn disc(radius: f64) -> Vec<[f64; 3]> {
+    if radius == 0.0 {
+        return vec![[0.0, 0.0, 1.0]];
+    }
+    let rule = GaussLegendre::new(RINGS);
+    let rings = rule.nodes().zip(rule.weights()).enumerate();
+    let ring = |(index, (x, weight)): (usize, (&f64, &f64))| {
+        let distance = radius.tan() * (0.5 * (1.0 + x)).sqrt();
+        let weight = 0.5 * weight / PLACES as f64;
+        (0..PLACES).map(move |place| {
+            let angle = TAU * (place as f64 + 0.5 * (index % 2) as f64) / PLACES as f64;
+            [distance * angle.cos(), distance * angle.sin(), weight]
+        })
+    };
+    rings.flat_map(ring).collect()
+}

@@ -1,0 +1,130 @@
+//! Brightness of bodies.
+
+use super::arrays::{array, rows, vectors};
+use super::bodies::PyBody;
+use super::descriptions::from_python;
+use super::listening::listening;
+use crate::error::Error;
+use crate::math::Vec3;
+use crate::photometry::{Law, Partials, Photometer, Surface, View};
+use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+/// Bodies with their surfaces, ready for any number of epochs.
+#[pyclass(frozen, name = "Photometer", module = "fullbody._core")]
+pub struct PyPhotometer {
+    inner: Photometer,
+}
+
+/// Epochs: times (K,), positions (K N, 3), attitudes (K N, 4), directions to the observer and to the Sun (K, 3).
+#[derive(FromPyObject)]
+struct Epochs<'py>(
+    PyReadonlyArray1<'py, f64>,
+    PyReadonlyArrayDyn<'py, f64>,
+    PyReadonlyArrayDyn<'py, f64>,
+    PyReadonlyArrayDyn<'py, f64>,
+    PyReadonlyArrayDyn<'py, f64>,
+);
+
+/// The same in the core's types.
+struct Taken {
+    times: Vec<f64>,
+    positions: Vec<Vec3>,
+    attitudes: Vec<[f64; 4]>,
+    directions: [Vec<Vec3>; 2],
+}
+
+impl Epochs<'_> {
+    fn take(&self, bodies: usize) -> Result<Taken, Error> {
+        let times = self.0.as_array().to_vec();
+        let taken = Taken {
+            positions: vectors("position", &self.1)?,
+            attitudes: rows::<4>("attitude", &self.2)?,
+            directions: [vectors("to_observer", &self.3)?, vectors("to_sun", &self.4)?],
+            times,
+        };
+        let count = taken.times.len();
+        let lengths = [
+            ("positions", taken.positions.len(), count * bodies),
+            ("attitudes", taken.attitudes.len(), count * bodies),
+            ("directions to the observer", taken.directions[0].len(), count),
+            ("directions to the Sun", taken.directions[1].len(), count),
+        ];
+        for (what, length, expected) in lengths {
+            if length != expected {
+                return Err(Error::invalid(format!("number of {what}"), length, expected.to_string()));
+            }
+        }
+        Ok(taken)
+    }
+}
+
+impl Taken {
+    fn views(&self, bodies: usize) -> Vec<View<'_>> {
+        let view = |(k, time): (usize, &f64)| View {
+            time: *time,
+            position: &self.positions[k * bodies..(k + 1) * bodies],
+            attitude: &self.attitudes[k * bodies..(k + 1) * bodies],
+            to_observer: self.directions[0][k],
+            to_sun: self.directions[1][k],
+        };
+        self.times.iter().enumerate().map(view).collect()
+    }
+}
+
+#[pymethods]
+impl PyPhotometer {
+    #[new]
+    fn new(
+        bodies: Vec<PyRef<'_, PyBody>>,
+        laws: Vec<Bound<'_, PyDict>>,
+        albedo: Vec<f64>,
+        mutual: bool,
+        sun_radius: f64,
+    ) -> PyResult<Self> {
+        let bodies = bodies.iter().map(|body| body.inner.clone()).collect();
+        let laws = laws.iter().map(from_python::<Law>).collect::<PyResult<Vec<_>>>()?;
+        let surfaces = laws.into_iter().zip(albedo).map(|(law, albedo)| Surface { law, albedo }).collect();
+        Ok(Self { inner: Photometer::new(bodies, surfaces, mutual, sun_radius)? })
+    }
+
+    /// The brightness (K, N) of each body.
+    fn brightness<'py>(&self, py: Python<'py>, epochs: Epochs<'py>) -> PyResult<Array<'py>> {
+        let count = self.inner.bodies().len();
+        let taken = epochs.take(count)?;
+        let all = listening(py, |interrupt| {
+            self.inner.many(&taken.views(count), interrupt, Photometer::brightness)
+        })?;
+        array(py, all.concat(), &[taken.times.len(), count])
+    }
+
+    /// The brightness (K, N), its derivatives (K, N, N, 9) by positions, rotation vectors and semi-axes of each body, and
+    /// (K, N, 2, 3) by the unit vectors to the observer and to the Sun.
+    fn partials<'py>(
+        &self,
+        py: Python<'py>,
+        epochs: Epochs<'py>,
+    ) -> PyResult<(Array<'py>, Array<'py>, Array<'py>)> {
+        let count = self.inner.bodies().len();
+        let taken = epochs.take(count)?;
+        let all =
+            listening(py, |interrupt| self.inner.many(&taken.views(count), interrupt, Photometer::partials))?;
+        let (mut brightness, mut by_body, mut by_direction) = (Vec::new(), Vec::new(), Vec::new());
+        for (value, Partials { by_body: bodies, by_direction: directions }) in all.into_iter().flatten() {
+            brightness.push(value);
+            for by in bodies {
+                by_body.extend([by.position, by.rotation, by.semi_axes].iter().flat_map(|v| [v.x, v.y, v.z]));
+            }
+            by_direction.extend(directions.iter().flat_map(|v| [v.x, v.y, v.z]));
+        }
+        let times = taken.times.len();
+        Ok((
+            array(py, brightness, &[times, count])?,
+            array(py, by_body, &[times, count, count, 9])?,
+            array(py, by_direction, &[times, count, 2, 3])?,
+        ))
+    }
+}

@@ -1,0 +1,70 @@
+//! How near two bodies are to touching, by their parts.
+
+use super::{Body, growth};
+use crate::error::Result;
+use crate::interrupt::InterruptCheck;
+use crate::math::{Mat3, Vec3};
+
+/// How near two bodies are to touching.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Proximity {
+    /// The least factor by which a part of one body and a part of the other must grow, each about its own
+    /// centre, to touch; one where the bodies touch. For parts far apart it is the factor of the spheres
+    /// around them, a lower bound.
+    pub factor: f64,
+    /// Whether the interiors of the bodies share a point.
+    pub overlap: bool,
+}
+
+impl Proximity {
+    /// Computes how near two bodies are to touching.
+    ///
+    /// `separation` runs from the first centre to the second; the matrices rotate the body frames into its
+    /// frame. An interruption names `time`.
+    pub fn of(
+        bodies: [&Body; 2],
+        separation: &Vec3,
+        rotations: [&Mat3; 2],
+        time: f64,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Self> {
+        /// The factor from which on the spheres around two parts are used in their place.
+        const FAR: f64 = 2.0;
+        /// Units of work of two parts that are near each other.
+        const NEAR: u64 = 30;
+        let [first, second] = bodies;
+        let mut nearest = Self { factor: f64::INFINITY, overlap: false };
+        for a in first.outer_parts() {
+            for b in second.outer_parts() {
+                interrupt.charge(1, time)?;
+                let (mut r, mut turn_a, mut turn_b) = (*separation, *rotations[0], *rotations[1]);
+                if let Some(place) = &a.place {
+                    r -= turn_a * place.position;
+                    turn_a *= place.rotation;
+                }
+                if let Some(place) = &b.place {
+                    r += turn_b * place.position;
+                    turn_b *= place.rotation;
+                }
+                let circumradii = a.shape.circumradius() + b.shape.circumradius();
+                let spheres = r.norm() / circumradii;
+                if spheres >= nearest.factor {
+                    continue;
+                }
+                if spheres > FAR {
+                    nearest.factor = spheres;
+                    continue;
+                }
+                interrupt.charge(NEAR, time)?;
+                let growth = growth(&a.shape, &b.shape, &r, &turn_a, &turn_b).with_levers(
+                    r.norm(),
+                    circumradii,
+                    [a.place, b.place],
+                );
+                nearest.overlap |= growth.overlap(&first.name, &second.name)?;
+                nearest.factor = nearest.factor.min(growth.factor);
+            }
+        }
+        Ok(nearest)
+    }
+}

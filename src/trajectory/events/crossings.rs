@@ -1,0 +1,63 @@
+//! Zeros of conditions along a continuous solution.
+
+use super::condition::EvaluationPoint;
+use super::{Condition, Event, EventDetector};
+use crate::dynamics::System;
+use crate::error::Result;
+use crate::integrate::Segment;
+use crate::interrupt::InterruptCheck;
+use crate::trajectory::Dense;
+
+/// The zeros of a condition's function along a part of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Crossings {
+    /// The function at the start of the piece of the run in which the span begins.
+    pub at_start: f64,
+    /// Times of the zeros in the order of the run; the function changes its sign at each.
+    pub times: Vec<f64>,
+}
+
+impl Dense {
+    /// The zeros of the functions of conditions in the pieces of a run that have a part of the span in them, found as events are
+    /// found while a run is integrated.
+    pub fn crossings(
+        &self,
+        system: &System,
+        conditions: Vec<Condition>,
+        span: [f64; 2],
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Vec<Crossings>> {
+        let equations = system.dynamics(self.frame(), interrupt)?;
+        let mut events: Vec<Event> = conditions.into_iter().map(Event::new).collect();
+        let mut detector = EventDetector::new(&equations, &events, false)?;
+        let overlaps = |piece: &Segment| {
+            let (start, end) = (piece.start(), piece.time_at(1.0));
+            start.max(end) >= span[0] && start.min(end) <= span[1]
+        };
+        let all = self.pieces();
+        let from = all.iter().position(overlaps).unwrap_or(all.len());
+        let until = all.iter().rposition(overlaps).map_or(from, |last| last + 1);
+        let pieces = &all[from..until];
+        let (Some(first), Some(last)) = (pieces.first(), pieces.last()) else {
+            return Ok(events.iter().map(|_| Crossings { at_start: f64::MAX, times: Vec::new() }).collect());
+        };
+        let mut y = vec![0.0; equations.layout().dimension()];
+        let zeros = y.clone();
+        first.at(0.0, &mut y);
+        let place = EvaluationPoint { equations: &equations, time: first.start(), y: &y, zeros: &zeros };
+        let start =
+            |event: &mut Event| Ok(Crossings { at_start: event.condition.value(&place)?, times: Vec::new() });
+        let mut found = events.iter_mut().map(start).collect::<Result<Vec<_>>>()?;
+        let mut happened = Vec::new();
+        last.at(1.0, &mut y);
+        let end = (last.time_at(1.0), y.as_slice());
+        detector.scan(&equations, pieces, end, None, &mut events, &mut happened, interrupt)?;
+        // The last piece may go on beyond the event that ended the run.
+        let (from, to) = self.range();
+        let within = from.min(to)..=from.max(to);
+        for occurrence in happened.iter().filter(|occurrence| within.contains(&occurrence.time)) {
+            found[occurrence.event].times.push(occurrence.time);
+        }
+        Ok(found)
+    }
+}

@@ -1,0 +1,182 @@
+//! The derivatives of a condition's function at a state.
+//!
+//! The functions are of many kinds, a caller's among them. They are smooth there, and their differences of
+//! eighth order have some thirteen digits.
+
+use super::Condition;
+use super::condition::EvaluationPoint;
+use crate::dynamics::{BarycentricFrame, Parameter, State, System, TANGENT_SIZE};
+use crate::error::{Error, Result};
+use crate::interrupt::InterruptCheck;
+use crate::math::difference::{STEP, WEIGHTS};
+use crate::math::{Vec3, rotation};
+use crate::shape::Shape;
+
+/// The derivatives of a condition's function.
+pub struct ConditionDerivatives {
+    /// The derivatives by the 12 N numbers of a tangent vector at the state.
+    pub by_state: Vec<f64>,
+    /// The derivative by the time.
+    pub by_time: f64,
+    /// The derivatives by parameters of the system, at a fixed state.
+    pub by_parameters: Vec<f64>,
+    /// The derivatives by the condition's own parameters, with their names.
+    pub by_own: Vec<(String, f64)>,
+}
+
+impl Condition<'_> {
+    /// Returns the derivatives at a state.
+    pub fn derivatives(
+        &mut self,
+        system: &System,
+        state: &State,
+        parameters: &[Parameter],
+        interrupt: &mut InterruptCheck,
+    ) -> Result<ConditionDerivatives> {
+        system.check(state, interrupt)?;
+        let (frame, y, _) = BarycentricFrame::new(system.layout(), &system.masses(), state);
+        let dynamics = system.dynamics(&frame, interrupt)?;
+        self.check(&dynamics)?;
+        let mut sizes = vec![[0.0; 3]; state.bodies()];
+        dynamics.scales(&y, &mut sizes);
+        let (state, share) = &self.smooth_at(system, state);
+        sizes.iter_mut().flatten().for_each(|size| *size *= share);
+        let mut by_state = Vec::with_capacity(TANGENT_SIZE * state.bodies());
+        for (body, [length, speed, spin]) in sizes.iter().enumerate() {
+            for (kind, size) in [*length, *speed, *share, *spin].into_iter().enumerate() {
+                for axis in 0..3 {
+                    by_state.push(central_difference(size, |by| {
+                        self.of_state(system, &moved(state, body, kind, axis, by), interrupt)
+                    })?);
+                }
+            }
+        }
+        let [length, speed, _] = sizes[0];
+        let by_time = central_difference(share * length / speed, |by| {
+            self.of_state(system, &State { time: state.time + by, ..state.clone() }, interrupt)
+        })?;
+        let by_parameters =
+            parameters.iter().map(|p| self.by_parameter(*p, *share, system, state, interrupt));
+        let by_parameters = by_parameters.collect::<Result<_>>()?;
+        let by_own = self.by_own(system, state, interrupt)?;
+        Ok(ConditionDerivatives { by_state, by_time, by_parameters, by_own })
+    }
+
+    /// Returns the state at which the function is differentiated, and the share of the numbers' sizes over
+    /// which it is smooth. The distance of a polyhedron has kinks where the nearest edge changes and is not
+    /// defined where surfaces overlap: it is differentiated where the bodies are still a ten-millionth of the
+    /// separation apart.
+    fn smooth_at(&self, system: &System, state: &State) -> (State, f64) {
+        const APART: f64 = 1e-7;
+        const SHARE: f64 = 5e-6;
+        let polyhedral = |body: &usize| {
+            system.bodies()[*body].parts().iter().any(|part| matches!(part.shape, Shape::Polyhedron(_)))
+        };
+        let mut state = state.clone();
+        match self {
+            Self::Contact { first, second } if [first, second].into_iter().any(polyhedral) => {
+                let separation = state.position[*second] - state.position[*first];
+                state.position[*second] += separation * APART;
+                (state, SHARE)
+            }
+            _ => (state, 1.0),
+        }
+    }
+
+    /// Returns the derivatives by the condition's own parameters, with their names.
+    fn by_own(
+        &mut self,
+        system: &System,
+        state: &State,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Vec<(String, f64)>> {
+        let name = self.name();
+        let distance = |first: usize, second: usize| (state.position[second] - state.position[first]).norm();
+        Ok(match *self {
+            Self::Separation { .. } => vec![(format!("value of {name}"), -1.0)],
+            Self::Escape { first, second, distance: limit } => {
+                let away = distance(first, second) / limit;
+                // The function is the smaller one of that of the energy and that of the distance.
+                let by_energy = self.of_state(system, state, interrupt)? < away - 1.0;
+                vec![(format!("distance of {name}"), if by_energy { 0.0 } else { -away / limit })]
+            }
+            Self::PlaneCrossing { body, reference, normal } => {
+                let from = reference.map_or_else(Vec3::zeros, |other| state.position[other]);
+                let (unit, away) = (normal.normalize(), state.position[body] - from);
+                let by_normal = (away - unit * unit.dot(&away)) / normal.norm();
+                let axes = ["x", "y", "z"].into_iter().zip(by_normal.iter());
+                axes.map(|(axis, by)| (format!("normal {axis} of {name}"), *by)).collect()
+            }
+            _ => Vec::new(),
+        })
+    }
+
+    /// Returns the derivative by a parameter on which the function depends at a fixed state: a shape for a
+    /// contact, mu for an escape, and a third body for its closest approach.
+    fn by_parameter(
+        &mut self,
+        parameter: Parameter,
+        share: f64,
+        system: &System,
+        state: &State,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<f64> {
+        let counts = match self {
+            Self::Contact { first, second } => {
+                parameter.moves_surface().is_some_and(|body| body == *first || body == *second)
+            }
+            Self::Escape { first, second, .. } => {
+                let mass = [*first, *second].into_iter().any(|body| parameter.of_mass(body) != 0.0);
+                mass || parameter == Parameter::GravitationalConstant
+            }
+            Self::ClosestApproach { force } => parameter.moves_third_body(*force),
+            _ => false,
+        };
+        if !counts {
+            return Ok(0.0);
+        }
+        central_difference(share * parameter.size(system), |by| {
+            self.of_state(&parameter.changed(system, by)?, state, interrupt)
+        })
+    }
+
+    fn of_state(&mut self, system: &System, state: &State, interrupt: &mut InterruptCheck) -> Result<f64> {
+        let (frame, y, zeros) = BarycentricFrame::new(system.layout(), &system.masses(), state);
+        let equations = &system.dynamics(&frame, interrupt)?;
+        let zeros = &vec![0.0; zeros.len()];
+        self.value(&EvaluationPoint { equations, time: state.time, y: &y, zeros })
+    }
+}
+
+/// Returns the derivative of a function of a change, for a number of this natural size.
+fn central_difference(size: f64, mut function: impl FnMut(f64) -> Result<f64>) -> Result<f64> {
+    let mut sum = 0.0;
+    for (k, weight) in (1..).zip(WEIGHTS) {
+        let by = f64::from(k) * STEP * size;
+        sum += weight * (function(by)? - function(-by)?);
+    }
+    let derivative = sum / (STEP * size);
+    if derivative.is_finite() {
+        return Ok(derivative);
+    }
+    Err(Error::invalid("derivative of an event's function", derivative, "a function that is smooth there"))
+}
+
+/// Returns a state with one of its numbers changed.
+fn moved(state: &State, body: usize, kind: usize, axis: usize, by: f64) -> State {
+    let mut state = state.clone();
+    let mut change = Vec3::zeros();
+    change[axis] = by;
+    match kind {
+        0 => state.position[body] += change,
+        1 => state.velocity[body] += change,
+        2 => {
+            let (sine, cosine) = (0.5 * by).sin_cos();
+            let mut turn = [cosine, 0.0, 0.0, 0.0];
+            turn[1 + axis] = sine;
+            state.attitude[body] = rotation::product(state.attitude[body], turn);
+        }
+        _ => state.spin[body] += change,
+    }
+    state
+}

@@ -1,0 +1,222 @@
+//! The detection of events in the pieces of a step.
+
+use super::condition::EvaluationPoint;
+use super::{Condition, Event, Occurrence};
+use crate::dynamics::Dynamics;
+use crate::error::{Error, Result};
+use crate::integrate::{POINTS, Segment, counts, sample_fractions, zeros};
+use crate::interrupt::InterruptCheck;
+use crate::trajectory::approach::Contact;
+
+/// A zero this close to a state that was given, as a fraction of the step, is that state itself and no event.
+const AT_GIVEN: f64 = 1e-9;
+
+/// The units of work of searching a piece for one event.
+const SCAN: u64 = 200;
+
+/// The search for events along a run.
+pub(crate) struct EventDetector {
+    values: Vec<[f64; POINTS]>,
+    /// Whether the last values are those at the start of the next piece.
+    begun: bool,
+    /// Whether the next piece starts from a state that was given, and not from one that a step has reached.
+    given: bool,
+    y: Vec<f64>,
+    /// The vector at the start of the piece after the present one.
+    next: Vec<f64>,
+    zeros: Vec<f64>,
+    found: Vec<(f64, usize)>,
+}
+
+impl EventDetector {
+    /// Returns an error for events that the system cannot have. `given` says whether the run starts from a
+    /// state that was given.
+    pub fn new(equations: &Dynamics, events: &[Event], given: bool) -> Result<Self> {
+        for event in events {
+            event.condition.check(equations)?;
+            let name = event.condition.name();
+            let own = event.condition.direction();
+            let fits = match own {
+                Some(own) => event.direction == 0 || event.direction == own,
+                None => (-1..=1).contains(&event.direction),
+            };
+            if !fits {
+                let expected = own.map_or("-1, 0 or 1".to_owned(), |own| format!("0 or {own}"));
+                return Err(Error::invalid(format!("direction of {name}"), event.direction, expected));
+            }
+        }
+        let dimension = equations.layout().dimension();
+        Ok(Self {
+            values: vec![[0.0; POINTS]; events.len()],
+            begun: false,
+            given,
+            y: vec![0.0; dimension],
+            next: vec![0.0; dimension],
+            zeros: vec![0.0; dimension],
+            found: Vec::new(),
+        })
+    }
+
+    /// Appends the events within a step that ends with the time and vector `end`, in the order of the run, up
+    /// to and including the first terminal one, whose index and time are returned.
+    ///
+    /// At the ends of the pieces the functions are evaluated at the vectors through which the steps
+    /// themselves pass. The values there are the same for the piece before and the piece after, and for a run
+    /// that begins there: no zero is found twice, and none is lost. Where bodies touch the step ends, and
+    /// their contact is an event at exactly that time.
+    #[allow(clippy::too_many_arguments)]
+    pub fn scan(
+        &mut self,
+        equations: &Dynamics,
+        pieces: &[Segment],
+        end: (f64, &[f64]),
+        met: Option<Contact>,
+        events: &mut [Event],
+        out: &mut Vec<Occurrence>,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Option<(usize, f64)>> {
+        for (k, piece) in pieces.iter().enumerate() {
+            let work: u64 = events.iter().map(|event| SCAN * event.condition.weight()).sum();
+            interrupt.charge(work, piece.start())?;
+            let mut next = std::mem::take(&mut self.next);
+            next.resize(end.1.len(), 0.0);
+            let here = met.filter(|contact| contact.piece == k);
+            let after = match (here, pieces.get(k + 1)) {
+                (Some(contact), _) => {
+                    piece.at(contact.theta, &mut next);
+                    (contact.time, next.as_slice())
+                }
+                (None, Some(piece)) => {
+                    piece.at(0.0, &mut next);
+                    (piece.start(), next.as_slice())
+                }
+                (None, None) => end,
+            };
+            let stop = self.scan_piece(equations, piece, after, here, events, out)?;
+            self.next = next;
+            if stop.is_some() || here.is_some() {
+                return Ok(stop);
+            }
+        }
+        Ok(None)
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn scan_piece(
+        &mut self,
+        equations: &Dynamics,
+        piece: &Segment,
+        after: (f64, &[f64]),
+        met: Option<Contact>,
+        events: &mut [Event],
+        out: &mut Vec<Occurrence>,
+    ) -> Result<Option<(usize, f64)>> {
+        let fractions = sample_fractions(met.map_or(1.0, |contact| contact.theta));
+        self.sample(equations, piece, &fractions, after, events)?;
+        self.find(equations, piece, &fractions, met, events)?;
+        (self.begun, self.given) = (true, false);
+        for &(theta, index) in &self.found {
+            piece.at(theta, &mut self.y);
+            let time = piece.time_at(theta);
+            out.push(Occurrence {
+                event: index,
+                time,
+                state: equations.frame().state(time, &self.y, &self.zeros),
+                derivatives: None,
+            });
+            if events[index].terminal {
+                return Ok(Some((index, time)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Evaluates the functions at fractions of a piece; at the last fraction they are evaluated at the time
+    /// and vector `after`.
+    fn sample(
+        &mut self,
+        equations: &Dynamics,
+        piece: &Segment,
+        fractions: &[f64; POINTS],
+        after: (f64, &[f64]),
+        events: &mut [Event],
+    ) -> Result<()> {
+        for values in &mut self.values {
+            values[0] = values[POINTS - 1];
+        }
+        for k in usize::from(self.begun)..POINTS {
+            let (time, y) = if k == POINTS - 1 {
+                after
+            } else {
+                piece.at(fractions[k], &mut self.y);
+                (piece.time_at(fractions[k]), self.y.as_slice())
+            };
+            let place = EvaluationPoint { equations, time, y, zeros: &self.zeros };
+            for (event, values) in events.iter_mut().zip(&mut self.values) {
+                values[k] = checked(event, &place)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Finds the zeros that count between the samples of a piece, in the order of the run.
+    fn find(
+        &mut self,
+        equations: &Dynamics,
+        piece: &Segment,
+        fractions: &[f64; POINTS],
+        met: Option<Contact>,
+        events: &mut [Event],
+    ) -> Result<()> {
+        let Self { values, given, y, zeros: low, found, .. } = self;
+        let (end, forward) = (fractions[POINTS - 1], piece.size() > 0.0);
+        found.clear();
+        let mut take = |theta: f64, index: usize| {
+            if !*given || theta > AT_GIVEN {
+                found.push((theta, index));
+            }
+        };
+        for (index, (event, values)) in events.iter_mut().zip(values).enumerate() {
+            let direction = event.condition.direction().unwrap_or(event.direction);
+            if let (Condition::Contact { first, second }, Some(contact)) = (&event.condition, &met)
+                && contact.is_of(*first, *second)
+            {
+                // The function of a contact falls along the run.
+                if counts(direction, !forward) {
+                    take(end, index);
+                }
+                continue;
+            }
+            let f = |theta: f64| {
+                piece.at(theta, y);
+                let time = piece.time_at(theta);
+                checked(event, &EvaluationPoint { equations, time, y, zeros: low })
+            };
+            let wanted = |rises: bool| counts(direction, rises == forward);
+            zeros(fractions, values, f, wanted, |theta, _| take(theta, index))?;
+        }
+        self.found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(())
+    }
+
+    /// Returns the vector of the last event found.
+    pub fn vector(&self) -> &[f64] {
+        &self.y
+    }
+}
+
+fn checked(event: &mut Event, place: &EvaluationPoint) -> Result<f64> {
+    let value = event.condition.value(place)?;
+    if value.is_finite() {
+        return Ok(value);
+    }
+    // The growth of two points is infinite, since they never touch; it counts as a large number.
+    if value == f64::INFINITY {
+        return Ok(f64::MAX);
+    }
+    Err(Error::invalid(
+        format!("{} at time {}", event.condition.name(), place.time),
+        value,
+        "a finite number",
+    ))
+}

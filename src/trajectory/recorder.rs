@@ -1,0 +1,382 @@
+//! What is recorded of a run, step by step: samples, events, the continuous solution and tangents.
+
+use super::approach::Contact;
+use super::dense::{piece_at, state_within};
+use super::events::EventDetector;
+use super::output::Times;
+use super::tangent::{TangentOptions, Tangents};
+use super::{Dense, Event, Output, Simulation, StopReason, Trajectory};
+use crate::dynamics::State;
+use crate::error::{Error, Result, require_finite};
+use crate::interrupt::{HOOK_INTERVAL, InterruptCheck, UNITS};
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+/// The units of work of evaluations after which the clock is read between steps.
+const LOOK: u64 = UNITS / 32;
+
+/// The progress of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// The time at the start of the run.
+    pub start: f64,
+    /// The present time.
+    pub time: f64,
+    /// The time at the end of the run.
+    pub end: f64,
+}
+
+/// The options of a run.
+pub struct Run<'a, 'f> {
+    /// The times at which samples are recorded.
+    pub output: &'a Output,
+    /// The events that are searched for.
+    pub events: &'a mut [Event<'f>],
+    /// Whether the continuous solution is kept.
+    pub dense: bool,
+    /// Which tangent vectors are integrated beside the run.
+    pub tangent_options: &'a TangentOptions,
+}
+
+impl<'a, 'f> Run<'a, 'f> {
+    /// Makes the options of a run with samples at the times of `output`, without events, continuous solution, derivatives or
+    /// chaos indicators.
+    pub fn new(output: &'a Output) -> Self {
+        Self { output, events: &mut [], dense: false, tangent_options: &TangentOptions::NONE }
+    }
+}
+
+/// Moves a simulation and records its motion.
+pub(super) struct Recorder<'r, 'f> {
+    /// The end of the run.
+    pub until: f64,
+    forward: bool,
+    /// Whether every step is looked into, for events or the continuous solution.
+    pub looks_inside: bool,
+    times: Times<'r>,
+    detector: EventDetector,
+    events: &'r mut [Event<'f>],
+    tangents: Tangents,
+    with_tangents: bool,
+    record: &'r mut Trajectory,
+    /// Room for the vector of a sample.
+    sample: Vec<f64>,
+}
+
+/// Where a step ends before its own end.
+#[derive(Default)]
+struct Cut {
+    /// The first terminal event, by its place in the list of events, and its time.
+    event: Option<(usize, f64)>,
+    contact: Option<Contact>,
+    /// The force that switches at the end of the step.
+    switch: Option<usize>,
+}
+
+impl<'r, 'f> Recorder<'r, 'f> {
+    /// Refuses a run that the simulation cannot make.
+    pub fn new(
+        simulation: &mut Simulation,
+        until: f64,
+        run: Run<'r, 'f>,
+        record: &'r mut Trajectory,
+    ) -> Result<Self> {
+        require_finite("until", &[until])?;
+        simulation.propagator.check_reach(until)?;
+        let start = simulation.time();
+        let vector = simulation.propagator.vector().0;
+        simulation.motion.equations.check_external_forces(start, until, vector)?;
+        let equations = &simulation.motion.equations;
+        let Run { output, events, dense, tangent_options } = run;
+        let recorder = Self {
+            looks_inside: dense || !events.is_empty(),
+            until,
+            forward: until >= start,
+            times: Times::new(start, until, output)?,
+            detector: EventDetector::new(equations, events, simulation.given)?,
+            events,
+            tangents: Tangents::new(
+                tangent_options,
+                &simulation.motion,
+                &simulation.propagator,
+                &simulation.state(),
+            )?,
+            with_tangents: *tangent_options != TangentOptions::default(),
+            record,
+            sample: vec![0.0; simulation.frame().layout.dimension()],
+        };
+        if dense {
+            recorder.record.dense = Some(Dense::new(simulation.frame(), simulation.state()));
+        }
+        Ok(recorder)
+    }
+
+    /// Records the start of the run.
+    pub fn begin(&mut self, simulation: &mut Simulation, interrupt: &mut InterruptCheck) -> Result<()> {
+        let conserved = simulation.invariants(interrupt)?;
+        self.record.start.get_or_insert(conserved);
+        let work_and_impulse = || simulation.work_and_impulse().to_vec();
+        self.record.start_work_and_impulse.get_or_insert_with(work_and_impulse);
+        if self.times.due(simulation.time()) {
+            self.record_present(simulation, interrupt)?;
+        }
+        Ok(())
+    }
+
+    /// Makes one step of the simulation and records it; gives the reason where the run stops in it.
+    pub fn step(
+        &mut self,
+        simulation: &mut Simulation,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Option<StopReason>> {
+        let cut = self.advance(simulation, interrupt)?;
+        let now = simulation.time();
+        let met = cut.contact.map_or(now, |contact| contact.time);
+        self.record_before(cut.event.map_or(met, |(_, time)| time), simulation, interrupt)?;
+        if let Some((event, time)) = cut.event {
+            let pieces = simulation.propagator.pieces();
+            self.tangents.place(&mut simulation.motion, pieces, time, interrupt)?;
+            simulation.propagator.place(time, self.detector.vector());
+            simulation.given = true;
+            self.record_present(simulation, interrupt)?;
+            return Ok(Some(StopReason::Event(event)));
+        }
+        if let Some(contact) = cut.contact {
+            simulation.propagator.retreat();
+            return Err(contact.error(simulation.system()));
+        }
+        let advanced = self.tangents.advance(&mut simulation.motion, &simulation.propagator, interrupt);
+        let tangents = Some(&mut self.tangents);
+        let advanced =
+            advanced.and_then(|()| cut.switch.map_or(Ok(()), |force| simulation.switch(force, tangents)));
+        advanced.inspect_err(|_| simulation.propagator.retreat())?;
+        if self.times.due(now) {
+            self.record_present(simulation, interrupt)?;
+        }
+        Ok(None)
+    }
+
+    /// Makes one step, and finds what cuts it short. On an error within the step it is taken back with all that was found in it: a run that
+    /// goes on misses nothing.
+    fn advance(&mut self, simulation: &mut Simulation, interrupt: &mut InterruptCheck) -> Result<Cut> {
+        let (until, with_tangents) = (self.until, self.with_tangents);
+        simulation.switch_overdue(Some(&mut self.tangents))?;
+        if !self.looks_inside {
+            let due = |now| self.times.pending(now).is_some();
+            let (contact, switch) = simulation.advance(until, with_tangents, due, interrupt)?;
+            return Ok(Cut { event: None, contact, switch });
+        }
+        let (before, known) = (simulation.checkpoint(), self.record.events.len());
+        let (contact, switch) = simulation.advance(until, with_tangents, |_| true, interrupt)?;
+        let found = self.look_inside(simulation, contact, interrupt);
+        match found.and_then(|event| self.differentiate(known, simulation, interrupt).map(|()| event)) {
+            Ok(event) => Ok(Cut { event, contact, switch }),
+            Err(error) => {
+                self.record.events.truncate(known);
+                simulation.go_back(&before, &mut InterruptCheck::never())?;
+                Err(error)
+            }
+        }
+    }
+
+    /// Finds the events and keeps the continuous solution of the last step, up to the first terminal event, whose place in the list and time
+    /// are given, or to where bodies meet.
+    fn look_inside(
+        &mut self,
+        simulation: &Simulation,
+        contact: Option<Contact>,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Option<(usize, f64)>> {
+        let (vector, pieces) = (simulation.propagator.vector().0, simulation.propagator.pieces());
+        let Self { detector, events, record, sample, .. } = self;
+        let mut stop = None;
+        if !events.is_empty() {
+            let (end, equations) = ((simulation.time(), vector), &simulation.motion.equations);
+            stop = detector.scan(equations, pieces, end, contact, events, &mut record.events, interrupt)?;
+        }
+        if let Some(solution) = &mut record.dense {
+            let last = match (record.events.last().filter(|_| stop.is_some()), contact) {
+                (Some(last), _) => last.state.clone(),
+                (None, Some(met)) => state_within(simulation.frame(), &pieces[met.piece], met.time, sample),
+                (None, None) => simulation.state(),
+            };
+            solution.extend(pieces, last);
+        }
+        Ok(stop)
+    }
+
+    /// Adds the derivatives of their states to the events of the last step: those from the index `known` on.
+    fn differentiate(
+        &mut self,
+        known: usize,
+        simulation: &mut Simulation,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        for happened in &mut self.record.events[known..] {
+            let pieces = simulation.propagator.pieces();
+            happened.derivatives =
+                self.tangents.at(&mut simulation.motion, pieces, &happened.state, interrupt)?;
+        }
+        Ok(())
+    }
+
+    /// Records the samples of the last step that are due before a time.
+    fn record_before(
+        &mut self,
+        reached: f64,
+        simulation: &mut Simulation,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        let mut sample = std::mem::take(&mut self.sample);
+        while let Some(time) = self.times.before(reached) {
+            let piece = piece_at(simulation.propagator.pieces(), time, self.forward);
+            let state = state_within(simulation.frame(), piece, time, &mut sample);
+            self.record_state(simulation, &sample, &state, interrupt)?;
+        }
+        self.sample = sample;
+        Ok(())
+    }
+
+    /// Records the state at which an error ends the run, unless it or a later one has been recorded. The
+    /// error is what the caller is told; a state whose energy is not finite is left out.
+    pub fn record_last(&mut self, simulation: &mut Simulation) {
+        let left = (self.until - simulation.time()).abs();
+        if self.record.time.last().is_none_or(|last| (self.until - last).abs() > left) {
+            let _ = self.record_present(simulation, &mut InterruptCheck::never());
+        }
+    }
+
+    fn record_present(&mut self, simulation: &mut Simulation, interrupt: &mut InterruptCheck) -> Result<()> {
+        let state = simulation.state();
+        let high = simulation.propagator.vector().0.to_vec();
+        self.record_state(simulation, &high, &state, interrupt)
+    }
+
+    fn record_state(
+        &mut self,
+        simulation: &mut Simulation,
+        y: &[f64],
+        state: &State,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        let conserved = simulation.invariants_of(y, state, interrupt)?;
+        let Simulation { motion, propagator, .. } = simulation;
+        self.tangents.record(motion, propagator.pieces(), state, self.record, interrupt)?;
+        self.record.push(state, &conserved, simulation.frame().layout.work_and_impulse(y));
+        Ok(())
+    }
+}
+
+impl Simulation {
+    /// Integrates to `until`, forwards or backwards, and records into `record`.
+    ///
+    /// On an error the record keeps what was recorded before it, and the simulation stays at the end of the
+    /// last step that is recorded whole, which is also the last sample; where two bodies touch, that is the
+    /// last one before their contact. The hook is called at the start, about every 50 ms, also within steps
+    /// that take longer, and at the end. It stops the run by [`ControlFlow::Break`].
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] refuses a record for another number of bodies and times that are not finite. Bodies that meet, steps that
+    /// become too small, forces that fail and an interruption have variants of their own, which carry the time.
+    pub fn integrate(
+        &mut self,
+        until: f64,
+        output: &Output,
+        record: &mut Trajectory,
+        hook: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<()> {
+        self.run(until, Run::new(output), record, &mut |_, progress| hook(progress))
+    }
+
+    /// Integrates as [`Self::integrate`], with events and the continuous solution.
+    ///
+    /// A terminal event ends the run: its state becomes the last sample and the state of the simulation, and
+    /// the record before it is the same as without it. A zero at a state that was given, by the caller or by
+    /// a terminal event, is not an event, so that a run can continue from one. Between two steps the hook
+    /// also receives the simulation, for an archive of it.
+    pub fn run(
+        &mut self,
+        until: f64,
+        run: Run,
+        record: &mut Trajectory,
+        hook: &mut dyn FnMut(Option<&Self>, Progress) -> ControlFlow<()>,
+    ) -> Result<()> {
+        if record.bodies != self.system().bodies().len() {
+            let expected = format!("{}, as in the system", self.system().bodies().len());
+            return Err(Error::invalid("number of bodies of the record", record.bodies, expected));
+        }
+        let start = self.time();
+        let before = self.motion.equations.external_forces().switches();
+        let outcome = self.follow(until, run, record, hook).and_then(|reason| {
+            let time = self.time();
+            let last = hook(Some(self), Progress { start, time, end: until });
+            if last.is_break() { Err(Error::Interrupted { time }) } else { Ok(reason) }
+        });
+        let after = self.motion.equations.external_forces().switches();
+        record.switched_off.resize(after.len(), None);
+        for (count, switch) in record.switched_off.iter_mut().zip(before.iter().zip(&after)) {
+            if let (Some(before), Some(after)) = switch {
+                // A force that is off from the start on counts as switched off once.
+                *count = Some(count.unwrap_or(u64::from(!before.on)) + after.times - before.times);
+            }
+        }
+        record.stop_reason = match &outcome {
+            Ok(reason) => *reason,
+            Err(Error::Interrupted { .. }) => StopReason::Interrupted,
+            Err(_) => StopReason::Unfinished,
+        };
+        outcome.map(drop)
+    }
+
+    /// Integrates to `until` and returns the reason for the end. The state at which an error ends the run is recorded too.
+    fn follow(
+        &mut self,
+        until: f64,
+        run: Run,
+        record: &mut Trajectory,
+        hook: &mut dyn FnMut(Option<&Self>, Progress) -> ControlFlow<()>,
+    ) -> Result<StopReason> {
+        let start = self.time();
+        let mut recorder = Recorder::new(self, until, run, record)?;
+        if hook(Some(self), Progress { start, time: start, end: until }).is_break() {
+            return Err(Error::Interrupted { time: start });
+        }
+        let called = Instant::now();
+        {
+            let mut inside = || hook(None, Progress { start, time: start, end: until });
+            recorder.begin(self, &mut InterruptCheck::since(called, &mut inside))?;
+        }
+        let outcome = self.march(&mut recorder, called, hook);
+        outcome.inspect_err(|_| recorder.record_last(self))
+    }
+
+    /// Takes the steps of a run, with a look at the clock about every 50 ms; returns the reason for its end.
+    fn march(
+        &mut self,
+        recorder: &mut Recorder,
+        mut called: Instant,
+        hook: &mut dyn FnMut(Option<&Self>, Progress) -> ControlFlow<()>,
+    ) -> Result<StopReason> {
+        let (start, until, mut unseen) = (self.time(), recorder.until, 0);
+        while self.time() != until {
+            let time = self.time();
+            let mut inside = || hook(None, Progress { start, time, end: until });
+            let stop = recorder.step(self, &mut InterruptCheck::since(called, &mut inside))?;
+            if let Some(reason) = stop {
+                return Ok(reason);
+            }
+            // The clock is read only after enough work, since steps may be quick.
+            unseen += self.motion.equations.work() * self.motion.equations.parts() as u64;
+            let look = recorder.looks_inside || unseen >= LOOK;
+            unseen = if look { 0 } else { unseen };
+            if look && called.elapsed() >= HOOK_INTERVAL {
+                called = Instant::now();
+                let time = self.time();
+                if hook(Some(self), Progress { start, time, end: until }).is_break() {
+                    return Err(Error::Interrupted { time });
+                }
+            }
+        }
+        Ok(StopReason::End)
+    }
+}

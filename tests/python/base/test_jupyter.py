@@ -1,0 +1,153 @@
+"""Jupyter shows objects as complete, short tables with escaped text."""
+
+from html.parser import HTMLParser
+
+import fullbody
+import numpy as np
+import pytest
+from astropy import units as u
+
+
+class Cells(HTMLParser):
+    """Cells of all tables; refuses tags that do not match."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.cells = [], []
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        self.open.append(tag)
+        assert tag in {"table", "caption", "b", "thead", "tbody", "tr", "th", "td"}
+        if tag in {"td", "th"}:
+            self.cells.append("")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] in {"td", "th"}:
+            self.cells[-1] += data
+
+
+def cells(thing):
+    return Cells(thing._repr_html_()).cells
+
+
+def test_body():
+    body = fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), density=1.5, name="egg")
+    shown = cells(body)
+    assert "3, 2, 1" in shown
+    assert f"{1.5 * 4 / 3 * np.pi * 6:.8g}" in shown
+    assert cells(fullbody.Body(fullbody.PointMass(), mass=2.0)) == ["shape", "PointMass", "mass", "2"]
+
+
+def test_system_state_and_run(kw4_run):
+    shown = cells(kw4_run.system)
+    assert {"Alpha", "Beta", "0.285, 0.2315, 0.1745", "1.35e+11", "semi-axes [km]", "mass [kg]"} <= set(shown)
+    state = cells(kw4_run[-1])
+    assert "position [km]" in state
+    last = kw4_run.position.value[-1, 1]
+    assert "(" + ", ".join(f"{x:.6g}" for x in last) + ")" in state
+    run = cells(kw4_run)
+    assert {"101", "0 h to 50 h", f"{np.abs(kw4_run.energy_drift).max():.2e}"} <= set(run)
+
+
+def test_events_and_what_stopped_a_run(case1_run):
+    """The orbit's two apoapses within 100, at 48.7 and 92.9; then a stop."""
+    system, state = fullbody.systems.case1()
+    apoapsis = fullbody.events.Apoapsis(0, 1)
+    run = system.integrate(state, 100.0, events=[apoapsis])
+    assert "2 Apoapsis" in cells(run)
+    run = system.integrate(state, 100.0, events=[fullbody.events.Apoapsis(0, 1, terminal=True)])
+    shown = cells(run)
+    assert shown[shown.index("events") + 1] == "1 Apoapsis"
+    assert shown[shown.index("stopped") + 1] == "by the last event"
+    assert {"events", "stopped"}.isdisjoint(cells(case1_run))
+
+
+def test_no_negative_zeros():
+    state = fullbody.State([[-0.0, 0, 1]], [[0, -0.0, 0]])
+    assert "(0, 0, 1)" in cells(state)
+    assert not any("-0" in cell for cell in cells(state))
+
+
+def test_elements_one_and_many(case1_run):
+    one = fullbody.KeplerElements(a=2.0, e=0.5, i=np.pi / 6, Omega=0.0, omega=0.0, M=np.pi)
+    assert cells(one) == [
+        "a",
+        "2",
+        "e",
+        "0.5",
+        "i [deg]",
+        "30",
+        "Omega [deg]",
+        "0",
+        "omega [deg]",
+        "0",
+        "M [deg]",
+        "180",
+    ]
+    elements = case1_run.elements()
+    many = cells(elements)
+    assert many[:5] == ["", "first", "last", "least", "greatest"]
+    e = elements.e
+    assert many[many.index("e") + 1 :][:4] == [f"{x:.8g}" for x in (e[0], e[-1], e.min(), e.max())]
+
+
+def test_units_of_elements(kw4_run):
+    shown = cells(kw4_run.elements())
+    assert "a [km]" in shown
+    assert "i [deg]" in shown
+    assert f"{np.rad2deg(kw4_run.elements().i.value[-1]):.8g}" in shown
+
+
+@pytest.mark.parametrize("units", [False, True])
+def test_energy_and_interactions(units):
+    system, state = fullbody.systems.kw4(units=units)
+    energy, found = system.energy(state), system.interactions(state)
+    unit = f" {energy.total.unit}" if units else ""
+    shown = cells(energy)
+    for name in ("total", "translational", "rotational", "potential"):
+        value = getattr(energy, name)
+        assert shown[shown.index(name) + 1] == f"{getattr(value, 'value', value):.8g}{unit}"
+    shown = cells(found)
+    assert shown[:2] == ["body", f"force [{found.force.unit}]" if units else "force"]
+    force = np.asarray(found.force)[1] + 0.0
+    assert shown[shown.index("1") + 1] == "(" + ", ".join(f"{x:.6g}" for x in force) + ")"
+    energy_value = float(getattr(found.potential_energy, "value", found.potential_energy))
+    assert f"potential energy {energy_value:.8g}{unit}<" in found._repr_html_()
+
+
+def test_component():
+    """What is given and nothing else."""
+    assert cells(fullbody.Component(diameter=2.0, axis_ratios=(1.2, 1.1), pole=(0.1, 0.2), name="a<b")) == [
+        *("diameter", "2", "axis ratios", "1.2, 1.1", "pole", "0.1, 0.2"),
+    ]
+    united = fullbody.Component(semi_axes=[3, 2, 1] * u.km, mass="2 kg", rotation_period=float("inf"), tilt=3 * u.deg)
+    assert cells(united) == [
+        *("semi axes", "3 km, 2 km, 1 km", "mass", "2 kg", "rotation period", "inf", "tilt", "3 deg"),
+    ]
+    assert "a&lt;b" in fullbody.Component(diameter=2.0, name="a<b")._repr_html_()
+
+
+def test_names_are_escaped():
+    name = "<script>alert('x')</script>&"
+    bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name=name), fullbody.Body(fullbody.PointMass(), mass=0.1)]
+    system = fullbody.System(bodies, G=1.0)
+    run = system.integrate(fullbody.State([[0, 0, 0], [3, 0, 0]], [[0, 0, 0], [0, 0.6, 0]]), 1.0)
+    for thing in (bodies[0], system, run):
+        assert "<script" not in thing._repr_html_()
+    assert name in cells(system)
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_short_runs(count, kw4_run):
+    times = [0.0] if count else []
+    try:
+        run = kw4_run.system.integrate(kw4_run[0], 1.0, output=np.array(times))
+    except fullbody.InvalidInput:
+        pytest.skip("a run without samples cannot be asked for")
+    assert str(count) in cells(run)

@@ -1,0 +1,146 @@
+"""Every argument that takes a body's index also takes its name, and errors list the known names."""
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody import Body, PointMass, State, System, events, observables
+
+
+@pytest.fixture(scope="module")
+def kw4():
+    system, state = fullbody.systems.kw4(gravity="multipole:2")
+    return system, state, system.integrate(state, 100.0, output=0.5)
+
+
+def test_elements_and_mu(kw4):
+    system, _, run = kw4
+    assert system.mu("Alpha", "Beta") == system.mu(0, 1)
+    assert system.mu("Beta", "Alpha") == system.mu(1, 0)
+    assert run.elements(body="Alpha", about="Beta") == run.elements(body=0, about=1)
+
+
+def test_bodies_of_a_system(kw4):
+    system = kw4[0]
+    alpha, beta = system.bodies
+    assert (system["Alpha"], system["Beta"], system[0], system[np.int64(1)]) == (alpha, beta, alpha, beta)
+    assert (system.index("Beta"), system.index(1)) == (1, 1)
+    assert list(system) == [alpha, beta]
+    assert "Beta" in system
+    assert beta in system
+    assert "Moon" not in system
+    for wrong, what in (
+        ("Alfa", "body is 'Alfa'; did you mean 'Alpha'"),
+        (2, "body is 2; expected 0 to 1"),
+        (-1, "body is -1"),
+        (slice(1), "body is slice"),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=what):
+            system[wrong]
+
+
+@pytest.mark.parametrize("units", [False, True])
+def test_one_body_along_a_run(units):
+    system, state = fullbody.systems.kw4(units=units)
+    run = system.integrate(state, 10.0, output=1.0)
+    beta = run["Beta"]
+    assert (beta.name, len(beta.time)) == ("Beta", 11)
+    for name in ("time", "position", "velocity", "attitude", "spin"):
+        whole = getattr(run, name)
+        part, expected = getattr(beta, name), whole if name == "time" else whole[:, 1]
+        assert type(part) is type(expected)
+        assert np.array_equal(part, expected)
+        assert not part.flags.writeable
+    for k, sample in enumerate(run):
+        assert np.array_equal(beta.rotation_matrix[k], sample.rotation_matrix[1])
+        assert np.array_equal(beta.tait_bryan[k], sample.tait_bryan[1])
+    assert run["Alpha"] != beta
+    empty = system.integrate(state, 1.0, output=[])["Beta"]
+    assert (empty.position.shape, empty.rotation_matrix.shape, empty.tait_bryan.shape) == ((0, 3), (0, 3, 3), (0, 3))
+    with pytest.raises(fullbody.InvalidInput, match="body is 'Betta'; did you mean 'Beta'"):
+        run["Betta"]
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda i, j: events.Periapsis(i, j),
+        lambda i, j: events.Separation(i, j, 2.52),
+        lambda i, j: events.Alignment(j, i),
+        lambda i, j: events.PlaneCrossing(j, i, normal=(1.0, 0.0, 0.0)),
+    ],
+)
+def test_events(kw4, make, tmp_path):
+    system, state, _ = kw4
+    by_name = system.integrate(state, 40.0, output=40.0, events=[make("Alpha", "Beta")])
+    by_place = system.integrate(state, 40.0, output=40.0, events=[make(0, 1)])
+    assert len(by_name.events) > 0
+    assert [e.time for e in by_name.events] == [e.time for e in by_place.events]
+    by_name.save(tmp_path / "run.nc")
+    assert fullbody.load(tmp_path / "run.nc").events[0].event == by_name.events[0].event
+
+
+@pytest.mark.parametrize(
+    "name", ["element_rates", "mutual_period", "orbit_precession", "obliquity", "roll_pitch_yaw", "libration"]
+)
+def test_observables(kw4, name):
+    function = getattr(observables, name)
+    by_name, by_place = function(kw4[2], body="Beta", about="Alpha"), function(kw4[2], body=1, about=0)
+    assert np.array_equal(by_name, by_place) if isinstance(by_place, np.ndarray) else by_name == by_place
+
+
+def test_the_other_body_of_spin_precession(kw4):
+    run = kw4[2]
+    assert observables.spin_precession(run, body="Alpha") == observables.spin_precession(run, body=0, about=1)
+    assert observables.spin_precession(run, body="Beta") == observables.spin_precession(run, body=1, about=0)
+
+
+def test_plots(kw4):
+    run = kw4[2]
+
+    def curves(axes):
+        return [line.get_xydata() for ax in np.ravel(axes) for line in ax.get_lines()]
+
+    for by_name, by_place in (
+        (run.plot.orbit(about="Beta"), run.plot.orbit(about=1)),
+        (run.plot.elements(body="Alpha", about="Beta"), run.plot.elements(body=0, about=1)),
+        (run.plot.spins(bodies=["Beta"]), run.plot.spins(bodies=[1])),
+        (run.plot.angles(bodies=["Beta", 0]), run.plot.angles(bodies=[1, 0])),
+        (
+            list(run.plot(body="Beta", about="Alpha").axes.values()),
+            list(run.plot().axes.values()),
+        ),
+        (run.plot.libration(body="Beta", about="Alpha"), run.plot.libration(body=1, about=0)),
+    ):
+        for first, second in zip(curves(by_name), curves(by_place), strict=True):
+            np.testing.assert_array_equal(first, second)
+
+
+def test_names_that_are_not_there(kw4):
+    system, state, run = kw4
+    for call, what in (
+        (lambda: system.mu("Alfa", "Beta"), "body is 'Alfa'; did you mean 'Alpha'"),
+        (lambda: run.elements(body="Betta"), "body is 'Betta'; did you mean 'Beta'"),
+        (lambda: system.integrate(state, 1.0, events=[events.Contact("Moon", "Beta")]), "i of Contact is 'Moon'; "),
+        (lambda: observables.obliquity(run, body="Moon"), "body of an obliquity is 'Moon'; "),
+        (lambda: run.plot.orbit(about="Moon"), "about is 'Moon'; "),
+        (lambda: run.plot.spins(bodies=["Moon"]), "one of bodies is 'Moon'; "),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=rf"^{what}.*expected one of Alpha, Beta$"):
+            call()
+    with pytest.raises(fullbody.InvalidInput, match="bodies is 'Alpha'; expected a list"):
+        run.plot.spins(bodies="Alpha")
+
+
+@pytest.mark.parametrize("name", ["a\0b", "two\nlines", "\x7f", "tab\t", "\x85", "half \ud800"])
+def test_names_without_control_characters(name):
+    with pytest.raises(fullbody.InvalidInput, match=r"name is .*; expected text without control characters"):
+        Body(PointMass(), mass=1.0, name=name)
+    assert Body(PointMass(), mass=1.0, name="Ünicode 小 $x_1$").name == "Ünicode 小 $x_1$"
+
+
+def test_bodies_without_names_have_those_of_their_places():
+    unnamed = System([Body(PointMass(), mass=1.0) for _ in range(2)], G=1.0)
+    start = State([[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, 0.1, 0]])
+    assert unnamed.mu("body 0", "body 1") == 2.0
+    run = unnamed.integrate(start, 0.5, events=[events.Separation("body 0", "body 1", 0.9)])
+    assert len(run.events) == 1

@@ -1,0 +1,435 @@
+"""Quantities at the boundary: in any unit in, in the system's units out, and the numbers are those without units."""
+
+import pickle
+
+import fullbody
+import numpy as np
+import pytest
+from astropy import constants
+from astropy import units as u
+from astropy.time import Time
+from support import worst
+
+KM_H_KG = ("km", "hour", "kg")
+PER_H = u.rad / u.hour
+
+
+def with_and_without():
+    return fullbody.systems.kw4_ho2021(units=True), fullbody.systems.kw4_ho2021()
+
+
+def test_system_with_units_gives_the_same_numbers():
+    (system, state), (plain, start) = with_and_without()
+    assert np.array_equal(state.position.value, start.position)
+    assert np.array_equal(system.interactions(state).force.value, plain.interactions(start).force)
+    run = system.integrate(state, 30 * u.hour, output=10 * u.hour)
+    bare = plain.integrate(start, 30.0, output=10.0)
+    for name in ("time", "position", "velocity", "spin", "energy", "angular_momentum"):
+        assert np.array_equal(getattr(run, name).value, getattr(bare, name)), name
+    assert np.array_equal(run.attitude, bare.attitude)
+    assert np.array_equal(run.energy_drift, bare.energy_drift)
+
+
+def test_gravitational_constant_is_astropys():
+    system, _ = fullbody.systems.kw4_ho2021(units=True)
+    bodies = system.bodies
+    assert fullbody.System(bodies, units=KM_H_KG).G.to_value(constants.G.unit) == pytest.approx(
+        constants.G.value, rel=1e-15
+    )
+    assert fullbody.System(bodies, units=("AU", "yr", "solMass")).G.value == pytest.approx(4 * np.pi**2, rel=1e-3)
+    given = fullbody.System(bodies, G=6.67408e-11 * u.m**3 / u.kg / u.s**2, units=KM_H_KG)
+    assert given.G.value == pytest.approx(8.64960768e-13, rel=1e-15)
+
+
+def test_mixed_units_are_converted():
+    """Metres, seconds, tonnes and degrees say the same as kilometres, hours, kilograms and radians."""
+    bodies = [
+        fullbody.Body(fullbody.Ellipsoid(766 * u.m, 0.7475 * u.km, 67350 * u.cm), mass=2.353e9 * u.t, name="Alpha"),
+        fullbody.Body(fullbody.Ellipsoid(0.285, 0.2315, 0.1745), mass=135e6 * u.t, name="Beta"),
+    ]
+    (system, state), _ = with_and_without()
+    mixed = fullbody.System(bodies, G=system.G.to(u.m**3 / u.kg / u.s**2), units=KM_H_KG)
+    other = fullbody.State(
+        state.position.to(u.m), state.velocity.to(u.m / u.s), state.attitude, state.spin.to(u.deg / u.s), 0 * u.day
+    )
+    assert worst(mixed.interactions(other).force.value, system.interactions(state).force.value) < 1e-14
+    run = mixed.integrate(other, 1 * u.day, output=6 * u.hour)
+    expected = system.integrate(state, 24.0, output=6.0)
+    assert run.time.unit == u.hour
+    assert np.array_equal(run.time.value, [0, 6, 12, 18, 24])
+    assert np.abs(run.position - expected.position).max() < 1e-11 * u.km
+    assert np.abs(run.spin - expected.spin).max() < 1e-12 * PER_H
+
+
+def test_density_in_other_units():
+    body = fullbody.Body(fullbody.Sphere(1 * u.km), density=2 * u.g / u.cm**3)
+    assert body.mass.to_value(u.kg) == pytest.approx(4 / 3 * np.pi * 2e12, rel=1e-15)
+    system = fullbody.System([body, fullbody.Body(fullbody.PointMass(), mass=1.0)], units=KM_H_KG)
+    assert system.masses[0].to_value(u.kg) == pytest.approx(4 / 3 * np.pi * 2e12, rel=1e-14)
+    back = fullbody.Body(fullbody.Sphere(1 * u.km), mass=body.mass).density
+    assert back.to_value(u.kg / u.m**3) == pytest.approx(2000.0, rel=1e-15)
+
+
+def test_spin_without_an_angle_counts_as_radians():
+    state = fullbody.State([[0, 0, 0]] * u.km, [[0, 0, 0]] * u.km / u.s, spin=[[0, 0, 3.6]] / u.hour)
+    assert state.spin[0, 2].to_value(u.rad / u.s) == pytest.approx(1e-3, rel=1e-15)
+
+
+def test_angles_in_degrees():
+    state = fullbody.State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], [[10, 20, 30]] * u.deg)
+    assert state.tait_bryan[0] == pytest.approx(np.deg2rad([10, 20, 30]), abs=1e-15)
+
+
+def test_output_times_as_quantities():
+    system, state = fullbody.systems.kw4(units=True)
+    run = system.integrate(state, 3600 * u.s, output=[0, 15, 60] * u.min)
+    assert run.time.to_value(u.hour) == pytest.approx([0, 0.25, 1.0], abs=1e-15)
+    assert system.integrate(state, -1 * u.hour).time[-1] == -1 * u.hour
+
+
+def test_differences_of_dates_are_times():
+    start = Time("2026-12-01T00:00:00", scale="tdb")
+    system, state = fullbody.systems.kw4(units=True, epoch=start)
+    later = Time("2026-12-01T06:00:00", scale="tdb")
+    run = system.integrate(state, later - system.epoch, output=start + [0, 3, 6] * u.hour - system.epoch)
+    assert run.time.to_value(u.hour) == pytest.approx([0.0, 3.0, 6.0], abs=1e-12)
+    with pytest.raises(fullbody.InvalidInput, match=r"until is the date 2026-12-01.*such as date - system\.epoch"):
+        system.integrate(state, later)
+    with pytest.raises(fullbody.InvalidInput, match="output is the date"):
+        system.integrate(state, 6.0, output=[start, later])
+
+
+def test_plain_numbers_are_in_the_systems_units():
+    system, state = fullbody.systems.kw4(units=True)
+    bare = fullbody.State(state.position.value, state.velocity.value, state.attitude, state.spin.value)
+    assert np.array_equal(system.interactions(bare).force, system.interactions(state).force)
+
+
+REFUSED = {
+    "position": (lambda s: fullbody.State([[0, 0, 0]] * u.kg, [[0, 0, 0]]), ["position", "kg", " m"]),
+    "velocity": (lambda s: fullbody.State([[0, 0, 0]] * u.km, [[0, 0, 0]] * u.km), ["velocity", "km", "m / s"]),
+    "spin": (lambda s: fullbody.State([[0, 0, 0]], [[0, 0, 0]], spin=[[0, 0, 0]] * u.m), ["spin", "m", "rad / s"]),
+    "time": (lambda s: fullbody.State([[0, 0, 0]], [[0, 0, 0]], time=1 * u.m), ["time", "m", " s"]),
+    "until": (lambda s: s[0].integrate(s[1], 3 * u.km), ["until", "km", " h"]),
+    "output": (lambda s: s[0].integrate(s[1], 3, output=1 * u.kg), ["output", "kg", " h"]),
+    "semi-axis": (
+        lambda s: fullbody.System([fullbody.Body(fullbody.Sphere(1 * u.kg), mass=1, name="Al")], units=KM_H_KG),
+        ["radius", "kg", " m"],
+    ),
+    "mass": (
+        lambda s: fullbody.System([fullbody.Body(fullbody.Sphere(1), mass=1 * u.m, name="Al")], units=KM_H_KG),
+        ["mass", "Al", " m", "kg"],
+    ),
+    "density": (
+        lambda s: fullbody.System([fullbody.Body(fullbody.Sphere(1), density=1 * u.kg, name="Al")], units=KM_H_KG),
+        ["density", "Al", "kg", "kg / m3"],
+    ),
+    "G": (lambda s: fullbody.System(s[0].bodies, G=1 * u.m, units=KM_H_KG), ["G", " m", "km3 / (kg h2)"]),
+    "angles": (
+        lambda s: fullbody.State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], [[0, 0, 0]] * u.m),
+        ["angles", "rad"],
+    ),
+    "mu of a run": (lambda s: s[0].integrate(s[1], 0.1).elements(mu=1 * u.kg), ["mu", "kg", "km3 / h2"]),
+    "a": (lambda s: fullbody.KeplerElements(1 * u.kg, 0, 0, 0, 0, 0), ["a has", "kg", " m"]),
+    "i": (lambda s: fullbody.KeplerElements(1, 0, 1 * u.m, 0, 0, 0), ["i has", " m", "rad"]),
+    "mu": (lambda s: fullbody.KeplerElements(1 * u.km, 0, 0, 0, 0, 0).to_cartesian(1 * u.km), ["mu", "km", "m3 / s2"]),
+    "v": (
+        lambda s: fullbody.KeplerElements.from_cartesian([1, 0, 0] * u.km, [0, 1, 0] * u.m, 1 * u.km**3 / u.s**2),
+        ["v has", " m", "km / s"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_wrong_units_name_both(name):
+    call, words = REFUSED[name]
+    with pytest.raises(fullbody.InvalidInput) as caught:
+        call(fullbody.systems.kw4(units=True))
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_quantities_into_a_system_without_units():
+    system, state = fullbody.systems.case1()
+    kilometres = fullbody.State([[0, 0, 0], [9, 0, 0]] * u.km, np.zeros((2, 3)) * u.km / u.s)
+    ball = fullbody.Body(fullbody.Sphere(1 * u.km), mass=1.0, name="Alpha")
+    for call, words in (
+        (lambda: system.integrate(state, 1 * u.hour), ["until", "h"]),
+        (lambda: system.integrate(state, 1.0, output=1 * u.hour), ["output", "h"]),
+        (lambda: system.interactions(kilometres), ["position", "km"]),
+        (lambda: fullbody.System([ball], G=1.0), ["semi-axis", "Alpha", "km"]),
+        (lambda: fullbody.System(system.bodies, G=constants.G), ["G", "m3 / (kg s2)"]),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match="the system has no units") as caught:
+            call()
+        for word in words:
+            assert word in str(caught.value)
+
+
+def test_both_or_neither_with_elements():
+    with pytest.raises(fullbody.InvalidInput, match="both or neither"):
+        fullbody.KeplerElements(1 * u.km, 0, 0, 0, 0, 0).to_cartesian(1.0)
+    with pytest.raises(fullbody.InvalidInput, match="both or neither"):
+        fullbody.KeplerElements(1.0, 0, 0, 0, 0, 0).period(1 * u.km**3 / u.s**2)
+    with pytest.raises(fullbody.InvalidInput, match="both or neither"):
+        fullbody.KeplerElements.from_cartesian([1, 0, 0], [0, 1, 0] * u.km / u.s, 1.0)
+
+
+def test_mixtures_name_both():
+    """Where no system says what a plain number means."""
+    mixed = fullbody.Body(fullbody.Sphere(1 * u.km), mass=1.0, name="Alpha")
+    plain = fullbody.Body(fullbody.Sphere(1.0), mass=1.0)
+    whole = fullbody.Body(fullbody.Sphere(1 * u.km), mass=1 * u.kg)
+    mu, r, v = 1 * u.km**3 / u.s**2, [1, 0, 0] * u.km, [0, 1, 0] * u.km / u.s
+    orbit = fullbody.KeplerElements(1 * u.km, 0, 0, 0, 0, 0)
+    for call, words in (
+        (lambda: mixed.inertia, ["semi-axis a has the unit km", "mass of Alpha has none"]),
+        (lambda: mixed.density, ["semi-axis a has the unit km", "mass of Alpha has none"]),
+        (lambda: fullbody.Body(fullbody.Sphere(1 * u.km), density=2.0).mass, ["axis a has", "density"]),
+        (lambda: fullbody.Ellipsoid(0.5 * u.km, 0.4, 0.3), ["semi-axis a has the unit km", "semi-axis b has none"]),
+        (lambda: fullbody.Ellipsoid(0.5, 0.4, "0.3 km"), ["semi-axis c has the unit km", "semi-axis a has none"]),
+        (lambda: plain.gravity([2, 0, 0] * u.km).potential, ["points has the unit km", "semi-axis a has none"]),
+        (lambda: mixed.gravity([2, 0, 0] * u.km).field, ["points has the unit km", "mass of Alpha has none"]),
+        (lambda: whole.gravity([2, 0, 0], 1.0).potential, ["semi-axis a has the unit km", "points has none"]),
+        (lambda: whole.gravity([2, 0, 0] * u.km, 1.0).potential, ["points has the unit km", "G has none"]),
+        (lambda: plain.gravity([2, 0, 0]).potential, ["G is not given"]),
+        (lambda: orbit.to_cartesian(1.0), ["a has the unit km", "mu has none"]),
+        (lambda: fullbody.KeplerElements(1, 0, 0, 0, 0, 0).period(mu), ["mu has the unit km3 / s2", "a has none"]),
+        (lambda: fullbody.KeplerElements.from_cartesian(r, [0, 1, 0], mu), ["r has the unit km", "v has none"]),
+        (lambda: fullbody.KeplerElements.from_cartesian([1, 0, 0], v, 1.0), ["v has the unit km / s", "r has none"]),
+        (lambda: fullbody.KeplerElements.from_cartesian(r, v, 1.0), ["r has the unit km", "mu has none"]),
+    ):
+        with pytest.raises(fullbody.InvalidInput) as caught:
+            call()
+        for word in words:
+            assert word in str(caught.value)
+    # Its system knows, and its table leaves out what it cannot tell.
+    assert fullbody.System([mixed], units=KM_H_KG).masses[0] == 1 * u.kg
+    assert "density" not in mixed._repr_html_()
+    assert "density" in whole._repr_html_()
+
+
+def test_parts_of_a_state_have_units_all_or_none():
+    r, v = [[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0, 2, 0]]
+    speed = u.km / u.hour
+    for position, velocity, words in (
+        (r * u.km, v, ["position has the unit km", "velocity has none"]),
+        (r, v * speed, ["velocity has the unit km / h", "position has none"]),
+    ):
+        for make in (
+            lambda position=position, velocity=velocity: fullbody.State(position, velocity),
+            lambda position=position, velocity=velocity: fullbody.State.from_tait_bryan(
+                position, velocity, np.zeros((2, 3))
+            ),
+            lambda position=position, velocity=velocity: fullbody.State(r * u.km, v * speed).replace(
+                position=position, velocity=velocity
+            ),
+        ):
+            with pytest.raises(fullbody.InvalidInput) as caught:
+                make()
+            for word in words:
+                assert word in str(caught.value)
+    whole = fullbody.State(r * u.km, v * speed, spin=[[0, 0, 1]] * 2 * u.rad / u.hour, time=3 * u.hour)
+    for name, value in (("spin", [[0, 0, 2e-4]] * 2), ("time", 3.0)):
+        with pytest.raises(fullbody.InvalidInput, match=f"position has the unit km, but {name} has none"):
+            whole.replace(**{name: value})
+    with pytest.raises(fullbody.InvalidInput, match="spin has the unit rad / h, but position has none"):
+        fullbody.State(r, v, spin=whole.spin)
+    # Zeros are zeros in any unit; attitudes have none.
+    rest = fullbody.State(r * u.km, np.zeros((2, 3)), spin=np.zeros((2, 3)), time=0.0)
+    assert rest.position[1, 0] == 9 * u.km
+    assert fullbody.State([[0, 0, 0]], [[0, 1, 0]] * speed).velocity[0, 1] == 1 * speed
+
+
+def test_bodies_of_a_system_with_units_have_them():
+    """1999 KW4's Beta by hand: 4/3 pi 0.285 0.2315 0.1745 km^3 of 0.135e12 kg are 2799.3 kg/m^3."""
+    made = [
+        fullbody.Body(fullbody.Ellipsoid(0.285, 0.2315, 0.1745), mass=0.135e12, name="Beta"),
+        fullbody.Body(fullbody.Sphere(300 * u.m), density=2e12, name="mixed"),
+        fullbody.Body(fullbody.Sphere(1 * u.m), mass=1 * u.t, name="whole"),
+        fullbody.Body(fullbody.PointMass(), mass=7),
+    ]
+    system = fullbody.System(made, units=KM_H_KG)
+    beta, mixed, whole, point = system.bodies
+    assert beta.shape == fullbody.Ellipsoid(0.285 * u.km, 0.2315 * u.km, 0.1745 * u.km)
+    assert beta.mass == 0.135e12 * u.kg
+    assert beta.density.to_value(u.kg / u.m**3) == pytest.approx(2799.3, rel=1e-4)
+    assert beta.inertia.unit == u.kg * u.km**2
+    assert "kg" in beta._repr_html_()
+    assert mixed.density.to_value(u.g / u.cm**3) == pytest.approx(2.0, rel=1e-15)
+    assert mixed.mass.to_value(u.kg) == pytest.approx(2000 * 4 / 3 * np.pi * 300**3, rel=1e-14)
+    assert whole == made[2]
+    assert point.mass == 7 * u.kg
+    assert (beta.name, point.name) == ("Beta", None)
+    # What was made stays as it was; a system without units leaves its bodies alone.
+    assert made[0].mass == 0.135e12
+    assert not isinstance(made[0].shape.a, u.Quantity)
+    assert fullbody.System(made[:1], G=1.0).bodies[0] is made[0]
+    # Once more through it nothing changes.
+    assert fullbody.System(system.bodies, units=KM_H_KG) == system
+    assert system.with_options(gravity="point").bodies == system.bodies
+    assert pickle.loads(pickle.dumps(system)).bodies == system.bodies
+    np.testing.assert_array_equal(system.masses.value, [0.135e12, mixed._core(system._units, 0).mass, 1000.0, 7.0])
+
+
+def test_exterior_gravity_with_units():
+    """Newton's G M/r and G M/r^2 outside a sphere."""
+    moon = fullbody.Body(fullbody.Sphere(1737.4 * u.km), mass=7.342e22 * u.kg)
+    distance = 1737.4e3
+    potential = moon.gravity([[0, 0, 1737.4], [1737.4, 0, 0]] * u.km).potential
+    np.testing.assert_allclose(potential.to_value(u.m**2 / u.s**2), constants.G.value * 7.342e22 / distance, rtol=1e-14)
+    field = moon.gravity([0, 0, distance] * u.m, G=constants.G.to(u.km**3 / u.t / u.day**2)).field
+    assert field.unit == u.m / u.day**2
+    np.testing.assert_allclose(field[2].to_value(u.m / u.s**2), -constants.G.value * 7.342e22 / distance**2, rtol=1e-14)
+
+
+def test_pure_numbers_have_no_unit():
+    for call, what in (
+        (lambda: fullbody.State([[0, 0, 0]], [[0, 0, 0]], attitude=[[1, 0, 0, 0]] * u.kg), "attitude has the unit kg"),
+        (lambda: fullbody.KeplerElements(1.0, 5 * u.deg, 0, 0, 0, 0), "e has the unit deg"),
+        (
+            lambda: fullbody.Component(diameter=1.0, axis_ratios=(1, 1) * u.m),
+            "axis_ratios of a component has the unit m",
+        ),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=f"{what}; expected pure numbers"):
+            call()
+    assert fullbody.KeplerElements(1.0, 20 * u.percent, 0, 0, 0, 0).period(1.0) == pytest.approx(2 * np.pi)
+
+
+def test_texts():
+    system, state = fullbody.systems.kw4(units=True)
+    assert system.integrate(state, "0.5 day", output="6 hour").time.value.tolist() == [0, 6, 12]
+    with pytest.raises(fullbody.InvalidInput, match="until has the unit d, but the system has no units"):
+        fullbody.systems.case1()[0].integrate(fullbody.systems.case1()[1], "1 day")
+    for text in ("later", "1 parsnip", ""):
+        what = f"until is '{text}'; expected numbers, or text with a unit, such as '2.5 h'"
+        with pytest.raises(fullbody.InvalidInput, match=what):
+            system.integrate(state, text)
+    with pytest.raises(fullbody.InvalidInput, match=r"until is '10', which has no unit; .*'10 h', or a number"):
+        system.integrate(state, "10")
+    with pytest.raises(fullbody.InvalidInput, match=r"position is '1', which has no unit; .*'1 km', or a num"):
+        fullbody.State(position=[["1", 0, 0]], velocity=[[0, 0, 0]])
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"),
+    [
+        ("30 days", 30 * 86400),
+        ("2 weeks", 14 * 86400),
+        ("3 hrs", 10800),
+        ("1 year", 365.25 * 86400),
+        ("2 years", 730.5 * 86400),
+        ("90 minutes", 5400),
+        ("90 mins", 5400),
+        ("5 hours", 18000),
+        ("10 secs", 10),
+        ("1 hour", 3600),
+    ],
+)
+def test_times_as_people_write_them(text, seconds):
+    system, state = fullbody.systems.kw4(units=("km", "s", "kg"), gravity="point")
+    run = system.integrate(state, text, output=[text])
+    assert run.time[-1].value == pytest.approx(seconds, rel=1e-15)
+
+
+def test_texts_that_are_no_times():
+    system, state = fullbody.systems.kw4(units=True)
+    # A month has no fixed length; M is mega, and 10 m are metres.
+    for text, what in (("1 month", "until is '1 month'; expected .*'2.5 h'"), ("10 m", "until has the unit m")):
+        with pytest.raises(fullbody.InvalidInput, match=what):
+            system.integrate(state, text)
+    # What is understood here is not understood elsewhere in the process.
+    with pytest.raises(ValueError, match="days"):
+        u.Unit("days")
+
+
+def test_plain_elements_beside_the_mu_of_a_system():
+    """They are in its units; a mu of other origin says nothing about them."""
+    system, _ = fullbody.systems.kw4(units=("km", "day", "kg"))
+    plain, united = (fullbody.KeplerElements(a, 0.1, 0.2, 0.3, 0.4, 0.5) for a in (2.5, 2.5 * u.km))
+    mu = system.mu()
+    for (r, v), (expected_r, expected_v) in (
+        (plain.to_cartesian(mu), united.to_cartesian(mu)),
+        (plain.to_cartesian(system.mu("Beta", "Alpha")), united.to_cartesian(mu.to(u.km**3 / u.day**2))),
+    ):
+        assert (r.unit, v.unit) == (u.km, u.km / u.day)
+        assert (r == expected_r).all()
+        assert (v == expected_v).all()
+    assert plain.period(mu) == united.period(mu)
+    assert fullbody.KeplerElements.from_cartesian(r.value, v.value, mu).a.to_value("km") == pytest.approx(2.5)
+    # With one in metres nothing changes: that mu is of kilometres.
+    assert fullbody.KeplerElements(2500 * u.m, 0.1, 0.2, 0.3, 0.4, 0.5).to_cartesian(mu)[0].unit == u.m
+    for other in (1 * mu, mu.to(u.au**3 / u.yr**2), 3.0 * u.km**3 / u.s**2):
+        with pytest.raises(fullbody.InvalidInput, match=r"mu has the unit .*, but a has none; expected both"):
+            plain.to_cartesian(other)
+    with pytest.raises(fullbody.InvalidInput, match="v has the unit km / d, but r has none"):
+        fullbody.KeplerElements.from_cartesian(r.value, v, mu)
+
+
+def test_semi_axes_with_units_are_one_quantity():
+    axes = fullbody.Ellipsoid(2 * u.km, 1500 * u.m, "0.5 km").semi_axes
+    assert type(axes) is u.Quantity
+    assert axes.unit == u.km
+    assert np.allclose(axes.value, [2.0, 1.5, 0.5], rtol=1e-15)
+    assert (fullbody.Sphere(3 * u.m).semi_axes == [3, 3, 3] * u.m).all()
+    assert fullbody.Ellipsoid(3, 2, 1).semi_axes == (3, 2, 1)
+    component = fullbody.Component(semi_axes=[3 * u.km, 2 * u.km, 1 * u.km])
+    assert (component.semi_axes == [3, 2, 1] * u.km).all()
+
+
+def test_units_that_are_none():
+    bodies = fullbody.systems.kw4()[0].bodies
+    for units, what in (
+        (("km", "hours", "kg"), "units has 'hours', which is no unit; did you mean 'hour'?"),
+        (("km", "hour", "kgs"), "units has 'kgs', which is no unit; did you mean 'kg'?"),
+        (("xyz", "hour", "kg"), "units has 'xyz', which is no unit; expected"),
+        (("hour", "km", "kg"), "units has 'h'; expected a unit of length"),
+        (("km", "hour"), r"units is \('km', 'hour'\); expected \(length, time, mass\)"),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=what):
+            fullbody.System(bodies, units=units)
+    assert fullbody.System(bodies, units=True) == fullbody.System(bodies, units=("km", "hour", "kg"))
+    assert fullbody.System(bodies, G=1.0, units=False).units is None
+    assert fullbody.System(bodies, G=1.0, units=np.False_).units is None
+    assert fullbody.System(bodies, units=np.True_).units == ("km", "h", "kg")
+
+
+def test_times_outside_a_run_have_units():
+    system, state = fullbody.systems.kw4(units=True, gravity="point")
+    run = system.integrate(state, 10.0, dense=True)
+    for time in (1e5 * u.hour, [1.0, 1e5] * u.hour):
+        with pytest.raises(fullbody.InvalidInput, match=r"time is 100000.0 h; expected one from 0.0 h to 10.0 h"):
+            run(time)
+
+
+def test_more_of_texts():
+    assert fullbody.Sphere("2 km") == fullbody.Sphere(2 * u.km)
+    assert fullbody.KeplerElements(1.0, 0, "30 deg", 0, 0, 0).i == 30 * u.deg
+    mixed = fullbody.State(position=[["1 km", "0 m", "0 km"]], velocity=[[0, 0, 0]])
+    assert mixed.position[0, 0] == 1 * u.km
+    with pytest.raises(fullbody.InvalidInput, match="position mixes Quantities and plain numbers"):
+        fullbody.State(position=[["1 km", 0, 0]], velocity=[[0, 0, 0]])
+
+
+def test_lists_of_quantities_keep_their_units():
+    r = np.array([1200.0, 0.0, 0.0]) * u.m
+    state = fullbody.State(position=[0 * r, r], velocity=[[0 * u.km / u.h] * 3, [0 * u.m / u.s] * 3])
+    assert state.position[1, 0] == 1.2 * u.km
+    mixed = fullbody.State(position=[[0, 0, 0] * u.km, r], velocity=np.zeros((2, 3)))
+    assert mixed.position[1, 0].to_value(u.m) == pytest.approx(1200.0, rel=1e-15)
+    with pytest.raises(fullbody.InvalidInput, match=r"position mixes Quantities and plain numbers"):
+        fullbody.State(position=[[0, 0, 0], r], velocity=np.zeros((2, 3)))
+    for unit in (u.Hz, u.mHz, u.kHz, u.Bq):
+        with pytest.raises(fullbody.InvalidInput, match=rf"spin has the unit {unit}, cycles by a time; expected an an"):
+            fullbody.State(position=np.zeros((1, 3)), velocity=np.zeros((1, 3)), spin=[[0, 0, 1]] * unit)
+    # Turns are angles; a mere 1/time counts radians.
+    for unit, rate in ((u.cycle / u.s, 2 * np.pi), (1 / u.s, 1.0), (u.deg / u.s, np.pi / 180)):
+        state = fullbody.State(np.zeros((1, 3)) * u.km, np.zeros((1, 3)), spin=[[0, 0, 1]] * u.Unit(unit))
+        assert state.spin[0, 2].to_value(u.rad / u.s) == pytest.approx(rate, rel=1e-15)
+
+
+def test_a_flood_of_samples_is_refused():
+    system, state = fullbody.systems.case1()
+    with pytest.raises(fullbody.InvalidInput, match=r"until is 1.* and output is 1e-09, which ask for 1e\+09 samples"):
+        system.integrate(state, 1.0, output=1e-9)

@@ -1,0 +1,138 @@
+"""``fullbody run`` and ``fullbody info``."""
+
+import subprocess
+import sys
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody.commands.cli import main
+from PIL import Image
+from support import forbid
+from toml_texts import KW4, PAIR
+
+
+@pytest.fixture
+def description(tmp_path):
+    path = tmp_path / "kw4.toml"
+    path.write_text(KW4.replace('"1 day"', '"6 hour"'))
+    return path
+
+
+def test_run_writes_the_run(description, capsys):
+    assert main(["run", str(description)]) == 0
+    run = fullbody.load(description.with_suffix(".nc"))
+    assert run == fullbody.read_toml(description).run()
+    out, err = capsys.readouterr()
+    assert "samples" in out
+    assert "written to" in out
+    assert err == ""
+
+
+def test_run_elsewhere_to_another_time_with_a_page(description, tmp_path, capsys):
+    out, page = tmp_path / "other.nc", tmp_path / "page.png"
+    command = ["run", str(description), "-o", str(out), "--until", "90 min", "--page", str(page), "--quiet"]
+    assert main(command) == 0
+    assert np.array_equal(fullbody.load(out).time.value, [0.0, 0.5, 1.0, 1.5])
+    assert not description.with_suffix(".nc").exists()
+    with Image.open(page) as image:
+        assert image.format == "PNG"
+        assert image.width > 800
+    assert capsys.readouterr() == ("", "")
+
+
+def test_faults_are_one_line_and_a_code(description, tmp_path, capsys):
+    description.write_text(KW4.replace("mass = 0.135e12", "mass = 0"))
+    assert main(["run", str(description)]) == 1
+    err = capsys.readouterr().err
+    assert err.startswith(f"fullbody: {description}: body[1].mass: ")
+    assert err.count("\n") == 1
+    assert main(["run", str(tmp_path / "nothing.toml")]) == 1
+    assert "nothing.toml" in capsys.readouterr().err
+    description.write_text(KW4)
+    assert main(["run", str(description), "--until", "soon"]) == 1
+    assert "--until is 'soon'; expected numbers, or text with a unit, such as '2.5 h'" in capsys.readouterr().err
+    assert main(["run", str(description), "-o", str(tmp_path / "nowhere" / "a.nc")]) == 1
+    assert "no folder" in capsys.readouterr().err
+    # Before the work, not after it.
+    for option, name, message in (("-o", "a.csv", r"one of .nc, .nc4"), ("--page", "a.txt", "one of .png, .pdf, .svg")):
+        assert main(["run", str(description), option, str(tmp_path / name)]) == 1
+        assert f"expected a name that ends in {message}" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["kw4.toml"]
+
+
+def test_a_run_cut_short_is_kept(tmp_path, capsys):
+    """Two bodies that fall onto each other."""
+    path = tmp_path / "fall.toml"
+    path.write_text(PAIR.replace("velocity = [0, 0.6, 0]", "").replace("until = 2.0", "until = 100.0\noutput = 0.5"))
+    assert main(["run", str(path)]) == 1
+    err = capsys.readouterr().err
+    assert "stopped early" in err
+    kept = fullbody.load(tmp_path / "fall.partial.nc")
+    assert 2 <= len(kept) < 20
+    assert not (tmp_path / "fall.nc").exists()
+
+
+def test_info_of_a_description_and_of_a_run(description, capsys):
+    main(["run", str(description), "--quiet"])
+    assert main(["info", str(description), str(description.with_suffix(".nc"))]) == 0
+    out = capsys.readouterr().out
+    description_part, run_part = out.split(str(description.with_suffix(".nc")) + "\nRun")
+    assert "Alpha  Ellipsoid  0.766, 0.7475, 0.6735  2.353e+12" in description_part
+    assert "until       6 h" in description_part
+    assert "samples" in run_part
+    assert "0 h to 6 h" in run_part
+    assert "gravity            surface" in run_part
+    for part, place in ((description_part, 0), (run_part, -1)):
+        beta = fullbody.load(description.with_suffix(".nc")).position[place, 1].value
+        row = next(line for line in part.split("State at time")[1].splitlines() if line.startswith("  Beta"))
+        assert ", ".join(f"{x:.6g}" for x in beta) in row
+    a = fullbody.load(description.with_suffix(".nc")).elements().a.value
+    assert f"{a.max():.8g}" in run_part
+
+
+def test_info_of_something_else_says_so(tmp_path, capsys):
+    path = tmp_path / "notes.nc"
+    path.write_text("not NetCDF")
+    assert main(["info", str(path)]) == 1
+    assert "is not a readable run of fullbody" in capsys.readouterr().err
+
+
+def test_info_shows_the_others_beside_a_bad_file(description, tmp_path, capsys):
+    main(["run", str(description), "--quiet"])
+    good, bad = description.with_suffix(".nc"), tmp_path / "bad.nc"
+    bad.write_text("not NetCDF")
+    missing = tmp_path / "missing.toml"
+    assert main(["info", str(good), str(bad), str(missing), str(description)]) == 1
+    out, err = capsys.readouterr()
+    first, second = out.split(f"\n\n{description}\n")
+    assert first.startswith(f"{good}\nRun")
+    assert "until       6 h" in second
+    assert [path in line for path, line in zip((str(bad), str(missing)), err.splitlines(), strict=True)] == [True] * 2
+    assert str(bad) not in out
+
+
+def test_a_place_that_cannot_be_written_is_told_before_the_run(description, tmp_path, capsys, monkeypatch):
+    def work(*_, **__):
+        raise AssertionError("ran")
+
+    monkeypatch.setattr(fullbody.System, "integrate", work)
+    out = tmp_path / "out.nc"
+    out.mkdir()
+    assert main(["run", str(description), "-o", str(out)]) == 1
+    assert capsys.readouterr().err == f"fullbody: [Errno 21] Is a directory: '{out}'\n"
+    out.rmdir()
+    forbid(monkeypatch)
+    for option, path in (("-o", out), ("--page", tmp_path / "page.png")):
+        assert main(["run", str(description), option, str(path)]) == 1
+        assert str(tmp_path) in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == [description.name]
+
+
+def test_the_module_is_a_command():
+    done = subprocess.run([sys.executable, "-m", "fullbody", "--help"], capture_output=True, text=True, check=True)
+    assert "run" in done.stdout
+    assert "info" in done.stdout
+    wrong = subprocess.run([sys.executable, "-m", "fullbody", "walk"], capture_output=True, text=True, check=False)
+    assert wrong.returncode == 2
+    assert "invalid choice" in wrong.stderr

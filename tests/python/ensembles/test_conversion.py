@@ -1,0 +1,49 @@
+"""Maps in other units: numbers and labels change together."""
+
+import fullbody
+import numpy as np
+import pytest
+import xarray as xr
+from astropy import units as u
+from fullbody.ensembles import in_units
+
+
+def found(**units):
+    fields = {"libration": ("angle", [0.1, np.nan], {"units": "rad", "long_name": "amplitude"}), "ratio": 2.0}
+    return xr.Dataset(fields, {"angle": ("angle", [1.0, 2.0], {"units": "deg"})}, {"title": "a map"})
+
+
+def test_numbers_and_attributes_change_together():
+    map_ = in_units(found(), libration="deg", angle=u.rad)
+    np.testing.assert_allclose(map_.libration, [18.0 / np.pi, np.nan])
+    np.testing.assert_allclose(map_.angle, np.pi / 180 * np.array([1.0, 2.0]))
+    assert map_.libration.attrs == {"units": "deg", "long_name": "amplitude"}
+    assert map_.libration.angle.attrs["units"] == "rad"
+    assert (map_.attrs, float(map_.ratio)) == ({"title": "a map"}, 2.0)
+    assert in_units(map_, libration="rad", angle="deg").libration.values[0] == pytest.approx(0.1, rel=1e-15)
+    # A plot takes its label from there.
+    (line,) = map_.libration.plot()
+    assert line.axes.get_ylabel() == "amplitude [deg]"
+
+
+@pytest.mark.parametrize(
+    ("units", "text"),
+    [
+        ({"roll": "deg"}, "the dataset has no 'roll'; expected some of libration, ratio, angle"),
+        ({"ratio": "deg"}, "ratio has no unit; expected one in its attributes"),
+        ({"libration": "km"}, "libration cannot be had in 'km'"),
+        ({"libration": "degs!"}, "libration cannot be had in 'degs!'"),
+    ],
+)
+def test_what_cannot_be_converted_is_refused(units, text):
+    with pytest.raises(fullbody.InvalidInput, match=text):
+        in_units(found(), **units)
+
+
+def test_measures_are_reached_as_attributes():
+    """None has the name of a method of xarray's."""
+    system, state = fullbody.systems.kw4()
+    run = system.integrate(state, 60.0, output=0.5)
+    for measure in ("attitude", "drift", "fate", "libration", "orbit"):
+        for name in getattr(fullbody.ensembles, measure)(run):
+            assert not hasattr(xr.Dataset, name)

@@ -1,0 +1,187 @@
+"""Runs with external forces as files and datasets: every bit comes back, and damage is refused."""
+
+import json
+
+import fullbody
+import h5netcdf
+import numpy as np
+import pytest
+import xarray as xr
+from astropy import units as u
+from fullbody import events, forces
+
+ORBIT = fullbody.KeplerElements(a=95.7e6, e=0.69, i=0.68, Omega=4.29, omega=3.37, M=0.2)
+FLYBY = fullbody.KeplerElements(a=-10000.0, e=9.0, i=0.4, Omega=1.0, omega=2.0, M=-0.1)
+
+
+def every_kind(units=False):
+    """1999 KW4 with one force of each kind that files keep, the table twice: alone and of an orbit."""
+    km, hour, newton = (u.km, u.hour, u.kg * u.km / u.hour**2) if units else (1.0, 1.0, 1.0)
+    system, state = fullbody.systems.kw4(units=units)
+    times = np.linspace(-5.0, 40.0, 40)
+    moon = np.column_stack([4e5 * np.cos(times / 100), 4e5 * np.sin(times / 100), 100.0 * times])
+
+    def united(orbit):
+        return fullbody.KeplerElements(orbit.a * km, orbit.e, orbit.i, orbit.Omega, orbit.omega, orbit.M)
+
+    given = [
+        forces.ThirdBody(mass=1.98841e30, orbit=united(ORBIT), of="system", name="Sun"),
+        forces.ThirdBody(mass=5.97e24, orbit=united(FLYBY), of="body", time=20.0 * hour, name="Earth"),
+        forces.ThirdBody(mass=7.3e22, times=times * hour, positions=moon * km, of="body", name="Moon"),
+        forces.Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01 * hour),
+        forces.Yorp(
+            "Alpha",
+            along=np.array([1e3, 5e2, 0.0, -1e3]) * newton * km,
+            across=1e2 * newton * km,
+            obliquity=[0.0, 1.0, 2.0, np.pi],
+        ),
+        forces.Byorp(on="Beta", about="Alpha", force=1e5 * newton),
+    ]
+    return system.with_forces(given), state
+
+
+@pytest.fixture(scope="module")
+def runs():
+    found = []
+    for units in (False, True):
+        system, state = every_kind(units)
+        found.append(system.integrate(state, 30.0, output=5.0, events=[events.ClosestApproach("Earth")]))
+    return found
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_every_bit_comes_back(runs, which, tmp_path):
+    run = runs[which]
+    run.save(tmp_path / "run.nc")
+    again = fullbody.load(tmp_path / "run.nc")
+    assert again == run
+    assert again.system == run.system
+    assert [type(force) for force in again.system.forces] == [type(force) for force in run.system.forces]
+    # The flyby unlocks the secondary.
+    assert again.switched_off == run.switched_off == {"BYORP on Beta": 1}
+    for name in ("work", "impulse", "angular_impulse"):
+        one, other = getattr(again, name), getattr(run, name)
+        assert list(one) == list(other) == [force.name for force in run.system.forces]
+        assert all(np.array_equal(one[name], other[name]) for name in one)
+    assert np.array_equal(again.energy_drift, run.energy_drift)
+    assert np.array_equal(again.angular_momentum_drift, run.angular_momentum_drift)
+    assert [happened.event for happened in again.events] == [events.ClosestApproach("Earth")]
+    # The loaded system moves as the saved one does.
+    assert np.array_equal(again.system.integrate(again[0], 5.0).position, run.system.integrate(run[0], 5.0).position)
+    again.save(tmp_path / "again.nc")
+    assert xr.open_dataset(tmp_path / "again.nc").load().identical(xr.open_dataset(tmp_path / "run.nc").load())
+
+
+def test_the_closest_approach_is_that_of_the_orbit(runs):
+    """Mean anomaly -0.1 at 20 h, and no more than the pull on the pair's quadrupole moves it."""
+    rate = np.sqrt(runs[0].system._G * 5.97e24 / 10000.0**3)
+    (happened,) = runs[0].events
+    expected = 20.0 + 0.1 / rate
+    assert abs(happened.time - expected) < 1e-7 * expected
+
+
+def test_a_dataset_names_the_forces_and_has_units(runs):
+    data = runs[1].to_xarray()
+    assert data.force.values.tolist() == ["Sun", "Earth", "Moon", "tide on Alpha", "YORP on Alpha", "BYORP on Beta"]
+    assert data.work.dims == ("time", "force")
+    assert data.angular_impulse.dims == ("time", "force", "axis")
+    assert np.array_equal(data.work.sel(force="Sun"), runs[1].work["Sun"].value)
+    assert np.array_equal(data.impulse.sel(force="Earth", axis="y"), runs[1].impulse["Earth"].value[:, 1])
+    for name, unit in (("work", u.J), ("impulse", u.N * u.s), ("angular_impulse", u.J * u.s)):
+        assert u.Unit(data[name].attrs["units"]).is_equivalent(unit)
+    # Energy and work close in the dataset alone.
+    change = data.energy.sel(part="total") - data.start_energy.sel(part="total") - data.work.sum("force")
+    assert float(abs(change).max() / abs(data.start_energy.sel(part="total"))) < 1e-13
+    assert json.loads(data.attrs["fullbody_switched_off"]) == {"BYORP on Beta": 1}
+    kinds = [force["kind"] for force in json.loads(data.attrs["fullbody_system"])["forces"]]
+    assert kinds == ["ThirdBody", "ThirdBody", "ThirdBody", "Tide", "Yorp", "Byorp"]
+
+
+def test_work_is_counted_from_the_start_whatever_is_recorded(tmp_path):
+    system, state = every_kind()
+    late = system.integrate(state, 10.0, output=[5.0, 10.0])
+    assert np.abs(late.energy_drift).max() < 1e-14
+    late.save(tmp_path / "late.nc")
+    assert np.array_equal(fullbody.load(tmp_path / "late.nc").energy_drift, late.energy_drift)
+    none = late[:0]
+    none.save(tmp_path / "none.nc")
+    assert fullbody.load(tmp_path / "none.nc") == none
+
+
+def test_a_long_table_fits_in_a_file(tmp_path):
+    """More than the 64 kB that HDF5 holds in the head of an object."""
+    system, state = fullbody.systems.kw4()
+    times = np.linspace(-5.0, 40.0, 5000)
+    positions = np.column_stack([4e5 * np.cos(times / 100), 4e5 * np.sin(times / 100), 100.0 * times])
+    moon = forces.ThirdBody(mass=7.3e22, times=times, positions=positions, of="body", name="Moon")
+    run = system.with_forces([moon]).integrate(state, 1.0)
+    run.save(tmp_path / "run.nc")
+    again = fullbody.load(tmp_path / "run.nc")
+    assert again == run
+    assert np.array_equal(again.system.forces[0].positions, positions)
+
+
+def test_a_function_is_missed_only_in_a_run(tmp_path):
+    system, state = fullbody.systems.case1()
+    tide = forces.Tide(on=0, by=1, k2=0.1, lag=0.01)
+
+    def drag(time, state):
+        return -1e-4 * state.velocity
+
+    run = system.with_forces([forces.Function(drag), tide]).integrate(state, 10.0, output=5.0)
+    run.save(tmp_path / "run.nc")
+    again = fullbody.load(tmp_path / "run.nc")
+    assert again == fullbody.load(tmp_path / "run.nc")
+    assert "drag" in repr(again.system.forces)
+    assert np.array_equal(again.work["drag"], run.work["drag"])
+    assert again.energy_drift.shape == (3,)
+    with pytest.raises(fullbody.ForceFailed, match="the function of drag is not in the file") as raised:
+        again.system.integrate(again[-1], 20.0)
+    assert raised.value.force == "drag"
+    given = [forces.Function(drag), again.system.forces[1]]
+    assert (
+        again.system.with_forces(given).integrate(again[0], 10.0, output=5.0).position.tolist() == run.position.tolist()
+    )
+
+
+def damaged(name, path, change):
+    """The file with a change, as another program would write it."""
+    path.write_bytes((path.parent / name).read_bytes())
+    with h5netcdf.File(path, "a") as file:
+        change(file)
+    return path
+
+
+@pytest.mark.filterwarnings("ignore::fullbody.UncheckedFile")
+def test_damage_is_refused(runs, tmp_path):
+    runs[0].save(tmp_path / "run.nc")
+
+    def described(file, change):
+        found = json.loads(file.attrs["fullbody_system"])
+        change(found["forces"])
+        file.attrs["fullbody_system"] = json.dumps(found)
+
+    def fill(file):
+        file["work"][1, 2] = np.nan
+
+    cases = [
+        (lambda file: file.attrs.__delitem__("fullbody_switched_off"), "no attribute fullbody_switched_off"),
+        (lambda file: file.attrs.__setitem__("fullbody_switched_off", '{"Mars": 1}'), "'Mars' has 1; expected a force"),
+        (lambda file: file.attrs.__setitem__("fullbody_switched_off", '{"Sun": -1}'), "'Sun' has -1; expected a force"),
+        (lambda file: file.attrs.__setitem__("fullbody_switched_off", "[1]"), "attribute fullbody_switched_off"),
+        (
+            lambda file: described(file, lambda found: found[0].update(kind="Comet")),
+            "of the kind 'Comet'; expected one of",
+        ),
+        (lambda file: described(file, lambda found: (found[0].pop("mass"), found[0].pop("mu"))), "no entry 'mu'"),
+        (lambda file: described(file, lambda found: found[3].update(lag=-1.0)), "lag"),
+        (lambda file: described(file, lambda found: found[3].update(name="Sun")), "distinct"),
+        (lambda file: described(file, lambda found: found[3].update(on="Gamma")), "on of tide on Alpha is 'Gamma'"),
+        (lambda file: described(file, lambda found: found.pop(0)), "the notes have 6 forces; expected 5"),
+        (lambda file: described(file, lambda found: found.clear()), "the notes have 6 forces; expected 0"),
+        (fill, "work"),
+    ]
+    for k, (change, message) in enumerate(cases):
+        path = damaged("run.nc", tmp_path / f"damaged-{k}.nc", change)
+        with pytest.raises(fullbody.InvalidInput, match=message):
+            fullbody.load(path)

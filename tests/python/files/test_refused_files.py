@@ -1,0 +1,212 @@
+"""Files whose content is no run: whatever stands in them, an error names the file, the place and what was expected."""
+
+import json
+
+import fullbody
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+from fullbody import events
+from fullbody.files import reading
+from fullbody.motion import loading
+
+
+@pytest.fixture(scope="module")
+def run():
+    system, state = fullbody.systems.case1()
+    return system.integrate(state, 10.0, output=2.0, events=[events.Separation(0, 1, 7.9)])
+
+
+# What is no run
+
+
+def classic(path):
+    from scipy.io import netcdf_file
+
+    with netcdf_file(path, "w") as file:
+        file.createDimension("t", 2)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda path: path.write_bytes(b""), "it is empty"),
+        (lambda path: path.write_text("time,x,y,z\n0,1,2,3\n"), "it is not a NetCDF file"),
+        (
+            lambda path: xr.Dataset({"x": ("t", [1.0])}).to_netcdf(path, engine="h5netcdf"),
+            "it has no attribute",
+        ),
+        (classic, "it is NetCDF of the classic kind; runs are NetCDF-4"),
+        (
+            lambda path: fullbody.Simulation(*fullbody.systems.case1()).save(path),
+            r"it is a simulation; fullbody\.Simulation\.load reads it",
+        ),
+    ],
+    ids=["empty", "text", "foreign", "classic", "simulation"],
+)
+def test_what_is_no_run_is_refused(make, words, tmp_path):
+    make(tmp_path / "other.nc")
+    with pytest.raises(fullbody.InvalidInput, match=rf"other\.nc is not a readable run of fullbody: {words}"):
+        fullbody.load(tmp_path / "other.nc")
+
+
+def attribute(name, text):
+    return lambda dataset: dataset.assign_attrs({name: text})
+
+
+def described(old, new):
+    return lambda dataset: dataset.assign_attrs(fullbody_system=dataset.attrs["fullbody_system"].replace(old, new))
+
+
+def values(name, place, value):
+    """One number of a variable replaced."""
+
+    def change(dataset):
+        dataset = dataset.copy(deep=True)
+        array = dataset[name].values.copy()
+        array[place] = value
+        dataset[name] = (dataset[name].dims, array, dataset[name].attrs)
+        return dataset
+
+    return change
+
+
+def turned(dataset):
+    """Position with axes in another order, of two samples of the two bodies, so that its shape tells nothing."""
+    few = dataset.isel(time=slice(2))
+    return few.assign(position=few.position.transpose("body", "time", "axis"))
+
+
+CONTENT = {
+    "no variable": (lambda d: d.drop_vars("spin"), "it has no variable spin"),
+    "no system": (lambda d: d.drop_attrs().assign_attrs(fullbody_format=1), "it has no attribute fullbody_system"),
+    "cut system": (described('"mass"', '"ma'), "attribute fullbody_system is no JSON"),
+    "other system": (attribute("fullbody_system", '{"bodies": []}'), "attribute fullbody_system has no entry"),
+    "list for system": (attribute("fullbody_system", "[1]"), "attribute fullbody_system: "),
+    "number for system": (attribute("fullbody_system", 3.0), r"attribute fullbody_system is 3.0; expected text"),
+    "deep system": (attribute("fullbody_system", "[" * 100_000), "attribute fullbody_system has brackets in brackets"),
+    "deep events": (attribute("fullbody_events", '[{"a":' * 50_000), "attribute fullbody_events has brackets in b"),
+    "unknown shape": (described("Ellipsoid", "Potato"), "attribute fullbody_system has no entry 'Potato'"),
+    "body without name": (described('"name": "A"', '"name": 7'), "attribute fullbody_system: name is 7; expected text"),
+    "mass of nan": (described('"mass": 2.0', '"mass": NaN'), "attribute fullbody_system: mass .*nan"),
+    "huge mass": (described('"mass": 2.0', f'"mass": 1{"0" * 400}'), "attribute fullbody_system: mass "),
+    "unknown integrator": (
+        attribute("fullbody_integrator", '{"name": "Euler"}'),
+        "attribute fullbody_integrator: integrator is 'Euler'",
+    ),
+    "no format": (lambda d: d.drop_attrs(), "it has no attribute fullbody_format"),
+    "other format": (attribute("fullbody_format", 5), "its format is 5, by its attribute fullbody_format; expected 1"),
+    "text for format": (
+        attribute("fullbody_format", "junk{"),
+        "its format is junk{, by its attribute fullbody_format; expected 1",
+    ),
+    "many formats": (attribute("fullbody_format", [1, 1]), r"its format is \[1 1\], by its"),
+    "junk statistics": (attribute("fullbody_statistics", "junk{"), "attribute fullbody_statistics is no JSON"),
+    "odd statistics": (
+        attribute("fullbody_statistics", '["a", 1, 2]'),
+        "attribute fullbody_statistics: .* three counts",
+    ),
+    "two statistics": (attribute("fullbody_statistics", "[1, 2]"), "attribute fullbody_statistics: .* three counts"),
+    "below zero": (attribute("fullbody_statistics", "[1, -2, 3]"), "attribute fullbody_statistics: .* three counts"),
+    "junk events": (attribute("fullbody_events", "junk{"), "attribute fullbody_events is no JSON"),
+    "unknown event": (attribute("fullbody_events", '[{"kind": "Eclipse"}]'), "fullbody_events: event is 'Eclipse'"),
+    "event of nothing": (attribute("fullbody_events", "[4]"), "attribute fullbody_events: "),
+    "other end": (
+        attribute("stop_reason", "boredom"),
+        "attribute stop_reason is 'boredom'; expected one of end",
+    ),
+    **{
+        f"{value} in {name}": (values(name, place, value), rf"{name}\[{shown}\] is {value}; expected finite numbers")
+        for name, place, shown, value in (
+            ("time", 3, "3", np.nan),
+            ("position", (3, 1, 1), "3, 1, 1", np.nan),
+            ("velocity", (3, 1, 1), "3, 1, 1", -np.inf),
+            ("attitude", (3, 1, 1), "3, 1, 1", np.nan),
+            ("spin", (3, 1, 1), "3, 1, 1", np.inf),
+            ("energy", (1, 0), "1, 0", np.nan),
+            ("angular_momentum", (1, 0), "1, 0", np.nan),
+            ("event_position", (0, 1, 1), "0, 1, 1", np.nan),
+        )
+    },
+    # What netCDF reads of numbers that were never written.
+    "never written": (values("position", (2, 0, 0), 9.969209968386869e36), r"position\[2, 0, 0\] is 9.969.*e\+36; exp"),
+    "repeated time": (values("time", 3, 4.0), r"time\[3\] is 4.0, after 4.0; expected times in the direction of the"),
+    "unsorted time": (values("time", 2, 7.0), r"time\[3\] is 6.0, after 7.0; expected times in the direction of the"),
+    "end first": (values("time", 0, 99.0), r"time\[2\] is 4.0, after 2.0; expected times in the direction of the run"),
+    "zero attitude": (values("attitude", (2, 1), 0.0), r"attitude\[2, 1\] has the length 0.0; expected quaternions of"),
+    "long attitude": (values("attitude", (2, 1), 1.0), r"attitude\[2, 1\] has the length 2.0; expected quaternions of"),
+    "huge attitude": (values("attitude", (2, 1), 1e300), r"attitude\[2, 1\] has the length 2e\+300; expected quat"),
+    "event attitude": (values("event_attitude", (0, 0), 0.1), r"event_attitude\[0, 0\] has the length 0.2; expected"),
+    "event of none": (values("event_asked", 0, 4), "event_asked has 4; expected 0 to 0, a place in fullbody_events"),
+    "fewer axes": (lambda d: d.assign(spin=("time", np.zeros(6))), "spin has the dimensions time; expected time, body"),
+    "turned": (turned, "position has the dimensions body, time, axis; expected time, body, axis"),
+    "text": (lambda d: d.assign(spin=(d.spin.dims, d.spin.values.astype("U8"))), "spin is of the type <U8; exp"),
+    "integers": (lambda d: d.assign(spin=(d.spin.dims, np.ones((6, 2, 3), int))), "spin is of the type int64; expect"),
+}
+
+
+@pytest.mark.parametrize("kind", CONTENT)
+def test_content_that_is_no_run_is_refused_by_name(kind, run, tmp_path):
+    change, words = CONTENT[kind]
+    path = tmp_path / "other.nc"
+    change(run.to_xarray()).to_netcdf(path, engine="h5netcdf")
+    with pytest.raises(fullbody.InvalidInput, match=rf"other\.nc is not a readable run of fullbody: .*{words}"):
+        fullbody.load(path)
+
+
+# What HDF5 can do
+
+
+@pytest.mark.filterwarnings("ignore::fullbody.UncheckedFile")
+def test_a_header_that_promises_more_than_the_file_holds_is_refused(run, tmp_path):
+    """It would take eight terabytes of memory."""
+    path = tmp_path / "run.nc"
+    run.save(path)
+    with h5py.File(path, "r+") as file:
+        del file["time"]
+        file.create_dataset("time", (10**12,), "f8", chunks=(2**20,)).make_scale("time")
+    with pytest.raises(fullbody.InvalidInput, match=r"run\.nc is not a readable run of fullbody: time has 80000000000"):
+        fullbody.load(path)
+
+
+@pytest.mark.filterwarnings("ignore::fullbody.UncheckedFile")
+def test_compressed_files_load(run, tmp_path):
+    """As people make them smaller; the pieces need not fit the variable."""
+    run.save(tmp_path / "run.nc")
+    with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf", decode_times=False) as dataset:
+        for number, settings in enumerate(
+            (
+                {"zlib": True, "complevel": 9, "shuffle": True, "fletcher32": True},
+                {"zlib": True, "shuffle": False, "chunksizes": None},
+                {"contiguous": True},
+                {"dtype": ">f8"},
+            )
+        ):
+            plain = dataset.drop_encoding()
+            encoding = {name: settings for name in ("time", "position", "attitude", "event_position")}
+            plain.to_netcdf(
+                tmp_path / f"{number}.nc", engine="h5netcdf", encoding=encoding, unlimited_dims=["time"][: number < 2]
+            )
+            assert fullbody.load(tmp_path / f"{number}.nc") == run
+
+
+def replacements(value, wrong):
+    """Copies of a JSON value, in each of which one entry is another."""
+    for key in value if isinstance(value, dict) else range(len(value)) if isinstance(value, list) else ():
+        inner = [wrong] + [entry for entry in replacements(value[key], wrong)]
+        for entry in inner:
+            altered = dict(value) if isinstance(value, dict) else list(value)
+            altered[key] = entry
+            yield altered
+
+
+@pytest.mark.parametrize("wrong", [{"x": [1]}, [[None]], 10**400, float("nan")], ids=["table", "list", "huge", "nan"])
+def test_any_entry_of_the_system_and_events_is_checked(wrong, run):
+    """Beside the file, since files for all of them take minutes."""
+    attributes = run.to_xarray().attrs
+    for name in ("fullbody_system", "fullbody_integrator", "fullbody_events", "fullbody_statistics"):
+        for altered in replacements(json.loads(attributes[name]), wrong):
+            content = reading.Content(run.to_xarray().assign_attrs({name: json.dumps(altered)}))
+            with pytest.raises(fullbody.InvalidInput, match=f"attribute {name}"):
+                loading._run(content)

@@ -1,0 +1,388 @@
+"""Invalid forces raise errors with the force's name, the value and what was expected."""
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody.forces import Byorp, Function, ThirdBody, Tide, Yorp, lag_from_quality_factor
+from scenes import KINDS, at_rest, drag, pair, sun
+
+NAN, INF = float("nan"), float("inf")
+SYSTEM, STATE = pair()
+ELEMENTS = fullbody.KeplerElements
+
+
+def tide(**given):
+    return Tide(**({"on": "A", "by": "B", "k2": 0.3, "lag": 0.1, "name": "T"} | given))
+
+
+def table(times=(0.0, 1.0, 2.0, 2.5), positions=None, mu=1e-3):
+    positions = np.full((len(times), 3), 100.0) if positions is None else positions
+    return ThirdBody(mu=mu, times=times, positions=positions, of="body", name="Sun")
+
+
+def yorp(**given):
+    return Yorp(**({"on": "A", "along": 1.0, "name": "Y"} | given))
+
+
+def refused(make, *texts):
+    """By the force itself or by the system, with all of these texts."""
+    with pytest.raises(fullbody.InvalidInput) as caught:
+        SYSTEM.with_forces([make()])
+    for text in texts:
+        assert text in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("given", "texts"),
+    [
+        ({"lag": -1.0}, ("lag of T", "-1", "zero or above")),
+        ({"lag": NAN}, ("lag of T", "nan")),
+        ({"lag": INF}, ("lag of T", "inf")),
+        ({"lag": [0.1, 0.2]}, ("lag of T", "(2,)")),
+        ({"lag": None}, ("lag of T", "None")),
+        ({"k2": 1.6}, ("k2 of T", "1.6", "0 to 1.5")),
+        ({"k2": -0.1}, ("k2 of T", "-0.1", "0 to 1.5")),
+        ({"k2": NAN}, ("k2 of T", "nan")),
+        ({"k2": "soft"}, ("k2 of T", "soft")),
+        ({"radius": 0.0}, ("radius of T", "above zero")),
+        ({"radius": -0.1}, ("radius of T", "above zero")),
+        ({"radius": NAN}, ("radius of T", "nan")),
+        ({"by": "A"}, ("on and by of T", "A", "two bodies")),
+        ({"on": "Alpha"}, ("on of T", "'Alpha'", "A, B")),
+        ({"by": 7}, ("by of T", "7", "0 to 1")),
+        ({"on": None}, ("on of T", "None")),
+        ({"on": True}, ("on of T", "True")),
+        ({"name": 3}, ("name", "3", "text")),
+    ],
+)
+def test_tides(given, texts):
+    refused(lambda: tide(**given), *texts)
+
+
+@pytest.mark.parametrize("value", [0.0, 1.5])
+def test_the_ends_of_love_numbers_and_no_lag(value):
+    loads = SYSTEM.with_forces([tide(k2=value, lag=0.0)]).loads(STATE)["T"]
+    assert (loads.force == 0).all()
+
+
+@pytest.mark.parametrize(
+    ("given", "texts"),
+    [
+        ({"mass": 1.0}, ("mass and mu of Sun", "one of the two")),
+        ({"mu": None}, ("mass and mu of Sun", "one of the two")),
+        ({"mu": 0.0}, ("mu of Sun", "above zero")),
+        ({"mu": -1.0}, ("mu of Sun", "-1", "above zero")),
+        ({"mu": NAN}, ("mu of Sun", "nan")),
+        ({"mu": None, "mass": NAN}, ("mass of Sun", "nan")),
+        ({"of": None}, ("argument 'of' of Sun is None", "'system'", "'body'")),
+        ({"of": "sun"}, ("argument 'of' of Sun is 'sun'", "'system'")),
+        ({"time": NAN}, ("time of Sun", "nan")),
+        ({"orbit": (1, 2, 3, 4, 5, 6)}, ("orbit of Sun", "KeplerElements")),
+        ({"orbit": None}, ("path of Sun", "times and positions")),
+        ({"orbit": None, "times": [0, 1, 2, 3]}, ("path of Sun", "times and positions")),
+        ({"times": [0, 1, 2, 3], "positions": np.ones((4, 3))}, ("path of Sun", "orbit, or else")),
+        ({"orbit": ELEMENTS(np.array([1e3, 2e3]), 0.1, 0, 0, 0, 0)}, ("Sun", "(2,)")),
+    ],
+)
+def test_third_bodies(given, texts):
+    refused(lambda: sun(**given), *texts)
+
+
+def test_a_third_body_of_which_only_the_mass_is_given():
+    refused(lambda: ThirdBody(mass=1.0), "the path of third body is not clear; expected orbit, or else times")
+
+
+@pytest.mark.parametrize(
+    ("times", "positions", "texts"),
+    [
+        ([0, 2, 1, 3], None, ("times of Sun", "2 followed by 1", "rising")),
+        ([0, 1, 1, 3], None, ("times of Sun", "1.0 and 1.0 in rows 1 and 2", "round-off")),
+        ([0, 1, 2], None, ("times of Sun", "3", "four or more")),
+        ([0, 1, NAN, 3], None, ("times", "Sun", "finite")),
+        ([0, 1, 2, 3], np.full((4, 3), NAN), ("positions of Sun", "finite")),
+        ([0, 1, 2, 3], np.ones((4, 4)), ("Sun", "(4, 4)", "(T, 3)")),
+        ([0, 1, 2, 3], np.ones((5, 3)), ("Sun", "(5, 3)", "(T, 3)")),
+        (np.zeros((2, 2)), np.ones((4, 3)), ("Sun", "(2, 2)", "(T,)")),
+    ],
+)
+def test_tables(times, positions, texts):
+    refused(lambda: table(times, positions), *texts)
+
+
+@pytest.mark.parametrize(
+    ("given", "texts"),
+    [
+        ({"along": NAN}, ("along of Y", "nan")),
+        ({"across": INF}, ("across of Y", "inf")),
+        ({"along": [1.0, 2.0, 3.0]}, ("along of Y", "one at each obliquity")),
+        ({"pole": (0, 0, 0)}, ("pole of Y", "zero")),
+        ({"pole": (0, 1)}, ("pole of Y", "(2,)")),
+        ({"pole": (0, NAN, 1)}, ("pole of Y", "nan")),
+        ({"on": "Alpha"}, ("on of Y", "'Alpha'")),
+        ({"obliquity": [0, 1, 2, 3.0]}, ("obliquities of Y", "0 to 3", "0 to pi")),
+        ({"obliquity": [0, 60.0, 120.0, 180.0]}, ("obliquities of Y", "0 to 180", "0 to pi")),
+        ({"obliquity": [0, 2, 1, np.pi]}, ("obliquities of Y", "2 followed by 1")),
+        ({"obliquity": [0, 1, NAN, np.pi]}, ("obliquity of Y", "nan", "finite")),
+        ({"obliquity": [0, 1, np.pi]}, ("obliquities of Y", "four or more")),
+        ({"obliquity": [0, 1, 2, np.pi], "along": [1, 2, 3]}, ("along of Y", "at each obliquity")),
+    ],
+)
+def test_yorp(given, texts):
+    refused(lambda: yorp(**given), *texts)
+
+
+@pytest.mark.parametrize(
+    ("given", "texts"),
+    [
+        ({"force": NAN}, ("force of Y", "nan")),
+        ({"force": [1.0, 2.0]}, ("force of Y", "(2,)")),
+        ({"about": "B"}, ("on and about of Y", "B", "two bodies")),
+        ({"about": "sun"}, ("about of Y", "'sun'", "A, B")),
+    ],
+)
+def test_byorp(given, texts):
+    refused(lambda: Byorp(**({"on": "B", "about": "A", "force": 1.0, "name": "Y"} | given)), *texts)
+
+
+def test_a_secondary_without_a_longest_axis_has_no_byorp():
+    bodies = [
+        fullbody.Body(fullbody.Ellipsoid(0.1, 0.1, c), mass=1.0, name=name) for c, name in ((0.1, "A"), (0.05, "B"))
+    ]
+    for on, about in (("A", "B"), ("B", "A")):
+        with pytest.raises(fullbody.InvalidInput, match=f"axes of {on}.*longest.*Y"):
+            fullbody.System(bodies, G=1.0, forces=[Byorp(on=on, about=about, force=1.0, name="Y")])
+
+
+def test_points_cannot_be_turned():
+    """A torque on one would be lost: the angular impulse would not close the angular momentum."""
+    bodies = [fullbody.Body(fullbody.PointMass(), mass=m, name=name) for m, name in ((1.0, "A"), (0.01, "B"))]
+    points = fullbody.System(bodies, G=1.0)
+    for force in (tide(radius=0.2), yorp()):
+        with pytest.raises(
+            fullbody.InvalidInput, match=rf"on of {force.name} is the point A; expected a body with extent"
+        ):
+            points.with_forces([force])
+    with pytest.raises(fullbody.InvalidInput, match="radius of T is not given, and A is a point"):
+        points.with_forces([tide()])
+    twist = Function(lambda t, s: (0 * s.position, [[0, 0, 0], [0, 0, 1.0]]), name="twist")
+    state = fullbody.State(STATE.position, STATE.velocity)
+    with pytest.raises(fullbody.ForceFailed, match=r"twist.*torque on B, a point"):
+        points.with_forces([twist]).integrate(state, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("forces", "texts"),
+    [
+        ([3], ("3", "fullbody.forces")),
+        (sun(), ("sequence", "ThirdBody")),
+        ("Sun", ("'S'",)),
+        ([ThirdBody], ("class",)),
+        ([fullbody.forces.Force(name="x")], ("x",)),
+        ([sun(), sun()], ("Sun", "twice", "distinct")),
+        ([tide(), KINDS["tide"](), tide(on="B", by="A")], ("T", "twice")),
+    ],
+)
+def test_lists_of_forces(forces, texts):
+    with pytest.raises(fullbody.InvalidInput) as caught:
+        SYSTEM.with_forces(forces)
+    for text in texts:
+        assert text in str(caught.value)
+
+
+def test_functions_and_words():
+    with pytest.raises(fullbody.InvalidInput, match="function of f is 3"):
+        Function(3, name="f")
+    with pytest.raises(fullbody.InvalidInput, match="depends_on_velocity is 'no'"):
+        Function(drag, depends_on_velocity="no")
+    with pytest.raises(fullbody.InvalidInput, match="'Q' is no option of Tide"):
+        tide(Q=3)
+    with pytest.raises(fullbody.InvalidInput, match=r"'raan' is no option|'planet' is no option"):
+        sun(planet="Mars")
+    for given in (
+        {"Q": 0.0, "mean_motion": 1.0, "tide": "libration"},
+        {"Q": 10.0, "mean_motion": NAN, "tide": "libration"},
+        {"Q": 10.0, "mean_motion": 1.0, "tide": "monthly"},
+        {"Q": 10.0, "mean_motion": 1.0, "tide": "semidiurnal"},
+        {"Q": 10.0, "mean_motion": 1.0, "tide": "semidiurnal", "spin": 1.0},
+        {"Q": 10.0, "mean_motion": 1.0, "tide": "libration", "spin": 2.0},
+    ):
+        with pytest.raises(fullbody.InvalidInput):
+            lag_from_quality_factor(**given)
+
+
+def test_units_that_do_not_fit():
+    from astropy import units as u
+
+    orbit = ELEMENTS(1 * u.au, 0, 0, 0, 0, 0)
+    for make, text in (
+        (lambda: Tide(on="Alpha", by="Beta", k2=0.1, lag=1 * u.km, name="T"), "lag of T has the unit km"),
+        (lambda: Byorp(on="Beta", about="Alpha", force=1 * u.kg, name="Y"), "force of Y has the unit kg"),
+        (lambda: Yorp(on="Beta", along=1 * u.N, name="Y"), "along of Y has the unit N"),
+        (lambda: ThirdBody(mu=1 * u.M_sun, orbit=orbit, of="system", name="S"), "mu of S has the unit"),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=text):
+            make()
+
+
+@pytest.mark.parametrize(
+    ("k2", "text"), [(float("nan"), "a finite number"), (-0.1, "0 to 1.5"), ("3 deg", "pure numbers")]
+)
+def test_numbers_are_refused_where_a_force_is_made(k2, text):
+    """Love's number is a pure number, and no angle."""
+    with pytest.raises(fullbody.InvalidInput, match=rf"k2 of T .*; expected .*{text}"):
+        Tide(on="A", by="B", k2=k2, lag=1.0, name="T")
+    with pytest.raises(fullbody.InvalidInput, match="lag of T is -1; expected a finite time, zero or above"):
+        Tide(on="A", by="B", k2=0.1, lag=-1.0, name="T")
+
+
+# Of a state or a run.
+
+
+@pytest.mark.parametrize(
+    ("force", "text"),
+    [
+        (sun(mu=1.0, orbit=ELEMENTS(3.0, 0.9, 0, 0, 0, 3.0)), "periapsis distance of Sun is 0.29"),
+        (sun(mu=1.0, orbit=ELEMENTS(0.3, 0.0, 0, 0, 0, 3.0)), "distance of Sun is 0.29"),
+        (sun(mu=1.0, orbit=ELEMENTS(-1.0, 1.5, 0, 0, 0, -9.0), of="body"), "periapsis distance of Sun is 0.5"),
+        (at_rest([0.5, 0, 0], 1.0), "distance of Sun is 0.5"),
+    ],
+)
+def test_a_third_body_inside_the_system(force, text):
+    """Its reach is 0.99 for the centre of B and 0.12 for its size."""
+    world = SYSTEM.with_forces([force])
+    for act in (lambda: world.integrate(STATE, 3.0), lambda: world.loads(STATE)):
+        with pytest.raises(fullbody.InvalidInput, match=f"{text}.*more than 1.1.*, out to which the system reaches"):
+            act()
+
+
+def test_a_third_body_that_runs_into_a_body():
+    """The path of a table comes through A at time 2: the run ends there, with what there is of it."""
+    times = np.linspace(0.0, 4.0, 9)
+    path = table(times, np.outer(2.0 - times, [50.0, 30.0, 20.0]) - np.array([0.01, 0, 0]), mu=1e-9)
+    with pytest.raises(fullbody.ForceFailed, match=r"Sun.*inside A") as caught:
+        SYSTEM.with_forces([path]).integrate(STATE, 4.0)
+    assert caught.value.force == "Sun"
+    assert 1.9 < caught.value.time < 2.1
+    assert 0.0 < caught.value.run.time[-1] < 2.0
+
+
+def test_a_table_that_ends_before_the_run():
+    """Known before the first step; forwards, backwards, in a second run, and at the start."""
+    world = SYSTEM.with_forces([table()])
+    for until in (3.0, -1.0):
+        with pytest.raises(fullbody.InvalidInput, match=r"time of Sun is 0 to .*times from 0 to 2.5") as caught:
+            world.integrate(STATE, until)
+        assert len(caught.value.run) == 0
+    sim = fullbody.Simulation(world, STATE)
+    sim.integrate(2.0)
+    with pytest.raises(fullbody.InvalidInput, match=r"time of Sun is 2 to 3; expected times from 0 to 2.5"):
+        sim.integrate(3.0)
+    assert sim.integrate(2.5).time[-1] == 2.5
+    late = fullbody.State(STATE.position, STATE.velocity, STATE.attitude, STATE.spin, time=2.6)
+    for act in (lambda: fullbody.Simulation(world, late), lambda: world.loads(late)):
+        with pytest.raises(fullbody.InvalidInput, match=r"time of Sun is 2.6"):
+            act()
+
+
+@pytest.mark.parametrize("integrator", [fullbody.Verner98(), fullbody.LieGroupVariational(step=0.15)])
+def test_single_steps_end_with_the_table(integrator):
+    sim = fullbody.Simulation(SYSTEM.with_forces([table()]), STATE, integrator)
+    while sim.time < 2.5:
+        sim.step()
+    assert sim.time == 2.5
+    with pytest.raises(fullbody.InvalidInput, match=r"time of Sun is 2\.5"):
+        sim.step()
+    sim.step(0.0)
+    assert sim.time < 2.5
+
+
+def test_places_of_third_bodies_that_are_none():
+    world = SYSTEM.with_forces([table(), tide()])
+    for name, time, text in (
+        ("Son", 0.0, "did you mean 'Sun'"),
+        ("T", 0.0, "name is 'T', a Tide; expected one of Sun"),
+        ("Sun", NAN, "time of Sun is NaN"),
+        ("Sun", 3.0, "time of Sun is 3; expected times from 0 to 2.5"),
+        ("Sun", [0.0, -1.0], "time of Sun is -1"),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=text):
+            world.third_body(name, time)
+    with pytest.raises(fullbody.InvalidInput, match="name is 'Sun'"):
+        SYSTEM.third_body("Sun", 0.0)
+
+
+@pytest.mark.filterwarnings("ignore:T has a lag of")
+@pytest.mark.parametrize(
+    "force",
+    [sun(mu=1e300), tide(lag=1e300), yorp(along=1e300), Byorp(on="B", about="A", force=1e300, name="Y")],
+    ids=["Sun", "tide", "YORP", "BYORP"],
+)
+def test_forces_beyond_all_measure_end_in_an_error(force):
+    """And in no nan."""
+    with pytest.raises(fullbody.FullbodyError) as caught:
+        SYSTEM.with_forces([force]).integrate(STATE, 1.0)
+    assert np.isfinite(caught.value.run.position).all()
+
+
+@pytest.mark.parametrize(
+    "integrator",
+    [
+        fullbody.SymplecticSplitting(step=0.02),
+        fullbody.SymplecticSplitting(step=0.02, scheme="leapfrog"),
+        fullbody.LieGroupVariational(step=0.02),
+        fullbody.Verner98(),
+    ],
+    ids=["splitting", "leapfrog", "variational", "verner98"],
+)
+@pytest.mark.parametrize("size", [1e160, 1e300])
+def test_functions_beyond_all_measure_end_in_an_error(integrator, size):
+    """Also with fixed steps: the search for a contact has squares that overflow, and would have no end."""
+    huge = Function(lambda time, state: np.full((2, 3), size), name="huge", depends_on_velocity=False)
+    with pytest.raises(fullbody.FullbodyError) as caught:
+        SYSTEM.with_forces([huge]).integrate(STATE, 1.0, integrator=integrator)
+    assert not isinstance(caught.value, fullbody.Interrupted)
+    assert np.isfinite(caught.value.run.position).all()
+
+
+@pytest.mark.parametrize("integrator", [fullbody.SymplecticSplitting(step=0.02), fullbody.Verner98()])
+@pytest.mark.parametrize("quantity", ["velocity", "spin"])
+def test_a_function_that_depends_on_velocities_after_all(integrator, quantity):
+    own = Function(lambda time, state: -1e-4 * getattr(state, quantity), name="own", depends_on_velocity=False)
+    with pytest.raises(fullbody.ForceFailed, match=r"own .*NaN.*with depends_on_velocity=False"):
+        SYSTEM.with_forces([own]).integrate(STATE, 1.0, integrator=integrator)
+
+
+@pytest.mark.parametrize("size", [1e200, 1e300])
+@pytest.mark.parametrize(
+    "integrator", [fullbody.SymplecticSplitting(step=0.02), fullbody.LieGroupVariational(step=0.02)]
+)
+@pytest.mark.parametrize("kind", ["force", "torque"])
+def test_fixed_steps_with_a_huge_function_are_given_up_soon(integrator, size, kind):
+    """The search for a contact in a step that is not taken is bounded: calls of the function are counted."""
+    calls = []
+
+    def huge(time, state):
+        calls.append(time)
+        apart = size * np.array([[1.0, 0, 0], [-1.0, 0, 0]])
+        return (apart, np.zeros((2, 3))) if kind == "force" else (np.zeros((2, 3)), apart)
+
+    force = Function(huge, name="huge", depends_on_velocity=False)
+    with pytest.raises(fullbody.FullbodyError) as caught:
+        SYSTEM.with_forces([force]).integrate(STATE, 1.0, integrator=integrator)
+    assert "use a step of at most 0" not in str(caught.value)
+    assert len(calls) < 20_000
+
+
+@pytest.mark.parametrize(
+    "integrator", [fullbody.SymplecticSplitting(step=4.0, scheme="leapfrog"), fullbody.LieGroupVariational(step=0.5)]
+)
+def test_a_third_body_at_the_barycentre_is_named(integrator):
+    """Two points, so that no body is wide, and a step that ends just there."""
+    bodies = [fullbody.Body(fullbody.PointMass(), mass=1.0, name=name) for name in "AB"]
+    times = np.arange(-8.0, 9.0)
+    path = np.outer(times, [0.0, 0.0, 4.0])
+    third = ThirdBody(mu=1e-6, times=times, positions=path, of="body", name="T")
+    system = fullbody.System(bodies, G=1.0, forces=[third])
+    state = fullbody.State([[-0.5, 0, 0], [0.5, 0, 0]], [[0, -(0.5**0.5), 0], [0, 0.5**0.5, 0]], time=-2.0)
+    with pytest.raises(fullbody.ForceFailed, match=r"T at time 0.*barycentre.*outside the system"):
+        system.integrate(state, 2.0, integrator=integrator)

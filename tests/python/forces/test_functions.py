@@ -1,0 +1,360 @@
+"""A user's own force: in Python and compiled, with units, and all the ways in which it can fail."""
+
+import ctypes
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody.forces import Function
+from scenes import pair
+
+SIGNATURE = ctypes.CFUNCTYPE(
+    ctypes.c_int, ctypes.c_double, ctypes.c_int64, *[ctypes.POINTER(ctypes.c_double)] * 6, ctypes.c_void_p
+)
+#: A drag, and a torque against the spin: f = -k v cos(t), M = -k w, with k from the data where there are some.
+CODE = """
+#include <math.h>
+#include <stdint.h>
+int drag(double time, int64_t bodies, const double *position, const double *velocity, const double *attitude,
+         const double *spin, double *force, double *torque, void *data)
+{
+    double k = data ? *(double *)data : 1e-3;
+    for (int64_t i = 0; i < 3 * bodies; i++) {
+        force[i] = -k * velocity[i] * cos(time);
+        torque[i] = -k * spin[i];
+    }
+    return 0;
+}
+int late(double time, int64_t bodies, const double *position, const double *velocity, const double *attitude,
+         const double *spin, double *force, double *torque, void *data)
+{
+    return time > 2.0 ? 7 : 0;
+}
+int spoilt(double time, int64_t bodies, const double *position, const double *velocity, const double *attitude,
+           const double *spin, double *force, double *torque, void *data)
+{
+    torque[1] = time > 2.0 ? NAN : 0.0;
+    return 0;
+}
+"""
+
+
+def drag(time, state, k=1e-3):
+    return -k * np.cos(time) * state.velocity, -k * state.spin
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    """The code above, by the C compiler of the machine."""
+    compiler = shutil.which("cc")
+    if compiler is None:
+        pytest.skip("needs a C compiler")
+    folder = tmp_path_factory.mktemp("library")
+    (folder / "drag.c").write_text(CODE)
+    subprocess.run([compiler, "-O2", "-shared", "-fPIC", "-o", folder / "drag.so", folder / "drag.c"], check=True)
+    return ctypes.CDLL(str(folder / "drag.so"))
+
+
+def run_of(function, until=4.0, **given):
+    system, state = pair()
+    return system.with_forces([Function(function, **given)]).integrate(state, until, output=[0.0, until])
+
+
+def same(one, other):
+    np.testing.assert_allclose(one.position, other.position, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(one.spin, other.spin, rtol=0, atol=1e-12)
+
+
+# Functions of Python.
+
+
+def test_a_force_that_has_a_closed_form():
+    """A charge in a field that turns: one body alone, m v' = A (cos t, sin t, 0) + g z."""
+    body = fullbody.Body(fullbody.Sphere(0.1), mass=2.0)
+    system = fullbody.System([body], G=1.0)
+    state = fullbody.State([[1.0, 2.0, 3.0]], [[0.5, 0.0, -1.0]])
+
+    def field(time, state):
+        return [[3 * np.cos(time), 3 * np.sin(time), 0.4]]
+
+    run = system.with_forces([Function(field, depends_on_velocity=False)]).integrate(state, 20.0, output=2.0)
+    t = run.time
+    x = 1.0 + 0.5 * t + 1.5 * (1 - np.cos(t))
+    y = 2.0 + 1.5 * (t - np.sin(t))
+    z = 3.0 - t + 0.1 * t**2
+    np.testing.assert_allclose(run.position[:, 0], np.stack([x, y, z], axis=1), rtol=0, atol=2e-11)
+    np.testing.assert_allclose(run.impulse["field"][:, 2], 0.4 * t, rtol=1e-12, atol=1e-13)
+
+
+def test_a_torque_that_has_a_closed_form():
+    """A sphere under M = (0, 0, c cos t) in its frame: C w' = M."""
+    system = fullbody.System([fullbody.Body(fullbody.Sphere(0.5), mass=2.0)], G=1.0)
+    state = fullbody.State([[0, 0, 0]], [[0, 0, 0]], spin=[[0.0, 0.0, 1.0]])
+    run = system.with_forces([Function(lambda t, s: (0 * s.position, [[0, 0, 0.1 * np.cos(t)]]), name="M")]).integrate(
+        state, 10.0, output=1.0
+    )
+    np.testing.assert_allclose(run.spin[:, 0, 2], 1.0 + 0.1 / (0.4 * 2 * 0.25) * np.sin(run.time), rtol=1e-11)
+
+
+def test_what_a_function_is_shown():
+    """Time and state in the coordinates of the caller, with names; it may change its own copy."""
+    seen = []
+
+    def look(time, state):
+        seen.append((time, state.time, state.position[1].copy(), state.attitude.shape))
+        state.position.flags.writeable and state.position.fill(0.0)
+        return np.zeros((2, 3))
+
+    system, state = pair()
+    shift, speed = np.array([100.0, 0, 0]), np.array([0, 5.0, 0])
+    moved = fullbody.State(state.position + shift, state.velocity + speed, state.attitude, state.spin, time=3.0)
+    run = system.with_forces([Function(look)]).integrate(moved, 4.0, output=[4.0])
+    assert all(time == own and shape == (2, 4) and 3.0 <= time <= 4.0 for time, own, _, shape in seen)
+    np.testing.assert_allclose(seen[0][2], moved.position[1], rtol=1e-15)
+    np.testing.assert_allclose(run.position, system.integrate(moved, 4.0, output=[4.0]).position, rtol=0, atol=1e-12)
+
+
+def test_quantities_come_and_go():
+    from astropy import units as u
+
+    system, state = fullbody.systems.kw4(units=True)
+    mass = system.masses
+
+    def push(time, state):
+        assert time.unit.is_equivalent(u.s)
+        size = 1e-12 * u.m / u.s**2 * np.cos((time / (3 * u.hour)).to_value(u.one))
+        return (mass[:, None] * size * state.velocity / np.linalg.norm(state.velocity)).to(u.N), np.zeros(
+            (2, 3)
+        ) * u.N * u.m
+
+    def bare(time, state):
+        size = 1e-12 * 1e-3 * 3600**2 * np.cos(time / 3)
+        return mass.value[:, None] * size * state.velocity / np.linalg.norm(state.velocity)
+
+    one = system.with_forces([Function(push, name="push")]).integrate(state, 4 * u.hour, output=[4] * u.hour)
+    numbers, start = fullbody.systems.kw4()
+    other = numbers.with_forces([Function(bare, name="push")]).integrate(start, 4.0, output=[4.0])
+    np.testing.assert_allclose(one.position.to_value(u.km), other.position, rtol=0, atol=1e-12)
+    assert one.work["push"].to_value(u.J)[-1] == pytest.approx(other.work["push"][-1] * 1e6 / 3600**2, rel=1e-9)
+    wrong = Function(lambda t, s: s.position, name="wrong")
+    with pytest.raises(fullbody.ForceFailed, match="force of wrong has the unit km") as caught:
+        system.with_forces([wrong]).integrate(state, 10 * u.hour)
+    assert caught.value.force == "wrong"
+
+
+# Compiled ones.
+
+
+def test_a_pointer_of_ctypes(library):
+    pointer = SIGNATURE(("drag", library))
+    same(run_of(pointer, name="drag"), run_of(drag))
+    # Also one without types, as a library gives it.
+    same(run_of(library.drag, name="drag"), run_of(drag))
+
+
+def test_a_callable_of_scipy_with_data(library):
+    from scipy import LowLevelCallable
+
+    k = ctypes.c_double(2e-3)
+    data = ctypes.cast(ctypes.pointer(k), ctypes.c_void_p)
+    pointer = SIGNATURE(("drag", library))
+    for given, strength in (((pointer, data), 2e-3), ((pointer,), 1e-3)):
+        same(run_of(LowLevelCallable(*given), name="drag"), run_of(lambda t, s, k=strength: drag(t, s, k), name="drag"))
+
+
+def test_a_function_of_numba():
+    numba = pytest.importorskip("numba", reason="needs numba, of the extra test")
+    c = numba.types
+    signature = c.intc(c.double, c.int64, *[c.CPointer(c.double)] * 6, c.voidptr)
+
+    @numba.cfunc(signature)
+    def compiled(time, bodies, position, velocity, attitude, spin, force, torque, data):
+        for i in range(3 * bodies):
+            force[i] = -1e-3 * np.cos(time) * velocity[i]
+            torque[i] = -1e-3 * spin[i]
+        return 0
+
+    same(run_of(compiled, name="drag"), run_of(drag))
+
+
+def test_compiled_functions_of_many_threads(library):
+    """Without the interpreter, at the same time."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    pointer = SIGNATURE(("drag", library))
+    expected = run_of(pointer, name="drag")
+    with ThreadPoolExecutor(3) as pool:
+        for run in pool.map(lambda _: run_of(pointer, name="drag"), range(6)):
+            assert run == expected or (run.position == expected.position).all()
+
+
+def test_the_function_is_kept_alive(library):
+    """Nothing of it but the system's own reference is left when the run begins."""
+    import gc
+
+    system, state = pair()
+
+    def make():
+        k = 1e-3
+        return system.with_forces([Function(lambda t, s: drag(t, s, k), name="drag")])
+
+    world = make()
+    gc.collect()
+    sim = fullbody.Simulation(world, state)
+    del world
+    gc.collect()
+    np.testing.assert_allclose(sim.integrate(4.0, output=[4.0]).position, run_of(drag, 4.0).position[-1:], atol=1e-14)
+
+
+# Failures.
+
+
+class Trouble(Exception):
+    pass
+
+
+def failing(how):
+    def force(time, state):
+        if time > 2.0:
+            return how(state)
+        return 0 * state.position
+
+    return force
+
+
+def trouble(_):
+    raise Trouble("no such wind")
+
+
+@pytest.mark.parametrize(
+    ("how", "text", "cause"),
+    [
+        (trouble, "no such wind", Trouble),
+        (lambda s: s.position * np.nan, "NaN", fullbody.InvalidInput),
+        (lambda s: np.zeros(3), r"shape \(3,\); expected \(2, 3\)", fullbody.InvalidInput),
+        (lambda s: np.zeros((3, 3)), r"shape \(3, 3\); expected \(2, 3\)", fullbody.InvalidInput),
+        (lambda s: (0 * s.position, np.zeros(4)), r"torque.*shape \(4,\)", fullbody.InvalidInput),
+        (lambda s: None, "None", fullbody.InvalidInput),
+        (lambda s: "north", "north", fullbody.InvalidInput),
+        (lambda s: (0 * s.position,), "gives 1 things; expected forces, or", fullbody.InvalidInput),
+        (lambda s: (0 * s.position, 0 * s.spin, 0), "gives 3 things", fullbody.InvalidInput),
+        (lambda s: 1j * s.position, "complex|j", fullbody.InvalidInput),
+        (lambda s: s.position[0] / 0 + s.nothing, "nothing", AttributeError),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:divide by zero", "ignore:invalid value")
+def test_a_function_that_fails(how, text, cause):
+    """Force, time, cause and the run so far, which goes up to there."""
+    system, state = pair()
+    with pytest.raises(fullbody.ForceFailed, match=f"(?s)wind.*{text}") as caught:
+        system.with_forces([Function(failing(how), name="wind")]).integrate(state, 10.0)
+    error = caught.value
+    assert error.force == "wind"
+    assert 2.0 < error.time < 3.0
+    assert error.__cause__ is None or isinstance(error.__cause__, cause)
+    run = error.run
+    assert len(run) > 3
+    assert run.time[-1] <= error.time
+    assert run.stop_reason == "unfinished"
+    free = system.integrate(state, run.time[-1], output=[run.time[-1]])
+    np.testing.assert_allclose(run.position[-1], free.position[-1], rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize(("name", "text"), [("late", "answers 7"), ("spoilt", "gives NaN")])
+def test_a_compiled_function_that_fails(library, name, text):
+    system, state = pair()
+    pointer = SIGNATURE((name, library))
+    with pytest.raises(fullbody.ForceFailed, match=f"wind.*{text}") as caught:
+        system.with_forces([Function(pointer, name="wind")]).integrate(state, 10.0)
+    assert caught.value.force == "wind"
+    assert caught.value.run.time[-1] <= caught.value.time
+
+
+def test_a_function_that_fails_at_once_and_elsewhere():
+    """At the start, in single steps, in loads."""
+    system, state = pair()
+    world = system.with_forces([Function(lambda t, s: trouble(s), name="wind")])
+    for act in (
+        lambda: world.integrate(state, 1.0),
+        lambda: world.loads(state),
+        lambda: fullbody.Simulation(world, state).step(),
+    ):
+        with pytest.raises(fullbody.ForceFailed, match=r"wind.*no such wind") as caught:
+            act()
+        assert isinstance(caught.value.__cause__, Trouble)
+
+
+def test_a_simulation_goes_on_after_a_failure():
+    """What failed once may not fail again: the simulation stands where the run so far ends."""
+    system, state = pair()
+    broken = [True]
+
+    def wind(time, state):
+        if time > 2.0 and broken[0]:
+            trouble(state)
+        return 0 * state.position
+
+    sim = fullbody.Simulation(system.with_forces([Function(wind)]), state)
+    with pytest.raises(fullbody.ForceFailed) as caught:
+        sim.integrate(5.0)
+    assert sim.time == caught.value.run.time[-1]
+    broken[0] = False
+    run = sim.integrate(5.0)
+    np.testing.assert_allclose(
+        run.position[-1], system.integrate(state, 5.0, output=[5.0]).position[0], rtol=0, atol=1e-12
+    )
+
+
+def test_a_simulation_may_not_be_touched_from_within():
+    system, state = pair()
+
+    def wind(time, state):
+        sim.step()
+        return 0 * state.position
+
+    sim = fullbody.Simulation(system.with_forces([Function(wind)]), state)
+    with pytest.raises(fullbody.ForceFailed, match="middle of a run"):
+        sim.integrate(1.0)
+
+
+def test_an_exit_within_a_function():
+    """It ends the program, as it would anywhere else."""
+    system, state = pair()
+    leaving = system.with_forces([Function(lambda now, state: sys.exit(3), name="leaving")])
+    for ask in (lambda: leaving.integrate(state, 1.0), lambda: leaving.loads(state)):
+        with pytest.raises(SystemExit) as caught:
+            ask()
+        assert caught.value.code == 3
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no pthread_kill")
+def test_an_interrupt_within_a_function():
+    """Ctrl-C while the function sleeps: the run so far, and not a failed force."""
+    system, state = pair()
+    entered = threading.Event()
+
+    def wind(now, state):
+        if now > 1.0:
+            entered.set()
+            # In short pieces: a signal that comes just before a sleep is seen after it.
+            for _ in range(1000):
+                time.sleep(0.01)
+        return 0 * state.position
+
+    def press():
+        entered.wait(20.0)
+        signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+
+    thread = threading.Thread(target=press)
+    thread.start()
+    with pytest.raises(KeyboardInterrupt) as caught:
+        system.with_forces([Function(wind)]).integrate(state, 50.0)
+    thread.join()
+    assert caught.value.run.stop_reason == "interrupted"
+    assert 0.0 < caught.value.run.time[-1] <= 1.1

@@ -1,0 +1,206 @@
+"""A lock that is lost and regained during a run: the switching of the force, and the jump of the derivatives."""
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody.forces import Byorp
+
+FORCE = 2e-4
+
+
+def swinging(force=FORCE, axes=(0.1, 0.08, 0.07), mass=1e-2, e=0.2, rate=1.3, G=1.0, primary=1.0):
+    """A secondary that swings near the separatrix on an eccentric orbit, so that its lock comes and goes."""
+    bodies = [
+        fullbody.Body(fullbody.Ellipsoid(0.3, 0.28, 0.25), mass=primary, name="A"),
+        fullbody.Body(fullbody.Ellipsoid(*axes), mass=mass, name="B"),
+    ]
+    system = fullbody.System(bodies, G=G, forces=[Byorp(on="B", about="A", force=force, name="BYORP")])
+    r, v = fullbody.KeplerElements(1.0, e, 0.1, 0.3, 0.2, 0.1).to_cartesian(1.01)
+    share = 0.01 / 1.01
+    state = fullbody.State(
+        [-share * r, (1 - share) * r],
+        [-share * v, (1 - share) * v],
+        attitude=[[1.0, 0, 0, 0], [np.cos(0.35), 0.02, 0.03, np.sin(0.35)]],
+        spin=[[0.1, 0.0, 2.0], [0.01, 0.02, rate]],
+    )
+    return system, state
+
+
+def margin(state, bodies, G=1.0):
+    """Of the lock, by the definition in the documentation of Byorp."""
+    r = state.position[1] - state.position[0]
+    v = state.velocity[1] - state.velocity[0]
+    h = np.cross(r, v)
+    normal, line = h / np.linalg.norm(h), r / np.linalg.norm(r)
+    turn, inertia = state.rotation_matrix[1], bodies[1].inertia
+    long, short = turn[:, np.argmin(inertia)], turn[:, np.argmax(inertia)]
+    psi = np.arctan2(long @ np.cross(normal, line), long @ line)
+    rate = turn @ state.spin[1] @ normal - np.linalg.norm(h) / (r @ r)
+    a, b, c = np.sort(inertia)
+    w2 = 3 * (b - a) / c * G * (bodies[0].mass + bodies[1].mass) / np.linalg.norm(r) ** 3
+    return min(abs(short @ normal) - np.sqrt(0.5), np.cos(psi) ** 2 - rate**2 / w2)
+
+
+UNTIL = 14.0
+
+
+@pytest.fixture(scope="module")
+def reference():
+    system, state = swinging()
+    return system.integrate(state, UNTIL, output="ends", dense=True)
+
+
+def test_the_lock_changes_on_the_way(reference):
+    system, _ = swinging()
+    signs = [margin(reference(t), system.bodies) > 0 for t in np.linspace(0.0, UNTIL, 4001)]
+    changes = np.count_nonzero(np.diff(signs))
+    assert changes >= 4
+    lost = np.count_nonzero(np.diff(np.array(signs, dtype=int)) < 0)
+    assert reference.switched_off == {"BYORP": lost + (not signs[0])}
+
+
+def test_the_work_is_that_of_the_time_in_which_it_is_locked(reference):
+    """Simpson's rule on each stretch between the zeros of the margin, from the continuous solution."""
+    from scipy.integrate import quad
+    from scipy.optimize import brentq
+
+    system, _ = swinging()
+    times = np.linspace(0.0, UNTIL, 4001)
+    at = lambda t: margin(reference(t), system.bodies)  # noqa: E731
+    values = np.array([at(t) for t in times])
+    edges = [brentq(at, times[k], times[k + 1], xtol=1e-13) for k in np.flatnonzero(values[1:] * values[:-1] < 0)]
+
+    def power(t):
+        state = reference(t)
+        r, v = state.position[1] - state.position[0], state.velocity[1] - state.velocity[0]
+        across = v - r * (r @ v) / (r @ r)
+        return FORCE * across @ state.velocity[1] / np.linalg.norm(across)
+
+    work = 0.0
+    for first, last in zip([0.0, *edges], [*edges, UNTIL], strict=True):
+        if at(0.5 * (first + last)) > 0:
+            work += quad(power, first, last, epsabs=1e-13, epsrel=1e-12, limit=200)[0]
+    assert reference.work["BYORP"][-1] == pytest.approx(work, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "integrator",
+    [
+        fullbody.Verner98(rtol=1e-10, atol=1e-10),
+        fullbody.Verner87(rtol=1e-12, atol=1e-12),
+        fullbody.Verner76(rtol=1e-12, atol=1e-12),
+        fullbody.Verner65(rtol=1e-12, atol=1e-12),
+        fullbody.DormandPrince54(rtol=1e-11, atol=1e-11),
+    ],
+    ids=lambda i: type(i).__name__,
+)
+def test_the_motion_converges_with_the_tolerance(reference, integrator):
+    system, state = swinging()
+    run = system.integrate(state, UNTIL, integrator=integrator, output="ends")
+    assert run.switched_off == reference.switched_off
+    assert abs(run.position[-1] - reference.position[-1]).max() < 2e-8
+
+
+def test_in_pieces_and_at_outputs_it_is_the_same_motion(reference):
+    system, state = swinging()
+    sim = fullbody.Simulation(system, state)
+    switched = sum(sim.integrate(UNTIL * k / 20, output="ends").switched_off["BYORP"] for k in range(1, 21))
+    assert switched >= reference.switched_off["BYORP"]
+    assert abs(sim.state.position - reference.position[-1]).max() < 1e-10
+    spaced = system.integrate(state, UNTIL, output=UNTIL / 50, dense=True)
+    assert abs(spaced.position[-1] - reference.position[-1]).max() < 1e-10
+
+
+def test_a_simulation_goes_on_from_its_archive_through_switches(tmp_path):
+    system, state = swinging()
+    whole, half = (fullbody.Simulation(system, state) for _ in range(2))
+    for sim in (whole, half):
+        sim.integrate(UNTIL / 3, output="ends")
+    half.save(tmp_path / "half.fb")
+    resumed = fullbody.Simulation.load(tmp_path / "half.fb")
+    ends = [sim.integrate(UNTIL, output="ends").position[-1] for sim in (whole, resumed)]
+    assert (ends[0] == ends[1]).all()
+
+
+def test_backwards_it_comes_back(reference):
+    system, state = swinging()
+    back = system.integrate(reference[-1], 0.0, output="ends")
+    assert abs(back.position[-1] - state.position).max() < 1e-9
+    assert abs(back.spin[-1] - state.spin).max() < 1e-8
+
+
+def moved(state, body, kind, axis, by):
+    """A state with one number of a departure changed."""
+    arrays = {name: getattr(state, name).copy() for name in ("position", "velocity", "attitude", "spin")}
+    if kind == 2:
+        w, x, y, z = arrays["attitude"][body]
+        turn = np.zeros(3)
+        turn[axis] = np.sin(by / 2)
+        c, (p, q, r) = np.cos(by / 2), turn
+        product = [w * c - x * p - y * q - z * r, w * p + x * c + y * r - z * q]
+        product += [w * q - x * r + y * c + z * p, w * r + x * q - y * p + z * c]
+        arrays["attitude"][body] = product
+    else:
+        arrays[["position", "velocity", "attitude", "spin"][kind]][body, axis] += by
+    return fullbody.State(time=state.time, **arrays)
+
+
+def ends(run):
+    return np.concatenate([run.position[-1], run.velocity[-1], run.spin[-1]], axis=1)
+
+
+def numbers_of(column):
+    """Position, velocity and spin of a departure (12 N,)."""
+    return column.reshape(-1, 12)[:, [0, 1, 2, 3, 4, 5, 9, 10, 11]]
+
+
+@pytest.mark.parametrize("until", [UNTIL / 2, -UNTIL / 3])
+def test_the_transition_matrix_has_the_jumps_at_switches(until):
+    """Against differences of fourth order of runs whose switches move."""
+    system, state = swinging()
+    run = system.integrate(state, until, output="ends", derivatives=True)
+    assert run.switched_off["BYORP"] >= 1
+    for body, kind, axis in [(1, 0, 0), (1, 1, 1), (1, 2, 2), (1, 3, 2), (0, 0, 1)]:
+        h = 2e-5
+        end = [
+            ends(system.integrate(moved(state, body, kind, axis, k * h), until, output="ends")) for k in (-2, -1, 1, 2)
+        ]
+        difference = (8 * (end[2] - end[1]) - (end[3] - end[0])) / (12 * h)
+        column = numbers_of(run.transition[-1][:, 12 * body + 3 * kind + axis])
+        assert abs(column - difference).max() < 2e-6 * abs(difference).max()
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "value"),
+    [
+        ("force of BYORP", "force", FORCE),
+        ("G", "G", 1.0),
+        ("mass of B", "mass", 1e-2),
+        ("mass of A", "primary", 1.0),
+        ("semi-axis a of B", "axes", 0.1),
+        ("semi-axis c of B", "axes", 0.07),
+    ],
+)
+def test_sensitivities_have_the_jumps_at_switches(name, given, value):
+    def at(change):
+        if given == "axes":
+            axes = [0.1, 0.08, 0.07]
+            axes[axes.index(value)] += change
+            return swinging(axes=tuple(axes))
+        return swinging(**{given: value + change})
+
+    system, state = at(0.0)
+    until = UNTIL / 2
+    run = system.integrate(state, until, output="ends", derivatives=[name])
+    h = 2e-5 * value
+    end = [ends(at(k * h)[0].integrate(state, until, output="ends")) for k in (-2, -1, 1, 2)]
+    difference = (8 * (end[2] - end[1]) - (end[3] - end[0])) / (12 * h)
+    column = numbers_of(run.sensitivity[name][-1])
+    assert abs(column - difference).max() < 2e-6 * abs(difference).max()
+
+
+def test_a_force_that_undoes_its_own_switch_is_refused():
+    """So strong that the secondary is neither locked with it nor unlocked without it."""
+    system, state = swinging(force=0.5, mass=1e-3)
+    with pytest.raises(fullbody.ForceFailed, match="neither lasts nor ends"):
+        system.integrate(state, UNTIL, output="ends")

@@ -1,0 +1,229 @@
+"""Forces outside their range of validity raise a warning or an error instead of giving wrong numbers."""
+
+import threading
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody import ForceFailed, InvalidInput, forces
+from scenes import differential, pair
+
+POINTS = [fullbody.Body(fullbody.PointMass(), mass=mass, name=name) for mass, name in ((0.99, "A"), (0.01, "B"))]
+SPHERES = [
+    fullbody.Body(fullbody.Sphere(radius), mass=mass, name=name)
+    for radius, mass, name in ((0.3, 0.99, "A"), (0.1, 0.01, "B"))
+]
+
+
+def table(first, last, count, place, mu=1e-3):
+    times = np.linspace(first, last, count)
+    return forces.ThirdBody(mu=mu, times=times, positions=[place(time) for time in times], of="body", name="bullet")
+
+
+@pytest.mark.parametrize("gap", [1e-9, -1e-9, 1e-12, -1e-12, 1e-14, -1e-14])
+def test_orbits_near_a_parabola(gap):
+    """What acts is at the place that the orbit has: the pull on a point, by the plain difference in longdouble."""
+    e = 1.0 - gap
+    orbit = fullbody.KeplerElements(100.0 / (1.0 - e), e, 0.3, 0.4, 0.5, 0.0)
+    comet = forces.ThirdBody(mu=1e4, orbit=orbit, of="body", name="comet")
+    system = fullbody.System(POINTS, G=1.0, forces=[comet])
+    for time in np.linspace(-40.0, 41.0, 13):
+        state = fullbody.State(position=[[-0.01, 0, 0], [0.99, 0, 0]], velocity=np.zeros((2, 3)), time=time)
+        expected = differential([0.99, 0, 0], system.third_body("comet", time)[0], 1e4)
+        found = system.loads(state)["comet"].force[1] / 0.01
+        assert np.linalg.norm(found - expected) < 1e-13 * np.linalg.norm(expected)
+
+
+@pytest.mark.parametrize("time", [5.5, -1e9, np.nan])
+def test_no_place_beyond_a_table(time):
+    system = pair()[0].with_forces([table(-5.0, 5.0, 6, lambda t: [50.0 + t, 3.0, t * t])])
+    with pytest.raises(InvalidInput, match="time of bullet"):
+        system.third_body("bullet", time)
+
+
+@pytest.mark.parametrize("integrator", [fullbody.Verner98(), fullbody.SymplecticSplitting(step=0.3)])
+@pytest.mark.parametrize("end", [5.0, -5.0])
+def test_steps_end_with_a_table(integrator, end):
+    """They come to its end and no further."""
+    system, state = pair()
+    system = system.with_forces([table(-5.0, 5.0, 6, lambda t: [50.0 + t, 3.0, t * t])])
+    sim = fullbody.Simulation(system, state, integrator)
+    for _ in range(1000):
+        if sim.time == end:
+            break
+        sim.step(np.sign(end) * np.inf)
+    assert sim.time == end
+    with pytest.raises(InvalidInput, match="time of bullet"):
+        sim.step(2.0 * end)
+    sim.step(0.0)
+    assert abs(sim.time) < 5.0
+
+
+@pytest.mark.parametrize("bodies", [SPHERES, list(pair()[0])])
+def test_a_third_body_that_comes_inside_a_body(bodies):
+    """Also of a sphere, whose gravity is that of a point."""
+    system = fullbody.System(bodies, G=1.0, forces=[table(-50.0, 50.0, 40, lambda t: [t, 0.1, 0.0])])
+    state = pair()[1].replace(time=-20.0)
+    with pytest.raises(ForceFailed, match="inside A") as caught:
+        system.integrate(state, 20.0, output=1.0)
+    # It moves at a speed of one.
+    assert -0.35 < caught.value.time < 0.1
+    assert caught.value.run.time[-1] < caught.value.time
+
+
+def test_torques_on_points():
+    """They would be lost: the angular momentum would not close."""
+    with pytest.raises(InvalidInput, match="on of tide on A"):
+        fullbody.System(POINTS, G=1.0, forces=[forces.Tide("A", "B", k2=1.0, lag=0.5, radius=0.3)])
+    with pytest.raises(InvalidInput, match="on of YORP on A"):
+        fullbody.System(POINTS, G=1.0, forces=[forces.Yorp("A", along=1e-3)])
+
+    def push(time, state):
+        return 0.0 * state.position, np.array([[0.0, 0.0, 1e-3], [0.0, 0.0, 0.0]])
+
+    system = fullbody.System(POINTS, G=1.0, forces=[forces.Function(push)])
+    with pytest.raises(ForceFailed, match=r"push.*torque on A, a point"):
+        system.integrate(pair()[1], 1.0)
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_yorp_that_stops_a_spin(direction):
+    """By C spin / torque, of a sphere that nothing else turns; it would turn over from step to step there."""
+    system = fullbody.System(SPHERES, G=1.0, forces=[forces.Yorp("A", along=-direction * 1e-2, name="YORP")])
+    state = pair()[1].replace(spin=[[0.0, 0.0, 3.0], [0.0, 0.0, 1.0]])
+    stop = direction * 0.4 * 0.99 * 0.3**2 * 3.0 / 1e-2
+    with pytest.raises(ForceFailed, match=r"YORP.*spin of A to a stop") as caught:
+        system.integrate(state, 2.0 * stop, output=0.1)
+    assert caught.value.force == "YORP"
+    assert 0.0 <= (stop - caught.value.time) * direction < 1.0
+    run = caught.value.run
+    np.testing.assert_allclose(run.spin[:, 0, 2], 3.0 * (1.0 - run.time / stop), atol=1e-12)
+    assert abs(run.energy_drift).max() < 1e-12
+    system.integrate(state, 0.999 * stop)
+
+
+def test_yorp_of_a_body_that_does_not_spin():
+    system = fullbody.System(SPHERES, G=1.0, forces=[forces.Yorp("A", along=1e-2)])
+    state = pair()[1].replace(spin=[[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    for use in (system.loads, lambda state: system.integrate(state, 1.0)):
+        with pytest.raises(ForceFailed, match="A does not spin"):
+            use(state)
+
+
+def test_errors_of_threads_stay_apart():
+    """One system that runs in several threads at once: each has the error that its own call raised."""
+
+    def fail(time, state):
+        raise ValueError(threading.current_thread().name)
+
+    system = pair()[0].with_forces([forces.Function(fail)])
+    wrong = []
+
+    def use():
+        for _ in range(100):
+            with pytest.raises(ForceFailed) as caught:
+                system.loads(pair()[1])
+            cause = caught.value.__cause__
+            if not isinstance(cause, ValueError) or cause.args != (threading.current_thread().name,):
+                wrong.append(repr(caught.value))
+
+    threads = [threading.Thread(target=use) for _ in range(6)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert wrong == []
+
+
+def test_an_error_without_words_has_its_kind():
+    def fail(time, state):
+        return {}[0.5]
+
+    with pytest.raises(ForceFailed, match=r"force fail at time .*: KeyError: 0\.5"):
+        pair()[0].with_forces([forces.Function(fail)]).integrate(pair()[1], 1.0)
+
+
+def test_loads_that_are_no_numbers():
+    """The square of such a distance is beyond doubles."""
+    orbit = fullbody.KeplerElements(1e160, 0.3, 0.4, 1.0, 2.0, 0.3)
+    system = pair()[0].with_forces([forces.ThirdBody(mu=1e6, orbit=orbit, of="system", name="Sun")])
+    with pytest.raises(ForceFailed, match=r"Sun .*not finite"):
+        system.loads(pair()[1])
+
+
+def test_only_third_bodies_have_places():
+    system, state = pair()
+    system = system.with_forces([forces.Tide("A", "B", k2=0.3, lag=0.1, name="tide")])
+    with pytest.raises(InvalidInput, match="'tide', a Tide; expected a ThirdBody"):
+        system.third_body("tide", 0.0)
+    with pytest.raises(InvalidInput, match="'tide', a Tide; expected a ThirdBody"):
+        system.integrate(state, 1.0, events=[fullbody.events.ClosestApproach("tide")])
+
+
+def still(time, state):
+    return 0.0 * state.position
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (forces.Function(still), "sequence of forces"),
+        ([still], "forces has <function still"),
+        ([forces.Function(still)], "depends_on_velocity of still is True; expected False"),
+        ([forces.ThirdBody(mu=1.0, times=range(5), positions=np.ones((5, 3)), of="body", name="still")], "a ThirdBody"),
+    ],
+)
+def test_functions_of_a_simulation_from_a_file(tmp_path, given, words):
+    """They are those that it was saved with: one that depends on velocities does not fit a splitting."""
+    system, state = pair()
+    system = system.with_forces([forces.Function(still, depends_on_velocity=False)])
+    fullbody.Simulation(system, state, fullbody.SymplecticSplitting(step=0.1)).save(tmp_path / "pair.sim")
+    with pytest.raises(InvalidInput, match=words):
+        fullbody.Simulation.load(tmp_path / "pair.sim", forces=given)
+
+
+def test_lags_of_text_and_of_rates_that_do_not_fit():
+    """1/Q = 2 |omega - n| lag, in any units."""
+    from astropy import units as u
+
+    given = {"Q": 50.0, "tide": "semidiurnal"}
+    lag = forces.lag_from_quality_factor(**given, mean_motion="20 deg / h", spin="2 deg / min")
+    assert lag.unit == u.hour
+    assert abs(lag.value * 50.0 * 2.0 * np.radians(100.0) - 1.0) < 1e-15
+    lag = forces.lag_from_quality_factor(**given, mean_motion=20.0 / u.hour, spin=-20.0 / u.hour)
+    assert abs(lag.to_value(u.s) - 3600.0 / 4000.0) < 1e-15
+    for spin, rate in ((2.0, 0.3 / u.hour), (2.0 / u.hour, 0.3), ([0, 0, 2.0], 0.3), ("fast", 0.3), (np.nan, 0.3)):
+        with pytest.raises(InvalidInput, match="spin"):
+            forces.lag_from_quality_factor(**given, mean_motion=rate, spin=spin)
+
+
+def test_obliquities_in_plain_degrees():
+    """They would be read as rad, of which those above pi never come."""
+    with pytest.raises(InvalidInput, match="obliquities of YORP on A is 0 to 180 rad"):
+        pair()[0].with_forces([forces.Yorp("A", along=[1e-6] * 5, obliquity=np.linspace(0, 180, 5))])
+
+
+@pytest.mark.parametrize("name", ["sun", "earth"])
+def test_ephemerides_over_many_periods(name):
+    """A first guess of the table's step that is a whole period, of the system or of the Earth, sees no motion."""
+    from astropy import units as u
+
+    orbit = fullbody.KeplerElements(1.0 * u.au, 0.3, 0.1, 0.2, 0.3, 0.4)
+    mu = 132712440041.279419 * u.km**3 / u.s**2
+    period = (2.0 * np.pi * np.sqrt((1.0 * u.au) ** 3 / mu)).to(u.day)
+    given = {"date": "2000-01-01 TDB", "orbit": orbit}
+    system, _ = fullbody.systems.kw4(units=True)
+    places = []
+    for count in (1, 64):
+        body = forces.ThirdBody.from_ephemeris(name, duration=count * period, **given)
+        places.append(system.with_forces([body]).third_body(body.name, np.linspace(0, 1, 20) * period)[0])
+    distance = np.linalg.norm(places[0], axis=1)
+    assert (np.linalg.norm(places[1] - places[0], axis=1) < 1e-8 * distance).all()
+
+
+def test_an_ephemeris_takes_one_orbit():
+    from astropy import units as u
+
+    orbit = fullbody.KeplerElements([1.0, 2.0] * u.au, *([[0.1, 0.1]] * 5))
+    with pytest.raises(InvalidInput, match="one orbit"):
+        forces.ThirdBody.from_ephemeris("sun", "2000-01-01 TDB", orbit=orbit, duration="1 day")

@@ -1,0 +1,300 @@
+"""The Sun and other point masses on prescribed paths: forces and motion of a pair."""
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody.forces import Function, ThirdBody
+from scenes import at_rest, differential, kepler_place, pair, relative, sun
+from support import matrix, quaternion_product, reference, worst
+
+DATA = reference("third_body")
+AU = 149597870.7
+SUN = 1.98892e30
+TIGHT = fullbody.Verner98(rtol=1e-14, atol=1e-14)
+
+
+def spheres():
+    """The pair of the reference, with its barycentre at rest at the origin."""
+    first, second, third = DATA["masses"]
+    bodies = [fullbody.Body(fullbody.Sphere(r), mass=m) for r, m in ((0.7, first), (0.2, second))]
+    system = fullbody.System(bodies, G=DATA["G"])
+    r, v = fullbody.KeplerElements(*DATA["mutual_elements"]).to_cartesian(system.mu())
+    share = second / (first + second)
+    state = fullbody.State([-share * r, (1 - share) * r], [-share * v, (1 - share) * v])
+    orbit = fullbody.KeplerElements(*DATA["elements_of_the_system_about_the_third_body"])
+    return system, state, ThirdBody(mass=third, orbit=orbit, of="system", name="Sun")
+
+
+def test_a_thousand_hours_against_three_bodies_in_extended_precision():
+    """Positions to 1e-9 km; without the Sun they would be 0.02 km off. The Sun costs no steps."""
+    system, state, third = spheres()
+    expected = np.array([[float(x) for x in row] for row in DATA["relative_states"]])
+    free = system.integrate(state, 1000.0, output=DATA["times"])
+    run = system.with_forces([third]).integrate(state, 1000.0, output=DATA["times"])
+    assert np.abs(relative(run) - expected)[:, :3].max() < 1e-9
+    assert np.abs(relative(run) - expected)[:, 3:].max() < 1e-9
+    assert np.abs(relative(free) - expected)[-1].max() > 1e-3
+    assert run.statistics.steps == pytest.approx(free.statistics.steps, rel=0.1)
+    assert abs(run.energy_drift).max() < 1e-12
+
+
+def test_a_third_body_twice_as_far_is_noticed():
+    """The comparison above can fail: by a part in 1e6 of the Sun's effect."""
+    system, state, third = spheres()
+    expected = np.array([float(x) for x in DATA["relative_states"][2]])
+    other = ThirdBody(mass=DATA["masses"][2] * (1 + 1e-6), orbit=third.orbit, of="system", name="Sun")
+    run = system.with_forces([other]).integrate(state, 1000.0, output=[1000.0])
+    assert np.abs(relative(run)[0] - expected).max() > 1e-8
+
+
+def test_the_sun_on_kw4_at_a_circle_of_0_64_au():
+    """306 mm after 20 h; plain differences in longdouble, with the torque of second order, give the same."""
+    system, state = fullbody.systems.kw4()
+    mu = system.G * SUN
+    orbit = (0.64 * AU, 0, 0, 0, 0, 0)
+    third = ThirdBody(mass=SUN, orbit=fullbody.KeplerElements(*orbit), of="system", name="Sun")
+    inertia = [np.asarray(body.inertia) for body in system]
+    total = system.masses.sum()
+    rows = [np.diag(i) if i.ndim == 1 else i for i in inertia]
+
+    def pull(time, now):
+        p = -kepler_place(orbit, mu + system.G * total, time)
+        centre = system.masses @ now.position / total
+        force, torque = np.empty((2, len(system), 3))
+        for k, mass in enumerate(system.masses):
+            force[k] = mass * differential(now.position[k] - centre, p, mu)
+            x = (now.rotation_matrix[k].T @ (p - now.position[k] + centre)).astype(float)
+            torque[k] = 3 * mu / np.linalg.norm(x) ** 5 * np.cross(x, rows[k] @ x)
+        return force, torque
+
+    free = relative(system.integrate(state, 20.0, output=[20.0]))
+    run = system.with_forces([third]).integrate(state, 20.0, output=[20.0])
+    own = system.with_forces([Function(pull)]).integrate(state, 20.0, output=[20.0])
+    effect = (relative(run) - free)[0, :3]
+    assert np.linalg.norm(effect) == pytest.approx(0.306e-3, abs=0.0005e-3)
+    # The force on the quadrupoles is left out there: 1e-16 of the rest, and 2e-8 of the barycentre's departure.
+    np.testing.assert_allclose(relative(own) - relative(run), 0, atol=3e-12)
+    np.testing.assert_allclose(own.spin, run.spin, rtol=0, atol=1e-12)
+
+
+def test_kw4_takes_as_many_steps_under_the_sun():
+    system, state = fullbody.systems.kw4()
+    third = ThirdBody(
+        mass=SUN, orbit=fullbody.KeplerElements(0.64 * AU, 0.688, 0.68, 3.67, 3.37, 0.2), of="system", name="Sun"
+    )
+    steps = [s.integrate(state, 300.0, output=[300.0]).statistics.steps for s in (system, system.with_forces([third]))]
+    assert steps[1] == pytest.approx(steps[0], rel=0.1)
+
+
+@pytest.mark.parametrize("distance", [3.0, 30.0, 1e4, 1e8])
+def test_the_difference_of_pulls_keeps_its_digits(distance):
+    """Battin's form against the plain difference, which longdouble (19 digits) loses 8 digits of at 1e8."""
+    place = distance * np.array([0.6, -0.64, 0.48])
+    bodies = [fullbody.Body(fullbody.Sphere(0.1), mass=m) for m in (2.0, 0.5)]
+    position = np.array([[0.25, 0.5, -0.125], [-1.0, -2.0, 0.5]])
+    system = fullbody.System(bodies, G=1.0, forces=[at_rest(place, 3.0)])
+    force = system.loads(fullbody.State(position, np.zeros((2, 3))))["Sun"].force
+    for k, mass in enumerate(system.masses):
+        expected = mass * differential(position[k], place, 3.0)
+        assert worst(force[k], expected) < 1e-15 + 1e-18 * distance
+
+
+@pytest.mark.parametrize("e", [0.0, 0.3, 0.95, 1.5])
+def test_places_of_third_bodies(e):
+    """On the Kepler orbit whose mu is that of all masses, of whom it is said."""
+    bodies = [fullbody.Body(fullbody.PointMass(), mass=mass) for mass in (2.0, 1.0)]
+    system = fullbody.System(bodies, G=0.5)
+    a = 50.0 if e < 1 else -50.0
+    elements = (a, e, 0.4, 1.0, 2.0, 0.3)
+    for of, sign in (("system", -1.0), ("body", 1.0)):
+        third = ThirdBody(mu=7.0, orbit=fullbody.KeplerElements(*elements), of=of, time=4.0, name="Sun")
+        times = np.array([-300.0, 4.0, 17.0, 1000.0])
+        position, velocity = system.with_forces([third]).third_body("Sun", times)
+        expected = [sign * kepler_place(elements, 8.5, t - 4.0) for t in times]
+        assert worst(position, expected) < 3e-14
+        h = 1e-3
+        ahead, behind = (
+            np.array([kepler_place(elements, 8.5, t - 4.0 + s * h) for t in times]) * sign for s in (1, -1)
+        )
+        assert worst(velocity, (ahead - behind) / (2 * h)) < 1e-7
+        one, _ = system.with_forces([third]).third_body("Sun", 17.0)
+        assert (one == position[2]).all()
+
+
+def test_a_third_body_inside_the_system_is_refused():
+    """Told by its distance where it stands there, and by that of the periapsis where it will come there."""
+    system, state = pair()
+    # Centres are 0.99 from the barycentre at most, and the long axis there reaches on by 0.12.
+    orbit = ThirdBody(mu=1.0, orbit=fullbody.KeplerElements(10.0, 0.9, 0, 0, 0, np.pi), of="body", name="planet")
+    cases = [
+        (at_rest([1.1, 0, 0], 1.0, "planet"), r"^distance of planet is 1\.1\b.* more than 1\.1"),
+        (orbit, r"^periapsis distance of planet is (1\.0|0\.99).* more than 1\.1"),
+    ]
+    for third, message in cases:
+        with pytest.raises(fullbody.InvalidInput, match=message):
+            system.with_forces([third]).integrate(state, 1e-3)
+    system.with_forces([at_rest([1.2, 0, 0], 1e-9, "planet")]).integrate(state, 1e-3)
+
+
+def test_a_table_of_places_is_the_orbit_it_was_taken_from():
+    system, state = pair()
+    third = sun()
+    times = np.linspace(-1.0, 21.0, 201)
+    table = ThirdBody(
+        mu=1e6, times=times, positions=system.with_forces([third]).third_body("Sun", times)[0], of="body", name="Sun"
+    )
+    ends = [relative(system.with_forces([force]).integrate(state, 20.0, output=[20.0])) for force in (third, table)]
+    effect = np.abs(ends[0] - relative(system.integrate(state, 20.0, output=[20.0]))).max()
+    assert np.abs(ends[0] - ends[1]).max() < 1e-8 * effect
+
+
+# Invariances: what the physics does not know of.
+
+
+def end(system, state, forces, until=20.0):
+    return system.with_forces(forces).integrate(state, until, output=[until], integrator=TIGHT)
+
+
+def test_no_matter_where_and_how_fast_the_barycentre_is():
+    system, state = pair()
+    here = end(system, state, [sun()])
+    shift, speed = np.array([1024.0, -512.0, 64.0]), np.array([3.0, -8.0, 0.5])
+    moved = fullbody.State(state.position + shift, state.velocity + speed, state.attitude, state.spin)
+    there = end(system, moved, [sun()])
+    np.testing.assert_allclose(relative(there), relative(here), rtol=0, atol=2e-12)
+    np.testing.assert_allclose(there.spin, here.spin, rtol=0, atol=2e-11)
+    np.testing.assert_allclose(there.position - here.position, (shift + 20 * speed) + 0 * here.position, atol=1e-11)
+    # Energy of the barycentre's motion comes in; the impulse is what it was.
+    np.testing.assert_allclose(there.impulse["Sun"], here.impulse["Sun"], atol=1e-16)
+    assert abs(there.energy_drift).max() < 1e-13
+
+
+def test_no_matter_how_the_axes_are_turned():
+    system, state = pair()
+    turn = np.array([0.8, 0.36, -0.48, 0.0])
+    m = matrix(turn)
+    third = sun()
+    r, v = third.orbit.to_cartesian(1e6 + 1.0)
+    turned = sun(orbit=fullbody.KeplerElements.from_cartesian(m @ r, m @ v, 1e6 + 1.0))
+    other = fullbody.State(
+        state.position @ m.T, state.velocity @ m.T, quaternion_product(turn, state.attitude), state.spin
+    )
+    here, there = end(system, state, [third]), end(system, other, [turned])
+    np.testing.assert_allclose(there.position @ m, here.position, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(there.spin, here.spin, rtol=0, atol=2e-11)
+    assert there.work["Sun"][-1] == pytest.approx(here.work["Sun"][-1], rel=1e-9)
+
+
+def test_no_matter_which_body_is_first():
+    system, state = pair()
+    bodies = list(system)
+    swapped = fullbody.System(bodies[::-1], G=system.G)
+    names = ("position", "velocity", "attitude", "spin")
+    other = fullbody.State(*(np.asarray(getattr(state, name))[::-1] for name in names))
+    here, there = end(system, state, [sun()]), end(swapped, other, [sun()])
+    np.testing.assert_allclose(there.position[:, ::-1], here.position, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(there.spin[:, ::-1], here.spin, rtol=0, atol=2e-11)
+
+
+def test_no_matter_the_units():
+    """Quantities in au, solar masses and days beside numbers in km, kg, hours."""
+    from astropy import constants
+    from astropy import units as u
+
+    system, state = fullbody.systems.kw4(units=True)
+    orbit = fullbody.KeplerElements(0.64 * u.au, 0.688, 39 * u.deg, 210 * u.deg, 193 * u.deg, 11 * u.deg)
+    third = ThirdBody(mass=1.0 * u.M_sun, orbit=orbit, of="system", time=-0.5 * u.day, name="Sun")
+    run = system.with_forces([third]).integrate(state, 30.0 * u.hour, output=[30.0] * u.hour)
+    numbers, start = fullbody.systems.kw4()
+    elements = [0.64 * u.au.to(u.km), 0.688, *np.radians([39.0, 210.0, 193.0, 11.0])]
+    plain = ThirdBody(
+        mass=constants.M_sun.value, orbit=fullbody.KeplerElements(*elements), of="system", time=-12.0, name="Sun"
+    )
+    other = numbers.with_forces([plain]).integrate(start, 30.0, output=[30.0])
+    effect = np.abs(other.position - numbers.integrate(start, 30.0, output=[30.0]).position).max()
+    np.testing.assert_allclose(run.position.to_value(u.km), other.position, rtol=0, atol=1e-7 * effect)
+    assert run.work["Sun"].to_value(u.kg * u.km**2 / u.hour**2)[0] == pytest.approx(other.work["Sun"][0], rel=1e-7)
+    assert system.with_forces([third]).third_body("Sun", 0 * u.day)[0].unit == u.km
+
+
+def test_the_way_back():
+    """A simulation goes back to where it began; so does a pair from its last state, but for its nominal barycentre."""
+    system, state = pair()
+    world = system.with_forces([sun()])
+    sim = fullbody.Simulation(world, state, TIGHT)
+    there = sim.integrate(30.0, output=[30.0])
+    back = sim.integrate(0.0, output=[0.0])
+    np.testing.assert_allclose(back.position[0], state.position, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(back.spin[0], state.spin, rtol=0, atol=3e-12)
+    np.testing.assert_allclose(back.work["Sun"], -there.work["Sun"], rtol=1e-9)
+    again = world.integrate(there[-1], 0.0, output=[0.0], integrator=TIGHT)
+    np.testing.assert_allclose(relative(again), relative(back), rtol=0, atol=1e-10)
+
+
+def test_a_later_start_on_a_later_orbit():
+    """Times count from where the elements hold."""
+    system, state = pair()
+    later = fullbody.State(state.position, state.velocity, state.attitude, state.spin, time=1000.0)
+    here, there = end(system, state, [sun(time=3.0)]), end(system, later, [sun(time=1003.0)], 1020.0)
+    np.testing.assert_allclose(there.position, here.position, rtol=0, atol=1e-12)
+
+
+# Limits.
+
+
+def test_next_to_no_mass_is_no_force():
+    system, state = pair()
+    free = system.integrate(state, 20.0, output=2.0)
+    run = system.with_forces([sun(mu=1e-280)]).integrate(state, 20.0, output=2.0)
+    assert (run.position == free.position).all()
+    assert (run.spin == free.spin).all()
+    effects = [
+        np.abs(
+            relative(system.with_forces([sun(mu=1e6 * f)]).integrate(state, 20.0, output=[20.0]))
+            - relative(system.integrate(state, 20.0, output=[20.0]))
+        ).max()
+        for f in (1e-3, 1e-4)
+    ]
+    assert effects[0] / effects[1] == pytest.approx(10.0, rel=0.05)
+
+
+def test_spheres_and_points_get_no_torque():
+    for shape in (fullbody.Sphere(0.4), fullbody.PointMass(), fullbody.Ellipsoid(0.4, 0.4, 0.4)):
+        system = fullbody.System([fullbody.Body(shape, mass=1.0)], G=1.0, forces=[at_rest([1.0, 2.0, 3.0], 5.0)])
+        state = fullbody.State([[0.0, 0, 0]], [[0.0, 0, 0]])
+        loads = system.loads(state)["Sun"]
+        assert (loads.torque == 0).all()
+        # Alone it is its own barycentre, where the pull is taken off.
+        assert np.abs(loads.force).max() < 1e-16
+
+
+@pytest.mark.parametrize(("rows", "doubted"), [(6, True), (12, False)])
+def test_tables_too_coarse_for_their_spline_are_warned_of(rows, doubted, recwarn):
+    # The error of a cubic spline on a circle with n rows a turn: (2 pi/n)^4/384, 3e-3 and 2e-4.
+    turns = 2 * np.pi * np.arange(-rows, 3 * rows) / rows
+    circle = np.stack([40 * np.cos(turns), 40 * np.sin(turns), 0 * turns], axis=1)
+    third = ThirdBody(mu=1.0, times=turns, positions=circle, of="body", name="Moon")
+    system = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)], G=1.0, forces=[third])
+    state = fullbody.State(position=[[0.0, 0.0, 0.0]], velocity=[[0.0, 0.0, 0.0]])
+    system.integrate(state, 1.0, output="ends")
+    found = [str(warning.message) for warning in recwarn]
+    middle = np.pi / rows
+    wrong = np.linalg.norm(system.third_body("Moon", middle)[0] - 40 * np.array([np.cos(middle), np.sin(middle), 0]))
+    if doubted:
+        assert len(found) == 1
+        assert "positions of Moon are so far apart" in found[0]
+        told = float(found[0].split("wrong by about ")[1].split()[0])
+        assert 0.5 < told / (wrong / 40) < 2.0
+    else:
+        assert not found
+
+
+def test_rows_of_a_table_that_are_one_by_round_off():
+    system, _ = fullbody.systems.case1()
+    for times, row in (([0.0, 5e-324, 1.0, 2.0, 3.0], 0), ([0.0, 1.0, 2.0, 3.0, np.nextafter(3.0, 4.0)], 3)):
+        with pytest.raises(
+            fullbody.InvalidInput, match=rf"times of T are .* in rows {row} and {row + 1}; expected rows further"
+        ):
+            system.with_forces(
+                [ThirdBody(mass=1.0, of="body", times=times, positions=[[100.0, 0.0, 0.0]] * 5, name="T")]
+            )

@@ -1,0 +1,292 @@
+"""Tides of constant time lag: the force of a lagging bulge, the secular rates of Hut, what is conserved."""
+
+import fullbody
+import mpmath as mp
+import numpy as np
+import pytest
+from astropy import units as u
+from fullbody.forces import Tide
+from scipy.integrate import solve_ivp
+from support import inertia, matrix, reference, worst
+
+
+def two(
+    primary=None, satellite=None, mass=1e-3, orbit=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0), spin=((0, 0, 0), (0, 0, 0)), **rest
+):
+    """Spheres or points of masses one and ``mass`` (G = 1) on an orbit, the first at rest in the origin."""
+    shapes = (primary or fullbody.PointMass(), satellite or fullbody.PointMass())
+    bodies = [fullbody.Body(s, mass=m, name=n) for s, m, n in zip(shapes, (1.0, mass), "AB", strict=True)]
+    system = fullbody.System(bodies, G=1.0)
+    r, v = fullbody.KeplerElements(*orbit).to_cartesian(system.mu())
+    return system, fullbody.State([0 * r, r], [0 * v, v], spin=spin, **rest)
+
+
+def lagging(r, v, omega, mass, k2, radius, lag):
+    """The part of first order in the lag of the force on the raiser (G = 1), from the potential of the bulge itself.
+
+    The bulge that the raiser made when it stood at r* attracts it by k2 m R^5 (3 (r.r*)^2 - r^2 r*^2)/(2 r^5 r*^5). In
+    axes that turn with the body it was at r* = r - lag (v - omega x r) the lag ago.
+    """
+    with mp.workdps(40):
+        r, v, omega = (mp.matrix([mp.mpf(float(c)) for c in x]) for x in (r, v, omega))
+        turned = mp.matrix(
+            [
+                omega[1] * r[2] - omega[2] * r[1],
+                omega[2] * r[0] - omega[0] * r[2],
+                omega[0] * r[1] - omega[1] * r[0],
+            ]
+        )
+
+        def potential(x, y, z, late):
+            at = mp.matrix([x, y, z])
+            was = r - late * (v - turned)
+            a2, b2, ab = mp.fdot(at, at), mp.fdot(was, was), mp.fdot(at, was)
+            return (3 * ab * ab - a2 * b2) / (2 * (a2 * b2) ** mp.mpf(2.5))
+
+        order = [(1, 0, 0, 1), (0, 1, 0, 1), (0, 0, 1, 1)]
+        slope = [mp.diff(potential, (r[0], r[1], r[2], 0), n) for n in order]
+        return np.array([float(s) for s in slope]) * mass**2 * k2 * radius**5 * lag
+
+
+@pytest.mark.parametrize("case", range(4))
+def test_the_force_of_a_bulge_that_lags(case):
+    """Any place, velocity and spin, also a retrograde one; on both bodies, and the torque, which closes the moments."""
+    rng = np.random.default_rng(case)
+    r, v, spin = rng.normal(size=(3, 3)) * [[3.0], [0.7], [2.0]]
+    q = rng.normal(size=4)
+    q /= np.linalg.norm(q)
+    system, _ = two(fullbody.Sphere(0.1), fullbody.Sphere(0.05), mass=0.3)
+    speed = np.array([5.0, 2.0, 1.0])
+    state = fullbody.State([r * 0, r], [speed, speed + v], attitude=[q, [1.0, 0, 0, 0]], spin=[spin, [7.0, 8.0, 9.0]])
+    tide = Tide(on="A", by="B", k2=0.4, lag=0.02, radius=0.11, name="tide")
+    loads = system.with_forces([tide]).loads(state)["tide"]
+    expected = lagging(r, v, matrix(q) @ spin, 0.3, 0.4, 0.11, 0.02)
+    assert worst(loads.force[1], expected) < 1e-14
+    assert (loads.force[0] == -loads.force[1]).all()
+    assert worst(matrix(q) @ loads.torque[0], -np.cross(r, expected)) < 1e-14
+    assert (loads.torque[1] == 0).all()
+
+
+def test_the_radius_is_that_of_the_sphere_of_equal_volume():
+    system, state = two(fullbody.Ellipsoid(0.3, 0.2, 0.1))
+    one, other = (
+        system.with_forces([Tide(on="A", by="B", k2=0.4, lag=0.1, name="tide", **given)]).loads(state)["tide"].force
+        for given in ({}, {"radius": (0.3 * 0.2 * 0.1) ** (1 / 3)})
+    )
+    np.testing.assert_allclose(one, other, rtol=1e-13)
+
+
+#: Where the law itself is tested, in a short time, the lag need not be one that a body could have.
+EXAGGERATED = pytest.mark.filterwarnings("ignore:tide has a lag of")
+
+
+@EXAGGERATED
+@pytest.mark.parametrize("k2_lag", [6e5, 3e5])
+def test_decay_onto_a_body_that_does_not_turn(k2_lag):
+    """a(t) = R [(a/R)^8 - 48 k2 q (1+q) t/T]^(1/8), T = R^3/(G M lag), q the raiser's mass over the deformed one's.
+
+    From da/dt = 2 F/(n m') with m' the reduced mass and F = 3 k2 G m^2 R^5 lag v/a^8. Left out are the turning of the
+    deformed body, which takes up the orbit's angular momentum, and e^2, which is (da/dt / (n a))^2.
+    """
+    q, radius, a = 1e-6, 1.0, 5.0
+    system, state = two(fullbody.Sphere(1.0), mass=q, orbit=(a, 0, 0.3, 0, 0, 0))
+    tide = Tide(on="A", by="B", k2=1.0, lag=k2_lag, name="tide")
+    times = np.linspace(0.0, 8000.0, 5)
+    run = system.with_forces([tide]).integrate(state, times[-1], output=times)
+    T = radius**3 / k2_lag
+    expected = radius * ((a / radius) ** 8 - 48 * q * (1 + q) * times / T) ** 0.125
+    # Over a turn a itself changes by e times as much as over the whole.
+    assert expected[-1] < 0.98 * a
+    assert worst(run.elements().a, expected) < 2e-4
+    assert worst(run.elements().a - a, expected - a, a - expected[-1]) < 3e-3
+
+
+@EXAGGERATED
+def test_the_raiser_is_moved_out_by_a_fast_body():
+    """The sign turns at synchronism: da/dt is minus (1 - omega/n) times the rate at rest (Hut 1981, eq. 9 at e = 0)."""
+    rates = {}
+    for ratio in (0.0, 0.5, 1.0, 3.0, -2.0):
+        system, state = two(fullbody.Sphere(0.3), mass=1e-6, spin=[[0, 0, ratio], [0, 0, 0]])
+        tide = Tide(on="A", by="B", k2=1.0, lag=30.0, name="tide")
+        run = system.with_forces([tide]).integrate(state, 40 * np.pi, output=[0.0, 40 * np.pi])
+        rates[ratio] = np.diff(run.elements().a)[0]
+    for ratio, rate in rates.items():
+        assert rate / rates[0.0] == pytest.approx(1.0 - ratio, abs=1e-3)
+
+
+def test_the_eccentricity_of_a_synchronous_satellite():
+    """de/dt / e = -(21/2) k2 n^2 lag (M/m) (R/a)^5; with Q = 1/(n lag) the -(21/2) k2/Q n (M/m) (R/a)^5 of textbooks.
+
+    From Hut (1981), eq. 10: -27 (1 - 11/18) = -21/2. Left out are e^2, and how far the spin follows within a turn:
+    15/2 k2 lag n (M/m) (R/a)^3.
+    """
+    m, radius, e, k2, lag = 1e-3, 0.2, 0.01, 1.0, 4e-5
+    system, state = two(
+        satellite=fullbody.Sphere(radius), mass=m, orbit=(1.0, e, 0, 0, 0, 0), spin=[[0, 0, 0], [0, 0, 1.0]]
+    )
+    n = np.sqrt(system.mu())
+    until = 60 * 2 * np.pi / n
+    tide = Tide(on="B", by="A", k2=k2, lag=lag, name="tide")
+    run = system.with_forces([tide]).integrate(state, until, output=[0.0, until])
+    expected = -10.5 * k2 * n**2 * lag / m * radius**5
+    assert np.diff(np.log(run.elements().e))[0] / until == pytest.approx(expected, rel=1e-2)
+
+
+def test_the_libration_of_a_synchronous_satellite():
+    """It falls by e in 2 C a^6/(3 k2 G m^2 R^5 lag), m the raiser: C psi'' = -K psi - D psi' with D from the torque."""
+    mass, axes, a = 1e-4, (0.05, 0.0485, 0.047), 1.0
+    C = inertia(mass, axes)[2]
+    k2, radius = 1.0, (axes[0] * axes[1] * axes[2]) ** (1 / 3)
+    lag = 2 * C * a**6 / (3 * k2 * radius**5) / 400.0
+    fold = 2 * C * a**6 / (3 * k2 * radius**5 * lag)
+    small = 0.01
+    system, state = two(
+        satellite=fullbody.Ellipsoid(*axes),
+        mass=mass,
+        spin=[[0, 0, 0], [0, 0, np.sqrt(1 + mass)]],
+        attitude=[[1.0, 0, 0, 0], [np.cos(small / 2), 0, 0, np.sin(small / 2)]],
+    )
+    tide = Tide(on="B", by="A", k2=k2, lag=lag, name="tide")
+    run = system.with_forces([tide]).integrate(state, 1.5 * fold, output=0.2)
+    r = run.position[:, 1] - run.position[:, 0]
+    psi = np.unwrap(2 * np.arctan2(run.attitude[:, 1, 3], run.attitude[:, 1, 0])) - np.unwrap(
+        np.arctan2(r[:, 1], r[:, 0])
+    )
+    inertias = inertia(mass, axes)
+    w = np.sqrt(3 * (inertias[1] - inertias[0]) / C)
+    # A fit of a damped oscillation beside the slow turn of the forced one, at the orbit's own rate.
+    from scipy.optimize import curve_fit
+
+    def damped(t, A, B, rate, frequency, level):
+        return np.exp(-rate * t) * (A * np.cos(frequency * t) + B * np.sin(frequency * t)) + level
+
+    found, _ = curve_fit(damped, run.time, psi, [small, 0, 1 / fold, w, 0])
+    assert found[2] == pytest.approx(1 / fold, rel=5e-3)
+    assert found[3] == pytest.approx(w, rel=5e-3)
+
+
+def test_energy_falls_and_angular_momentum_stays():
+    """Whatever the orbit and the spins, with a tide on each: forces and torques are between the two bodies."""
+    rng = np.random.default_rng(7)
+    system, state = two(
+        fullbody.Sphere(0.3),
+        fullbody.Sphere(0.2),
+        mass=0.4,
+        orbit=(1.0, 0.3, 2.0, 1.0, 0.5, 0.3),
+        spin=rng.normal(size=(2, 3)) * 3,
+    )
+    tides = [Tide(on="A", by="B", k2=0.5, lag=0.05), Tide(on="B", by="A", k2=1.2, lag=0.1)]
+    run = system.with_forces(tides).integrate(state, 60.0)
+    assert (np.diff(run.energy) < 0).all()
+    assert run.energy[-1] - run.energy[0] < -0.01 * abs(run.energy[0])
+    for force in tides:
+        assert (np.diff(run.work[force.name]) < 0).all()
+        assert np.abs(run.angular_impulse[force.name]).max() < 1e-14
+        assert np.abs(run.impulse[force.name]).max() < 1e-15
+    size = np.linalg.norm(run.angular_momentum[0])
+    assert np.abs(run.angular_momentum - run.angular_momentum[0]).max() < 1e-13 * size
+    assert np.abs(run.energy_drift).max() < 1e-12
+
+
+@pytest.mark.parametrize("inclination", [20.0, 90.0, 160.0])
+def test_any_orbit_and_spin_against_a_program_of_its_own(inclination):
+    """Spheres: scipy's DOP853 with Hut's force as radial and transverse parts, spins as inertial vectors."""
+    mass, radius, k2, lag = 0.2, 0.25, 0.8, 0.3
+    orbit = (1.0, 0.25, np.radians(inclination), 0.4, 1.0, 2.0)
+    spin = np.array([[0.3, -1.0, 2.5], [0.0, 0.4, 1.0]])
+    system, state = two(fullbody.Sphere(radius), fullbody.Sphere(0.1), mass=mass, orbit=orbit, spin=spin)
+    run = system.with_forces([Tide(on="A", by="B", k2=k2, lag=lag)]).integrate(state, 20.0, output=[20.0])
+    mu, C = 1 + mass, 0.4 * radius**2
+
+    def rates(_, y):
+        r, v, omega = y.reshape(3, 3)
+        d = np.linalg.norm(r)
+        unit = r / d
+        radial = unit @ v
+        # Angular velocity of the line of the centres.
+        turn = np.cross(unit, v) / d
+        size = 3 * k2 * mass**2 * radius**5 * lag / d**8
+        force = -size * (3 * radial * unit + d * np.cross(turn - omega + (omega @ unit) * unit, unit))
+        return np.concatenate([v, -mu * r / d**3 + force * mu / mass, -np.cross(r, force) / C])
+
+    r, v = state.position[1] - state.position[0], state.velocity[1] - state.velocity[0]
+    solved = solve_ivp(rates, (0, 20.0), np.concatenate([r, v, spin[0]]), method="DOP853", rtol=1e-12, atol=1e-13)
+    end = solved.y[:, -1].reshape(3, 3)
+    free = system.integrate(state, 20.0, output=[20.0])
+    assert np.abs(run.position - free.position).max() > 0.01
+    np.testing.assert_allclose(run.position[0, 1] - run.position[0, 0], end[0], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(run.velocity[0, 1] - run.velocity[0, 0], end[1], rtol=0, atol=1e-9)
+    omega = matrix(run.attitude[0, 0]) @ run.spin[0, 0]
+    np.testing.assert_allclose(omega, end[2], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(run.spin[0, 1], spin[1], rtol=1e-12)
+
+
+@pytest.mark.parametrize("case", range(3))
+def test_spins_and_orbits_of_reboundx(case):
+    """Its effect tides_spin, with the bulges that do not lag made a millionth of a millionth."""
+    data = reference("tides_spin")
+    of = data["cases"][case]
+    satellite = fullbody.Sphere(0.1)
+    spin = [data["spin"], [0, 0, 0]]
+    system, state = two(fullbody.Sphere(data["radius"]), satellite, mass=data["mass"], orbit=of["elements"], spin=spin)
+    tide = Tide(on="A", by="B", k2=0.8, lag=data["k2_lag"] / 0.8)
+    run = system.with_forces([tide]).integrate(state, data["time"], output=[data["time"]])
+    np.testing.assert_allclose(run.position[0, 1] - run.position[0, 0], of["relative"], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(run.velocity[0, 1] - run.velocity[0, 0], of["relative_velocity"], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(matrix(run.attitude[0, 0]) @ run.spin[0, 0], of["spin"], rtol=0, atol=1e-9)
+    free = system.integrate(state, data["time"], output=[data["time"]])
+    assert np.abs(run.position - free.position).max() > 0.05
+
+
+@pytest.mark.parametrize(
+    ("spin", "attitude", "rate", "turns"),
+    [
+        ([0.0, 0.0, 3.0], [1.0, 0, 0, 0], lambda n: 3.0 - n, "A turns relative to B"),
+        # Upside down: against the orbit.
+        ([0.0, 0.0, 3.0], [0.0, 1, 0, 0], lambda n: 3.0 + n, "A turns relative to B"),
+        ([0.0, 0.0, 0.0], [1.0, 0, 0, 0], lambda n: n, "A turns relative to B"),
+        # A synchronous body has the tides of its librations and of the eccentricity, of the frequency n.
+        ([0.0, 0.0, None], [1.0, 0, 0, 0], lambda n: n, "B goes round A"),
+        # About the line of the centres no spin is seen.
+        ([9.0, 0.0, None], [1.0, 0, 0, 0], lambda n: n, "B goes round A"),
+    ],
+)
+def test_a_lag_in_which_bodies_turn_far_is_warned_of(spin, attitude, rate, turns):
+    """By Kepler's third law for the rate of the orbit; a radian is the limit."""
+    a, mass = 1.3, 1e-3
+    n = np.sqrt((1.0 + mass) / a**3)
+    turned = [n if component is None else component for component in spin]
+    system, state = two(
+        fullbody.Sphere(0.1),
+        mass=mass,
+        orbit=(a, 0, 0, 0, 0, 0),
+        spin=[turned, [0, 0, 0]],
+        attitude=[attitude, [1.0, 0, 0, 0]],
+    )
+
+    def begin(radians):
+        world = system.with_forces([Tide(on="A", by="B", k2=0.1, lag=radians / rate(n), name="bulge")])
+        return fullbody.Simulation(world, state)
+
+    for radians in (0.999, 0.01):
+        begin(radians)
+    for radians in (1.001, 40.0):
+        text = f"^bulge has a lag of .*, within which {turns} by {np.degrees(radians):.4g} degrees; .* first order"
+        with pytest.warns(fullbody.InconsistentInput, match=text):
+            begin(radians)
+
+
+def test_hours_where_seconds_were_meant():
+    system, state = fullbody.systems.kw4(units=True)
+    wrong = [Tide(on="Alpha", by="Beta", k2=1e-5, lag=60.0 * hour) for hour in (1.0, u.hour)]
+    for tide in wrong:
+        with pytest.warns(
+            fullbody.InconsistentInput, match="^tide on Alpha has a lag of 60 h, within which Alpha turns"
+        ):
+            system.with_forces([tide]).integrate(state, 0.01)
+    right = Tide(on="Alpha", by="Beta", k2=1e-5, lag=60.0 * u.s)
+    system.with_forces([right]).integrate(state, 0.01)
+    with pytest.warns(
+        fullbody.InconsistentInput, match="the starts of 1 of 2 members are probably a mistake; member 1: tide on Al"
+    ):
+        fullbody.integrate_many([(system.with_forces([tide]), state) for tide in (right, wrong[1])], 0.01)

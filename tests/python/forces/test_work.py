@@ -1,0 +1,231 @@
+"""Work, impulse and angular impulse of all forces balance energy and angular momentum, also in copies and files."""
+
+import copy
+import itertools
+import pickle
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody.forces import Function
+from scenes import KINDS, drag, pair, sun
+
+COMBINATIONS = [names for count in (1, 2, 3, 4, 5) for names in itertools.combinations(KINDS, count)]
+PAIRS = {
+    "Verner98": fullbody.Verner98(rtol=1e-13, atol=1e-13),
+    "Verner87": fullbody.Verner87(rtol=1e-12, atol=1e-12),
+    "Verner76": fullbody.Verner76(rtol=1e-11, atol=1e-11),
+    "Verner65": fullbody.Verner65(rtol=1e-10, atol=1e-10),
+    "DormandPrince54": fullbody.DormandPrince54(rtol=1e-9, atol=1e-9),
+}
+NAMES = ("time", "position", "velocity", "attitude", "spin", "energy", "angular_momentum")
+
+
+def world(*names):
+    system, state = pair(gravity="multipole:4")
+    return system.with_forces([KINDS[name]() for name in names]), state
+
+
+def equal(one, other):
+    """Every bit is the same, those of work and impulse too."""
+    same = all((getattr(one, name) == getattr(other, name)).all() for name in NAMES)
+    return same and all(
+        (mine[name] == theirs[name]).all()
+        for mine, theirs in ((one.work, other.work), (one.angular_impulse, other.angular_impulse))
+        for name in mine
+    )
+
+
+@pytest.mark.parametrize("names", COMBINATIONS, ids="-".join)
+def test_what_is_left_is_round_off(names):
+    """Of every combination; and what each force did is told under its name."""
+    system, state = world(*names)
+    run = system.integrate(state, 10.0)
+    assert list(run.work) == list(run.impulse) == list(run.angular_impulse) == [f.name for f in system.forces]
+    assert np.abs(run.energy_drift).max() < 1e-13
+    assert np.abs(run.energy_drift_orbital).max() < 3e-12
+    assert run.angular_momentum_drift.max() < 1e-13
+    # The energy itself changes by more.
+    assert all(np.abs(work).max() > 1e-9 for work in run.work.values())
+    momentum = np.tensordot(run.velocity, system.masses, axes=([1], [0]))
+    np.testing.assert_allclose(sum(run.impulse.values()), momentum - momentum[0], rtol=0, atol=1e-15)
+
+
+def test_a_system_that_travels_far_away():
+    """Work counts with the velocity of the whole, moments about the origin: the drag there is 1e-4 of all of it."""
+    system, state = world(*KINDS)
+    moved = fullbody.State(
+        state.position + np.array([512.0, -256.0, 64.0]),
+        state.velocity + np.array([4.0, 8.0, -1.0]),
+        state.attitude,
+        state.spin,
+    )
+    run = system.integrate(moved, 10.0)
+    assert np.abs(run.work["own"][-1]) > 1e-4 * abs(run.start.energy.total)
+    assert np.linalg.norm(run.angular_impulse["own"][-1]) > 1e-5 * np.linalg.norm(run.start.angular_momentum)
+    assert np.abs(run.energy_drift).max() < 1e-13
+    assert run.angular_momentum_drift.max() < 1e-13
+
+
+@pytest.mark.parametrize("integrator", PAIRS.values(), ids=PAIRS)
+def test_every_runge_kutta_pair_closes_the_energy(integrator):
+    """As well as the run without: its own error is all that is left."""
+    system, state = world(*KINDS)
+    run = system.integrate(state, 20.0, integrator=integrator)
+    free = system.with_forces([]).integrate(state, 20.0, integrator=integrator)
+    assert np.abs(run.energy_drift).max() < 3 * np.abs(free.energy_drift).max() + 1e-14
+    assert run.angular_momentum_drift.max() < 3 * free.angular_momentum_drift.max() + 1e-14
+
+
+@pytest.mark.parametrize(
+    "integrator",
+    [fullbody.SymplecticSplitting(step=0.02), fullbody.LieGroupVariational(step=0.02)],
+    ids=["splitting", "variational"],
+)
+def test_kicks_close_the_energy(integrator):
+    """What they do to the energy is counted as work: the rest is the error of the run without."""
+
+    def steady(time, state):
+        return 1e-5 * np.cos(time) * state.position
+
+    system, state = pair(gravity="multipole:4")
+    own = Function(steady, depends_on_velocity=False, name="own")
+    run = system.with_forces([sun(), own]).integrate(state, 20.0, integrator=integrator)
+    free = system.integrate(state, 20.0, integrator=integrator)
+    size = np.abs(free.energy_drift).max()
+    assert np.abs(run.energy_drift).max() < 1.2 * size + 1e-14
+    assert run.angular_momentum_drift.max() < 1e-13 + 1.2 * free.angular_momentum_drift.max()
+    assert np.abs(sum(run.work.values())).max() > 30 * size * abs(run.start.energy.total)
+    # The same motion by the others.
+    exact = system.with_forces([sun(), own]).integrate(state, 20.0, output=[20.0])
+    effect = np.abs(exact.position - system.integrate(state, 20.0, output=[20.0]).position).max()
+    error = np.abs(free.position[-1] - system.integrate(state, 20.0, output=[20.0]).position[0]).max()
+    assert np.abs(run.position[-1] - exact.position[0]).max() < 3 * error + 0.01 * effect
+
+
+@pytest.mark.parametrize("kind", ["tide", "YORP", "BYORP", "own"])
+@pytest.mark.parametrize("integrator", [fullbody.SymplecticSplitting(step=0.1), fullbody.LieGroupVariational(step=0.1)])
+def test_forces_that_do_not_fit_are_refused_by_name(kind, integrator):
+    system, state = world("Sun", kind)
+    with pytest.raises(fullbody.InvalidInput, match=rf"(?s){kind}.*velocit"):
+        system.integrate(state, 1.0, integrator=integrator)
+
+
+# Runs and their parts.
+
+
+def test_a_slice_keeps_what_it_was_told():
+    system, state = world("Sun", "tide")
+    run = system.integrate(state, 10.0, output=0.5)
+    part = run[4::3]
+    assert (part.work["Sun"] == run.work["Sun"][4::3]).all()
+    assert (part.impulse["tide"] == run.impulse["tide"][4::3]).all()
+    assert (part.energy_drift == run.energy_drift[4::3]).all()
+    assert run.work["Sun"][0] == 0.0
+
+
+@pytest.mark.parametrize("output", [None, 1.0])
+def test_continued_runs_add_up(output):
+    """Each counts from its own start; the simulation, from the first."""
+    system, state = world("Sun", "tide", "own")
+    whole = system.integrate(state, 10.0)
+    sim = fullbody.Simulation(system, state)
+    runs = [sim.integrate(5.0, output=output), sim.integrate(10.0, output=output)]
+    for name in whole.work:
+        total = sum(run.work[name][-1] for run in runs)
+        assert total == pytest.approx(whole.work[name][-1], rel=1e-9, abs=1e-18)
+        total = sum(run.angular_impulse[name][-1] for run in runs)
+        np.testing.assert_allclose(total, whole.angular_impulse[name][-1], rtol=0, atol=1e-14)
+    for run in runs:
+        assert np.abs(run.energy_drift).max() < 1e-13
+        assert run.angular_momentum_drift.max() < 1e-13
+    assert abs(sim.energy_drift) < 1e-13
+    assert sim.angular_momentum_drift < 1e-13
+
+
+def test_a_state_that_is_set_starts_new_sums_of_work():
+    system, state = world("Sun", "tide")
+    sim = fullbody.Simulation(system, state)
+    first = sim.integrate(5.0)
+    sim.state = state
+    again = sim.integrate(5.0)
+    assert equal(first, again)
+    assert abs(sim.energy_drift) < 1e-13
+
+
+def test_steps_keep_the_work():
+    system, state = world("Sun", "tide")
+    sim = fullbody.Simulation(system, state)
+    for _ in range(10):
+        sim.step()
+    assert abs(sim.energy_drift) < 1e-14
+    plain = system.energy(sim.state).total - system.energy(state).total
+    assert abs(plain / system.energy(state).total) > 1e-9
+
+
+# Files and copies.
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_simulation_goes_on_from_its_file(kind, tmp_path):
+    """Bit for bit; the function of a Function is given again."""
+    system, state = world(kind)
+    sim = fullbody.Simulation(system, state)
+    sim.integrate(4.0, output=[4.0])
+    sim.save(tmp_path / "half.sim")
+    forces = [force for force in system.forces if isinstance(force, Function)]
+    loaded = fullbody.Simulation.load(tmp_path / "half.sim", forces=forces)
+    assert loaded.system == system
+    assert loaded.energy_drift == sim.energy_drift
+    one, other = sim.integrate(9.0), loaded.integrate(9.0)
+    assert equal(one, other)
+    assert one == other
+    assert loaded.energy_drift == sim.energy_drift
+
+
+@pytest.mark.parametrize("forces", [[], [Function(drag, name="other")], [sun()]], ids=["none", "other", "no function"])
+def test_a_function_that_is_missing_is_asked_for(forces, tmp_path):
+    system, state = world("Sun", "own")
+    fullbody.Simulation(system, state).save(tmp_path / "x.sim")
+    with pytest.raises(fullbody.InvalidInput, match=r"'own'"):
+        fullbody.Simulation.load(tmp_path / "x.sim", forces=forces)
+
+
+def test_a_switch_is_kept_in_files(tmp_path):
+    """A secondary that was lost stays lost, and its count."""
+    system, state = world("BYORP")
+    spin = np.array(state.spin)
+    spin[1, 2] = 3.0
+    lost = fullbody.State(state.position, state.velocity, state.attitude, spin)
+    sim = fullbody.Simulation(system, lost)
+    sim.integrate(2.0)
+    sim.save(tmp_path / "x.sim")
+    one, other = sim.integrate(4.0), fullbody.Simulation.load(tmp_path / "x.sim").integrate(4.0)
+    assert one == other
+    assert one.switched_off == {"BYORP": 1}
+    assert (one.work["BYORP"] == 0).all()
+
+
+@pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
+def test_copies(duplicate):
+    system, state = world(*KINDS)
+    run = system.integrate(state, 3.0)
+    assert duplicate(system) == system
+    assert duplicate(system).forces == system.forces
+    assert equal(duplicate(run), run)
+    assert duplicate(run) == run
+    assert equal(duplicate(system).integrate(state, 3.0), run)
+    sim = fullbody.Simulation(system, state)
+    sim.integrate(1.0)
+    if duplicate is not copy.copy:
+        other = duplicate(sim)
+        assert equal(other.integrate(3.0), sim.integrate(3.0))
+
+
+def test_other_forces_make_other_systems():
+    system, _ = pair()
+    assert system.with_forces([sun()]) == system.with_forces([sun()])
+    assert system.with_forces([sun()]) != system
+    assert system.with_forces([sun(mu=2e6)]) != system.with_forces([sun()])
+    assert system.with_forces([sun()]).with_forces([]) == system
+    assert system.with_forces([sun()]).with_options(gravity="surface").forces == (sun(),)

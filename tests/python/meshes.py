@@ -1,0 +1,89 @@
+"""Meshes, poses and comparisons of numbers for the tests of polyhedra."""
+
+from itertools import permutations
+
+import fullbody
+import numpy as np
+from fullbody import Polyhedron
+
+CUBE = np.array([0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4]).reshape(6, 3)
+CUBE = np.concatenate([CUBE, [[2, 6, 7], [2, 7, 3], [0, 4, 6], [0, 6, 2], [1, 3, 7], [1, 7, 5]]])
+CORNERS = np.array([[k & 1, k >> 1 & 1, k >> 2 & 1] for k in range(8)], dtype=float)
+
+
+def box(*sides):
+    """A box about the origin."""
+    return Polyhedron((CORNERS - 0.5) * sides, CUBE)
+
+
+def octahedron(a, b, c):
+    ends = np.repeat(np.diag([a, b, c]), 2, axis=0) * np.tile([1.0, -1.0], 3)[:, None]
+    faces = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]]
+    return Polyhedron(ends, faces)
+
+
+def icosphere(level, axes=(1.0, 1.0, 1.0)):
+    """20 * 4**level triangles with corners on an ellipsoid."""
+    golden = (1.0 + 5.0**0.5) / 2.0
+    points = [(0.0, s, t * golden) for s in (1, -1) for t in (1, -1)]
+    points = [np.roll(p, k) for k in range(3) for p in points]
+    points = [p / np.linalg.norm(p) for p in points]
+    edge = min(np.linalg.norm(p - q) for p in points for q in points if p is not q)
+
+    def near(*corners):
+        return all(np.linalg.norm(points[i] - points[j]) < 1.01 * edge for i in corners for j in corners)
+
+    faces = [
+        (i, j, k)
+        for i, j, k in permutations(range(12), 3)
+        if i < min(j, k) and near(i, j, k) and np.linalg.det([points[i], points[j], points[k]]) > 0.0
+    ]
+    for _ in range(level):
+        middles: dict = {}
+
+        def middle(i, j, middles=middles):
+            key = (min(i, j), max(i, j))
+            if key not in middles:
+                middles[key] = len(points)
+                points.append((points[i] + points[j]) / np.linalg.norm(points[i] + points[j]))
+            return middles[key]
+
+        split = []
+        for i, j, k in faces:
+            p, q, r = middle(i, j), middle(j, k), middle(k, i)
+            split += [(i, p, r), (p, j, q), (r, q, k), (p, q, r)]
+        faces = split
+    return Polyhedron(np.array(points) * axes, faces)
+
+
+def close(found, expected, tolerance, scale=None):
+    size = np.abs(expected).max() if scale is None else scale
+    assert np.abs(np.asarray(found) - expected).max() <= tolerance * size, (found, expected)
+
+
+def pose(separation, seed=3, spin=0.0):
+    rng = np.random.default_rng(seed)
+    attitude = rng.normal(size=(2, 4))
+    attitude /= np.linalg.norm(attitude, axis=1)[:, None]
+    position = np.array([np.zeros(3), separation])
+    return fullbody.State(position, np.zeros((2, 3)), attitude=attitude, spin=spin * rng.normal(size=(2, 3)))
+
+
+def focal_points(a, b, c, n=12, m=48):
+    """Points and weights that attract like an ellipsoid (Maclaurin's theorem)."""
+    t, w = np.polynomial.legendre.leggauss(2 * n + 1)
+    t, w = t[t > 1e-9], w[t > 1e-9]
+    alpha = 2.0 * np.pi * (np.arange(m) + 0.5) / m
+    ring = np.sqrt(1.0 - t * t)[:, None] * np.array([np.cos(alpha), np.sin(alpha)])[:, None]
+    points = np.stack([(a * a - c * c) ** 0.5 * ring[0], (b * b - c * c) ** 0.5 * ring[1], 0.0 * ring[0]], axis=-1)
+    # Numpy's weights of many points are good to some 1e-14.
+    weights = t * t * w / (t * t * w).sum()
+    return points.reshape(-1, 3), np.repeat(weights / m, m)
+
+
+def with_more_faces(solid):
+    """The same solid with each face cut in three."""
+    corners = solid.vertices[solid.faces]
+    middle = len(solid.vertices) + np.arange(len(solid.faces))
+    faces = [np.column_stack([solid.faces[:, k], solid.faces[:, (k + 1) % 3], middle]) for k in range(3)]
+    return Polyhedron(np.concatenate([solid.vertices, corners.mean(axis=1)]), np.concatenate(faces))

@@ -1,0 +1,107 @@
+"""A system with another body, force or setting keeps everything else."""
+
+import fullbody
+import numpy as np
+import pytest
+from astropy import units as u
+from fullbody import InvalidInput, forces
+
+EPOCH = "2022-09-26T23:14:24.183 UTC"
+
+
+@pytest.fixture(scope="module")
+def didymos():
+    return fullbody.systems.didymos_after_dart(sun=True, units=True, gravity="surface")[0]
+
+
+def cube(side):
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * side
+    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+             [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]  # fmt: skip
+    return fullbody.Polyhedron(corners, faces)
+
+
+def two_spheres(mass=1.0):
+    parts = [fullbody.Part(fullbody.Sphere(50 * u.m), mass * u.kg, position=[x, 0, 0] * u.m) for x in (-40, 40)]
+    return fullbody.Composite(parts)
+
+
+@pytest.mark.parametrize("shape", [fullbody.Sphere(80 * u.m), fullbody.Ellipsoid(0.09, 0.08, 0.07), two_spheres(),
+                                   cube(0.13)])  # fmt: skip
+@pytest.mark.parametrize("body", ["Dimorphos", 1])
+def test_another_shape_keeps_the_rest(didymos, shape, body):
+    other = didymos.with_body(body, shape)
+    assert type(other["Dimorphos"].shape) is type(shape)
+    np.testing.assert_allclose(other.masses.value, didymos.masses.value, rtol=1e-14)
+    assert other.names == didymos.names
+    assert other["Didymos"] == didymos["Didymos"]
+    assert (other.options, other.units, other.G) == (didymos.options, didymos.units, didymos.G)
+    assert other.epoch == didymos.epoch
+    assert other.forces == didymos.forces
+    # And back.
+    old = didymos["Dimorphos"].shape
+    np.testing.assert_allclose(other.with_body("Dimorphos", old).masses.value, didymos.masses.value, rtol=1e-14)
+
+
+def test_another_mass_or_density(didymos):
+    shape = fullbody.Sphere(80 * u.m)
+    assert didymos.with_body(1, shape, mass=3e9 * u.kg)["Dimorphos"].mass == 3e9 * u.kg
+    dense = didymos.with_body(1, shape, density="2 g/cm3")["Dimorphos"]
+    np.testing.assert_allclose(dense.mass.to_value("kg"), 2000 * 4 / 3 * np.pi * 80**3, rtol=1e-13)
+    np.testing.assert_allclose(didymos.with_body(1, two_spheres(), 4e9 * u.kg)[1].mass.to_value("kg"), 4e9, rtol=1e-14)
+    for arguments, text in {
+        ("Dimorfos", shape): "body is 'Dimorfos'; did you mean 'Dimorphos'",
+        (1, "sphere"): "shape of Dimorphos is 'sphere'; expected an Ellipsoid",
+        (1, shape, 1 * u.kg, 1 * u.kg / u.m**3): "Dimorphos is given both a mass and a density",
+        (1, two_spheres(), None, 1 * u.kg / u.m**3): "density of Dimorphos is .*; expected a mass beside a composite",
+    }.items():
+        with pytest.raises(InvalidInput, match=text):
+            didymos.with_body(*arguments)
+
+
+def test_one_more_force(didymos):
+    tide = forces.Tide(on="Didymos", by="Dimorphos", k2=1e-5, lag=1 * u.s)
+    other = didymos.with_force(tide)
+    assert [force.name for force in other.forces] == ["Sun", "tide on Didymos"]
+    assert other == didymos.with_forces([*didymos.forces, tide])
+    with pytest.raises(InvalidInput, match="tide on Didymos"):
+        other.with_force(tide)
+    with pytest.raises(InvalidInput, match=r"forces has .tide.; expected forces of fullbody\.forces"):
+        didymos.with_force("tide")
+
+
+@pytest.mark.parametrize("option", ["bodies", "G", "units"])
+def test_what_a_system_is_made_of_is_no_option(didymos, option):
+    with pytest.raises(InvalidInput, match=rf"'{option}' is no option of with_options, .*; expected some of gravity, "):
+        didymos.with_options(**{option: 1.0})
+
+
+def ephemeris():
+    orbit = fullbody.KeplerElements(1.6442 * u.au, 0.38385, 3.408 * u.deg, 73.2 * u.deg, 319.3 * u.deg, 0.0)
+    return forces.ThirdBody.from_ephemeris("sun", EPOCH, orbit=orbit, duration="20 day")
+
+
+def test_a_path_for_another_date_is_refused(didymos, tmp_path):
+    sun = ephemeris()
+    assert sun.date == EPOCH
+    fitting = didymos.with_forces([sun])
+    for other in ("2000-01-01 TDB", "2022-09-26T23:14:24.183 TDB"):
+        with pytest.raises(InvalidInput, match=f"path of Sun is for the date {EPOCH} at time zero, and the epoch of"):
+            didymos.with_options(epoch=other, forces=[sun])
+        with pytest.raises(InvalidInput, match="path of Sun is for the date"):
+            fitting.with_options(epoch=other)
+    # The same moment in another scale, and a system that has no epoch.
+    same = fitting.epoch.tdb
+    assert abs((fitting.with_options(epoch=same).epoch - fitting.epoch).to_value("s")) < 1e-6
+    without = fitting.with_options(epoch=None)
+    # Files keep the date.
+    state = fullbody.systems.didymos_after_dart(units=True)[1]
+    run = without.integrate(state, "1 hour")
+    run.save(tmp_path / "run.nc")
+    simulation = fullbody.Simulation(without, state)
+    simulation.save(tmp_path / "simulation.fbs")
+    for system in (fullbody.load(tmp_path / "run.nc").system,
+                   fullbody.Simulation.load(tmp_path / "simulation.fbs").system):  # fmt: skip
+        assert system == without
+        with pytest.raises(InvalidInput, match="path of Sun is for the date"):
+            system.with_options(epoch="2000-01-01 TDB")

@@ -1,0 +1,104 @@
+"""The impact of a projectile changes velocity and spin by its momentum and angular momentum."""
+
+import fullbody
+import numpy as np
+import pytest
+from astropy import units as u
+from fullbody import InvalidInput
+
+
+def pair(units=False):
+    bodies = [
+        fullbody.Body(fullbody.Sphere(1.0), mass=8.0, name="A"),
+        fullbody.Body(fullbody.Ellipsoid(0.5, 0.4, 0.3), mass=1.0, name="B"),
+    ]
+    system = fullbody.System(bodies, G=1.0)
+    state = fullbody.State.from_tait_bryan(
+        [[0, 0, 0], [4, 0.5, 0.2]], [[0, 0, 0], [0.1, 1.5, 0.3]], [[0, 0, 0], [0.3, -0.2, 1.1]],
+        spin=[[0, 0, 0.1], [0.2, 0.1, 0.4]],
+    )  # fmt: skip
+    return system, state
+
+
+def given(system, before, after, mass, velocity, place):
+    """The momentum and the angular momentum of a projectile that sticks, and those that the bodies got."""
+    r, v = before.position[1] + place, before.velocity[1] + velocity
+    # The body keeps its mass: the projectile gives what it has relative to the ground, which goes on.
+    ground = before.velocity[1] + np.cross(before.rotation_matrix[1] @ before.spin[1], place)
+    momentum = mass * (v - ground)
+    got = system.momentum(after) - system.momentum(before)
+    turned = system.angular_momentum(after) - system.angular_momentum(before)
+    return momentum, np.cross(r, momentum), got, turned
+
+
+@pytest.mark.parametrize(("longitude", "latitude"), [(0.3, 0.2), (-2.0, -1.0), (1.0, np.pi / 2)])
+def test_momentum_and_angular_momentum_are_conserved(longitude, latitude):
+    system, state = pair()
+    way = np.array([np.cos(latitude) * np.cos(longitude), np.cos(latitude) * np.sin(longitude), np.sin(latitude)])
+    place = state.rotation_matrix[1] @ (way / np.sqrt((way**2 / np.array([0.5, 0.4, 0.3]) ** 2).sum()))
+    velocity = -50.0 * place + [1.0, 2.0, -3.0]
+    after = state.impact(system, 1, mass=1e-3, velocity=velocity, longitude=longitude, latitude=latitude)
+    momentum, turn, got, turned = given(system, state, after, 1e-3, velocity, place)
+    np.testing.assert_allclose(got, momentum, rtol=1e-11, atol=1e-13)
+    np.testing.assert_allclose(turned, turn, rtol=1e-10, atol=1e-13)
+    np.testing.assert_array_equal(after.position, state.position)
+    np.testing.assert_array_equal(after.velocity[0], state.velocity[0])
+    assert (after.spin[1] != state.spin[1]).any()
+
+
+def test_ejecta_enhance_the_momentum_along_their_direction():
+    """Head on: beta times the momentum; aslant: along the normal, or along a direction that is given."""
+    ball = fullbody.System([fullbody.Body(fullbody.Sphere(2.0), mass=5.0, name="A")], G=1.0)
+    state = fullbody.State([[0, 0, 0]], [[0, 0, 0]])
+    options = {"mass": 1e-3, "longitude": 0.0, "latitude": 0.0}
+    head_on = state.impact(ball, 0, velocity=[-6.0, 0, 0], beta=3.5, **options)
+    np.testing.assert_allclose(head_on.velocity[0], [-3.5 * 6e-3 / 5, 0, 0], rtol=1e-14)
+    assert not head_on.spin.any()
+    aslant = {"velocity": [-6.0, 3.0, 0], "beta": 2.0, **options}
+    np.testing.assert_allclose(5e3 * state.impact(ball, 0, **aslant).velocity[0], [-12.0, 3.0, 0], rtol=1e-13)
+    # Straight back where it came from.
+    back = state.impact(ball, 0, ejecta=[60.0, -30.0, 0], **aslant)
+    np.testing.assert_allclose(5e3 * back.velocity[0], [-12.0, 6.0, 0], rtol=1e-13)
+    # A sphere's moment of inertia is 2/5 m r^2.
+    np.testing.assert_allclose(back.spin[0], [0, 0, 2.0 * 6e-3 / (0.4 * 5 * 4)], rtol=1e-13)
+
+
+def test_the_velocity_of_the_ground_counts():
+    ball = fullbody.System([fullbody.Body(fullbody.Sphere(2.0), mass=5.0, name="A")], G=1.0)
+    turning = fullbody.State([[0, 0, 0]], [[0.3, 0.2, 0.1]], spin=[[0, 0, 0.5]])
+    # It comes down along the normal as the ground has it.
+    after = turning.impact(ball, 0, mass=1e-3, velocity=[-6.0, 1.0, 0], longitude=0.0, latitude=0.0)
+    np.testing.assert_allclose(after.spin, turning.spin, rtol=1e-15)
+
+
+def test_units_and_axes_of_the_orbit():
+    system, state = fullbody.systems.didymos(units=True)
+    options = {"mass": 579.4 * u.kg, "longitude": "-90 deg", "latitude": 0.0, "beta": 3.61, "along": "orbit"}
+    after = state.impact(system, "Dimorphos", velocity=["0 km/s", "-6.14 km/s", "0 km/s"], **options)
+    change = (after.velocity - state.velocity)[1].to_value("mm/s")
+    expected = 3.61 * 579.4 * 6.14e6 / system.masses[1].to_value("kg")
+    assert np.linalg.norm(change) == pytest.approx(expected, rel=1e-6)
+    assert change @ state.velocity[1].value < 0.0
+    kicked = state.kick("Dimorphos", [0, -expected, 0] * u.mm / u.s, along="orbit")
+    np.testing.assert_allclose(kicked.velocity.value, after.velocity.value, rtol=0.0, atol=2e-8)
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        (
+            {"velocity": [6.0, 0, 0]},
+            "by which it leaves the surface there at .* along the normal; expected one that comes",
+        ),
+        ({"mass": 0.0}, "mass of the projectile is 0.0; expected a number above zero"),
+        ({"latitude": 2.0}, "latitude is 2.0; expected an angle from"),
+        ({"beta": np.nan}, "beta is nan; expected a finite number"),
+        ({"velocity": [1.0, 2.0]}, "velocity of the projectile is .*; expected three finite numbers"),
+        ({"body": "C"}, "body of impact is 'C'"),
+    ],
+)
+def test_what_is_no_impact_is_refused(change, text):
+    system, state = pair()
+    options = {"body": 0, "mass": 1.0, "velocity": [-6.0, 0, 0], "longitude": 0.0, "latitude": 0.0} | change
+    with pytest.raises(InvalidInput, match=text):
+        state.impact(system, **options)

@@ -1,0 +1,255 @@
+"""The derivatives of loads and rates at a state: arbitrary precision, differences, and what symmetry demands."""
+
+import fullbody
+import numpy as np
+import pytest
+from flows import central_of_state, departed, inertia, rates, scales, tumbling
+from support import points, reference, worst
+
+PAIRS = reference("derivatives")["pairs"]
+
+
+def pair(case, gravity, mass=(2.0, 3.0), G=0.5):
+    """The system and state of a case, with bodies elsewhere than at the origin."""
+    axes = [np.array(case[name], dtype=float) for name in ("axes_a", "axes_b")]
+    bodies = [fullbody.Body(fullbody.Ellipsoid(*a), mass=m, name=n) for a, m, n in zip(axes, mass, "AB", strict=True)]
+    place = np.array([0.3, -0.1, 0.2])
+    state = fullbody.State.from_tait_bryan(
+        position=[place, place + np.array(case["separation"], dtype=float)],
+        velocity=np.zeros((2, 3)),
+        angles=np.array([case["angles_a"], case["angles_b"]], dtype=float),
+        spin=np.zeros((2, 3)),
+    )
+    return fullbody.System(bodies, G=G, gravity=gravity), state
+
+
+@pytest.mark.parametrize("gravity", ["focal", "surface"])
+@pytest.mark.parametrize("case", PAIRS, ids=[case["name"] for case in PAIRS])
+def test_reference_values(case, gravity):
+    system, state = pair(case, gravity)
+    names = [f"semi-axis {axis} of {body}" for body in "AB" for axis in "abc"]
+    jacobian = system.jacobian(state, names)
+    expected = np.array(case["jacobian"], dtype=float) * float(system.G) * 2.0 * 3.0
+    blocks = [
+        (jacobian.force_by_position[0, :, 1], expected[0:3, 0:3]),
+        (jacobian.force_by_rotation[0, :, 0], expected[0:3, 3:6]),
+        (jacobian.force_by_rotation[0, :, 1], expected[0:3, 6:9]),
+    ]
+    for k, rows in enumerate((expected[3:6], expected[6:9])):
+        blocks += [
+            (jacobian.torque_by_position[k, :, 1], rows[:, 0:3]),
+            (jacobian.torque_by_rotation[k, :, 0], rows[:, 3:6]),
+            (jacobian.torque_by_rotation[k, :, 1], rows[:, 6:9]),
+        ]
+    for actual, of_reference in blocks:
+        assert worst(actual, of_reference) < 1e-12
+    # Of the rates: accelerations, and torques over moments that change too; without spin only torque over moment.
+    torques = system.interactions(state).torque
+    for k, name in enumerate(names):
+        by, column = jacobian.by_parameter[name], expected[:, 9 + k]
+        assert worst(by[3:6] * 2.0, column[0:3]) < 1e-12
+        assert worst(-by[15:18] * 3.0, column[0:3]) < 1e-12
+        for body, rows, spins in ((0, column[3:6], by[9:12]), (1, column[6:9], by[21:24])):
+            moments = inertia(system.bodies[body])
+            slope = 0.4 * system.bodies[body].mass * getattr(system.bodies[body].shape, "abc"[k % 3])
+            change = np.where(np.arange(3) == k % 3, 0.0, slope) * (k // 3 == body)
+            assert (
+                worst(spins * moments + torques[body] / moments * change, rows, np.abs(expected[3:, 9:]).max()) < 1e-12
+            )
+
+
+POSES = reference("pair_jacobians")
+
+
+@pytest.mark.parametrize("gravity", ["focal", "surface"])
+@pytest.mark.parametrize("case", POSES, ids=[case["name"] for case in POSES])
+def test_poses_near_and_far(case, gravity):
+    # In 18 digits: tests/data/make_derivatives.py.
+    system, state = pair(case, gravity)
+    jacobian = system.jacobian(state)
+    expected = np.array(case["jacobian"], dtype=float) * float(system.G) * 2.0 * 3.0
+    rows = [jacobian.force_by_position[0], jacobian.torque_by_position[0], jacobian.torque_by_position[1]]
+    turned = [jacobian.force_by_rotation[0], jacobian.torque_by_rotation[0], jacobian.torque_by_rotation[1]]
+    for i in range(3):
+        blocks = [rows[i][:, 1], turned[i][:, 0], turned[i][:, 1]]
+        for j, block in enumerate(blocks):
+            of_reference = expected[3 * i : 3 * i + 3, 3 * j : 3 * j + 3]
+            # A sphere has no torque.
+            scale = max(np.abs(of_reference).max(), 1e-6 * np.abs(expected[0:3, 0:3]).max())
+            assert worst(block, of_reference, scale) < 1e-12
+
+
+def by_differences(system, state):
+    """The rates' derivatives by differences of fourth order of the rates themselves."""
+    size = scales(system, state)
+    columns = []
+    for k in range(12 * len(system)):
+        place = (k // 12, k % 12 // 3, k % 3)
+        columns.append(
+            central_of_state(lambda by, place=place: rates(system, departed(state, *place, by)), 1e-3 * size[k])
+        )
+    return np.transpose(columns)
+
+
+@pytest.mark.parametrize("gravity", ["focal", "surface", "point"])
+def test_rates_against_differences(gravity):
+    system, state = tumbling(gravity)
+    size = scales(system, state)
+    expected, actual = by_differences(system, state), system.jacobian(state).rates
+    # A turn by theta also turns the axes along which the spin moves the body: d(theta)/dt = dspin - spin x theta.
+    for k in range(2):
+        wx, wy, wz = state.spin[k]
+        place = slice(12 * k + 6, 12 * k + 9)
+        expected[place, place] -= np.array([[0, -wz, wy], [wz, 0, -wx], [-wy, wx, 0]])
+    assert worst(actual * size / size[:, np.newaxis], expected * size / size[:, np.newaxis]) < 1e-9
+
+
+def test_three_bodies_and_a_composite():
+    parts = [
+        fullbody.Part(fullbody.Ellipsoid(0.5, 0.4, 0.3), mass=0.6, position=[0.5, 0.0, 0.0]),
+        fullbody.Part(fullbody.Sphere(0.3), mass=0.3, position=[-0.6, 0.1, 0.0]),
+    ]
+    first, second = tumbling()[0].bodies
+    third = fullbody.Body(fullbody.Composite(parts), name="C")
+    system = fullbody.System([first, second, third], G=1.0)
+    state = fullbody.State.from_tait_bryan(
+        position=[[0.0, 0.0, 0.0], [3.0, 0.2, 0.1], [-1.0, 4.0, 0.5]],
+        velocity=np.zeros((3, 3)),
+        angles=[[0.2, 0.1, 0.0], [1.0, 0.3, 0.1], [0.4, -0.3, 0.2]],
+        spin=np.zeros((3, 3)),
+    )
+    jacobian = system.jacobian(state)
+    # The whole moves and turns without a change of torques.
+    assert worst(jacobian.torque_by_position.sum(axis=2), 0.0, np.abs(jacobian.torque_by_position).max()) < 1e-13
+    turned = sum(
+        np.einsum("iajb,bc->iac", jacobian.torque_by_position[:, :, [j]], np.cross(np.eye(3), state.position[j]).T)
+        + np.einsum("iajb,cb->iac", jacobian.torque_by_rotation[:, :, [j]], state.rotation_matrix[j])
+        for j in range(3)
+    )
+    assert worst(turned, 0.0, np.abs(jacobian.torque_by_rotation).max()) < 1e-13
+    # The torque on the composite against differences of it.
+    for axis in range(3):
+        change = central_of_state(
+            lambda by, axis=axis: system.interactions(departed(state, 2, 2, axis, by)).torque.ravel(), 1e-3
+        )
+        assert worst(jacobian.torque_by_rotation[:, :, 2, axis].ravel(), change) < 1e-9
+
+
+def test_far_bodies_lose_no_digits():
+    # MacCullagh's torque on B, -3 G m x cross (I x) / |x|^5 from far away; of its size, not of lever times force.
+    system, state = tumbling()
+    far = fullbody.State(
+        np.array(state.position) * [[1.0], [3e4]], state.velocity, state.attitude, state.spin, time=state.time
+    )
+    moments = np.diag(inertia(system.bodies[1]))
+    turn = far.rotation_matrix[1]
+    x = turn.T @ (far.position[0] - far.position[1])
+    r = np.linalg.norm(x)
+    rate = np.cross(np.eye(3), moments @ x) + np.cross(x, moments.T).reshape(3, 3)
+    expected = 3.0 * (rate.T / r**5 - 5.0 * np.outer(np.cross(x, moments @ x), x) / r**7)
+    actual = system.jacobian(far).torque_by_position[1, :, 0] @ turn
+    assert worst(actual, expected) < 1e-8
+
+
+def test_units_and_names():
+    system, state = fullbody.systems.kw4(units=True)
+    jacobian = system.jacobian(state, ["mass of Beta"])
+    assert jacobian.force_by_position.unit.is_equivalent("N/m")
+    assert list(jacobian.by_parameter) == ["mass of Beta"]
+    with pytest.raises(fullbody.InvalidInput, match="mass of Alpha"):
+        system.jacobian(state, ["mass of Gamma"])
+    assert points(1.0, 1.0).parameters == ("G", "mass of body 0", "mass of body 1")
+
+
+def test_every_parameter_that_is_named_is_taken():
+    for options in ({"sun": True}, {"gravity": "multipole:4"}, {}):
+        system, state = fullbody.systems.didymos(**options)
+        assert "semi-axis a of Dimorphos" in system.parameters
+        with pytest.raises(fullbody.InvalidInput, match="mass of X") as caught:
+            system.jacobian(state, ["mass of X"])
+        assert "semi-axis a" in str(caught.value)
+        run = system.integrate(state, 0.1, output="ends", derivatives=system.parameters)
+        assert set(run.sensitivity) == set(system.parameters)
+
+
+TURN = [0.9, 0.1, 0.3, 0.3]
+
+
+def beside(axes, distance, mu=50.0):
+    """A pair beside a third body at rest at a distance, and its state; the second body has these semi-axes."""
+    bodies = [
+        fullbody.Body(fullbody.Ellipsoid(1.0, 0.9, 0.8), mass=1.0, name="A"),
+        fullbody.Body(fullbody.Ellipsoid(*axes), mass=0.3, name="B"),
+    ]
+    path = np.tile(distance * np.array([0.6, 0.48, 0.64]), (4, 1))
+    sun = fullbody.forces.ThirdBody(mu=mu, times=[-10.0, 0.0, 5.0, 10.0], positions=path, of="body", name="Sun")
+    state = fullbody.State(
+        [[0, 0, 0], [4.0, 0, 0]], [[0, 0, 0], [0, 0.55, 0.05]], [[1, 0, 0, 0], TURN], [[0, 0.1, 0.5], [0.1, 0.05, 0.15]]
+    )
+    return fullbody.System(bodies, G=1.0, forces=[sun]), state
+
+
+def slopes_of_sun(axes, distance, axis):
+    """What a semi-axis does to the third body's share in the acceleration of B and in the rate of its spin."""
+    system, state = beside(axes, distance)
+    name = f"semi-axis {axis} of B"
+    with_sun, without = (each.jacobian(state, [name]).by_parameter[name] for each in (system, system.with_forces([])))
+    return with_sun[15:18] - without[15:18], with_sun[21:24] - without[21:24]
+
+
+def sunlit(axes, distance):
+    """That share itself."""
+    system, state = beside(axes, distance)
+    loads = system.loads(state)["Sun"]
+    return loads.force[1] / 0.3, loads.torque[1] / inertia(system.bodies[1])
+
+
+@pytest.mark.parametrize("distance", [5.0, 40.0])
+@pytest.mark.parametrize("axes", [(0.5, 0.4, 0.3), (0.3, 0.5, 0.4), (0.4, 0.4, 0.4)])
+def test_semi_axes_beside_a_third_body_by_differences(axes, distance):
+    for k, axis in enumerate("abc"):
+
+        def changed(by, k=k):
+            return sunlit([size + (by if place == k else 0.0) for place, size in enumerate(axes)], distance)
+
+        step = 2e-3 * axes[k]
+        weights = ((1, 0.8), (2, -0.2), (3, 4 / 105), (4, -1 / 280))
+        pairs = [(w, changed(m * step), changed(-m * step)) for m, w in weights]
+        for which, actual in enumerate(slopes_of_sun(axes, distance, axis)):
+            expected = sum(w * (above[which] - below[which]) for w, above, below in pairs) / step
+            # The force is mostly that on a point, in whose rounding the differences end.
+            rounding = 1e-14 * np.abs(sunlit(axes, distance)[which]).max() / step
+            assert np.abs(actual - expected).max() < 1e-10 * np.abs(expected).max() + rounding
+
+
+def test_semi_axes_beside_a_far_third_body():
+    """MacCullagh's torque 3 mu D x cross x / r^5 with D = diag(a^2, b^2, c^2) m / 5, where nothing else is left."""
+    axes, far = np.array([0.5, 0.4, 0.3]), 4e6
+    pair, _ = beside(axes, far)
+    system = fullbody.System([pair.bodies[1]], G=1.0, forces=pair.forces)
+    state = fullbody.State([[0.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]], [TURN])
+    x = state.rotation_matrix[0].T @ (far * np.array([0.6, 0.48, 0.64]))
+    moments = (axes @ axes - axes**2) / 5.0
+    for k, axis in enumerate("abc"):
+        of_k = np.where(np.arange(3) == k, 2.0 * axes[k] / 5.0, 0.0)
+        slope, torque = (150.0 * np.cross(d * x, x) / np.linalg.norm(x) ** 5 for d in (of_k, axes**2 / 5.0))
+        expected = slope / moments - torque / moments**2 * (of_k.sum() - of_k)
+        name = f"semi-axis {axis} of B"
+        assert worst(system.jacobian(state, [name]).by_parameter[name][9:12], expected) < 1e-11
+
+
+def test_semi_axes_of_a_run_beside_a_third_body():
+    """By differences of fourth order of whole runs."""
+    axes, distance = (0.5, 0.4, 0.3), 12.0
+
+    def end(by):
+        system, state = beside((axes[0] + by, *axes[1:]), distance)
+        run = system.integrate(state, 3.0, output="ends", integrator=fullbody.Verner98(rtol=1e-14))
+        return np.concatenate([values[-1].ravel() for values in (run.position, run.velocity, run.spin)])
+
+    step = 5e-5
+    expected = (8.0 * (end(step) - end(-step)) - (end(2.0 * step) - end(-2.0 * step))) / (12.0 * step)
+    system, state = beside(axes, distance)
+    run = system.integrate(state, 3.0, output="ends", derivatives=["semi-axis a of B"])
+    found = run.sensitivity["semi-axis a of B"][-1].reshape(2, 4, 3)
+    assert worst(np.concatenate([found[:, k].ravel() for k in (0, 1, 3)]), expected) < 1e-9

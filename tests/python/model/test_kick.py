@@ -1,0 +1,207 @@
+"""Kicks and turns of one body: Clohessy and Wiltshire's equations, vis-viva, and rotations worked out by hand."""
+
+import astropy.units as u
+import fullbody
+import numpy as np
+import pytest
+from fullbody import observables
+from support import matrix, points, ready, rot_x, rot_y, rot_z
+
+UNITS = ("km", "hour", "kg")
+
+
+def circle(n=1.0):
+    """A light point on a circle of radius one about a heavy one, in a plane that is none of the axes'."""
+    system = points(1.0 - 1e-9, 1e-9, G=n**2)
+    r, v = fullbody.KeplerElements(1.0, 0.0, 0.7, 0.4, 0.0, 0.3).to_cartesian(n**2)
+    return system, fullbody.State([0 * r, r], [0 * v, v])
+
+
+def local(run, other):
+    """Where the second body of a run is from that of another, in the other's radial, transverse and normal axes."""
+    r, v = (name[:, 1] - name[:, 0] for name in (other.position, other.velocity))
+    radial = r / np.linalg.norm(r, axis=1)[:, None]
+    normal = np.cross(r, v)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    axes = np.stack([radial, np.cross(normal, radial), normal], axis=2)
+    return np.einsum("kji,kj->ki", axes, run.position[:, 1] - run.position[:, 0] - r)
+
+
+@pytest.mark.parametrize("place", [0, 1, 2])
+def test_the_relative_motion_of_hill_clohessy_and_wiltshire(place):
+    """Clohessy & Wiltshire (1960), J. Aerosp. Sci. 27, 653, of a chaser that starts with a velocity alone."""
+    n, speed = 1.3, 1e-6
+    system, state = circle(n)
+    dv = speed * np.eye(3)[place]
+    run, plain = (system.integrate(start, 10.0, output=0.25) for start in (state.kick(1, dv, along="orbit"), state))
+    t = plain.time
+    s, c, o = np.sin(n * t), np.cos(n * t), 0 * t
+    expected = [
+        np.stack([s, 2 * (c - 1), o], axis=1),
+        np.stack([2 * (1 - c), 4 * s - 3 * n * t, o], axis=1),
+        np.stack([o, o, s], axis=1),
+    ][place] * (speed / n)
+    # What first order leaves out is its square, with the time.
+    np.testing.assert_allclose(local(run, plain), expected, rtol=0, atol=1e-4 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("dv", [-0.1, 0.05, 0.3])
+def test_vis_viva(dv):
+    """1/a = 2/r - v^2/mu after a kick along the motion, at periapsis where it was a circle."""
+    system, state = circle()
+    after = state.kick(1, [0.0, dv, 0.0], along="orbit", about=0)
+    r, v = after.position[1] - after.position[0], after.velocity[1] - after.velocity[0]
+    orbit = fullbody.KeplerElements.from_cartesian(r, v, 1.0)
+    a = 1 / (2 - (1 + dv) ** 2)
+    np.testing.assert_allclose([orbit.a, orbit.e], [a, abs(1 - 1 / a)], rtol=1e-12)
+    np.testing.assert_allclose(orbit.i, 0.7, rtol=1e-12)
+    run = system.integrate(after, 40 * np.pi, output=0.1)
+    np.testing.assert_allclose(observables.mutual_period(run).mean, 2 * np.pi * a**1.5, rtol=1e-6)
+    shape = observables.orbit_shape(run)
+    np.testing.assert_allclose(shape.a, a, rtol=1e-9)
+
+
+def test_a_kick_of_dart_changes_the_period_by_its_share():
+    """dP/P = 3 dv/v of a light body, and only its own momentum changes."""
+    system, before = fullbody.systems.didymos(units=True, gravity="point")
+    dv = -2.70 * u.mm / u.s
+    after = before.kick("Dimorphos", [0 * dv, dv, 0 * dv], along="orbit")
+    assert after.velocity.unit == before.velocity.unit
+    gained = (system.momentum(after) - system.momentum(before)).to_value(u.kg * u.mm / u.s)
+    mass = system.masses[1].to_value(u.kg)
+    np.testing.assert_allclose(np.linalg.norm(gained), mass * 2.70, rtol=1e-9)
+    np.testing.assert_array_equal(after.velocity[0], before.velocity[0])
+    for name in ("position", "attitude", "spin"):
+        np.testing.assert_array_equal(getattr(after, name), getattr(before, name))
+    speed = np.linalg.norm(before.velocity[1] - before.velocity[0]).to_value(u.mm / u.s)
+    periods = [
+        observables.mutual_period(system.integrate(state, "20 day", output="0.5 hour")).mean.value
+        for state in (before, after)
+    ]
+    np.testing.assert_allclose(periods[1] / periods[0] - 1, -3 * 2.70 / speed, rtol=0.05)
+
+
+def test_axes_of_the_body_and_inertial_ones():
+    q = np.array([0.3, -0.5, 0.7, 0.2]) / np.linalg.norm([0.3, -0.5, 0.7, 0.2])
+    state = fullbody.State([[0, 0, 0], [2, 0, 0]], [[0, 0, 0], [0, 1, 0]], [[1, 0, 0, 0], q], [[0, 0, 1], [1, 2, 3]])
+    dv = np.array([0.1, -0.2, 0.3])
+    for along, expected in (("inertial", dv), ("body", matrix(q) @ dv), ("orbit", dv)):
+        kicked = state.kick(1, dv, along=along)
+        np.testing.assert_allclose(kicked.velocity[1] - state.velocity[1], expected, atol=1e-15)
+        np.testing.assert_array_equal(kicked.velocity[0], state.velocity[0])
+    # The radial direction of the heavier one points away from the other: here against x.
+    kicked = state.kick(0, dv, along="orbit")
+    np.testing.assert_allclose(kicked.velocity[0], dv * [-1, -1, 1], atol=1e-15)
+    assert state.kick(1, dv) == state.kick(1, dv, along="inertial")
+    assert state.kick(1, [0, 0, 0]) == state
+
+
+@pytest.mark.parametrize("angle", [0.3, -2.0, 6.0])
+def test_turns_about_axes(angle):
+    """R' = turn R about an inertial axis, R turn about one of the body; the spin in the body's frame stays."""
+    q = np.array([0.3, -0.5, 0.7, 0.2]) / np.linalg.norm([0.3, -0.5, 0.7, 0.2])
+    state = fullbody.State([[0, 0, 0], [0, 2, 0]], [[0, 0, 0], [-1, 0, 0]], [[1, 0, 0, 0], q], [[0, 0, 1], [1, 2, 3]])
+    for axis, turn in (([5, 0, 0], rot_x), ([0, 1e-200, 0], rot_y), ([0, 0, 1e200], rot_z)):
+        own = state.rotated(1, axis, angle)
+        np.testing.assert_allclose(own.rotation_matrix[1], matrix(q) @ turn(angle), atol=1e-14)
+        inertial = state.rotated(1, axis, angle, along="inertial")
+        np.testing.assert_allclose(inertial.rotation_matrix[1], turn(angle) @ matrix(q), atol=1e-14)
+        for turned in (own, inertial):
+            np.testing.assert_array_equal(turned.spin, state.spin)
+            np.testing.assert_array_equal(turned.attitude[0], state.attitude[0])
+            np.testing.assert_array_equal(turned.position, state.position)
+            np.testing.assert_allclose(np.linalg.norm(turned.attitude, axis=1), 1.0, rtol=1e-15)
+    # Radial is y here, transverse is -x.
+    orbit = state.rotated(1, [1, 0, 0], angle, along="orbit")
+    np.testing.assert_allclose(orbit.rotation_matrix[1], rot_y(angle) @ matrix(q), atol=1e-14)
+    orbit = state.rotated(1, [0, 1, 0], angle, along="orbit", about=0)
+    np.testing.assert_allclose(orbit.rotation_matrix[1], rot_x(-angle) @ matrix(q), atol=1e-14)
+    # As Quantities.
+    assert state.rotated(1, [1, 0, 0] * u.km, angle * u.rad) == state.rotated(1, [1, 0, 0], angle)
+    np.testing.assert_allclose(
+        state.rotated(1, [0, 0, 1], "90 deg").rotation_matrix[1], matrix(q) @ rot_z(np.pi / 2), atol=1e-14
+    )
+
+
+def test_turns_are_roll_pitch_and_yaw():
+    """Of a body whose x-axis points at the other one."""
+    system, state = ready("didymos")
+    for axis, place in (([1, 0, 0], 0), ([0, 1, 0], 1), ([0, 0, 1], 2)):
+        run = system.integrate(state.rotated("Dimorphos", axis, 0.2), 0.01)
+        found = observables.roll_pitch_yaw(run)[0]
+        np.testing.assert_allclose(found, 0.2 * np.eye(3)[place], atol=1e-12)
+
+
+def test_states_know_the_names_of_their_bodies():
+    system, state = fullbody.systems.sn263_2001(gravity="point")
+    dv = [1e-3, 0.0, 0.0]
+    run = system.integrate(state, 1.0, dense=True, events=[fullbody.events.Separation(0, 2, 3.8)])
+    simulation = fullbody.Simulation(system, state)
+    for start in (state, run[0], simulation.state, run(0.5), state.replace(time=1.0), state.kick("Beta", dv)):
+        assert start.kick("Gamma", dv, along="orbit", about="Alpha") == start.kick(2, dv, along="orbit", about=0)
+    for happened in run.events:
+        happened.state.kick("Gamma", dv)
+    plain = fullbody.State(state.position, state.velocity)
+    with pytest.raises(fullbody.InvalidInput, match=r"body of kick is 'Gamma', and this state does not know .* 0 to 2"):
+        plain.kick("Gamma", dv)
+    with pytest.raises(fullbody.InvalidInput, match=r"body of kick is 'gamma'; did you mean 'Gamma'\?"):
+        state.kick("gamma", dv)
+    # Names are no part of what a state is.
+    assert plain == state.replace(attitude=plain.attitude, spin=plain.spin)
+
+
+@pytest.mark.parametrize(
+    ("call", "what"),
+    [
+        (lambda s: s.kick(3, [0, 0, 1]), "body of kick is 3; expected 0 to 2, one of the 3 bodies"),
+        (lambda s: s.kick(True, [0, 0, 1]), "body of kick is True; expected 0 to 2"),
+        (lambda s: s.kick(1, [0, 1]), r"dv has shape \(2,\); expected \(3,\)"),
+        (lambda s: s.kick(1, [0, 1, np.nan]), "dv is .*; expected finite numbers"),
+        (lambda s: s.kick(1, 1.0), r"dv has shape \(\); expected \(3,\)"),
+        (lambda s: s.kick(1, [0, 1, 0] * u.km / u.s), "dv has the unit km / s, but the state has none"),
+        (
+            lambda s: s.kick(1, [0, 1, 0], along="velocity"),
+            "along of kick is 'velocity'; expected 'inertial', 'body' or",
+        ),
+        (lambda s: s.kick(1, [0, 1, 0], along=np.ones(2)), "along of kick is array"),
+        (
+            lambda s: s.kick(1, [0, 1, 0], about=0),
+            "about of kick is 0, along is 'inertial'; expected about with 'orbit'",
+        ),
+        (lambda s: s.kick(1, [0, 1, 0], along="orbit"), "about of kick is not given, and there are 2 other bodies"),
+        (lambda s: s.kick(1, [0, 1, 0], along="orbit", about=1), "about of kick is 1, the body itself"),
+        (lambda s: s.kick(1, [0, 1, 0], along="orbit", about=7), "about of kick is 7; expected 0 to 2"),
+        (
+            lambda s: s.kick(2, [0, 1, 0], along="orbit", about=0),
+            "body 2 moves along its line to body 0, or not at all",
+        ),
+        (lambda s: s.rotated(1, [0, 0, 0], 1.0), "axis is .*; expected three numbers that are not all zero"),
+        (lambda s: s.rotated(1, [0, 0, 1], np.inf), "angle is inf; expected a finite number"),
+        (lambda s: s.rotated(1, [0, 0, 1], 1 * u.km), "angle has the unit km"),
+        (lambda s: s.rotated(9, [0, 0, 1], 1.0), "body of rotated is 9; expected 0 to 2"),
+        (lambda s: s.rotated(1, [0, 0, 1], 1.0, along="orbit"), "about of rotated is not given"),
+    ],
+)
+def test_what_does_not_fit_is_named(call, what):
+    state = fullbody.State([[0, 0, 0], [2, 0, 0], [4, 0, 0]], [[0, 0, 0], [0, 1, 0], [1, 0, 0]])
+    with pytest.raises(fullbody.InvalidInput, match=what):
+        call(state)
+
+
+def test_units_of_kicks():
+    still = fullbody.State([[0, 0, 0], [2, 0, 0]] * u.km, np.zeros((2, 3)))
+    kicked = still.kick(1, [0, 1, 0] * u.m / u.s)
+    np.testing.assert_allclose(kicked.velocity[1].to_value(u.m / u.s), [0, 1, 0])
+    again = kicked.kick(1, ["0 km/h", "3.6 km/h", "0 km/h"], along="orbit")
+    np.testing.assert_allclose(again.velocity[1].to_value(u.m / u.s), [0, 2, 0])
+    assert again.kick(0, [0, 0, 0]) == again
+    assert still.kick(0, [0, 0, 0]) == still
+    with pytest.raises(fullbody.InvalidInput, match=r"the state has units such as .*, but dv has none; expected both"):
+        kicked.kick(1, [0, 1, 0])
+    with pytest.raises(fullbody.InvalidInput, match="dv has the unit km; expected a unit such as m / s"):
+        kicked.kick(1, [0, 1, 0] * u.km)
+    _, state = fullbody.systems.kw4(units=("m", "s", "kg"))
+    np.testing.assert_allclose(
+        (state.kick("Beta", [0, 0, 1] * u.km / u.hour).velocity - state.velocity)[1].to_value(u.m / u.s),
+        [0, 0, 1 / 3.6],
+    )

@@ -1,0 +1,157 @@
+"""The overlap of ellipsoids is detected exactly at contact, whatever their attitudes."""
+
+from contextlib import suppress
+
+import fullbody
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from support import directions, matrix, quaternion_product, quaternions, semi_axes
+
+
+def pair(first, second, position, attitudes=((1, 0, 0, 0), (1, 0, 0, 0)), gravity="focal"):
+    bodies = [
+        fullbody.Body(fullbody.Ellipsoid(*axes), mass=1.0, name=name)
+        for axes, name in ((first, "Alpha"), (second, "Beta"))
+    ]
+    state = fullbody.State([[0, 0, 0], position], np.zeros((2, 3)), attitudes, time=3.5)
+    return fullbody.System(bodies, G=1.0, gravity=gravity), state
+
+
+def assert_overlap(system, state):
+    for call in (system.interactions, system.energy, lambda s: system.integrate(s, s.time + 1.0)):
+        with pytest.raises(fullbody.BodiesOverlap) as caught:
+            call(state)
+        assert isinstance(caught.value, fullbody.FullbodyError)
+        assert caught.value.bodies == ("Alpha", "Beta")
+        assert "Alpha" in str(caught.value)
+        assert "Beta" in str(caught.value)
+    assert caught.value.time == 3.5
+
+
+def touching(first, second, normal, attitudes):
+    """Centre of the second body, touching the first from outside with this common normal.
+
+    The point of an ellipsoid with outward normal n is C n / sqrt(n . C n), C = R diag(a^2) R^T.
+    """
+    arms = []
+    for axes, q in ((first, attitudes[0]), (second, attitudes[1])):
+        frame = matrix(np.array(q, dtype=float))
+        shape = frame @ np.diag(np.square(axes)) @ frame.T
+        arms.append(shape @ normal / np.sqrt(normal @ shape @ normal))
+    return arms[0] + arms[1]
+
+
+@given(semi_axes, semi_axes, directions, quaternions, quaternions)
+@settings(max_examples=40)
+def test_contact_of_ellipsoids(first, second, normal, p, q):
+    contact = touching(first, second, normal, (p, q))
+    # Off by round-off of the contact itself at most.
+    system, state = pair(first, second, contact * (1 + 1e-14), (p, q))
+    # Sharp rims in contact may be beyond the quadrature, which says so.
+    with suppress(fullbody.NotConverged):
+        assert np.isfinite(system.interactions(state).force).all()
+    # A thousandth along the normal is a thousandth of depth.
+    assert_overlap(*pair(first, second, contact - 1e-3 * normal, (p, q)))
+
+
+@pytest.mark.parametrize("gravity", ["focal", "surface", "multipole:4", "point"])
+def test_touching_spheres(gravity):
+    axes = (1.0, 1.0, 1.0)
+    system, state = pair(axes, axes, [2.0, 0.0, 0.0], gravity=gravity)
+    assert system.interactions(state).force[0] == pytest.approx([0.25, 0, 0], abs=1e-15)
+    assert_overlap(*pair(axes, axes, [1.998, 0.0, 0.0], gravity=gravity))
+
+
+def test_circumscribed_spheres_may_overlap():
+    """Two flat bodies above each other, far within each other's largest radius."""
+    disc = (1.0, 1.0, 0.3)
+    system, state = pair(disc, disc, [0.0, 0.0, 0.8])
+    assert np.isfinite(system.interactions(state).force).all()
+    assert_overlap(*pair(disc, disc, [0.0, 0.0, 0.599]))
+
+
+def test_a_quadrature_at_its_limit_says_so():
+    """Sharp rims almost in contact: an error of its own, which does not advise the method in use."""
+    disc = (1.0, 1.0, 0.02)
+    system, state = pair(disc, disc, [0.3, 0.1, 0.043])
+    with pytest.raises(fullbody.NotConverged, match="Alpha and Beta") as caught:
+        system.interactions(state)
+    assert isinstance(caught.value, RuntimeError)
+    assert 'use gravity="focal"' not in str(caught.value)
+
+
+@pytest.mark.parametrize("place", [[0, 0, 0], [0.3, 0, 0], [0, 0, 0.05]])
+def test_nested_bodies(place):
+    assert_overlap(*pair((1.0, 0.8, 0.7), (0.2, 0.1, 0.1), place))
+    assert_overlap(*pair((0.2, 0.1, 0.1), (1.0, 0.8, 0.7), place))
+    assert_overlap(*pair((1.0, 0.8, 0.7), (1.0, 0.8, 0.7), place))
+
+
+def test_point_inside_a_body():
+    rock = fullbody.Body(fullbody.Ellipsoid(1.0, 0.8, 0.7), mass=1.0, name="Alpha")
+    system = fullbody.System([rock, fullbody.Body(fullbody.PointMass(), mass=1.0, name="Beta")], G=1.0)
+    for place in ([0, 0, 0], [0.999, 0, 0]):
+        assert_overlap(system, fullbody.State([[0, 0, 0], place], np.zeros((2, 3)), time=3.5))
+    outside = fullbody.State([[0, 0, 0], [1.001, 0, 0]], np.zeros((2, 3)))
+    assert np.isfinite(system.interactions(outside).force).all()
+
+
+def test_points_at_one_place():
+    bodies = [fullbody.Body(fullbody.PointMass(), mass=1.0, name=name) for name in ("Alpha", "Beta")]
+    state = fullbody.State(np.ones((2, 3)), np.zeros((2, 3)), time=3.5)
+    assert_overlap(fullbody.System(bodies, G=1.0), state)
+
+
+def test_names_in_a_system_of_three():
+    bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name=name) for name in ("Sun", "Earth", "Moon")]
+    state = fullbody.State([[0, 0, 0], [9, 0, 0], [9, 1, 0]], np.zeros((3, 3)))
+    with pytest.raises(fullbody.BodiesOverlap) as caught:
+        fullbody.System(bodies, G=1.0).interactions(state)
+    assert caught.value.bodies == ("Earth", "Moon")
+
+
+@pytest.mark.parametrize("thickness", [1e-2, 1e-5, 3e-8, 1e-8, 1e-10])
+@pytest.mark.parametrize("factor", [0.01, 0.99, 1.01, 100.0])
+def test_thin_bodies_face_to_face_and_crossed(thickness, factor):
+    """On the common normal of discs laid face to face, and of crossed needles, the bodies touch at 2 c."""
+    rng = np.random.default_rng(7)
+    for turn in rng.normal(size=(25, 4)):
+        first = turn / np.linalg.norm(turn)
+        half = rng.uniform(0.1, np.pi - 0.1) / 2
+        about_normal = np.array([np.cos(half), 0, 0, np.sin(half)])
+        normal = matrix(first)[:, 2]
+        for axes in ((1.0, 1.0, thickness), (1.0, thickness, thickness)):
+            place = 2 * thickness * factor * normal
+            attitudes = (first, quaternion_product(first, about_normal))
+            system, state = pair(axes, axes, place, attitudes, gravity="point")
+            if factor < 1:
+                assert_overlap(system, state)
+            else:
+                assert np.isfinite(system.energy(state).total)
+
+
+def test_too_thin_to_tell():
+    """Closer than the rounding of the attitudes moves the rims; clearly apart or overlapping they are told as ever."""
+    disc, attitudes = (1.0, 1.0, 1e-13), [(0.8, 0.36, 0.48, 0.0)] * 2
+    normal = matrix(np.array(attitudes[0]))[:, 2]
+    system, state = pair(disc, disc, 2.001e-13 * normal, attitudes, gravity="point")
+    for call in (system.interactions, lambda s: system.integrate(s, s.time + 1.0)):
+        with pytest.raises(fullbody.InvalidInput, match=r"gap between Alpha and Beta is .* too thin to tell"):
+            call(state)
+    assert_overlap(*pair(disc, disc, 1e-13 * normal, attitudes, gravity="point"))
+    apart, state = pair(disc, disc, 4e-13 * normal, attitudes, gravity="point")
+    assert np.isfinite(apart.energy(state).total)
+
+
+def test_contact_event_of_thin_discs():
+    """Two discs of c/a = 1e-8 that meet face to face at unit speed touch after the gap between their faces."""
+    disc = fullbody.Body(fullbody.Ellipsoid(1.0, 1.0, 1e-8), mass=1.0)
+    system = fullbody.System([disc, disc], G=0.0, gravity="point")
+    attitude = np.array([0.5, -0.3, 0.7, 0.4]) / np.linalg.norm([0.5, -0.3, 0.7, 0.4])
+    normal = matrix(attitude)[:, 2]
+    state = fullbody.State([[0, 0, 0], 8e-8 * normal], [[0, 0, 0], -normal], [attitude] * 2)
+    meeting = fullbody.events.Contact(0, 1, terminal=True)
+    run = system.integrate(state, 7e-8, events=[meeting])
+    assert len(run.events) == 1
+    assert run.events[0].time == pytest.approx(6e-8, rel=1e-6)

@@ -1,0 +1,394 @@
+"""Polyhedra: against closed forms, exact integrals, arbitrary precision and another program."""
+
+import astropy.units as u
+import fullbody
+import mpmath
+import numpy as np
+import pytest
+from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Polyhedron, Sphere
+from meshes import CORNERS, CUBE, box, close, focal_points, icosphere, octahedron, pose
+from support import matrix, reference
+
+
+def test_a_box_has_its_moments_and_tells_its_working_frame():
+    q = np.array([0.8, 0.1, -0.3, 0.2])
+    q /= np.linalg.norm(q)
+    place = np.array([3.0, -2.0, 5.0])
+    sides = np.array([2.0, 1.4, 0.6])
+    corners = (CORNERS - 0.5) * sides
+    body = Body(Polyhedron(corners @ matrix(q).T + place, CUBE), density=2.0)
+    close(body.mass, 2.0 * sides.prod(), 1e-14)
+    own = (np.sum(sides**2) - sides**2) * body.mass / 12.0
+    close(body.inertia, own, 1e-14)
+    frame = body.working_frame
+    close(matrix(frame.attitude) @ place + frame.position, 0.0, 4e-15, scale=1.0)
+    close(matrix(frame.attitude) @ matrix(q), np.eye(3), 4e-15)
+    close(np.array(body.fitted_ellipsoid().semi_axes), sides * (5.0 / 12.0) ** 0.5, 1e-14)
+
+
+def test_a_degenerate_principal_frame_is_kept():
+    cube = Body(Polyhedron(CORNERS, CUBE), mass=1.0)
+    assert cube.working_frame.attitude.tolist() == [1.0, 0.0, 0.0, 0.0]
+    tall = Body(box(1.0, 1.0, 3.0), mass=1.0)
+    assert tall.working_frame.attitude.tolist() == [1.0, 0.0, 0.0, 0.0]
+
+
+def werner_scheeres(vertices, faces, volume, x):
+    """Potential and field in 50 digits, by the formulas as they stand in the paper."""
+    with mpmath.workdps(50):
+        vertices = [[mpmath.mpf(float(c)) - mpmath.mpf(float(y)) for c, y in zip(v, x, strict=True)] for v in vertices]
+
+        def dot(a, b):
+            return sum(p * q for p, q in zip(a, b, strict=True))
+
+        def minus(a, b):
+            return [p - q for p, q in zip(a, b, strict=True)]
+
+        def cross(a, b):
+            return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+        def norm(a):
+            return mpmath.sqrt(dot(a, a))
+
+        potential, field = mpmath.mpf(0), [mpmath.mpf(0)] * 3
+        for face in faces:
+            corners = [vertices[v] for v in face]
+            n = cross(minus(corners[1], corners[0]), minus(corners[2], corners[0]))
+            n = [c / norm(n) for c in n]
+            height = dot(n, corners[0])
+            a, b, c = corners
+            p, q, r = map(norm, corners)
+            half = mpmath.atan2(dot(a, cross(b, c)), p * q * r + p * dot(b, c) + q * dot(c, a) + r * dot(a, b))
+            total = -height * 2 * half
+            for k in range(3):
+                p, q = corners[k], corners[(k + 1) % 3]
+                along = minus(q, p)
+                e = norm(along)
+                outward = [c / e for c in cross(along, n)]
+                total += dot(outward, p) * mpmath.log((norm(p) + norm(q) + e) / (norm(p) + norm(q) - e))
+            potential += height * total / 2
+            field = [f - c * total for f, c in zip(field, n, strict=True)]
+        return float(potential / volume), np.array([float(f / volume) for f in field])
+
+
+@pytest.mark.parametrize(
+    "x",
+    [
+        (0.2, 0.1, 0.05),
+        (1.3, 0.4, -0.2),
+        (0.5001, 0.4, 0.0),
+        (0.5 + 1e-9, 0.4 + 1e-9, 0.1),
+        (2.0, 1.0, 3.0),
+        (9.0, -4.0, 6.0),
+        (300.0, 200.0, -500.0),
+        (3e6, 2e6, -5e6),
+    ],
+)
+def test_the_field_has_all_digits_near_edges_and_far_away(x):
+    solid = box(1.0, 0.8, 0.6)
+    x = np.array(x)
+    potential, field = werner_scheeres(solid.vertices, solid.faces, 0.48, x)
+    body = Body(solid, mass=1.0)
+    # Near a surface some digits of the point itself are lost, in the differences to its corners.
+    found = body.gravity(x, G=1.0)
+    close(found.potential, potential, 3e-14)
+    close(found.field, field, 3e-14)
+
+
+def test_the_field_is_that_of_another_program():
+    peer = pytest.importorskip("polyhedral_gravity")
+    solid = icosphere(2, (1.0, 0.8, 0.6))
+    body = Body(solid, mass=1.0)
+    rng = np.random.default_rng(5)
+    directions = rng.normal(size=(50, 3))
+    points = directions / np.linalg.norm(directions, axis=1)[:, None] * rng.uniform(0.2, 1.5, size=(50, 1))
+    other = peer.Polyhedron(
+        polyhedral_source=(solid.vertices, solid.faces),
+        density=1.0 / solid.volume,
+        normal_orientation=peer.NormalOrientation.OUTWARDS,
+        integrity_check=peer.PolyhedronIntegrity.DISABLE,
+    )
+    rows = peer.evaluate(polyhedron=other, computation_points=points, parallel=False)
+    # Its G is that of CODATA 2018, its acceleration has the opposite sign.
+    potential = np.array([row[0] for row in rows]) / 6.67430e-11
+    field = -np.array([row[1] for row in rows]) / 6.67430e-11
+    found = body.gravity(points, G=1.0)
+    sign = np.sign(np.sum(field * found.field))
+    close(found.potential, potential, 1e-12)
+    close(found.field, sign * field, 1e-12)
+
+
+def test_icospheres_converge_to_the_ellipsoid_by_the_number_of_faces():
+    axes = (1.0, 0.8, 0.6)
+    probe = Body(Ellipsoid(0.3, 0.25, 0.2), mass=0.1, name="probe")
+    state = pose([1.2, -0.9, 1.1])
+
+    def interactions(shape):
+        system = fullbody.System([Body(shape, mass=1.0, name="A"), probe], G=1.0, gravity_tolerance=1e-10)
+        return system.interactions(state)
+
+    exact = interactions(Ellipsoid(*axes))
+    errors = []
+    for level in (1, 2, 3):
+        found = interactions(icosphere(level, axes))
+        errors.append(
+            [np.linalg.norm(getattr(found, name)[1] - getattr(exact, name)[1]) for name in ("force", "torque")]
+        )
+    ratios = np.array(errors[:-1]) / np.array(errors[1:])
+    assert ((ratios > 3.5) & (ratios < 4.6)).all(), ratios
+
+
+def test_two_octahedra_have_the_interactions_of_a_volume_integral():
+    known = reference("octahedra")
+    bodies = [Body(octahedron(*known[f"half_diagonals_{k}"]), mass=1.0, name=k) for k in "ab"]
+    state = fullbody.State.from_tait_bryan(
+        position=[[0.0, 0.0, 0.0], known["separation"]],
+        velocity=np.zeros((2, 3)),
+        angles=[known["angles_a"], known["angles_b"]],
+        spin=np.zeros((2, 3)),
+    )
+    found = fullbody.System(bodies, G=1.0).interactions(state)
+    force = np.array(known["force_on_a_inertial"], dtype=float)
+    close(found.force, [force, -force], 1e-14)
+    close(found.potential_energy, float(known["potential_energy"]), 1e-14)
+    torques = np.array([known["torque_on_a_body"], known["torque_on_b_body"]], dtype=float)
+    close(found.torque, torques, 1e-14, scale=np.abs(force).max())
+
+
+@pytest.mark.parametrize("other", [octahedron(0.5, 0.4, 0.3), Ellipsoid(0.5, 0.4, 0.3), PointMass()], ids=repr)
+def test_the_mutual_expansion_converges_to_the_exact_interactions(other):
+    bodies = [Body(icosphere(0, (1.0, 0.9, 0.7)), mass=1.0, name="A"), Body(other, mass=2.0, name="B")]
+    bodies[0] = Body(Polyhedron(bodies[0].shape.vertices ** 3 + 0.3, bodies[0].shape.faces), mass=1.0, name="A")
+    state = pose([1.9, -2.4, 2.6])
+    exact = fullbody.System(bodies, G=1.0).interactions(state)
+    errors = []
+    for degree in (2, 4, 8, 12, 16):
+        found = fullbody.System(bodies, G=1.0, gravity=f"multipole:{degree}").interactions(state)
+        parts = [
+            found.force - exact.force,
+            found.torque - exact.torque,
+            found.potential_energy - exact.potential_energy,
+        ]
+        errors.append([np.abs(part).max() / np.abs(exact.force).max() for part in parts])
+    errors = np.array(errors)
+    assert (errors[1:3] < 0.2 * errors[:2]).all(), errors
+    assert (errors[-1] < 3e-14).all(), errors
+    near = pose([0.9, -0.9, 0.8])
+    with pytest.raises(fullbody.NotConverged, match=r"multipole:4 between A and B .* diverges"):
+        fullbody.System(
+            [Body(octahedron(1.0, 1.0, 1.0), mass=1.0, name="A"), Body(octahedron(0.9, 0.9, 0.9), mass=1.0, name="B")],
+            G=1.0,
+            gravity="multipole:4",
+        ).interactions(near)
+
+
+@pytest.mark.parametrize("mesh", [True, False])
+@pytest.mark.parametrize("distance", [4.0, 8.0])
+def test_a_series_tells_what_it_leaves_out(mesh, distance):
+    shapes = (box(1.0, 0.8, 0.5), octahedron(0.7, 0.5, 0.3)) if mesh else (Ellipsoid(1, 0.8, 0.6), Sphere(0.5))
+    lobes = Composite([Part(Ellipsoid(0.5, 0.4, 0.4), mass=2.0), Part(Sphere(0.3), mass=1.0, position=[0.7, 0, 0])])
+    for second in (shapes[1], lobes):
+        bodies = [Body(shapes[0], mass=2.0, name="A"), Body(second, mass=None if second is lobes else 1.0, name="B")]
+        state = pose([0.6 * distance, 0.64 * distance, 0.48 * distance])
+        exact = fullbody.System(bodies, G=1.0).interactions(state)
+        assert exact.truncation_error == 0.0
+        size = np.linalg.norm(exact.force[0])
+        for degree in (2, 4, 6):
+            found = fullbody.System(bodies, G=3.0, gravity=f"multipole:{degree}").interactions(state)
+            error = np.linalg.norm(found.force[0] / 3.0 - exact.force[0]) / size
+            torque = np.linalg.norm(found.torque / 3.0 - exact.torque, axis=1).max() / size
+            # The torque is counted by the bodies' radii, which are not far from one.
+            assert 0.7 * max(error, torque) < found.truncation_error < 6.0 * max(error, torque), (degree, error, torque)
+    highest = fullbody.System(bodies, G=1.0, gravity="multipole:16").interactions(state)
+    assert 0.0 <= highest.truncation_error < 1e-7
+
+
+@pytest.mark.parametrize("unit", [None, u.km])
+def test_layers_of_a_polyhedron_attract_as_the_difference_of_two(unit):
+    # A tetrahedron, whose centre of mass is the mean of its corners.
+    corners = np.array([[0.0, 0.0, 0.0], [2.0, 0.1, 0.0], [0.3, 1.5, 0.1], [0.2, 0.4, 1.2]]) + 5.0
+    faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    centre = corners.mean(axis=0)
+    smaller = centre + 0.6 * (corners - centre)
+    given = Polyhedron(corners if unit is None else corners * unit, faces)
+    density = (3.0, 5.0) if unit is None else (3.0 * u.kg / u.km**3, 5.0 * u.kg / u.km**3)
+    layers = Composite.layers(given, fractions=(1.0, 0.6), densities=density)
+    assert (
+        np.abs(
+            np.asarray(getattr(layers.parts[1].shape.vertices, "value", layers.parts[1].shape.vertices)) - smaller
+        ).max()
+        < 1e-14
+    )
+    if unit is not None:
+        assert Body(layers).mass.to_value("kg") == pytest.approx((3.0 + 2.0 * 0.6**3) * given.volume.value, rel=1e-13)
+        return
+    shell = Body(Composite.layers(given, fractions=(1.0, 0.6), densities=(3.0, 0.0)), name="A")
+    ball = Body(Sphere(0.1), mass=2.0, name="B")
+    solids = [Body(Polyhedron(c, faces), density=3.0, name="A") for c in (corners, smaller)]
+    assert shell.mass == pytest.approx(solids[0].mass - solids[1].mass, rel=1e-13)
+    state = fullbody.State([[0, 0, 0], [1.1, 0.9, -1.3]], np.zeros((2, 3)))
+    # The three have one centre and one principal frame.
+    found, whole, core = (fullbody.System([body, ball], G=1.0).interactions(state) for body in (shell, *solids))
+    size = np.abs(whole.force).max()
+    np.testing.assert_allclose(found.force, whole.force - core.force, atol=1e-13 * size)
+    np.testing.assert_allclose(found.torque, whole.torque - core.torque, atol=1e-13 * size)
+    np.testing.assert_allclose(found.potential_energy, whole.potential_energy - core.potential_energy, rtol=1e-13)
+
+
+def test_layers_of_a_polyhedron_that_is_not_seen_from_its_centre_are_refused():
+    # An arrow head: two blocks that meet at a right angle have their centre of mass in the notch.
+    outline = np.array([[0, 0], [3, 0], [3, 0.2], [0.2, 0.2], [0.2, 3], [0, 3]])
+    corners = np.concatenate([np.column_stack([outline, np.full(6, z)]) for z in (0.0, 0.2)])
+    cap = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
+    sides = [f for k in range(6) for f in ([k, (k + 1) % 6, (k + 1) % 6 + 6], [k, (k + 1) % 6 + 6, k + 6])]
+    angle = Polyhedron(corners, np.concatenate([cap[:, ::-1], cap + 6, sides]))
+    with pytest.raises(fullbody.InvalidInput, match=r"face \d+ is turned away from its centre of mass"):
+        Composite.layers(angle, fractions=(1.0, 0.5), densities=(1.0, 2.0))
+
+
+@pytest.mark.parametrize("distance", [1.7, 2.4, 5.0, 40.0, 3000.0])
+@pytest.mark.parametrize("swapped", [False, True])
+def test_beside_an_ellipsoid_it_is_attracted_as_it_attracts(distance, swapped):
+    """The forces on the polyhedron by its surface or its layer, those on the ellipsoid by the polyhedron's field."""
+    axes = (0.9, 0.7, 0.5)
+    bodies = [Body(box(1.0, 0.9, 0.7), mass=1.0, name="box"), Body(Ellipsoid(*axes), mass=2.0, name="egg")]
+    state = pose(distance * np.array([0.48, -0.6, 0.64]))
+    turns = state.rotation_matrix
+    points, weights = focal_points(*axes)
+    arms = points @ turns[1].T
+    found = bodies[0].gravity((state.position[1] + arms) @ turns[0], G=1.0)
+    field, potential = found.field @ turns[0].T, found.potential
+    force = 2.0 * weights @ field
+    torque = 2.0 * weights @ np.cross(arms, field) @ turns[1]
+    back = -2.0 * weights @ np.cross(state.position[1] + arms, field) @ turns[0]
+    order = [1, 0] if swapped else [0, 1]
+    if swapped:
+        state = fullbody.State(
+            state.position[::-1], state.velocity, attitude=state.attitude[::-1], spin=state.spin, time=0.0
+        )
+    found = fullbody.System([bodies[k] for k in order], G=1.0).interactions(state)
+    size = np.abs(force).max()
+    close(found.force[order], [-force, force], 2e-14)
+    close(found.torque[order], [back, torque], 2e-14, scale=size * max(1.0, 3.0 * distance * 1e-2))
+    close(found.potential_energy, -2.0 * weights @ potential, 2e-14)
+
+
+@pytest.mark.parametrize("other", [Sphere(0.4), PointMass(), "composite"])
+def test_beside_spheres_points_and_composites(other):
+    probe = (
+        Body(Composite([Part(Sphere(0.1), mass=1.0, position=(x, 0.2 * x, 0.0)) for x in (-0.2, 0.3)]), name="B")
+        if other == "composite"
+        else Body(other, mass=2.0, name="B")
+    )
+    body = Body(box(1.0, 0.9, 0.7), mass=1.5, name="A")
+    state = pose([0.9, -0.7, 0.6])
+    found = fullbody.System([body, probe], G=1.0).interactions(state)
+    turns = state.rotation_matrix
+    centres = [np.zeros(3)] if other != "composite" else [np.array([x, 0.2 * x, 0.0]) for x in (-0.25, 0.25)]
+    if other == "composite":
+        frame = probe.working_frame
+        centres = [matrix(frame.attitude) @ np.array([x, 0.2 * x, 0.0]) + frame.position for x in (-0.2, 0.3)]
+    force, torque = np.zeros(3), np.zeros(3)
+    for centre in centres:
+        arm = turns[1] @ centre
+        pull = 2.0 / len(centres) * turns[0] @ body.gravity(turns[0].T @ (state.position[1] + arm), G=1.0).field
+        force += pull
+        torque += np.cross(arm, pull)
+    close(found.force, [-force, force], 1e-14)
+    close(found.torque[1], turns[1].T @ torque, 1e-14, scale=np.abs(force).max())
+
+
+def test_parts_of_a_cut_box_are_the_box():
+    whole = Body(box(1.2, 0.8, 0.6), density=2.0, name="A")
+    half = Polyhedron((CORNERS - [1.0, 0.5, 0.5]) * [0.6, 0.8, 0.6], CUBE)
+    parts = [Part(half, density=2.0), Part(half, density=2.0, position=(0.6, 0.0, 0.0))]
+    cut = Body(Composite(parts), name="A")
+    close(cut.inertia, whole.inertia, 1e-14)
+    probe = Body(Ellipsoid(0.5, 0.4, 0.3), mass=1.0, name="B")
+    state = pose([1.1, 0.9, -0.8])
+    one, two = (fullbody.System([body, probe], G=1.0).interactions(state) for body in (whole, cut))
+    close(two.force, one.force, 2e-14)
+    close(two.torque, one.torque, 2e-14, scale=np.abs(one.force).max())
+
+
+def test_numbering_turning_and_units_change_nothing():
+    solid = icosphere(1, (1.0, 0.7, 0.5))
+    probe = Body(Ellipsoid(0.5, 0.4, 0.3), mass=1.0, name="B")
+    state = pose([1.6, 0.9, -1.1])
+    expected = fullbody.System([Body(solid, mass=1.0, name="A"), probe], G=1.0).interactions(state)
+    rng = np.random.default_rng(1)
+    order = rng.permutation(len(solid.vertices))
+    faces = np.argsort(order)[np.roll(solid.faces, 1, axis=1)][rng.permutation(len(solid.faces))]
+    again = Polyhedron(solid.vertices[order], faces)
+    found = fullbody.System([Body(again, mass=1.0, name="A"), probe], G=1.0).interactions(state)
+    close(found.force, expected.force, 5e-15)
+    with_units = Polyhedron(solid.vertices * 1000.0 * u.m, solid.faces)
+    body = Body(with_units, mass=3.0 * u.kg)
+    plain = Body(solid, mass=3.0)
+    G = 6.0e-11
+    points = np.array([[1.5, 0.2, 0.1], [20.0, 1.0, 3.0]])
+    united = body.gravity(points * u.km, G=G * u.m**3 / u.kg / u.s**2).field
+    close(united.to_value(u.km / u.s**2), plain.gravity(points, G=G * 1e-9).field, 1e-14)
+    close(body.inertia.to_value(u.kg * u.km**2), plain.inertia, 1e-14)
+    close(with_units.volume.to_value(u.km**3), solid.volume, 1e-14)
+
+
+@pytest.mark.parametrize(
+    "integrator",
+    [
+        fullbody.Verner98(),
+        fullbody.Verner87(rtol=1e-12, atol=1e-12),
+        fullbody.Verner76(rtol=1e-12, atol=1e-12),
+        fullbody.Verner65(rtol=1e-11, atol=1e-11),
+        fullbody.DormandPrince54(rtol=1e-11, atol=1e-11),
+        fullbody.LieGroupVariational(step=0.05),
+        fullbody.SymplecticSplitting(step=0.05),
+    ],
+    ids=lambda i: type(i).__name__,
+)
+def test_octahedra_keep_energy_and_momenta(integrator):
+    """A binary of two octahedra, as in Fahnestock and Scheeres (2006)."""
+    bodies = [Body(octahedron(1.0, 0.8, 0.6), mass=1.0, name="A"), Body(octahedron(0.5, 0.4, 0.3), mass=0.2, name="B")]
+    system = fullbody.System(bodies, G=1.0, gravity_tolerance=1e-10)
+    start = fullbody.State.from_tait_bryan(
+        position=[[-0.5, 0.0, 0.0], [2.5, 0.0, 0.0]],
+        velocity=[[0.0, -0.1, 0.0], [0.0, 0.5, 0.02]],
+        angles=[[0.2, 0.3, -0.4], [1.1, -0.5, 0.6]],
+        spin=[[0.05, 0.1, 0.4], [0.1, -0.1, 0.3]],
+    )
+    run = system.integrate(start, 3.0, integrator=integrator, output=0.5)
+    fixed = hasattr(integrator, "step")
+    # A step's own error is none of the forces'; both momenta do not know it.
+    close(run.energy, run.energy[0], 2e-3 if fixed else 1e-10)
+    close(run.angular_momentum, run.angular_momentum[0], 1e-10, scale=np.abs(run.angular_momentum[0]).max())
+    momentum = sum(body.mass * run.velocity[:, k] for k, body in enumerate(bodies))
+    close(momentum, momentum[0], 1e-14, scale=0.1)
+
+
+@pytest.mark.parametrize("thin", [1e-6, 1e-9, 1e-11])
+def test_thin_faces_in_a_plane_change_nothing(thin):
+    # A face cut at a point beside one of its corners: two of the three new faces are slivers.
+    vertices = np.array([[1.03, 0.11, 0.21], [-0.42, 0.93, 0.14], [-0.51, -0.72, 0.33], [0.12, 0.07, -0.81]])
+    faces = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]]
+    a, b, c = faces[0]
+    new = vertices[a] + thin * (vertices[b] + vertices[c] - 2 * vertices[a])
+    count = len(vertices)
+    cut = np.vstack([faces[1:], [[a, b, count], [b, c, count], [c, a, count]]])
+    plain = fullbody.Body(fullbody.Polyhedron(vertices, faces), mass=1.0)
+    other = fullbody.Body(fullbody.Polyhedron(np.vstack([vertices, new]), cut), mass=1.0)
+    for point in ([2.0, 0.3, 0.4], [1.2, 0.1, 0.1], [0.5, 0.6, 0.7], [0.0, 0.1, 0.05]):
+        expected, found = (body.gravity(np.array(point), G=1.0) for body in (plain, other))
+        close(found.potential, expected.potential, 1e-13)
+        close(found.field, expected.field, 1e-13)
+
+
+@pytest.mark.parametrize("far", [50.0, 1e6, 1e12])
+def test_vertices_without_a_face_do_not_count(far):
+    shape = octahedron(1.0, 0.8, 0.6)
+    vertices, faces = shape.vertices, shape.faces
+    plain = fullbody.Polyhedron(vertices, faces)
+    other = fullbody.Polyhedron(np.vstack([vertices, [far, far, 0.0]]), faces)
+    assert other.volume == plain.volume
+    bodies = [fullbody.Body(shape, mass=1.0) for shape in (plain, other)]
+    first, second = (body.gravity([1.3, 0.2, 0.1], G=1.0) for body in bodies)
+    assert np.array_equal(first.field, second.field)

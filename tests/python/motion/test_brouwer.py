@@ -1,0 +1,154 @@
+"""Brouwer's law: with round-off errors alone the energy walks at random and does not drift."""
+
+import fullbody
+import numpy as np
+import pytest
+from support import inertia, points
+
+#: Half the spacing of doubles at one.
+UNIT = 2.0**-53
+TO_ROUNDOFF = fullbody.Verner98.to_roundoff()
+
+
+def left_by_rounding(system, state, integrator, span):
+    """Root mean square that rounding leaves in the energy of a step; and the steps in a unit of time.
+
+    The increments of all quantities are off by UNIT / sqrt(3) of their size, and the energy by that times its
+    derivative. Forces and torques are taken as exact, so that this is the least there can be.
+    """
+    run = system.integrate(state, span, integrator=integrator)
+    masses = np.array([body.mass for body in system.bodies])
+    moments = np.array([inertia(body.mass, body.shape.semi_axes or (0, 0, 0)) for body in system.bodies])
+    sizes = np.diff(run.time)
+    squares = []
+    for k in np.linspace(0, len(sizes) - 1, 200).astype(int):
+        state = run[k]
+        acting = system.interactions(state)
+        velocity = state.velocity - masses @ state.velocity / masses.sum()
+        momentum = moments * state.spin
+        turning = acting.torque - np.cross(state.spin, momentum)
+        angle = np.linalg.norm(acting.torque, axis=1) * np.linalg.norm(state.spin, axis=1)
+        parts = (velocity * acting.force, velocity * acting.force, state.spin * turning, angle)
+        squares.append(sizes[k] ** 2 * sum((part**2).sum() for part in parts))
+    return UNIT / np.sqrt(3) * np.sqrt(np.mean(squares)), run.statistics.steps / span
+
+
+def orbital(system, state):
+    energy = system.energy(state)
+    return abs(energy.translational + energy.potential)
+
+
+def rms(values, axis=None):
+    return np.sqrt(np.mean(np.square(values), axis=axis))
+
+
+def walks(starts, integrator, steps):
+    """Errors of the energy (starts, doublings, samples), of that of the orbit, and what rounding leaves of it."""
+    errors, left = [], []
+    for system, state in starts:
+        each, rate = left_by_rounding(system, state, integrator, 20.0)
+        span = steps / rate
+        # In the last half of so many steps, which doubles.
+        times = np.outer(span * 0.5 ** np.arange(5)[::-1], np.linspace(0.5, 1.0, 16, endpoint=False) + 1 / 32)
+        run = system.integrate(state, span, output=times.ravel(), integrator=integrator)
+        errors.append(run.energy_drift_orbital.reshape(times.shape))
+        left.append(each * np.sqrt(0.75 * steps) / orbital(system, state))
+    return np.array(errors), rms(left)
+
+
+def exponent(errors):
+    doublings = np.arange(errors.shape[1])
+    return np.polyfit(doublings, np.log2(rms(errors, axis=(0, 2))), 1)[0]
+
+
+def ellipses(count):
+    """Two points of random masses on random ellipses, n = 1."""
+    rng = np.random.default_rng(20)
+    for _ in range(count):
+        mass, e = rng.uniform(0.05, 0.5), rng.uniform(0.0, 0.6)
+        angles = rng.uniform(0.0, 2 * np.pi, 4)
+        r, v = fullbody.KeplerElements(1.0, e, 0.5 * angles[0], *angles[1:]).to_cartesian(1.0)
+        state = fullbody.State([-mass * r, (1 - mass) * r], [-mass * v, (1 - mass) * v])
+        # The same rounding on every machine.
+        yield points(1 - mass, mass, vector_path="portable"), state
+
+
+def spheroids(count):
+    """The paper's case 1, two flat spheroids close to each other, from random moments on."""
+    rng = np.random.default_rng(21)
+    system, state = fullbody.systems.case1()
+    for moment in rng.uniform(0.0, 200.0, count):
+        yield system, system.integrate(state, moment, output=[moment])[0].replace(time=0.0)
+
+
+def test_points_walk_at_random():
+    errors, left = walks(ellipses(8), TO_ROUNDOFF, 2e5)
+    assert exponent(errors) == pytest.approx(0.5, abs=0.2)
+    assert 0.3 < rms(errors[:, -1]) / left < 3.0
+    # Not all to one side.
+    ends = errors[:, -1].mean(axis=1)
+    assert abs(ends.mean()) < 4.0 * ends.std() / np.sqrt(len(ends))
+
+
+def test_the_default_drifts():
+    errors, left = walks(ellipses(4), fullbody.Verner98(), 2e4)
+    assert exponent(errors) == pytest.approx(1.0, abs=0.1)
+    assert rms(errors[:, -1]) > 300.0 * left
+    # What each step errs goes with the tolerance: it is the method's own error.
+    tighter, _ = walks(ellipses(4), fullbody.Verner98(1e-14, 1e-14), 2e4)
+    assert np.median(errors[:, -1] / tighter[:, -1]) == pytest.approx(10 ** (10 / 9), rel=0.3)
+
+
+def test_bodies_that_turn():
+    """Forces and torques are sums over many nodes, and off by several units of rounding themselves."""
+    errors, left = walks(spheroids(3), TO_ROUNDOFF, 3e4)
+    assert 0.3 < rms(errors[:, -1]) / left < 20.0
+    drifting, least = walks(spheroids(3), fullbody.Verner98(), 3e4)
+    assert rms(drifting[:, -1]) > 100.0 * least
+    assert rms(drifting[:, -1]) > 30.0 * rms(errors[:, -1])
+
+
+@pytest.mark.parametrize("shape", ["ellipsoid", "spheroid"])
+def test_1999_kw4(shape):
+    """Its energy is that of Alpha's spin, in the samples of which nothing below 1e-14 of the orbit's can be seen."""
+    system, state = fullbody.systems.kw4(shape=shape)
+    run = system.integrate(state, 2500.0, output=np.linspace(1250.0, 2500.0, 64), integrator=TO_ROUNDOFF)
+    assert run.statistics.steps > 5e4
+    seen = 2 * UNIT * system.energy(state).total / orbital(system, state)
+    assert abs(run.energy_drift_orbital).max() < 3 * seen
+
+
+def test_its_name():
+    """It prints as what it is, compares, and comes back from files."""
+    tightest = fullbody.Verner98.to_roundoff()
+    assert tightest == fullbody.Verner98(0.0, 0.0) == fullbody.Verner98(rtol=0, atol=0)
+    assert tightest != fullbody.Verner98()
+    assert repr(tightest) == "Verner98.to_roundoff()"
+    assert eval(repr(tightest), vars(fullbody)) == tightest
+    with pytest.warns(fullbody.PrecisionWarning, match=r"raised to .*; Verner98\.to_roundoff\(\) takes shorter steps"):
+        fullbody.Verner98(1e-17, 0.0)
+    for kind in (fullbody.Verner87, fullbody.DormandPrince54):
+        assert not hasattr(kind, "to_roundoff")
+        with pytest.raises(
+            fullbody.InvalidInput, match="the larger of rtol and atol is 0; expected a number above zero"
+        ):
+            kind(0.0, 0.0)
+
+
+def test_it_goes_through_files(tmp_path):
+    system, state = fullbody.systems.case1()
+    run = system.integrate(state, 5.0, output=[5.0], integrator=TO_ROUNDOFF)
+    run.save(tmp_path / "run.nc")
+    assert fullbody.load(tmp_path / "run.nc").integrator == TO_ROUNDOFF
+    sim = fullbody.Simulation(system, state, TO_ROUNDOFF)
+    sim.integrate(2.0)
+    sim.save(tmp_path / "case1.sim")
+    again = fullbody.Simulation.load(tmp_path / "case1.sim")
+    assert again.integrator == TO_ROUNDOFF
+    assert again.integrate(9.0)[-1] == sim.integrate(9.0)[-1]
+    setup = tmp_path / "system.toml"
+    setup.write_text(
+        "[system]\nG = 1.0\n[[body]]\nradius = 1.0\nmass = 1.0\n"
+        "[integrator]\nname = 'Verner98'\nrtol = 0\natol = 0\n[run]\nuntil = 1.0\n"
+    )
+    assert fullbody.read_toml(setup).integrator == TO_ROUNDOFF

@@ -1,0 +1,282 @@
+"""Warnings of input that is probably a mistake refer to the user's line; masked values are refused."""
+
+import warnings
+
+import fullbody
+import numpy as np
+import pytest
+from astropy import units as u
+from astropy.table import Table
+from astropy.utils.masked import Masked
+from fullbody import Body, Component, InconsistentInput, InvalidInput, KeplerElements, PointMass, Sphere, State, System
+from scipy.spatial.transform import Rotation
+from support import points
+
+POSITION = np.array([[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]])
+VELOCITY = np.array([[0.0, 0.0, 0.0], [0.0, 0.3, 0.0]])
+START = State(POSITION, VELOCITY)
+HIDDEN = np.ma.array(POSITION, mask=[[0, 0, 0], [1, 0, 0]])
+
+
+def doubts(call):
+    """The messages of the warnings that a call gives, all of one kind and told at this file."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        call()
+    assert all(one.category is InconsistentInput and one.filename == __file__ for one in caught), caught
+    return [str(one.message) for one in caught]
+
+
+@pytest.mark.parametrize(
+    ("call", "what"),
+    [
+        (lambda: State(HIDDEN, VELOCITY), "position has 1 masked value of 6"),
+        (lambda: State(HIDDEN.tolist(), VELOCITY), "position is .*None"),
+        (lambda: State([[0, 0, 0], [np.ma.masked, 0, 0]], VELOCITY), "position has 1 masked value of 3"),
+        (lambda: State([np.zeros(3), HIDDEN[1]], VELOCITY), "position has 1 masked value of 3"),
+        (
+            lambda: State(np.array([[0] * 3, [np.ma.masked] * 3], dtype=object), VELOCITY),
+            "position has 3 masked values",
+        ),
+        (
+            lambda: State(Masked(POSITION * u.km, mask=HIDDEN.mask), VELOCITY * u.km / u.h),
+            "position has 1 masked value",
+        ),
+        (lambda: State(POSITION, VELOCITY, time=np.ma.masked), "time is masked"),
+        (lambda: Sphere(np.ma.masked), "radius is masked"),
+        (lambda: Sphere(Masked(1 * u.km, mask=True)), "radius is masked"),
+        (lambda: Body(PointMass(), mass=np.ma.array(1.0, mask=True)), "mass of the body is masked"),
+        (
+            lambda: Component(semi_axes=np.ma.array([3.0, 2, 1], mask=[0, 0, 1])),
+            "semi_axes of a component has 1 masked",
+        ),
+        (lambda: KeplerElements(HIDDEN[:, 0], 0, 0, 0, 0, 0), "a has 1 masked value of 2"),
+        (lambda: KeplerElements(1, 0, 0, 0, 0, np.ma.masked), "M is masked"),
+        (lambda: points(1, 1, G=np.ma.masked), "G is masked"),
+        (lambda: points(1, 1, gravity_tolerance=np.ma.masked), "gravity_tolerance is masked; expected a number"),
+        (lambda: points(1, 1).mu(0, np.ma.array(1, mask=True)), r"\w+ is masked_array.*; expected 0 to 1"),
+        (lambda: points(1, 1).integrate(START, np.ma.masked), "until is masked"),
+        (lambda: points(1, 1).integrate(START, 2.0, output=np.ma.array([0.0, 1], mask=[0, 1])), "output has 1 masked"),
+        (lambda: fullbody.SymplecticSplitting(np.ma.masked), "step is masked"),
+        (lambda: fullbody.frames.turn(HIDDEN, "ecliptic", "equatorial"), "vectors has 1 masked value"),
+        (lambda: fullbody.events.PlaneCrossing(normal=HIDDEN[1]), "normal of PlaneCrossing has 1 masked value"),
+    ],
+)
+def test_masked_values_are_refused(call, what):
+    with pytest.raises(InvalidInput, match=rf"(?s)^{what}"):
+        call()
+
+
+def test_masks_that_hide_nothing_and_columns_of_tables():
+    """They are the numbers, with their unit."""
+    assert State(np.ma.array(POSITION), VELOCITY) == START
+    sizes = [1.0, 2.0] * u.km
+    for column in (Table({"a": sizes})["a"], Table({"a": sizes}, masked=True)["a"], Masked(sizes)):
+        a = KeplerElements(column, 0, 0, 0, 0, 0).a
+        assert type(a) is u.Quantity
+        assert (a == sizes).all()
+
+
+def test_functions_that_are_infinite_are_named():
+    def gap(state):
+        return np.inf if state.time > 1.0 else 1.0
+
+    for function, what in ((gap, r"gap is inf at time [1-3]\."), (lambda s: -np.inf, r"<lambda> is -inf at time 0\.0")):
+        with pytest.raises(InvalidInput, match=rf"value of the function .*{what}.*; expected a finite number"):
+            points(1, 1).integrate(START, 3.0, events=[fullbody.events.Function(function)])
+
+
+def test_quaternions_that_are_not_of_length_one():
+    turned = [np.sqrt(0.5), 0, 0, np.sqrt(0.5)]
+    (text,) = doubts(lambda: State(POSITION, VELOCITY, [[1, 0, 0, 0], 2 * np.array(turned)]))
+    assert text.startswith("attitude of body 1 is [1.414")
+    assert "of length 2, and is scaled to 1; expected a unit quaternion [w, x, y, z]" in text
+    # Three digits of each component, or single precision.
+    for near in (np.round(turned, 3), np.float32(turned)):
+        assert doubts(lambda near=near: State(POSITION, VELOCITY, [near, near])) == []
+
+
+def test_rotations_of_scipy():
+    """Both describe active turns: what they do to a vector tells."""
+    rotations = Rotation.from_rotvec([[0.3, -0.2, 0.9], [2.0, 1.0, -0.5]])
+    state = State.from_scipy(POSITION, VELOCITY, rotations, spin=[[1, 2, 3]] * 2, time=4.0)
+    vector = np.array([1.0, -2.0, 0.5])
+    assert np.allclose(state.rotation_matrix @ vector, rotations.apply(vector), rtol=0, atol=1e-15)
+    assert np.allclose(
+        state.attitude, rotations.as_quat(scalar_first=True) * np.sign(state.attitude[:, :1]), atol=1e-15
+    )
+    assert State.from_scipy(POSITION, VELOCITY, [rotations[0], rotations[1]], [[1, 2, 3]] * 2, 4.0) == state
+    for wrong in (None, "z", [1, 2], rotations.as_quat()):
+        with pytest.raises(InvalidInput, match=r"(?s)^rotation is .*expected a scipy\.spatial\.transform\.Rotation"):
+            State.from_scipy(POSITION, VELOCITY, wrong)
+    with pytest.raises(InvalidInput, match="attitude is 1; expected 2"):
+        State.from_scipy(POSITION, VELOCITY, rotations[0])
+
+
+def thrown(way, **options):
+    return getattr(fullbody.Particles, way)(*fullbody.systems.kw4(), "Beta", speed=0.1, **options)
+
+
+@pytest.mark.parametrize(
+    ("call", "what", "turns"),
+    [
+        (
+            lambda x: State.from_tait_bryan(POSITION, VELOCITY, [[0, 0, 0], [0, 0, 1] * x]),
+            "angles has values up to",
+            90,
+        ),
+        (lambda x: KeplerElements(1, 0, 0, np.array([0.1, 1]) * x, 0, 0), "Omega has values up to", 180),
+        (lambda x: KeplerElements(1, 0, 0, 0, x, 0), "omega is", 45.5),
+        (lambda x: KeplerElements(1, 0, 0, 0, 0, x), "M is", 359.25),
+        (lambda x: Component(diameter=1, tilt=x, name="Moon"), "tilt of Moon is", 30),
+        (lambda x: Component(diameter=1, rotation_angle=x), "rotation_angle of a component is", 270),
+        (lambda x: fullbody.frames.attitude(x, 0.1), "longitude of pole is", 120),
+        (lambda x: fullbody.frames.attitude(0.1, 0.1, x), "angle is", 120),
+        (lambda x: State(POSITION, VELOCITY).rotated(1, [0, 0, 1], x), "angle is", 20),
+        (lambda x: thrown("from_surface", longitude=x, latitude=0.0), "longitude is", 270),
+        (lambda x: thrown("from_surface", longitude=0.0, latitude=0.0, azimuth=x, elevation=0.5), "azimuth is", 200),
+        (lambda x: thrown("ejecta", number=3, longitude=x, latitude=0.0), "longitude is", 270),
+    ],
+)
+def test_angles_that_look_like_degrees(call, what, turns):
+    def given(value):
+        return doubts(lambda: call(np.array([0, 0, value]) if what.startswith("angles") else value))
+
+    (text,) = given(turns)
+    assert text.startswith(f"{what} {turns:g} radians in size, {turns / (2 * np.pi):.3g} turns; give degrees")
+    assert given(np.radians(turns)) == []
+    if not what.startswith("angles"):
+        assert given(turns * u.deg) == []
+
+
+def test_angles_that_have_gone_on_for_turns_are_let_be():
+    """Integrated angles and mean anomalies have all their digits."""
+    assert (
+        doubts(lambda: State.from_tait_bryan(POSITION, VELOCITY, [[0, 0, 0], [0.01, 0.02, 113.63912345678901]])) == []
+    )
+    assert doubts(lambda: KeplerElements(1, 0, 0, 0, 0, np.linspace(0.0, 100.0 * np.pi, 50))) == []
+    # That of a hyperbola is no angle.
+    assert doubts(lambda: KeplerElements(-1, 1.3, 0, 0, 0, -30)) == []
+
+
+def escape(mass, distance):
+    return np.sqrt(2.0 * mass / distance)
+
+
+def test_starts_that_are_far_from_bound():
+    """Ten times the speed of escape, sqrt(2 G M/r), is a hundred times the energy."""
+    system = points(3.0, 1.0)
+    limit = 10 * escape(4.0, 5.0)
+    for times, expected in ((0.99, 0), (1.01, 1), (1000.0, 1)):
+        state = State(POSITION, [[0, 0, 0], [0, 0, times * limit]])
+        texts = doubts(lambda state=state: fullbody.Simulation(system, state))
+        assert len(texts) == expected
+        for text in texts:
+            assert text.startswith(f"body 0 and body 1 start at {times * limit:.4g} relative to each other, ")
+            assert f"{10 * times:.3g} times the speed of escape there, {escape(4.0, 5.0):.4g};" in text
+    # Without attraction nothing is bound or not.
+    assert doubts(lambda: fullbody.Simulation(points(3.0, 1.0, G=0.0), State(POSITION, 100 * VELOCITY))) == []
+
+
+def test_one_of_three_that_is_far_from_bound():
+    """The others are a pair at rest at the origin's two sides; the third has the units of the pair."""
+    system, state = fullbody.systems.sn263_2001(units=True)
+    assert doubts(lambda: fullbody.Simulation(system, state)) == []
+    wrong = state.velocity.copy()
+    wrong[1] *= 3600
+    (text,) = doubts(lambda: fullbody.Simulation(system, state.replace(velocity=wrong)))
+    assert text.startswith(f"{system.names[1]} starts at ")
+    assert "km / h relative to the barycentre of the others" in text
+
+
+def pair_and_sun(distance, mass, separation=2.5):
+    """Two points about each other and a third on a circle about all, plain numbers."""
+    system = points(0.9, 0.1, mass)
+    v = np.sqrt(1.0 / separation)
+    position = [[0, 0, 0], [separation, 0, 0], [0, distance, 0]]
+    return system, State(position, [[0, -0.1 * v, 0], [0, 0.9 * v, 0], [np.sqrt((1.0 + mass) / distance), 0, 0]])
+
+
+@pytest.mark.parametrize(("distance", "digits"), [(1.01e3, "1e-12"), (1e5, "1e-10"), (1e8, "1e-07")])
+def test_heavy_bodies_far_away(distance, digits):
+    """Positions are counted from the barycentre, which is with the heavy body."""
+    far = 2.5 * distance
+    system, state = pair_and_sun(far, 1e-4 * far**3)
+    (text,) = doubts(lambda: fullbody.Simulation(system, state))
+    assert text.startswith(f"body 2 is {far:.4g} from body 0 and body 1, which are 2.5 apart, and so heavy")
+    step = 2.0 ** (np.floor(np.log2(far)) - 52)
+    assert f"round at {step:.2g}, {step / 2.5:.2g} of their distance" in text
+    assert "steps grow ever shorter" in text
+    assert f"rtol and atol of {digits} or more" in text
+    assert "or body 2 as a fullbody.forces.ThirdBody on a prescribed path" in text
+    # Whoever does is told nothing more; steps of a fixed size are not adapted, but lose as much.
+    tolerance = float(digits)
+    assert doubts(lambda: fullbody.Simulation(system, state, fullbody.Verner98(tolerance, tolerance))) == []
+    (text,) = doubts(lambda: fullbody.Simulation(system, state, fullbody.SymplecticSplitting(0.1)))
+    assert "Every step loses that much" in text
+    assert text.endswith("or body 2 as a fullbody.forces.ThirdBody on a prescribed path, which costs no digits")
+    # Nearer, or light: the barycentre stays with the pair.
+    assert doubts(lambda: fullbody.Simulation(*pair_and_sun(0.95e3 * 2.5, 1e18))) == []
+    assert doubts(lambda: fullbody.Simulation(*pair_and_sun(far, 1e-6 / distance))) == []
+
+
+def test_the_advice_for_a_heavy_body_far_away_holds():
+    """With the tolerance named steps are about as many as without the third body, with a thousandth many."""
+    system, state = pair_and_sun(2.5e6, 1e14)
+    (text,) = doubts(lambda: fullbody.Simulation(system, state))
+    advised = float(text.partition("rtol and atol of ")[2].split()[0])
+
+    def steps(system, state, tolerance):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", InconsistentInput)
+            integrator = fullbody.Verner98(tolerance, tolerance)
+            return system.integrate(state, 50.0, output=[], integrator=integrator).statistics.steps
+
+    alone = points(0.9, 0.1), State(state.position[:2], state.velocity[:2])
+    assert steps(system, state, advised) < 2 * steps(*alone, advised)
+    assert steps(system, state, advised / 1000) > 4 * steps(*alone, advised / 1000)
+
+
+def test_the_advised_third_body_moves_the_pair_as_the_body_does():
+    """No warning, steps as without it, and the same relative motion: bodies at a tolerance where that still works."""
+    from fullbody.forces import ThirdBody
+
+    system, state = pair_and_sun(2.5e4, 1e11)
+    pair, start = points(0.9, 0.1), State(state.position[:2], state.velocity[:2])
+    shares = np.array([0.9, 0.1])
+    at, moving = (array[2] - shares @ array[:2] for array in (state.position, state.velocity))
+    orbit = KeplerElements.from_cartesian(-at, -moving, 1e11 + 1.0)
+    third = pair.with_forces([ThirdBody(mass=1e11, orbit=orbit, of="system", name="Sun")])
+    assert doubts(lambda: fullbody.Simulation(third, start)) == []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InconsistentInput)
+        heavy = system.integrate(state, 20.0, output=[20.0], integrator=fullbody.Verner98(1e-10, 1e-10))
+    light = third.integrate(start, 20.0, output=[20.0])
+    alone = pair.integrate(start, 20.0, output=[20.0])
+    expected, found, without = (run.position[-1, 1] - run.position[-1, 0] for run in (heavy, light, alone))
+    assert np.linalg.norm(expected - without) > 1e-4
+    assert np.linalg.norm(found - expected) < 1e-4 * np.linalg.norm(expected - without)
+    assert light.statistics.steps < 1.5 * alone.statistics.steps
+
+
+def test_binaries_that_are_too_wide():
+    def make(size, **options):
+        primary = Component(diameter=size, density="2 g/cm3", rotation_period="3 h", name="P")
+        secondary = Component(diameter=size / 10, density="2 g/cm3", name="S")
+        return lambda: fullbody.binary(primary, secondary, semi_major_axis=3 * u.km, units=True, **options)
+
+    assert doubts(make(1 * u.km)) == []
+    assert doubts(make(30.1 * u.m)) == []
+    (text,) = doubts(make(1 * u.m))
+    assert text.startswith(
+        "the semi-major axis, 3 km, is 6000 times the longest semi-axis of the primary 'P', 0.0005 km;"
+    )
+    assert "expected at most 200 times" in text
+
+
+def test_systems_in_units_tell_their_numbers_with_them():
+    system, state = fullbody.systems.kw4(units=True)
+    (text,) = doubts(lambda: system.integrate(state.replace(velocity=state.velocity * 3600), 0.001))
+    speed = np.linalg.norm(3600 * (state.velocity[1] - state.velocity[0])).to_value("km/h")
+    assert text.startswith(f"Alpha and Beta start at {speed:.4g} km / h relative to each other")
+    assert System(system.bodies, units=True).integrate(state, 0.001)

@@ -1,0 +1,312 @@
+"""A run that is interrupted and goes on from a file equals the unbroken one bit for bit, also between its steps."""
+
+import copy
+import shutil
+import time
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody import events
+from fullbody.record import integrators
+
+KW4 = fullbody.systems.kw4_ho2021()
+UNTIL = 30.0
+ARRAYS = ("position", "velocity", "attitude", "spin")
+
+# Fixed steps of a twelfth of the orbit: between their ends several polynomials are needed.
+FIXED = [fullbody.LieGroupVariational(0.4)]
+FIXED += [fullbody.SymplecticSplitting(1.4, scheme) for scheme in ("leapfrog", "ABA864", "ABA1064")]
+ADAPTIVE = [
+    getattr(integrators, name)(1e-8, 1e-9)
+    for name in integrators.__all__
+    if issubclass(getattr(integrators, name), integrators._Adaptive)
+]
+EACH = [(one, "quaternion") for one in ADAPTIVE + FIXED] + [(one, "tait_bryan") for one in ADAPTIVE]
+each = pytest.mark.parametrize(("integrator", "chart"), EACH, ids=lambda one: str(one).replace(" ", ""))
+
+
+def watched():
+    return [
+        events.Periapsis(0, 1),
+        events.Apoapsis(0, 1),
+        events.Alignment("Beta", "Alpha"),
+        events.Contact(0, 1),
+        events.PlaneCrossing(1, 0),
+        events.PlaneCrossing(1, None, (1.0, 0.2, 0.0)),
+        events.Separation(0, 1, 2.545),
+        events.Function(lambda state: state.spin[1, 0]),
+    ]
+
+
+def ctrl_c_after(moment):
+    """An event that never happens; its function is where Ctrl-C arrives."""
+
+    def function(state):
+        if abs(state.time) > moment:
+            raise KeyboardInterrupt
+        return 1.0
+
+    return events.Function(function)
+
+
+def by_ctrl_c(sim, until, output, path, moment=0.4 * UNTIL):
+    """Runs into Ctrl-C, and what is on the disk afterwards."""
+    every = [*watched(), ctrl_c_after(moment)]
+    with pytest.raises(fullbody.Interrupted) as caught:
+        sim.integrate(until, output, events=every, dense=True, autosave=(path, 1e8))
+    assert caught.value.run.stop_reason == "interrupted"
+    return caught.value.run, fullbody.Simulation.load(path)
+
+
+def by_steps(sim, until, output, path):
+    """Takes single steps and saves; records nothing."""
+    while abs(sim.time) < 0.4 * UNTIL:
+        sim.step(until)
+    sim.save(path)
+    return None, fullbody.Simulation.load(path)
+
+
+def occurrences(run, after=-1.0):
+    kinds = [type(happened.event).__name__ for happened in run.events]
+    found = zip(kinds, run.events, strict=True)
+    return [(kind, one.time, one.state) for kind, one in found if abs(one.time) > after]
+
+
+def same_samples(run, expected):
+    names = ("time", "position", "velocity", "attitude", "spin", "energy", "angular_momentum")
+    same = all(np.array_equal(getattr(run, name), getattr(expected, name)) for name in names)
+    return same and all(np.array_equal(run.work[name], work) for name, work in expected.work.items())
+
+
+def counts(*statistics):
+    return tuple(sum(getattr(s, name) for s in statistics) for name in ("steps", "rejected", "evaluations"))
+
+
+@pytest.mark.parametrize("until", [UNTIL, -UNTIL], ids=["forwards", "backwards"])
+@pytest.mark.parametrize("interrupted", [by_ctrl_c, by_steps])
+@each
+def test_resumed_equals_unbroken(integrator, chart, interrupted, until, tmp_path):
+    system, state = KW4
+    system = system.with_options(attitude_chart=chart)
+    places = np.random.default_rng(8).uniform(0.0, UNTIL, 300)
+    grid = np.sort(places[:40]) * np.sign(until)
+    places *= np.sign(until)
+    for output in (None, 1.3, grid):
+        sim = fullbody.Simulation(system, state, integrator)
+        whole = sim.integrate(until, output, events=watched(), dense=True)
+        begun, resumed = interrupted(fullbody.Simulation(system, state, integrator), until, output, tmp_path / "a.sim")
+        now = resumed.time
+        assert 0.3 * UNTIL < abs(now) < abs(until)
+        assert same_samples(whole, sim.system.integrate(state, until, output, integrator))
+        before = resumed.statistics
+        rest = None if output is None else whole.time[abs(whole.time) > abs(now)]
+        run = resumed.integrate(until, rest, events=watched(), dense=True)
+        assert resumed.state == sim.state
+        assert resumed.time == sim.time
+
+        first = np.abs(whole.time) >= abs(now) if output is None else np.abs(whole.time) > abs(now)
+        assert same_samples(run, whole[int(first.argmax()) :])
+        late = places[abs(places) > abs(now)]
+        late = np.append(late, [now, until])
+        ours, theirs = run(late), whole(late)
+        assert all(np.array_equal(getattr(ours, name), getattr(theirs, name)) for name in ARRAYS)
+        found = occurrences(run)
+        assert len(found) > 12
+        if begun is None:
+            assert found == occurrences(whole, abs(now))
+            continue
+        assert occurrences(begun) + found == occurrences(whole)
+        # A run that is cut short ends with the state that it came to, whatever the output.
+        assert begun.time[-1] == now
+        samples = begun if output is None else begun[:-1]
+        assert same_samples(samples, whole[: int(first.argmax()) + (output is None)])
+        early = np.append(places[abs(places) <= abs(now)], [0.0, now])
+        ours, theirs = begun(early), whole(early)
+        assert all(np.array_equal(getattr(ours, name), getattr(theirs, name)) for name in ARRAYS)
+        # What was looked at counts as well, and no more than that.
+        assert counts(begun.statistics, run.statistics) == counts(whole.statistics)
+        assert counts(before, run.statistics) == counts(resumed.statistics) == counts(sim.statistics)
+
+
+@each
+def test_what_is_asked_for_changes_no_event_and_no_dense_value(integrator, chart):
+    system, state = KW4
+    system = system.with_options(attitude_chart=chart)
+    places = np.random.default_rng(9).uniform(0.0, UNTIL, 100)
+
+    def run(**asked):
+        return system.integrate(state, UNTIL, integrator=integrator, **asked)
+
+    first = run(output=[], events=watched(), dense=True)
+    others = [
+        run(events=watched(), dense=True),
+        run(output=0.11, events=watched(), dense=True),
+        run(output=places[:1], events=watched()[::-1], dense=True),
+        run(output=[], dense=True),
+    ]
+    for other in others[:3]:
+        assert sorted(map(repr, occurrences(other))) == sorted(map(repr, occurrences(first)))
+    for other in others:
+        ours, theirs = other(places), first(places)
+        assert all(np.array_equal(getattr(ours, name), getattr(theirs, name)) for name in ARRAYS)
+    # Samples between the steps are the continuous solution, and those at their ends too.
+    for other in others[:2]:
+        assert all(np.array_equal(getattr(other(other.time), name), getattr(other, name)) for name in ARRAYS)
+    # One event alone is found where it is among others.
+    for k, event in enumerate(watched()):
+        alone = run(output=[], events=[event])
+        expected = [one.time for one in first.events if repr(one.event) == repr(event) or k == 7]
+        if k != 7:
+            assert [one.time for one in alone.events] == expected
+
+
+@pytest.mark.parametrize("integrator", [FIXED[0], FIXED[2], ADAPTIVE[-1]], ids=lambda one: type(one).__name__)
+def test_an_autosave_in_the_middle(integrator, tmp_path):
+    """The file that a run in progress leaves, taken away while the run goes on."""
+    system, state = KW4
+    path, taken = tmp_path / "a.sim", tmp_path / "taken.sim"
+    pauses = [0.3 * UNTIL, 0.5 * UNTIL]
+    seen = []
+
+    def pause(state):
+        # Longer than the time between two looks for Ctrl-C, so that there is one at once, on a machine of any speed.
+        if pauses and state.time > pauses[0]:
+            pauses.pop(0)
+            time.sleep(0.06)
+        return 1.0
+
+    def take(start, now, end):
+        seen.append(now)
+        if not pauses and not taken.exists():
+            shutil.copy(path, taken)
+
+    every = [*watched(), events.Function(pause)]
+    sim = fullbody.Simulation(system, state, integrator)
+    whole = sim.integrate(UNTIL, 0.7, events=every, dense=True, progress=take, autosave=(path, 0.0))
+    resumed = fullbody.Simulation.load(taken)
+    now = resumed.time
+    assert 0.3 * UNTIL < now < UNTIL
+    assert now in seen
+    run = resumed.integrate(UNTIL, whole.time[whole.time > now], events=watched(), dense=True)
+    assert occurrences(run) == occurrences(whole, now)
+    assert same_samples(run, whole[int((whole.time > now).argmax()) :])
+    assert resumed.state == sim.state
+    places = np.random.default_rng(10).uniform(now, UNTIL, 100)
+    assert np.array_equal(run(places).spin, whole(places).spin)
+    assert resumed.statistics == sim.statistics
+
+
+def test_copies_look_between_steps_as_the_original_does():
+    system, state = KW4
+    sim = fullbody.Simulation(system, state, FIXED[1])
+    sim.integrate(10.0, 0.3, events=watched())
+    other = copy.deepcopy(sim)
+    ours, theirs = (one.integrate(30.0, 0.3, events=watched()) for one in (sim, other))
+    assert occurrences(ours) == occurrences(theirs)
+    assert ours.statistics == theirs.statistics
+    assert same_samples(ours, theirs)
+
+
+def test_a_function_that_fails_loses_no_event():
+    """The step in which it failed is taken back: with the function repaired, the run goes on as if nothing had been."""
+    system, state = KW4
+    for integrator in (ADAPTIVE[-1], FIXED[2]):
+        sim = fullbody.Simulation(system, state, integrator)
+
+        def fail(state):
+            return 1.0 if state.time < 20.0 else 1 / 0
+
+        with pytest.raises(ZeroDivisionError) as caught:
+            sim.integrate(UNTIL, events=[*watched(), events.Function(fail)])
+        begun = caught.value.run
+        assert begun.time[-1] == sim.time < 20.0
+        run = sim.integrate(UNTIL, events=watched())
+        whole = system.integrate(state, UNTIL, integrator=integrator, events=watched())
+        assert occurrences(begun) + occurrences(run) == occurrences(whole)
+        assert np.array_equal(np.append(begun.time, run.time[1:]), whole.time)
+
+
+# One description
+
+
+def test_numbers_of_the_setup_stand_once_in_a_file(tmp_path):
+    from astropy import units as u
+
+    bodies = [
+        fullbody.Body(fullbody.Ellipsoid(0.7661, 0.74752, 0.67353), mass=2.3531, name="Alpha"),
+        fullbody.Body(fullbody.Sphere(0.2345), density=1.7, name=None),
+        fullbody.Body(fullbody.PointMass(), mass=0.0567, name="Gamma"),
+    ]
+    options = {
+        "order": (397, 793),
+        "gravity_tolerance": 3.7e-13,
+        "epoch": "2001-05-25T00:00:00 TDB",
+        "frame": "ecliptic",
+    }
+    system = fullbody.System(bodies, G=0.8649, units=True, **options)
+    state = fullbody.State(
+        [[0, 0, 0], [2.5, 0, 0], [0, -9, 0]] * u.km, [[0, 0, 0], [0, 0.9, 0], [0.4, 0, 0]] * u.km / u.h
+    )
+    integrator = fullbody.SymplecticSplitting(0.7404 * u.min, "ABA1064")
+    sim = fullbody.Simulation(system, state, integrator)
+    # Twice, for after one the time is the step.
+    sim.step()
+    sim.step()
+    sim.save(tmp_path / "a.sim")
+    data = (tmp_path / "a.sim").read_bytes()
+    mass = float(system.masses.value[1])
+    step = float((0.7404 * u.min).to_value(u.h))
+    for number in (0.7661, 0.74752, 0.67353, 2.3531, mass, 0.0567, 0.8649, 3.7e-13, step):
+        assert data.count(repr(number).encode()) == 1, number
+        assert data.count(np.float64(number).tobytes()) == 0, number
+    # Of the sphere all three semi-axes stand there.
+    assert data.count(b"0.2345") == 3
+    assert data.count(b"[397,793]") == 1
+    loaded = fullbody.Simulation.load(tmp_path / "a.sim")
+    assert loaded.system == system
+    assert loaded.system.options == system.options
+    assert [body.name for body in loaded.system.bodies] == ["Alpha", None, "Gamma"]
+    assert [type(body.shape) for body in loaded.system.bodies] == [type(body.shape) for body in bodies]
+    assert loaded.system.epoch == system.epoch
+    assert loaded.system.frame == "ecliptic"
+    assert loaded.integrator == fullbody.SymplecticSplitting(step, "ABA1064")
+    assert loaded == sim
+
+
+def test_notes_that_do_not_fit_are_refused():
+    """What the package notes beside the core's numbers cannot say anything else than they."""
+    system, state = KW4
+    sim = fullbody.Simulation(system, state)
+
+    def noted(change):
+        core = fullbody._core.Simulation(system._core, state._core, fullbody.Verner98()._describe(None), change)
+        return core.to_bytes()
+
+    # As a program in Rust leaves it.
+    assert fullbody.Simulation._from_bytes(noted("")).system == sim.system
+    for notes, message in (
+        ('{"bodies": [{"shape": "Sphere"}, {}]}', r"Alpha is a Sphere of semi-axes \[0\.766, 0\.7475, 0\.6735\]"),
+        ('{"bodies": [{"shape": "PointMass"}, {}]}', "Alpha is a PointMass of semi-axes"),
+        ('{"bodies": [{"shape": "Cube"}, {}]}', "Cube"),
+        ('{"bodies": [{}]}', "the notes have 1 bodies; expected 2"),
+        ('{"units": ["km", "km", "kg"]}', "units has 'km'"),
+        ("[]", "notes are damaged"),
+        ("{", "notes are damaged"),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=message):
+            fullbody.Simulation._from_bytes(noted(notes))
+
+
+def test_a_file_of_another_format_is_refused_by_its_format(tmp_path):
+    from support import DATA
+
+    other = bytearray((DATA / "simulation.bin").read_bytes())
+    other[8] = 4
+    (tmp_path / "other.sim").write_bytes(other)
+    with pytest.raises(
+        fullbody.InvalidInput, match=r"other\.sim is not a readable simulation .* of format 4; expected format 1"
+    ):
+        fullbody.Simulation.load(tmp_path / "other.sim")
+    with pytest.raises(fullbody.InvalidInput, match=r"it is a simulation; fullbody\.Simulation\.load reads it"):
+        fullbody.load(DATA / "simulation.bin")

@@ -1,0 +1,444 @@
+"""Observables of runs against REBOUND's elements and the closed forms of celestial mechanics."""
+
+import re
+import subprocess
+import sys
+
+import astropy.units as u
+import fullbody
+import numpy as np
+import pytest
+import rebound
+from fullbody import Component, binary, observables
+from support import OF_REVOLUTIONS, inertia, pair_of_points, ready, with_samples
+
+OF_SAMPLES = (observables.obliquity, observables.roll_pitch_yaw)
+
+
+def test_elements_are_those_of_rebound():
+    sim = rebound.Simulation()
+    sim.integrator = "ias15"
+    sim.add(m=1.0)
+    sim.add(m=0.01, a=1.0, e=0.2, inc=0.3, Omega=1.0, omega=0.5, M=0.1)
+    sim.add(m=0.005, a=4.0, e=0.1, inc=0.1)
+    system, state = fullbody.from_rebound(sim)
+    times = np.linspace(0.0, 30.0, 301)
+    run = system.integrate(state, 30.0, output=times)
+    found = observables.element_rates(run)
+    orbits = []
+    for time in times:
+        sim.integrate(time)
+        orbits.append(sim.particles[1].orbit(primary=sim.particles[0]))
+    expected = {name: np.array([getattr(orbit, name) for orbit in orbits]) for name in ("a", "e", "inc")}
+    np.testing.assert_allclose(found.elements.a, expected["a"], rtol=1e-9)
+    np.testing.assert_allclose(found.elements.e, expected["e"], rtol=1e-9)
+    np.testing.assert_allclose(found.elements.i, expected["inc"], rtol=1e-9)
+    for ours, theirs in (("Omega", "Omega"), ("omega", "omega"), ("M", "M")):
+        angle = np.unwrap([getattr(orbit, theirs) for orbit in orbits])
+        difference = getattr(found.elements, ours) - angle
+        np.testing.assert_allclose(difference, 2 * np.pi * round(difference[0] / (2 * np.pi)), atol=1e-7)
+        # Slopes by numpy's own fit; its weights are squared.
+        slope = np.polyfit(times, angle, 1, w=np.sin(np.pi * times / 30.0))[0]
+        np.testing.assert_allclose(found.mean_rates[ours], slope, rtol=1e-4)
+    longitude = np.unwrap([orbit.l for orbit in orbits])
+    slope = np.polyfit(times, longitude, 1, w=np.sin(np.pi * times / 30.0))[0]
+    np.testing.assert_allclose(found.mean_rates["L"], slope, rtol=1e-6)
+    np.testing.assert_allclose(found.rates["a"][50], (expected["a"][51] - expected["a"][49]) / 0.2, rtol=1e-6)
+
+
+def test_passages_at_the_samples_are_not_lost():
+    system, state = pair_of_points(0.0)
+    run = system.integrate(state, 60 * 2 * np.pi, output=2 * np.pi / 40)
+    found = observables.mutual_period(run)
+    np.testing.assert_allclose(found.period, 2 * np.pi, rtol=1e-10)
+    assert len(found.period) in (59, 60)
+    assert abs(found.drift) < 1e-12
+
+
+@pytest.mark.parametrize("until", [100.0, -100.0])
+def test_a_kepler_orbit_has_one_period(until):
+    system, state = pair_of_points(0.4)
+    run = system.integrate(state, until, output=0.2)
+    found = observables.mutual_period(run)
+    assert len(found.period) == 15
+    np.testing.assert_allclose(found.period, 2 * np.pi, rtol=2e-5)
+    np.testing.assert_allclose(found.mean, 2 * np.pi, rtol=1e-4)
+    assert abs(found.drift) < 1e-5
+
+
+def test_a_drift_of_the_period():
+    """A made-up record: a circular motion whose period lengthens by 1e-3 of its own each time unit."""
+    system, state = pair_of_points(0.0)
+    run = system.integrate(state, 100.0, output=0.1)
+    time = run.time
+    # P = 2 pi (1 + k t): the longitude is the integral of 2 pi/P.
+    k = 1e-3
+    longitude, rate = np.log1p(k * time) / k, 1 / (1 + k * time)
+    position, velocity = np.zeros_like(run.position), np.zeros_like(run.velocity)
+    direction = np.stack([np.cos(longitude), np.sin(longitude), 0 * time], axis=1)
+    across = np.stack([-np.sin(longitude), np.cos(longitude), 0 * time], axis=1)
+    position[:, 1], velocity[:, 1] = direction, across * rate[:, None]
+    made_up = with_samples(run, position=position, velocity=velocity)
+    # From one passage to the next the time grows by the factor exp(2 pi k).
+    growth = np.exp(2 * np.pi * k)
+    found = observables.mutual_period(made_up)
+    np.testing.assert_allclose(found.period[1:] / found.period[:-1], growth, rtol=1e-7)
+    np.testing.assert_allclose(found.drift, (growth - 1) / growth, rtol=1e-5)
+    # The mean is that of the window; numpy squares the weights.
+    slope = np.polyfit(time, longitude, 1, w=np.sin(np.pi * time / 100.0) ** 3)[0]
+    np.testing.assert_allclose(found.mean, 2 * np.pi / slope, rtol=1e-6)
+    assert abs(found.mean - found.period.mean()) > 1e-4
+
+
+def test_precession_over_an_oblate_body():
+    """Murray & Dermott (1999), Sec. 6.11; J2 of a homogeneous spheroid is (a^2 - c^2)/(5 a^2)."""
+    a, c, size, e, i = 1.0, 0.98, 6.0, 0.05, 0.4
+    system = fullbody.System(
+        [
+            fullbody.Body(fullbody.Ellipsoid(a, a, c), mass=1.0),
+            fullbody.Body(fullbody.PointMass(), mass=1e-10),
+        ],
+        G=1.0,
+    )
+    r, v = fullbody.KeplerElements(size, e, i, 0.3, 0.7, 0.0).to_cartesian(1.0)
+    state = fullbody.State([np.zeros(3), r], [np.zeros(3), v])
+    n = size**-1.5
+    run = system.integrate(state, 60 * 2 * np.pi / n, output=2 * np.pi / n / 24)
+    found = observables.orbit_precession(run, axis=[0, 0, 1])
+    unit = n * (a**2 - c**2) / 5 / (size * (1 - e**2)) ** 2
+    nodal = -1.5 * unit * np.cos(i)
+    periapsis = 0.75 * unit * (5 * np.cos(i) ** 2 - 1)
+    np.testing.assert_allclose(found.nodal, nodal, rtol=0.01)
+    np.testing.assert_allclose(found.apsidal, periapsis + nodal * np.cos(i), rtol=0.01)
+    np.testing.assert_allclose(found.inclination, i, rtol=0.01)
+    np.testing.assert_allclose(found.sidereal_period, 2 * np.pi / n, rtol=2e-3)
+    rates = observables.element_rates(run).mean_rates
+    np.testing.assert_allclose(rates["Omega"], nodal, rtol=0.01)
+    np.testing.assert_allclose(rates["omega"], periapsis, rtol=0.02)
+
+
+@pytest.mark.parametrize("frame", ["ecliptic", "orbit"])
+def test_a_planar_orbit_has_no_node(frame):
+    """All of Didymos' angular momenta are parallel, so that the poles cannot move."""
+    system, state = ready("didymos", frame=frame, gravity="multipole:4")
+    run = system.integrate(state, 70.0, output=0.5)
+    found = observables.orbit_precession(run)
+    assert found.nodal is None
+    assert found.inclination.shape == (2,)
+    assert 0.0 <= found.inclination[0] <= found.inclination[1] < 1e-13
+    for body, about in ((0, 1), (1, 0)):
+        with pytest.raises(fullbody.InvalidInput, match=rf"pole of body {body} \(.*\) stays within .* rad of the axis"):
+            observables.spin_precession(run, body=body, about=about)
+    # About an axis of one's own they lie still.
+    normal = np.cross(state.position[1] - state.position[0], state.velocity[1] - state.velocity[0])
+    beside = np.linalg.cross(normal, [1.0, 0.3, 0.0])
+    found = observables.orbit_precession(run, axis=beside)
+    assert abs(found.nodal) < 1e-13
+    np.testing.assert_allclose(found.inclination, np.pi / 2, rtol=1e-12)
+
+
+def librating(e, offset, time, mass=1e-9):
+    """A small moon of some mass about a sphere of mass one, n = 1; the run and the frequency of free libration."""
+    axes = np.array([0.0010, 0.0009, 0.0008])
+    system, state = binary(
+        Component(diameter=0.1, mass=1.0, rotation_period=np.inf),
+        Component(semi_axes=axes, mass=mass),
+        G=1.0 / (1 + mass),
+        semi_major_axis=1.0,
+        eccentricity=e,
+        libration=offset,
+    )
+    # As the docstring has it.
+    formula = re.search(r"``w = (n \* sqrt\(.*\))``", observables.libration.__doc__).group(1)
+    moments = dict(zip("ABC", inertia(mass, axes), strict=True))
+    frequency = eval(formula, {"sqrt": np.sqrt, "n": 1.0, "m": mass, "M": 1.0, **moments})
+    return system.integrate(state, time, output=0.25), frequency
+
+
+@pytest.mark.parametrize("mass", [0.1, 1.0, 10.0])
+def test_libration_of_a_massive_moon(mass):
+    """The torque goes with the other mass alone, the orbit with both."""
+    run, frequency = librating(0.0, 1e-3, 1000.0, mass)
+    assert frequency < np.sqrt(3 * (100 - 81) / (100 + 81)) / np.sqrt(1 + 0.99 * mass)
+    found = observables.libration(run, count=1)
+    np.testing.assert_allclose(found.frequencies[0], frequency, rtol=1e-4)
+    e = 1e-3
+    run, frequency = librating(e, 0.0, 1000.0, mass)
+    found = observables.libration(run, count=2)
+    forced = np.argmin(np.abs(found.frequencies - 1.0))
+    np.testing.assert_allclose(found.amplitudes[forced], 2 * e / (1 - frequency**2), rtol=0.01)
+
+
+def test_free_libration():
+    run, frequency = librating(0.0, 1e-3, 400.0)
+    found = observables.libration(run, count=1)
+    np.testing.assert_allclose(found.frequencies[0], frequency, rtol=1e-4)
+    np.testing.assert_allclose(found.amplitudes[0], 1e-3, rtol=1e-3)
+    np.testing.assert_allclose(found.amplitude, 1e-3, rtol=1e-2)
+    np.testing.assert_allclose(found.angle[0], 1e-3, rtol=1e-9)
+    angles = observables.roll_pitch_yaw(run)
+    np.testing.assert_allclose(angles[:, 2], found.angle, atol=1e-12)
+    np.testing.assert_allclose(angles[:, :2], 0.0, atol=1e-9)
+
+
+def test_forced_libration():
+    e = 1e-3
+    run, frequency = librating(e, 0.0, 600.0)
+    found = observables.libration(run, count=2)
+    order = np.argsort(found.frequencies)
+    np.testing.assert_allclose(found.frequencies[order], [frequency, 1.0], rtol=1e-3)
+    np.testing.assert_allclose(found.amplitudes[order][1], 2 * e / (1 - frequency**2), rtol=0.01)
+
+
+def test_a_body_that_circulates_and_bodies_without_an_axis():
+    system, state = binary(
+        Component(diameter=0.2, mass=1.0, rotation_period=np.inf),
+        Component(semi_axes=(0.02, 0.015, 0.01), mass=1e-3, rotation_period=2.0),
+        G=1.0,
+        semi_major_axis=1.0,
+        synchronous=False,
+    )
+    run = system.integrate(state, 20.0, output=0.1)
+    found = observables.libration(run)
+    # It gains 2 pi (1/2 - 1/P) on the line to the primary.
+    period = 2 * np.pi / np.sqrt(1.001)
+    np.testing.assert_allclose(found.angle[-1] - found.angle[0], 2 * np.pi * 20 * (0.5 - 1 / period), rtol=0.1)
+    with pytest.raises(fullbody.InvalidInput, match="longest"):
+        observables.libration(run, body=0, about=1)
+    points, start = pair_of_points(0.0)
+    with pytest.raises(fullbody.InvalidInput, match="point"):
+        observables.libration(points.integrate(start, 20.0, output=0.1))
+
+
+def test_roll_pitch_yaw_at_the_start():
+    r, v = np.array([3.0, 0.0, 0.0]), np.array([0.0, 0.5, 0.0])
+    system = fullbody.System(
+        [
+            fullbody.Body(fullbody.Sphere(0.5), mass=1.0),
+            fullbody.Body(fullbody.Ellipsoid(0.3, 0.2, 0.1), mass=0.1),
+        ],
+        G=1.0,
+    )
+    angles = np.array([0.1, -0.2, 0.3])
+    for turned in (np.pi, 0.0):
+        # The orbit's frame is the inertial one turned by pi about z; half a turn of the body counts for nothing.
+        yaw = angles[2] + turned
+        half_turn = [1, 1, 1] if turned else [-1, -1, 1]
+        state = fullbody.State.from_tait_bryan(
+            [np.zeros(3), r], [np.zeros(3), v], [[0, 0, 0], [*(angles[:2] * half_turn[:2]), yaw]], [[0, 0, 1]] * 2
+        )
+        run = system.integrate(state, 0.01)
+        np.testing.assert_allclose(observables.roll_pitch_yaw(run)[0], angles, atol=1e-12)
+
+
+def test_obliquity_and_spin_precession():
+    """A spinning spheroid under a heavy companion; both poles go about their sum."""
+    a, c, tilt, spin, size = 1.0, 0.9, 0.3, 0.5, 8.0
+    system, state = binary(
+        Component(semi_axes=(a, a, c), mass=1.0, rotation_period=2 * np.pi / spin, pole=(0.4, np.pi / 2 - tilt)),
+        Component(diameter=1.0, mass=1.0, rotation_period=1e9),
+        G=1.0,
+        semi_major_axis=size,
+        synchronous=False,
+    )
+    n = np.sqrt(2 / size**3)
+    run = system.integrate(state, 40 * 2 * np.pi / n, output=4.0)
+    np.testing.assert_allclose(observables.obliquity(run, body=0, about=1)[0], tilt, rtol=1e-12)
+    np.testing.assert_allclose(observables.obliquity(run, body=0, about=1), tilt, rtol=0.02)
+    moment = 0.4 * a**2
+    about_normal = -1.5 * n**2 * 0.5 * (a**2 - c**2) / (2 * a**2) / spin * np.cos(tilt)
+    orbital = 0.5 * np.sqrt(2 * size)
+    total = np.linalg.norm(system.angular_momentum(state))
+    np.testing.assert_allclose(total, np.hypot(orbital + moment * spin * np.cos(tilt), moment * spin * np.sin(tilt)))
+    np.testing.assert_allclose(observables.spin_precession(run), about_normal * total / orbital, rtol=0.02)
+    nodal = observables.orbit_precession(run).nodal
+    np.testing.assert_allclose(nodal, about_normal * total / orbital, rtol=0.02)
+
+
+def test_frequencies_of_a_made_up_signal():
+    from fullbody.observables import _signal
+
+    time = np.linspace(0.0, 200.0, 1501)
+    expected = [0.73, 1.91, 2.2]
+    signal = 0.5 + 2 * np.cos(0.73 * time + 1) + 0.3 * np.sin(1.91 * time) + 0.1 * np.cos(2.2 * time)
+    frequencies, amplitudes = _signal.lines(time, signal, 3)
+    np.testing.assert_allclose(frequencies, expected, rtol=1e-4)
+    np.testing.assert_allclose(amplitudes, [2, 0.3, 0.1], rtol=1e-3)
+    # The same at uneven times.
+    uneven = time + 0.03 * np.sin(time)
+    signal = 2 * np.cos(0.73 * uneven) + 0.3 * np.sin(1.91 * uneven)
+    np.testing.assert_allclose(_signal.lines(uneven, signal, 2)[0], expected[:2], rtol=1e-4)
+
+
+def test_terms_too_close_to_tell_apart_are_one():
+    from fullbody.observables import _signal
+
+    time = np.linspace(0.0, 100.0, 1001)
+    # One term whose frequency drifts by a fiftieth, less than the window resolves: no sum of large ones that cancel.
+    frequencies, amplitudes = _signal.lines(time, np.cos(time + 1e-4 * time**2), 3)
+    assert frequencies[0] == pytest.approx(1.01, rel=1e-3)
+    assert amplitudes[0] == pytest.approx(1.0, rel=0.01)
+    assert np.all(amplitudes[1:] < 0.05)
+    assert np.diff(np.sort(frequencies)).min() > 2 * np.pi / 100.0
+    # A signal of hardly two periods has no room for many.
+    few, _ = _signal.lines(time[:130], np.cos(time[:130]), 50)
+    assert 1 <= len(few) < 50
+
+
+def test_quantities():
+    system, state = ready("didymos", units=True)
+    run = system.integrate(state, 200 * u.hour, output=0.25 * u.hour)
+    period = observables.mutual_period(run)
+    assert period.mean.unit == u.hour
+    np.testing.assert_allclose(period.mean.to_value(u.hour), 11.921473, rtol=2e-4)
+    assert observables.obliquity(run).unit == u.rad
+    assert observables.orbit_precession(run).apsidal.unit.is_equivalent(u.deg / u.day)
+    assert observables.element_rates(run).rates["a"].unit.is_equivalent(u.m / u.s)
+    assert observables.element_rates(run).rates["e"].unit.is_equivalent(1 / u.s)
+    swings = observables.libration(run)
+    assert swings.amplitude.to_value(u.deg) < 1
+    assert swings.frequencies.unit.is_equivalent(u.rad / u.s)
+
+
+@pytest.mark.parametrize("function", OF_REVOLUTIONS + OF_SAMPLES)
+def test_what_is_not_a_run_or_a_body(function):
+    system, state = pair_of_points(0.1)
+    run = system.integrate(state, 20.0, output=0.1)
+    with pytest.raises(fullbody.InvalidInput, match=r"is a State; expected a fullbody\.Run"):
+        function(state)
+    for body in (2, -1, 1.0, None, True):
+        with pytest.raises(
+            fullbody.InvalidInput, match=f"body of .* is {body!r}; expected 0 to 1, one of the 2 bodies"
+        ):
+            function(run, body=body)
+    with pytest.raises(fullbody.InvalidInput, match=r"about of .* is 7; expected 0 to 1, one of the 2 bodies"):
+        function(run, about=7)
+    with pytest.raises(fullbody.InvalidInput, match="of body 1 about itself"):
+        function(run, body=1, about=1)
+
+
+def test_what_cannot_be_observed_is_named():
+    system, state = pair_of_points(0.1)
+    run = system.integrate(state, 40.0, output=0.1)
+    for function, options in ((observables.obliquity, {}), (observables.spin_precession, {"body": 1, "about": 0})):
+        with pytest.raises(fullbody.InvalidInput, match="does not spin"):
+            function(run, **options)
+    for axis in ([0, 0, 0], [0, 0], "z", [0, 0, np.nan]):
+        with pytest.raises(fullbody.InvalidInput, match="axis"):
+            observables.orbit_precession(run, axis=axis)
+    for count in (0, -1, 1.5, None):
+        with pytest.raises(fullbody.InvalidInput, match=r"count is .*; expected a whole number"):
+            observables.libration(run, count=count)
+
+
+def test_periapsis_is_not_told_from_other_terms_of_the_distance():
+    """The distance also swings with a secondary that librates, at w = n sqrt(3 (B - A)/C), and with a primary that
+    turns beneath it, at 2 (spin - n); what is left of the apsidal rate is the terms of J2 and C22 at most."""
+    period = 2 * np.pi * 8.0
+    for first, second, others in (
+        ({"semi_axes": (1, 1, 0.8), "rotation_period": 7.0}, {"semi_axes": (0.3, 0.23, 0.2)}, {"libration": 0.2}),
+        ({"semi_axes": (1, 0.9, 0.8), "rotation_period": period / 1.3}, {"diameter": 0.2}, {}),
+    ):
+        given = {"G": 1.0, "total_mass": 1.0, "mass_ratio": 0.02, "period": period}
+        system, state = binary(Component(**first), Component(**second), **given, **others)
+        run = system.integrate(state, 60 * period, output=period / 40)
+        found = observables.orbit_precession(run)
+        assert found.apsidal is None or abs(found.apsidal) < 0.05 * 2 * np.pi / period
+        np.testing.assert_allclose(found.sidereal_period, period, rtol=1e-3)
+    system, state = fullbody.systems.antiope()
+    run = system.integrate(state, 60 * 16.5, output=0.5)
+    found = observables.orbit_precession(run)
+    assert found.apsidal is None
+    assert found.anomalistic_period is None
+    assert np.isfinite(found.sidereal_period)
+
+
+def test_motion_along_a_line_has_no_orbit():
+    system, state = pair_of_points(0.0)
+    falling = state.replace(velocity=[[0, 0, 0], 0.5 * (state.position[1] - state.position[0])])
+    run = system.integrate(falling, 0.1, output=0.05)
+    for function in OF_SAMPLES:
+        with pytest.raises(fullbody.InvalidInput, match=r"body 1 .* moves along its line to body 0, or not at all"):
+            function(run)
+
+
+def moon(axes, **options):
+    """A small body about a ball, with n = 1."""
+    ball = Component(diameter=0.1, mass=1.0, rotation_period=np.inf)
+    given = {"G": 1.0 / (1 + 1e-9), "semi_major_axis": 1.0, "time": 0.0, **options}
+    return binary(ball, Component(semi_axes=axes, mass=1e-9), **given)
+
+
+def test_the_longest_axis_is_found_in_any_unit():
+    length = u.km
+    system, state = binary(
+        Component(diameter=1 * length, mass=1e12 * u.kg, rotation_period=5 * u.h),
+        Component(semi_axes=(0.1 * u.km, 90 * u.m, 0.08 * u.km), mass=6e9 * u.kg),
+        semi_major_axis=5 * length,
+        libration=0.1,
+        units=True,
+    )
+    bodies = [system.bodies[0], fullbody.Body(fullbody.Ellipsoid(0.1 * u.km, 90 * u.m, 80 * u.m), mass=6e9 * u.kg)]
+    run = fullbody.System(bodies, units=True).integrate(state, 1000.0, output=2.0)
+    assert observables.libration(run).angle[0].value == pytest.approx(0.1, abs=1e-12)
+
+
+def test_libration_of_an_axis_that_starts_backwards_and_of_one_that_goes_round():
+    system, state = moon((0.0010, 0.0009, 0.0008), libration=np.pi + 0.1)
+    run = system.integrate(state, 100.0, output=0.25)
+    assert observables.libration(run).angle[0] == pytest.approx(0.1, abs=1e-9)
+    assert observables.libration(run).amplitude == pytest.approx(0.1, rel=0.02)
+    # Faster than the separatrix, n sqrt(3 (B - A)/C) = 0.56 n above n.
+    fast = state.replace(spin=state.spin * 2)
+    found = observables.libration(system.integrate(fast, 100.0, output=0.25))
+    assert found.amplitude is None
+    assert len(found.frequencies) == len(found.amplitudes) == 0
+    assert np.diff(found.angle).min() > 0
+    np.testing.assert_allclose(np.diff(found.angle).mean(), 0.25 * 0.9, rtol=0.1)
+    # Sampled so that the axis goes by more than a quarter turn, there is no telling which way.
+    with pytest.raises(
+        fullbody.InvalidInput, match=r"turns by about 1\.\d+ rad in the orbit's frame .* less than 1\.57"
+    ):
+        observables.libration(system.integrate(state.replace(spin=4.5 * state.spin), 100.0, output=0.5))
+    with pytest.raises(
+        fullbody.InvalidInput, match=r"turns by about 3\.\d+ rad in the orbit's frame .* less than 3\.14"
+    ):
+        observables.roll_pitch_yaw(system.integrate(state.replace(spin=8 * state.spin), 100.0, output=0.5))
+
+
+def test_an_axis_along_the_normal_points_nowhere():
+    system, state = moon((0.0008, 0.0009, 0.0010))
+    with pytest.raises(fullbody.InvalidInput, match=r"longest axis of body 1 .* the orbit's normal"):
+        observables.libration(system.integrate(state, 20.0, output=0.25))
+
+
+def test_results_are_short_to_read_and_compare():
+    run, _ = librating(0.01, 0.0, 100.0)
+    for function in OF_REVOLUTIONS:
+        if function is observables.spin_precession:
+            continue
+        found, again = function(run), function(run)
+        assert len(repr(found)) < 1000
+        assert "\n" not in repr(found)
+        assert found == again
+        assert found != function(run[5:])
+        assert found != "found"
+    assert "angle=<(401,), " in repr(observables.libration(run))
+    swings = observables.libration(run)
+    assert f"amplitude={swings.amplitude}" in repr(swings)
+
+
+def test_without_scipy_the_error_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "scipy.interpolate", None)
+    system, state = pair_of_points(0.0)
+    with pytest.raises(ImportError, match=r"fullbody\[analysis\]"):
+        observables.mutual_period(system.integrate(state, 20.0, output=0.5))
+
+
+def test_importing_fullbody_imports_nothing_heavy():
+    code = (
+        "import sys, fullbody; "
+        "print([m for m in ('astropy', 'scipy', 'xarray', 'matplotlib', 'rebound', 'pandas') if m in sys.modules])"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "[]"

@@ -1,0 +1,195 @@
+"""Precession of orbits whose plane turns: right for every length of the run, every inclination and every axes.
+
+First order in J2, with p = a (1 - e^2) and the unit n J2 (R/p)^2 (Murray & Dermott 1999, Solar System Dynamics,
+Sec. 6.11; Vallado, Fundamentals of Astrodynamics, eqs. 9-38 and 9-40):
+
+    node:                    -3/2 cos i
+    argument of periapsis:    3/4 (5 cos^2 i - 1)
+
+A homogeneous spheroid has J2 R^2 = (a^2 - c^2)/5. What first order leaves out is smaller by J2 (R/p)^2, with factors of
+a few.
+"""
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody import observables
+
+from reproduction.ho2021 import starts
+
+C, SIZE = 0.9, 6.0
+J2_R2 = (1 - C * C) / 5
+
+
+def satellite(inclination, e, revolutions, apart=24, size=SIZE, turn=None, **options):
+    """A light point about a spheroid at rest, G m = 1, and how a rotation turns the whole."""
+    bodies = [
+        fullbody.Body(fullbody.Ellipsoid(1.0, 1.0, C), mass=1.0),
+        fullbody.Body(fullbody.PointMass(), mass=1e-12),
+    ]
+    system = fullbody.System(bodies, G=1.0, gravity="focal")
+    r, v = fullbody.KeplerElements(size, e, np.radians(inclination), 0.3, 0.7, 0.0).to_cartesian(1.0)
+    attitude = np.array([[1.0, 0, 0, 0]] * 2)
+    if turn is not None:
+        matrix = fullbody.State([np.zeros(3)], [np.zeros(3)], [turn]).rotation_matrix[0]
+        r, v, attitude[0] = matrix @ r, matrix @ v, turn
+    period = 2 * np.pi * size**1.5
+    state = fullbody.State([0 * r, r], [0 * v, v], attitude)
+    run = system.integrate(
+        state, revolutions * period, output=period / apart, integrator=fullbody.Verner98(1e-11, 1e-11), **options
+    )
+    return run
+
+
+def textbook(run, inclination):
+    """Rates of the node and of the argument of periapsis, and the error of first order, by the run's mean a and e."""
+    elements = run.elements(1.0)
+    a, e = elements.a.mean(), elements.e.mean()
+    small = J2_R2 / (a * (1 - e * e)) ** 2
+    unit, cosine = a**-1.5 * small, np.cos(np.radians(inclination))
+    node, argument = -1.5 * unit * cosine, 0.75 * unit * (5 * cosine**2 - 1)
+    return node, argument, 12 * small * (abs(node) + abs(argument))
+
+
+def compare(run, inclination):
+    node, argument, error = textbook(run, inclination)
+    found = observables.orbit_precession(run, axis=[0, 0, 1])
+    np.testing.assert_allclose(found.apsidal, argument + node * np.cos(np.radians(inclination)), rtol=0, atol=error)
+    np.testing.assert_allclose(found.nodal, node, rtol=0, atol=error)
+    np.testing.assert_allclose(found.argument_of_periapsis, argument, rtol=0, atol=error)
+    return found
+
+
+# Prograde, the zero of the apsidal rate (3 cos^2 i = 1), the critical inclination, polar, and retrograde.
+@pytest.mark.parametrize("inclination", [3, 30, 54.7356, 63.4349, 75, 89.9, 90, 116.5651, 120, 150, 177])
+@pytest.mark.parametrize("e", [0.02, 0.1, 0.4])
+def test_textbook_rates(inclination, e):
+    apart = 24 if e < 0.3 else 48
+    run = satellite(inclination, e, 100, apart)
+    for revolutions in (20, 50, 100):
+        compare(run[: revolutions * apart + 1], inclination)
+
+
+@pytest.mark.parametrize("inclination", [30, 63.4349, 120])
+def test_the_rates_do_not_depend_on_the_length_of_the_run(inclination):
+    """At three radii the node turns by two to four times in 1000 revolutions."""
+    run = satellite(inclination, 0.1, 1000, size=3.0)
+    found = [compare(run[: revolutions * 24 + 1], inclination) for revolutions in (20, 100, 300, 600, 1000)]
+    _, _, error = textbook(run, inclination)
+    for one in found[:-1]:
+        # A sixth of the second order: what is left is the terms that turn with the argument of periapsis.
+        np.testing.assert_allclose(one.apsidal, found[-1].apsidal, rtol=0, atol=error / 6)
+        np.testing.assert_allclose(one.sidereal_period, found[-1].sidereal_period, rtol=1e-5)
+        np.testing.assert_allclose(one.anomalistic_period, found[-1].anomalistic_period, rtol=1e-4)
+
+
+def test_an_orbit_in_the_equator():
+    """The apses move by 3/2 n J2 (R/p)^2; there is no node to count from."""
+    for inclination in (0.0, 180.0):
+        run = satellite(inclination, 0.1, 100)
+        found = observables.orbit_precession(run, axis=[0, 0, 1])
+        node, argument, error = textbook(run, 0.0)
+        np.testing.assert_allclose(found.apsidal, argument + node, rtol=0, atol=error)
+        assert found.nodal is None
+        assert found.argument_of_periapsis is None
+
+
+@pytest.mark.parametrize("inclination", [30, 90, 120])
+def test_relabelled_rotated_and_backwards(inclination):
+    run = satellite(inclination, 0.1, 100)
+    plain = observables.orbit_precession(run, axis=[0, 0, 1])
+    # The other body's orbit about this one, and other axes, which the apsidal rate and the period know nothing of.
+    swapped = observables.orbit_precession(run, axis=[0, 0, 1], body=0, about=1)
+    aside = observables.orbit_precession(run, axis=[1.0, -2.0, 0.5])
+    turn = np.array([0.3, -0.5, 0.7, 0.2]) / np.linalg.norm([0.3, -0.5, 0.7, 0.2])
+    turned = satellite(inclination, 0.1, 100, turn=turn)
+    pole = turned[0].rotation_matrix[0][:, 2]
+    rotated = observables.orbit_precession(turned, axis=pole)
+    for other in (swapped, aside, rotated):
+        np.testing.assert_allclose(other.apsidal, plain.apsidal, rtol=1e-6)
+        np.testing.assert_allclose(other.sidereal_period, plain.sidereal_period, rtol=1e-9)
+        np.testing.assert_allclose(other.anomalistic_period, plain.anomalistic_period, rtol=1e-9)
+    scale = 1e-6 * abs(plain.apsidal)
+    for other in (swapped, rotated):
+        np.testing.assert_allclose(other.nodal, plain.nodal, rtol=0, atol=scale)
+        np.testing.assert_allclose(other.argument_of_periapsis, plain.argument_of_periapsis, rtol=0, atol=scale)
+    back = observables.orbit_precession(run[::-1], [0, 0, 1])
+    np.testing.assert_allclose(back.apsidal, plain.apsidal, rtol=1e-6)
+    np.testing.assert_allclose(back.nodal, plain.nodal, rtol=0, atol=scale)
+    np.testing.assert_allclose(back.argument_of_periapsis, plain.argument_of_periapsis, rtol=0, atol=scale)
+
+
+def windowed(time, values):
+    """The slope of a straight line under the third power of a Hann window; numpy squares the weights."""
+    return np.polyfit(time, values, 1, w=np.sin(np.pi * (time - time[0]) / (time[-1] - time[0])) ** 3)[0]
+
+
+def counted(run, event):
+    """Times and places at which an event happened."""
+    happened = [one for one in run.events if one.event == event]
+    places = [one.state.position[1] - one.state.position[0] for one in happened]
+    return np.array([one.time for one in happened]), np.array(places)
+
+
+@pytest.mark.parametrize("inclination", [30.0, 120.0])
+@pytest.mark.parametrize("revolutions", [20, 100, 600])
+def test_the_sidereal_period_against_a_count_of_revolutions(inclination, revolutions):
+    """By events: from one passage of the node to the next is a whole turn and cos i times what the node moves."""
+    crossing = fullbody.events.PlaneCrossing(1, 0, direction=1)
+    # A nearly round orbit far out: e of some 5e-4, by which the passages are early or late as periapsis goes round.
+    run = satellite(inclination, 1e-4, revolutions, size=10.0, events=[crossing])
+    time, place = counted(run, crossing)
+    normal = np.cross(run.position[:, 1] - run.position[:, 0], run.velocity[:, 1] - run.velocity[:, 0])
+    node = np.unwrap(np.arctan2(normal[:, 0], -normal[:, 1]))
+    cosine = normal[:, 2] / np.linalg.norm(normal, axis=1)
+    turned = np.concatenate([[0.0], np.cumsum((cosine[1:] + cosine[:-1]) / 2 * np.diff(node))])
+    along = 2 * np.pi * np.arange(len(time)) + np.interp(time, run.time, turned)
+    found = observables.orbit_precession(run, axis=[0, 0, 1])
+    np.testing.assert_allclose(found.sidereal_period, 2 * np.pi / windowed(time, along), rtol=2e-6)
+    np.testing.assert_allclose(found.nodal, windowed(time, np.unwrap(np.arctan2(place[:, 1], place[:, 0]))), rtol=1e-3)
+    period = observables.mutual_period(run)
+    np.testing.assert_allclose(period.mean, found.sidereal_period, rtol=1e-12)
+    assert len(period.period) == int(np.ptp(run.time) / period.mean)
+    # Each revolution is as long as the mean, but for twice the eccentricity, here the forced one.
+    np.testing.assert_allclose(period.period, period.mean, rtol=1e-2)
+
+
+@pytest.mark.parametrize("inclination", [30.0, 120.0])
+def test_the_apsidal_rate_against_a_count_of_passages(inclination):
+    """Periapsides and nodes of the same run, counted: omega moves by what one is faster than the other."""
+    watched = [fullbody.events.PlaneCrossing(1, 0, direction=1), fullbody.events.Periapsis(0, 1)]
+    run = satellite(inclination, 0.1, 400, size=3.0, events=watched)
+    nodes, places = counted(run, watched[0])
+    passages, _ = counted(run, watched[1])
+    draconic, radial = (windowed(time, 2 * np.pi * np.arange(len(time))) for time in (nodes, passages))
+    node = windowed(nodes, np.unwrap(np.arctan2(places[:, 1], places[:, 0])))
+    found = observables.orbit_precession(run, axis=[0, 0, 1])
+    np.testing.assert_allclose(found.anomalistic_period, 2 * np.pi / radial, rtol=5e-5)
+    np.testing.assert_allclose(found.argument_of_periapsis, draconic - radial, rtol=0, atol=0.01 * abs(node))
+    expected = draconic - radial + node * np.cos(found.inclination.mean())
+    np.testing.assert_allclose(found.apsidal, expected, rtol=0, atol=0.01 * abs(node))
+
+
+def test_element_rates_agree():
+    """In the axes of the system the apsidal rate is that of omega + Omega cos i, by quite other code."""
+    for inclination in (30.0, 75.0, 120.0):
+        run = satellite(inclination, 0.1, 300, size=3.0)
+        found = observables.orbit_precession(run, axis=[0, 0, 1])
+        rates = observables.element_rates(run).mean_rates
+        scale = abs(rates["omega"]) + abs(rates["Omega"])
+        np.testing.assert_allclose(found.nodal, rates["Omega"], rtol=0, atol=1e-4 * scale)
+        np.testing.assert_allclose(found.argument_of_periapsis, rates["omega"], rtol=0, atol=2e-3 * scale)
+
+
+def test_an_orbit_whose_plane_turns_over():
+    """Steep to the total angular momentum, in the paper's run of 1999 KW4: |r x v|/r^2, summed by numpy."""
+    system, state = fullbody.systems.kw4_ho2021()
+    steep = starts.start(state, system.mu(), i=120.0)
+    run = system.integrate(steep, 6000.0, output=0.5, integrator=fullbody.Verner98(1e-10, 1e-10))
+    r, v = (name[:, 1] - name[:, 0] for name in (run.position, run.velocity))
+    rate = np.linalg.norm(np.cross(r, v), axis=1) / np.sum(r**2, axis=1)
+    angle = np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2 * 0.5)])
+    for count in (500, 2000, 12001):
+        found = observables.orbit_precession(run[:count])
+        expected = 2 * np.pi / windowed(run.time[:count], angle[:count])
+        np.testing.assert_allclose(found.sidereal_period, expected, rtol=1e-6)

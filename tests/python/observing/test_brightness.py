@@ -1,0 +1,247 @@
+"""Brightness of bodies: reference data of another program, sums over many points, ray casting, and what is refused."""
+
+import json
+from pathlib import Path
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody import Body, Ellipsoid, Part, Polyhedron, Sphere, State, System, observing
+
+DATA = Path(__file__).parents[2] / "data"
+
+
+@pytest.fixture
+def pair():
+    """Two ellipsoids, the second one before the first as seen from +x."""
+    bodies = [Body(Ellipsoid(1.0, 0.8, 0.6), mass=1.0, name="A"), Body(Ellipsoid(0.5, 0.4, 0.3), mass=0.1, name="B")]
+    state = State(
+        position=[[0, 0, 0], [3.0, 0.4, 0.2]], velocity=np.zeros((2, 3)), attitude=[[1, 0, 0, 0], [0.7, 0.1, 0.7, 0.1]]
+    )
+    return System(bodies, G=1.0), state
+
+
+def summed(state, axes, e, s, count=1500):
+    """The brightness of the second of two ellipsoids behind the first, by midpoints of longitude and latitude."""
+    rotation = state.rotation_matrix
+    p, q = (rotation[1].T @ d / axes[1] for d in (e, s))
+    first, pole = p / np.linalg.norm(p), np.cross(p, q) / np.linalg.norm(np.cross(p, q))
+    second = np.cross(pole, first)
+    angle = np.arctan2(q @ second, q @ first)
+    midpoints = (np.arange(count) + 0.5) / count
+    longitude = angle - np.pi / 2 + (np.pi - angle) * midpoints
+    way = state.position[0] - state.position[1]
+    total = 0.0
+    for latitude in np.pi * (midpoints - 0.5):
+        around = np.cos(longitude)[:, None] * first + np.sin(longitude)[:, None] * second
+        u = np.cos(latitude) * around + np.sin(latitude) * pole
+        sight, light = u @ p, u @ q
+        x = (u * axes[1]) @ rotation[1].T
+        on = np.ones(count, dtype=bool)
+        for d in (e, s):
+            if way @ d > 0:
+                y, w = ((x - way) @ rotation[0]) / axes[0], rotation[0].T @ d / axes[0]
+                on &= (y @ w) ** 2 < w @ w * (np.sum(y * y, axis=1) - 1)
+        total += np.cos(latitude) * np.sum((sight * light / (sight + light))[on])
+    return total * np.prod(axes[1]) * (np.pi - angle) * np.pi / count**2
+
+
+def test_two_nights_of_a_binary_are_those_of_another_program():
+    data = json.loads((DATA / "light_curve.json").read_text())
+    axes = np.array(data["axes"])
+    system = System([Body(Ellipsoid(*a), mass=mass) for a, mass in zip(axes, data["mass"], strict=True)], G=data["G"])
+    state = State(*(data[name] for name in ("position", "velocity", "attitude", "spin")))
+    run = system.integrate(state, data["emitted"][-1], output=np.array(data["emitted"]))
+    lines = data["to_observer"], data["to_sun"]
+    found = np.array([observing.brightness(system, sample, *lines) for sample in run])
+    alone = np.array([observing.brightness(system, sample, *lines, mutual=False) for sample in run])
+    assert (found < 0.99 * alone).any(axis=0).all(), "each body is hidden now and then"
+    light = np.array(data["light"])
+    # At three of the 105 epochs within events the other program is off, by up to 1.5e-5 of the satellite.
+    late = [64, 88, 205]
+    error = -2.5 * np.log10(found.sum(axis=1) / light.sum(axis=1))
+    assert np.abs(np.delete(error, late)).max() < 1e-8
+    assert np.abs(error[late]).max() < 2e-6
+    e, s = (np.array(line) / np.linalg.norm(line) for line in lines)
+    expected = summed(run[205], axes, e, s)
+    assert abs(found[205, 1] - expected) < 2e-6 * alone[205, 1] < abs(light[205, 1] - expected)
+
+
+def hapke(law, mu, mu0, phase, psi):
+    """Hapke's law written out from the papers: T mu mu0 / (mu + mu0), for a smooth surface and a rough one."""
+    w, b0, h, b = law.single_scattering_albedo, law.opposition_amplitude, law.opposition_width, law.asymmetry
+    gamma = np.sqrt(1 - w)
+    single = (1 - b * b) / (1 + 2 * b * np.cos(phase) + b * b) ** 1.5
+    surge = b0 / (1 + np.tan(phase / 2) / h)
+
+    def smooth(mu, mu0):
+        functions = [(1 + 2 * x) / (1 + 2 * gamma * x) for x in (mu, mu0)]
+        return w / 4 * mu0 / (mu + mu0) * ((1 + surge) * single + functions[0] * functions[1] - 1)
+
+    if law.roughness == 0:
+        return mu * smooth(mu, mu0)
+    tan = np.tan(law.roughness)
+    e, i = np.arccos(mu), np.arccos(mu0)
+    e1 = {"e": np.exp(-2 / np.pi / tan / np.tan(e)), "i": np.exp(-2 / np.pi / tan / np.tan(i))}
+    e2 = {"e": np.exp(-1 / np.pi / tan**2 / np.tan(e) ** 2), "i": np.exp(-1 / np.pi / tan**2 / np.tan(i) ** 2)}
+    chi = 1 / np.sqrt(1 + np.pi * tan**2)
+    eta_e = chi * (mu + np.sin(e) * tan * e2["e"] / (2 - e1["e"]))
+    eta_i = chi * (mu0 + np.sin(i) * tan * e2["i"] / (2 - e1["i"]))
+    f = np.exp(-2 * np.tan(psi / 2))
+    s2, cos = np.sin(psi / 2) ** 2, np.cos(psi)
+    near = i <= e
+    below = np.where(near, 2 - e1["e"] - psi / np.pi * e1["i"], 2 - e1["i"] - psi / np.pi * e1["e"])
+    along = np.where(near, cos * e2["e"] + s2 * e2["i"], e2["i"] - s2 * e2["e"])
+    mu0_e = chi * (mu0 + np.sin(i) * tan * along / below)
+    mu_e = chi * (mu + np.sin(e) * tan * np.where(near, e2["e"] - s2 * e2["i"], cos * e2["i"] + s2 * e2["e"]) / below)
+    ratio = np.where(near, mu0 / eta_i, mu / eta_e)
+    shadowing = mu_e / eta_e * mu0 / eta_i * chi / (1 - f + f * chi * ratio)
+    return mu * smooth(mu_e, mu0_e) * shadowing
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.35])
+def test_hapkes_law_is_the_sum_over_many_points(roughness):
+    law = observing.Hapke(asymmetry=-0.3, roughness=roughness)
+    axes, phase = np.array([1.0, 0.8, 0.6]), 0.7
+    system = System([Body(Ellipsoid(*axes), mass=1.0)], G=1.0)
+    e, s = np.array([1.0, 0.0, 0.0]), np.array([np.cos(phase), 0.6 * np.sin(phase), 0.8 * np.sin(phase)])
+    found = observing.brightness(system, State(np.zeros((1, 3)), np.zeros((1, 3))), e, s, law=law)[0]
+    count = 400_000
+    z = 1 - 2 * (np.arange(count) + 0.5) / count
+    angle = np.pi * (1 + 5**0.5) * np.arange(count)
+    u = np.stack([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z], axis=1)
+    normal = u / axes
+    size = np.linalg.norm(normal, axis=1)
+    mu, mu0 = normal @ e / size, normal @ s / size
+    on = (mu > 1e-9) & (mu0 > 1e-9)
+    mu, mu0, size = mu[on], mu0[on], size[on]
+    psi = np.arccos(np.clip((np.cos(phase) - mu * mu0) / np.sqrt((1 - mu**2) * (1 - mu0**2)), -1, 1))
+    expected = np.sum(hapke(law, mu, mu0, phase, psi) * size) * axes.prod() * 4 * np.pi / count
+    assert abs(found / expected - 1) < 1e-5
+
+
+def test_concave_body_shadows_itself_as_rays_tell():
+    # A block with a slot, as two prisms that stand on a plate, in one composite of boxes.
+    def box(low, high):
+        x, y, z = np.transpose([low, high])
+        vertices = [[x[i], y[j], z[k]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+        faces = [
+            [0, 1, 3],
+            [0, 3, 2],
+            [4, 6, 7],
+            [4, 7, 5],
+            [0, 4, 5],
+            [0, 5, 1],
+            [2, 3, 7],
+            [2, 7, 6],
+            [0, 2, 6],
+            [0, 6, 4],
+        ]
+        return Polyhedron(vertices, [*faces, [1, 5, 7], [1, 7, 3]])
+
+    boxes = [((-1, -1, -0.5), (1, 1, 0)), ((-1, -1, 0), (-0.4, 1, 0.8)), ((0.3, -1, 0), (1, 0.5, 0.6))]
+    # Those on the plate reach into it, for parts may overlap.
+    boxes = [(np.array(low) - ([0, 0, 0.1] if k else 0), np.array(high)) for k, (low, high) in enumerate(boxes)]
+    shape = fullbody.Composite([Part(box(low, high), mass=1.0) for low, high in boxes])
+    body = Body(shape, name="block")
+    system = System([body], G=1.0)
+    e, s = np.array([0.3, 0.2, 1.0]), np.array([1.0, 0.3, 0.8])
+    # In the working frame, from which the body frame is turned.
+    attitude = body.working_frame.attitude if hasattr(body.working_frame, "attitude") else body.working_frame[1]
+    turn = fullbody.base.rotations.matrices(np.array([attitude]))[0]
+    state = State(np.zeros((1, 3)), np.zeros((1, 3)))
+    found = observing.brightness(system, state, turn @ e, turn @ s)[0]
+    e, s = e / np.linalg.norm(e), s / np.linalg.norm(s)
+
+    def inside(x, grow=0.0):
+        return np.any([np.all((x > low - grow) & (x < high + grow), axis=1) for low, high in boxes], axis=0)
+
+    def hidden(x, d):
+        gone = np.zeros(len(x), dtype=bool)
+        for low, high in boxes:
+            ways = np.sort([(low - x) / d, (high - x) / d], axis=0)
+            enter, leave = ways[0].max(axis=1), ways[1].min(axis=1)
+            gone |= (leave > np.maximum(enter, 0.0)) & (leave > 1e-9)
+        return gone
+
+    rng, expected, count = np.random.default_rng(0), 0.0, 200_000
+    for low, high in boxes:
+        for axis in range(3):
+            for side, at in ((-1, low), (1, high)):
+                normal = np.eye(3)[axis] * side
+                mu, mu0 = normal @ e, normal @ s
+                if mu <= 0 or mu0 <= 0:
+                    continue
+                x = low + (high - low) * rng.random((count, 3))
+                x[:, axis] = at[axis] + side * 1e-9
+                seen = ~inside(x) & ~hidden(x, e) & ~hidden(x, s)
+                area = np.prod(np.delete(high - low, axis))
+                expected += mu * mu0 / (mu + mu0) * area * seen.mean()
+    assert abs(found / expected - 1) < 4e-3
+
+
+def test_units_names_and_the_derivatives_of_phase_functions(pair):
+    system, state = pair
+    e, s = np.array([1.0, 0.1, 0.0]), np.array([1.0, 0.5, 0.2])
+    law = {"A": observing.Lambert(), "B": observing.LommelSeeliger(phase_function=observing.HG(0.2))}
+    albedo = {"A": 0.3, "B": 0.1}
+    found = observing.brightness_derivatives(system, state, e, s, law=law, albedo=albedo)
+    plain = observing.brightness(system, state, e, s, law=law, albedo=albedo)
+    np.testing.assert_allclose(found.brightness, plain, rtol=1e-11)
+    np.testing.assert_allclose(found.albedo * [0.3, 0.1], plain, rtol=1e-11)
+    h, unit = 1e-5, s / np.linalg.norm(s)
+    for k in range(3):
+        shift = np.eye(3)[k] - unit * unit[k]
+        ends = [
+            observing.brightness(system, state, e, unit + sign * h * shift, law=law, albedo=albedo) for sign in (1, -1)
+        ]
+        np.testing.assert_allclose(found.to_sun[:, k], (ends[0] - ends[1]) / (2 * h), atol=1e-8)
+    united = System([Body(Ellipsoid("1 km", "800 m", "600 m"), mass="1 kg")], units=True)
+    one = State(np.zeros((1, 3)), np.zeros((1, 3)))
+    area = observing.brightness(united, one, e, s)
+    assert area.unit == "km2"
+    bare = System([Body(Ellipsoid(1.0, 0.8, 0.6), mass=1.0)], G=1.0)
+    np.testing.assert_allclose(area.value, observing.brightness(bare, one, e, s), rtol=1e-14)
+
+
+def test_phase_functions_have_their_published_values():
+    assert observing.HG(0.15)(np.array([0.0]))[0] == 1.0
+    three = observing.HG1G2(0.3, 0.4)
+    np.testing.assert_allclose(three(np.radians([0.0])), 1.0, rtol=1e-9)
+    # At a node: G1 0.33486016 + G2 0.62884169, with the third function zero from 30 degrees on.
+    np.testing.assert_allclose(three(np.radians([30.0])), 0.3 * 0.33486016 + 0.4 * 0.62884169, rtol=1e-9)
+    np.testing.assert_allclose(three(np.radians([7.5 - 1e-9])), three(np.radians([7.5 + 1e-9])), rtol=1e-8)
+
+
+def test_what_is_wrong_is_named(pair):
+    system, state = pair
+    good = {"to_observer": [1, 0, 0], "to_sun": [1, 0.2, 0]}
+
+    def error(**given):
+        with pytest.raises(fullbody.FullbodyError) as caught:
+            observing.brightness(system, given.pop("state", state), **{**good, **given})
+        return str(caught.value)
+
+    assert "to_sun has shape (2,)" in error(to_sun=[1, 0])
+    assert "to_observer" in error(to_observer=[0, 0, 0])
+    assert "to_observer" in error(to_observer=[np.nan, 0, 0])
+    assert "albedo of A is -0.1" in error(albedo=-0.1)
+    assert "albedo has none for 'B'" in error(albedo={"A": 1.0})
+    assert "law names 'C'" in error(law={"C": observing.Lambert()})
+    assert "law of A is 'lambert'" in error(law="lambert")
+    assert "single_scattering_albedo" in error(law=observing.Hapke(single_scattering_albedo=1.2))
+    assert "opposition_width" in error(law=observing.Hapke(opposition_width=np.nan))
+    assert "returns nan at the phase angle" in error(law=observing.LommelSeeliger(lambda angle: angle * np.nan))
+    assert "mutual" in error(mutual="yes")
+    assert "sun_radius" in error(sun_radius=-1.0)
+    near = state.replace(position=[[0, 0, 0], [0.3, 0, 0]])
+    with pytest.raises(fullbody.BodiesOverlap, match="A and B"):
+        observing.brightness(system, near, **good)
+    assert (observing.brightness(system, near, mutual=False, **good) > 0.0).all()
+
+
+def test_a_point_is_dark_and_hides_nothing():
+    bodies = [Body(Sphere(1.0), mass=1.0), Body(fullbody.PointMass(), mass=1.0)]
+    state = State([[0, 0, 0], [3, 0, 0]], np.zeros((2, 3)))
+    found = observing.brightness(System(bodies, G=1.0), state, [1, 0, 0], [1, 0, 0])
+    np.testing.assert_allclose(found, [np.pi / 2, 0.0], rtol=1e-12)

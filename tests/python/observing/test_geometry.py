@@ -1,0 +1,267 @@
+"""Vectors to the observer and to the Sun: catalogues, closed forms, kernels, and what is refused."""
+
+import astropy.units as u
+import fullbody
+import numpy as np
+import pytest
+from astropy.coordinates import EarthLocation, get_body_barycentric
+from astropy.table import Table
+from astropy.time import Time
+from eris import EPOCH, ERIS
+from fullbody import observing
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
+from support import DATA
+
+C = 299792.458
+
+
+@pytest.fixture(scope="module")
+def catalogue():
+    """Distance, right ascension and declination of Eris as Grundy et al. (2019) list them."""
+    return Table.read(DATA / "observations" / "2003_ub313_astrometry.csv", format="ascii.csv")
+
+
+def dates(catalogue):
+    return Time(np.array(catalogue["time"]), format="jd", scale="utc")
+
+
+def system_of(**options):
+    """Two points far apart, whose gravity is nothing."""
+    bodies = [fullbody.Body(fullbody.PointMass(), mass=m, name=name) for m, name in ((1.0, "A"), (3.0, "B"))]
+    return fullbody.System(bodies, G=1e-30, gravity="point", **options)
+
+
+def test_orbit_about_the_sun_gives_the_places_of_a_catalogue(catalogue):
+    geometry = observing.Geometry.from_orbit(ERIS, EPOCH, span=dates(catalogue))
+    away = -fullbody.frames.turn(geometry.to_observer(dates(catalogue)), "ecliptic", "equatorial")
+    distance = np.linalg.norm(away, axis=1).to_value("au")
+    # The semi-major axis is given to 1e-4 of itself.
+    np.testing.assert_allclose(distance, catalogue["dist"], rtol=1e-4)
+    ra, dec = fullbody.frames.pole_angles(away)
+    off = np.hypot(ra - np.radians(15 * catalogue["RA-Primary"]), dec - np.radians(catalogue["DEC-Primary"]))
+    near = np.array(catalogue["time"]) < 2454000
+    # Within half a year of the elements' epoch to the digits of the elements; after nine years Jupiter moves the Sun.
+    assert np.degrees(off[near]).max() * 3600 < 0.5
+    assert np.degrees(off).max() * 3600 < 60
+    listed = {"ra": catalogue["RA-Primary"] * u.hourangle, "dec": catalogue["DEC-Primary"] * u.deg}
+    given = observing.Geometry.from_radec(dates(catalogue), **listed, distance=catalogue["dist"] * u.au)
+    direct = -fullbody.frames.turn(given.to_observer(dates(catalogue)[near]), "equatorial", "ecliptic")
+    np.testing.assert_allclose(-geometry.to_observer(dates(catalogue)[near]), direct, rtol=1e-4)
+
+
+def test_light_time_and_spline_of_an_orbit_against_a_root_of_the_equation_of_light():
+    span = Time(["2022-09-01", "2022-11-01"], scale="tdb")
+    orbit = fullbody.KeplerElements(1.6442 * u.au, 0.3837, *(x * u.deg for x in (3.408, 73.196, 319.319, 330.0)))
+    seen = observing.Geometry.from_orbit(orbit, "2022-09-26 TDB", span=span)
+    sent = observing.Geometry.from_orbit(orbit, "2022-09-26 TDB", span=span, light_time=False)
+    turn = fullbody.frames.rotation("equatorial", "ecliptic")
+    mu = 1.32712440041279419e11
+
+    def barycentric(name, date):
+        return turn @ get_body_barycentric(name, date, ephemeris="builtin").xyz.to_value("km")
+
+    def place(date):
+        late = (date - Time("2022-09-26", scale="tdb")).to_value("s")
+        a = orbit.a.to_value("km")
+        moved = fullbody.KeplerElements(
+            a, orbit.e, *(x.to_value("rad") for x in (orbit.i, orbit.Omega, orbit.omega)),
+            orbit.M.to_value("rad") + np.sqrt(mu / a**3) * late,
+        )  # fmt: skip
+        return barycentric("sun", date) + moved.to_cartesian(mu)[0]
+
+    def solved(way):
+        delay = brentq(lambda t: t - np.linalg.norm(way(t)) / C, 0.0, 1000.0, xtol=1e-9)
+        return way(delay), delay
+
+    for day in (0.0, 13.21, 30.7, 60.999):
+        date = span[0] + day * u.day
+        expected, delay = solved(lambda delay, date=date: barycentric("earth", date) - place(date - delay * u.s))
+        scale = np.linalg.norm(expected)
+        assert np.linalg.norm(seen.to_observer(date).value - expected) < 2e-9 * scale
+        sun = barycentric("sun", date - delay * u.s) - place(date - delay * u.s)
+        assert np.linalg.norm(seen.to_sun(date).value - sun) < 2e-9 * np.linalg.norm(sun)
+        expected, _ = solved(lambda delay, date=date: barycentric("earth", date + delay * u.s) - place(date))
+        assert np.linalg.norm(sent.to_observer(date).value - expected) < 2e-9 * scale
+
+
+def test_place_on_the_earth_is_as_far_from_its_centre_as_it_is():
+    span = Time(["2022-10-01", "2022-10-03"], scale="tdb")
+    orbit = fullbody.KeplerElements(1.6442 * u.au, 0.3837, *(x * u.deg for x in (3.4, 73.2, 319.3, 330.0)))
+    site = EarthLocation.from_geodetic(10 * u.deg, 50 * u.deg, 100 * u.m)
+    centre, here = (
+        observing.Geometry.from_orbit(orbit, "2022-09-26 TDB", span=span, observer=observer)
+        for observer in ("earth", site)
+    )
+    times = span[0] + np.linspace(0.0, 2.0, 40) * u.day
+    away = fullbody.frames.turn(here.to_observer(times) - centre.to_observer(times), "ecliptic", "equatorial")
+    expected = np.linalg.norm([site.x.to_value("km"), site.y.to_value("km"), site.z.to_value("km")])
+    # The system moves while the light goes from the place to the centre: by 1e-4 of the way.
+    np.testing.assert_allclose(np.linalg.norm(away, axis=1).value, expected, rtol=3e-4)
+    angle = np.unwrap(np.arctan2(away[:, 1], away[:, 0]).value)
+    sidereal = np.polyfit(np.linspace(0.0, 2.0, 40), angle, 1)[0] / (2 * np.pi)
+    # The pole of date is 2e-3 rad from that of the axes.
+    assert sidereal == pytest.approx(1.00273790935, abs=5e-4)
+
+
+def test_bodies_on_straight_lines_are_seen_where_the_equation_of_light_has_them():
+    # A hundredth of the speed of light, so that no approximation by small speeds passes.
+    system = system_of(units=("km", "s", "kg"), frame="equatorial")
+    r, v = np.array([[3.0e4, -2.0e4, 5.0e3], [0, 0, 0]]), np.array([[1500.0, 2500.0, -800.0], [0, 0, 0]])
+    r[1], v[1] = -r[0] / 3, -v[0] / 3
+    with pytest.warns(fullbody.InconsistentInput, match="the speed of escape"):
+        run = system.integrate(fullbody.State(position=r, velocity=v), 40.0, dense=True)
+    d = np.array([9.0e5, 4.0e5, -2.0e5])
+    geometry = observing.Geometry([0.0, 60.0] * u.s, to_observer=d * u.km)
+    times = np.array([5.0, 12.5, 30.0])
+    data = observing.Astrometry(times * u.s, np.zeros(3), np.zeros(3), 1.0, body="A", about="B", geometry=geometry)
+
+    def seen(k, t):
+        emitted = t - brentq(
+            lambda late: late - np.linalg.norm(d - r[k] - v[k] * (t - late)) / C, 0.0, 20.0, xtol=1e-15
+        )
+        return r[k] + v[k] * emitted - d
+
+    for t, (east, north) in zip(times, data.predict(run), strict=True):
+        about, body = seen(1, t), seen(0, t)
+        toward = about / np.linalg.norm(about)
+        parallel = np.cross([0, 0, 1], toward) / np.hypot(toward[0], toward[1])
+        depth = body @ toward
+        np.testing.assert_allclose(east, body @ parallel / depth, rtol=1e-9)
+        np.testing.assert_allclose(north, body @ np.cross(toward, parallel) / depth, rtol=1e-9)
+    np.testing.assert_allclose(data.emission(system).to_value("s"), times - np.linalg.norm(d) / C, rtol=1e-14)
+
+
+def test_time_scales_differ_as_they_do():
+    # TT - UTC was 69.184 s in 2022, and TDB differs from TT by less than 2 ms.
+    system = system_of(units=True, epoch="2022-09-26T00:00:00 TDB", frame="ecliptic")
+    geometry = observing.Geometry(
+        Time(["2022-09-25", "2022-09-28"], scale="tdb"), to_observer=[1.0, 0, 0] * u.au, light_time=False
+    )
+    data = observing.Astrometry(Time(["2022-09-26T00:00:00"], scale="utc"), [0.0], [0.0], 1.0, geometry=geometry)
+    assert data.emission(system).to_value("s")[0] == pytest.approx(69.184, abs=2e-3)
+
+
+def test_frames_of_geometry_and_system_do_not_change_what_is_seen():
+    vectors = np.array([[0.1, 0.02, -0.03], [0.11, 0.01, -0.03]])
+    seen = []
+    for of_geometry in ("ecliptic", "equatorial"):
+        for of_system in ("ecliptic", "equatorial"):
+            system, state = fullbody.systems.didymos(units=True)
+            system = system.with_options(frame=of_system)
+            state = fullbody.frames.turn_state(state, "ecliptic", of_system)
+            to_observer = fullbody.frames.turn(vectors, "ecliptic", of_geometry) * u.au
+            geometry = observing.Geometry([0.0, 1.0] * u.day, to_observer=to_observer, frame=of_geometry)
+            data = observing.Astrometry([10.0] * u.h, [0.0], [0.0], 1.0, geometry=geometry)
+            seen.append(data.predict(system.integrate(state, 12.0, dense=True)))
+    np.testing.assert_allclose(seen, [seen[0]] * 4, rtol=1e-9)
+
+
+def test_geometry_from_the_systems_own_sun_is_that_of_its_orbit():
+    angles = [x * u.deg for x in (3.408, 73.196, 319.319, 330.0)]
+    orbit = fullbody.KeplerElements(1.6442 * u.au, 0.3837, *angles)
+    span = Time(["2022-09-27", "2022-10-10"], scale="tdb")
+    system = system_of(units=True, epoch="2022-09-26 TDB", frame="ecliptic")
+    sun = fullbody.forces.ThirdBody(mu=1.32712440041279419e11 * u.km**3 / u.s**2, orbit=orbit, of="system", name="Sun")
+    system = system.with_forces([sun])
+    own = observing.Geometry.from_system(system, span=span)
+    other = observing.Geometry.from_orbit(orbit, "2022-09-26 TDB", span=span)
+    times = span[0] + [0.0, 3.3, 13.0] * u.day
+    # The masses of the bodies are part of the own orbit's mu: 4e-19 of it.
+    for name in ("to_observer", "to_sun"):
+        np.testing.assert_allclose(getattr(own, name)(times), getattr(other, name)(times), rtol=1e-7)
+
+
+def test_spice_kernel_of_uniform_motion_gives_the_closed_form(tmp_path):
+    import spiceypy
+
+    start, speed = np.array([1.5e8, 2.0e7, -3.0e6]), np.array([12.0, -25.0, 4.0])
+    earth = np.array([1.2e8, -8.0e7, 1.0e5])
+    path, length = str(tmp_path / "line.bsp"), 4.0e5
+    handle = spiceypy.spkopn(path, "line", 0)
+    et = 7.0e8
+    for body, r, v in ((20065803, start, speed), (399, earth, np.zeros(3)), (10, np.zeros(3), np.zeros(3))):
+        ends = np.array([et - length, et + length])
+        states = np.hstack([r + v * (ends - et)[:, None], np.broadcast_to(v, (2, 3))])
+        spiceypy.spkw13(handle, body, 0, "J2000", ends[0], ends[1], "line", 3, 2, states, ends)
+    spiceypy.spkcls(handle)
+    zero = Time(2451545.0, format="jd", scale="tdb") + et * u.s
+    geometry = observing.Geometry.from_spice(20065803, span=zero + [0.0, 2.0] * u.day, kernels=[path])
+    for day in (0.0, 1.234, 2.0):
+        t = day * 86400.0
+        delay = brentq(lambda late, t=t: late - np.linalg.norm(earth - start - speed * (t - late)) / C, 0.0, 2000.0)
+        expected = earth - start - speed * (t - delay)
+        found = geometry.to_observer(zero + day * u.day)
+        np.testing.assert_allclose(found.to_value("km"), expected, rtol=1e-9)
+        sun = -(start + speed * (t - delay))
+        np.testing.assert_allclose(geometry.to_sun(zero + day * u.day).to_value("km"), sun, rtol=1e-9)
+    with pytest.raises(fullbody.InvalidInput, match="kernels do not tell where 20065803"):
+        observing.Geometry.from_spice(20065803, span=zero + [0.0, 20.0] * u.day, kernels=[path])
+
+
+def test_vectors_between_rows_are_those_of_a_cubic_spline_and_rows_may_come_in_any_order():
+    times = np.array([0.0, 1.0, 2.5, 3.0, 4.5, 5.0])
+    vectors = np.stack([10 + np.sin(times), np.cos(times), 0.3 * times], axis=1)
+    expected = CubicSpline(times, vectors)(2.2)
+    order = [3, 0, 5, 1, 4, 2]
+    shuffled = observing.Geometry(times[order], to_observer=vectors[order], light_time=False)
+    np.testing.assert_allclose(shuffled.to_observer(2.2), expected, rtol=1e-14)
+    np.testing.assert_array_equal(shuffled.to_observer(times), vectors)
+    assert shuffled == observing.Geometry(times, to_observer=vectors, light_time=False)
+
+
+def test_rows_too_far_apart_are_warned_of_except_at_the_rows():
+    times = np.arange(8.0)
+    vectors = np.stack([np.sin(2.5 * times), np.cos(2.5 * times), np.ones(8)], axis=1)
+    geometry = observing.Geometry(times, to_observer=vectors)
+    geometry.to_observer(times)
+    with pytest.warns(fullbody.InconsistentInput, match="so far apart in time"):
+        geometry.to_observer(2.5)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"times": [0.0, 1.0, 1.0]}, "times has 1.0 twice"),
+        ({"times": []}, "times has shape"),
+        ({"times": [0.0, 1.0, np.nan]}, "expected finite numbers"),
+        ({"to_observer": np.ones((2, 3))}, r"to_observer has shape \(2, 3\); expected \(3, 3\)"),
+        ({"to_observer": np.ones((3, 2))}, "to_observer has shape"),
+        ({"to_observer": np.zeros((3, 3))}, "not all zero"),
+        ({"to_observer": [1.0, np.nan, 0.0]}, "expected finite numbers"),
+        ({"to_sun": [1.0, 0, 0] * u.au}, "expected both or neither"),
+        ({"light_time": 1}, "light_time is 1"),
+    ],
+)
+def test_bad_geometry_is_refused(arguments, message):
+    given = {"times": [0.0, 1.0, 2.0], "to_observer": [1.0, 0.0, 0.0]} | arguments
+    with pytest.raises(fullbody.InvalidInput, match=message):
+        observing.Geometry(given.pop("times"), **given)
+
+
+def test_what_a_geometry_does_not_know_is_refused_by_name():
+    geometry = observing.Geometry([0.0, 10.0] * u.day, to_observer=[1.0, 0, 0] * u.au, frame="ecliptic")
+    with pytest.raises(fullbody.InvalidInput, match="has no Sun"):
+        geometry.to_sun(1 * u.day)
+    with pytest.raises(fullbody.InvalidInput, match="outside the span of the geometry"):
+        geometry.to_observer(11 * u.day)
+    with pytest.raises(fullbody.InvalidInput, match="is a date"):
+        geometry.to_observer(Time("2022-09-26"))
+    with pytest.raises(fullbody.InvalidInput, match="expected a Quantity"):
+        geometry.to_observer(1.0)
+    data = observing.Astrometry([1.0] * u.day, [0.0], [0.0], 1.0, geometry=geometry)
+    with pytest.raises(fullbody.InvalidInput, match=r"frame='ecliptic'"):
+        data.emission(system_of(units=True))
+    with pytest.raises(fullbody.InvalidInput, match="needs the system's units"):
+        data.emission(system_of(frame="ecliptic"))
+    plain = observing.Geometry([0.0, 10.0], to_observer=[1.0, 0, 0])
+    with pytest.raises(fullbody.InvalidInput, match=r"light time .* needs the system's units"):
+        observing.Astrometry([1.0], [0.0], [0.0], 1.0, geometry=plain).emission(system_of())
+    dated = observing.Astrometry(Time(["2022-09-26"]), [0.0], [0.0], 1.0, geometry=plain)
+    with pytest.raises(fullbody.InvalidInput, match="needs the date of the system's time zero"):
+        dated.emission(system_of(units=True))
+    for span in ("2022-09-26 TDB", [], ["yesterday"]):
+        with pytest.raises(fullbody.InvalidInput, match="span"):
+            observing.Geometry.from_orbit(ERIS, EPOCH, span=span)
+    with pytest.raises(fullbody.InvalidInput, match="hubble cannot be had from the ephemeris"):
+        observing.Geometry.from_orbit(ERIS, EPOCH, span=["2022-09-26 TDB"], observer="hubble")

@@ -1,0 +1,233 @@
+"""Light curves of runs and photometry: another program's nights, zero points, and derivatives."""
+
+import json
+
+import astropy.units as u
+import fullbody
+import numpy as np
+import pandas
+import pytest
+from astropy.time import Time
+from fullbody import observing
+from support import DATA
+
+
+@pytest.fixture(scope="module")
+def nights():
+    """Two nights of a binary by a program that shares the states alone: brightness of each body, times as observed."""
+    return json.loads((DATA / "light_curve.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def run(nights):
+    shapes = [fullbody.Ellipsoid(*axes) for axes in nights["axes"]]
+    bodies = [fullbody.Body(shape, mass=m, name=n) for shape, m, n in zip(shapes, nights["mass"], "AB", strict=True)]
+    system = fullbody.System(bodies, G=nights["G"], units=("km", "hour", "kg"), frame="ecliptic")
+    state = fullbody.State(**{name: nights[name] for name in ("position", "velocity", "attitude", "spin")})
+    return system.integrate(state, 40.0, dense=True)
+
+
+@pytest.fixture(scope="module")
+def geometry(nights):
+    vectors = {name: np.array(nights[name]) * u.km for name in ("to_observer", "to_sun")}
+    return observing.Geometry([0.0, 41.0] * u.h, **vectors)
+
+
+#: Rows of the other program in which an occultation and an eclipse cross: its light of body B is off by 1e-9 to 2e-5.
+CROSSING = [64, 88, 161, 205]
+
+
+def meridian_sum(nights, state, body):
+    """The light of an ellipsoid by the meridian rule: roots of quartics in the tangent of half the latitude."""
+    other = 1 - body
+    a, turn, centre = np.array(nights["axes"][body]), state.rotation_matrix, state.position.value
+    e, s = (np.array(nights[name]) / np.linalg.norm(nights[name]) for name in ("to_observer", "to_sun"))
+    p, q = turn[body].T @ e / a, turn[body].T @ s / a
+    first, pole = p / np.linalg.norm(p), np.cross(p, q) / np.linalg.norm(np.cross(p, q))
+    second = np.cross(pole, first)
+    angle = np.arctan2(q @ second, q @ first)
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    edges = np.linspace(angle - np.pi / 2, np.pi / 2, 401)
+    half = np.diff(edges)[:, None] / 2
+    lon, weight = ((edges[:-1, None] + half) + half * nodes).ravel(), (half * weights).ravel()
+    on_sphere = np.cos(lon)[:, None] * first + np.sin(lon)[:, None] * second
+    sight, light = on_sphere @ p, on_sphere @ q
+    quartics = []
+    for d in (e, s):
+        if (centre[other] - centre[body]) @ d > 0:
+            m = turn[other] @ np.diag(1 / np.square(nights["axes"][other])) @ turn[other].T
+            c = m - np.outer(m @ d, m @ d) / (d @ m @ d)
+            x, z, off = on_sphere @ (turn[body] * a).T, (turn[body] * a) @ pole, centre[body] - centre[other]
+            xx, zz, xz = np.einsum("ki,ij,kj->k", x, c, x), z @ c @ z, x @ c @ z
+            x0, z0, one = x @ c @ off, z @ c @ off, off @ c @ off - 1
+            quartics.append(
+                np.stack(
+                    [xx - 2 * x0 + one, 4 * (z0 - xz), 4 * zz - 2 * xx + 2 * one, 4 * (z0 + xz), xx + 2 * x0 + one]
+                )
+            )
+    total = 0.0
+    for k in range(len(lon)):
+        cuts = [-1.0, 1.0]
+        for rows in quartics:
+            roots = np.roots(rows[:, k])
+            cuts += [root.real for root in roots if abs(root.imag) < 1e-9 and abs(root.real) < 1]
+        cuts = np.sort(cuts)
+        middle, latitude = (cuts[1:] + cuts[:-1]) / 2, 2 * np.arctan(cuts)
+        seen = np.all([np.polyval(rows[:, k], middle) > 0 for rows in quartics], axis=0)
+        pieces = np.diff(latitude / 2 + np.sin(2 * latitude) / 4)
+        total += weight[k] * sight[k] * light[k] / (sight[k] + light[k]) * pieces[seen].sum()
+    return a.prod() * total
+
+
+def test_light_curve_is_that_of_another_program(nights, run, geometry):
+    light = np.array(nights["light"])
+    for row in CROSSING:
+        exact = meridian_sum(nights, run(nights["emitted"][row] * u.h), 1)
+        assert 1e-9 < abs(light[row, 1] / exact - 1) < 3e-5
+        light[row, 1] = exact
+    vectors = {name: np.array(nights[name]) * u.km for name in ("to_observer", "to_sun")}
+    emitted = observing.Geometry([0.0, 41.0] * u.h, **vectors, light_time=False)
+    each = observing.light_curve(run, np.array(nights["emitted"]) * u.h, emitted, each=True)
+    seen = light > 1e-6 * light.max(axis=0)
+    np.testing.assert_allclose(each[seen], -2.5 * np.log10(light[seen]), rtol=0, atol=1e-8)
+    # A body that is hidden has no light: an infinite magnitude, and no more than round-off otherwise.
+    assert (10.0 ** (-0.4 * each[~seen]) < 1e-5 * light.max()).all()
+    # The other program has one light time for both bodies, which differs from each one's own by microseconds.
+    both = observing.light_curve(run, np.array(nights["times"]) * u.h, geometry)
+    np.testing.assert_allclose(both, -2.5 * np.log10(light.sum(axis=1)), rtol=0, atol=1e-8)
+
+
+def test_albedo_distance_and_frame_do_what_they_say(nights, run, geometry):
+    times = np.array(nights["times"])[::40] * u.h
+    plain = observing.light_curve(run, times, geometry)
+    darker = observing.light_curve(run, times, geometry, albedo=0.1)
+    np.testing.assert_allclose(darker - plain, 2.5, rtol=1e-12)
+    far = np.linalg.norm(nights["to_observer"]) * np.linalg.norm(nights["to_sun"])
+    apparent = observing.light_curve(run, times, geometry, reduced=False)
+    np.testing.assert_allclose(apparent - plain, 5.0 * np.log10(far), rtol=1e-12)
+    turned = {
+        name: fullbody.frames.turn(nights[name], "ecliptic", "equatorial") * u.km for name in ("to_observer", "to_sun")
+    }
+    other = observing.Geometry([0.0, 41.0] * u.h, **turned, frame="equatorial")
+    np.testing.assert_allclose(observing.light_curve(run, times, other), plain, atol=1e-9)
+
+
+def test_light_changes_between_the_contacts_of_mutual_events_and_only_there(run, geometry):
+    events = [
+        event for event in observing.mutual_events(run, geometry) if event.begin is not None and event.end is not None
+    ]
+    assert len(events) > 5
+
+    def hidden(time, body):
+        light = [
+            observing.light_curve(run, [time.value] * u.h, geometry, each=True, mutual=m)[0, body]
+            for m in (False, True)
+        ]
+        return light[1] - light[0]
+
+    for event in events[:5]:
+        body = run.system.index(event.body)
+        others = [other for other in events if other is not event and other.body == event.body]
+        for contact, inward in ((event.begin, 1.0), (event.end, -1.0)):
+            before, after = contact - inward * 1e-3 * u.h, contact + inward * 4e-2 * u.h
+            if any(other.begin < max(before, after) and other.end > min(before, after) for other in others):
+                continue
+            assert abs(hidden(before, body)) < 1e-13
+            # What is hidden may lie on the dark side, or beyond the limb.
+            assert hidden(after, body) > -1e-13
+
+
+def test_zero_points_are_those_of_least_squares(nights, run, geometry):
+    rng = np.random.default_rng(3)
+    times = np.array(nights["times"])
+    model = observing.light_curve(run, times * u.h, geometry)
+    sigma = rng.uniform(0.005, 0.02, len(times))
+    first = times < 15.0
+    observed = model + np.where(first, 14.2, 14.5) + sigma * rng.normal(size=len(times))
+    data = observing.Photometry(times * u.h, observed, sigma, geometry=geometry)
+    assert len(data.nights) == data.free_zeros == 2
+    design = np.stack([first, ~first], axis=1) / sigma[:, None]
+    zeros, chi2, *_ = np.linalg.lstsq(design, (observed - model) / sigma, rcond=None)
+    np.testing.assert_allclose(data.zero_points(run), zeros, rtol=1e-12)
+    assert data.chi2(run) == pytest.approx(chi2[0], rel=1e-9)
+    np.testing.assert_allclose(data.predict(run), model + np.where(first, *zeros), rtol=1e-12)
+    named = observing.Photometry(times * u.h, observed, sigma, geometry=geometry, night=np.where(first, "a", "b"))
+    np.testing.assert_array_equal(named.residuals(run), data.residuals(run))
+    fixed = observing.Photometry(times * u.h, observed, sigma, geometry=geometry, zero=14.2)
+    np.testing.assert_allclose(fixed.residuals(run), observed - model - 14.2, atol=1e-12)
+    assert fixed.free_zeros == 0
+
+
+def test_partial_derivatives_are_differences(nights, run, geometry):
+    # Moments of each kind: alone, in an occultation, in an eclipse; not at contacts.
+    times = np.array(nights["times"])[[10, 60, 75, 90]]
+    data = observing.Photometry(times * u.h, np.zeros(4), 0.01, geometry=geometry)
+    system = run.system
+    states = run.dense._core.states(data._emission(system))
+    partials = data._partials(system, states)
+    turn = {"position": 1e-6, "velocity": 1e-2, "spin": 1.0}
+
+    def model(body, name, axis, step):
+        moved = dict(states)
+        if name == "rotation":
+            half = np.zeros(4)
+            half[0], half[1 + axis] = np.cos(step / 2), np.sin(step / 2)
+            moved["attitude"] = states["attitude"].copy()
+            w, x, y, z = np.moveaxis(states["attitude"][:, body], -1, 0)
+            left = np.stack([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
+            moved["attitude"][:, body] = np.einsum("abk,b->ka", left, half)
+        else:
+            moved[name] = states[name].copy()
+            moved[name][:, body, axis] += step
+        return data._model(system, moved)[:, 0]
+
+    for body in range(2):
+        for kind, name in enumerate(("position", "velocity", "rotation", "spin")):
+            size = np.abs(partials[:, 0].reshape(4, 2, 4, 3)[:, :, kind]).max()
+            for axis in range(3):
+                step = turn.get(name, 1e-6)
+                expected = (model(body, name, axis, step) - model(body, name, axis, -step)) / (2 * step)
+                found = partials[:, 0, 12 * body + 3 * kind + axis]
+                np.testing.assert_allclose(found, expected, atol=2e-6 * size + 1e-12 / step)
+
+
+def test_tables_masks_and_dates(nights, run, geometry):
+    table = pandas.DataFrame({"JD": [2459850.5, 2459850.25, 2459850.75], "V": [14.0, np.nan, 14.2], "e": [0.01] * 3})
+    dated = observing.Geometry(
+        Time([2459850.0, 2459852.0], format="jd", scale="tdb"),
+        to_observer=[0.1, 0, 0] * u.au,
+        to_sun=[1.0, 0, 0] * u.au,
+    )
+    with pytest.warns(fullbody.InconsistentInput, match="1 of 3 rows of Photometry"):
+        data = observing.Photometry.from_table(
+            table, columns={"times": "JD", "magnitude": "V", "sigma": "e"}, dates=("jd", "utc"), geometry=dated
+        )
+    assert data.magnitude.tolist() == [14.0, 14.2]
+    back = observing.Photometry.from_table(data.to_table(), night="night", geometry=dated)
+    assert back.magnitude.tolist() == data.magnitude.tolist()
+    assert (back.times == data.times).all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"sigma": -0.1}, "above zero"),
+        ({"zero": "fixed"}, "expected 'free' or a finite number"),
+        ({"night": [1, 2, 3]}, "night has shape"),
+        ({"geometry": observing.Geometry([0.0, 1.0], to_observer=[1.0, 0, 0])}, "has no Sun"),
+        ({"magnitude": [1.0, 2.0, 3.0]}, "magnitude of Photometry has shape"),
+    ],
+)
+def test_bad_photometry_is_refused(arguments, message, geometry):
+    given = {"times": [1.0, 2.0] * u.h, "magnitude": [1.0, 1.0], "sigma": 0.1, "geometry": geometry}
+    with pytest.raises(fullbody.InvalidInput, match=message):
+        observing.Photometry(**given | arguments)
+
+
+def test_times_beyond_what_is_known_are_refused(run, geometry):
+    with pytest.raises(fullbody.InvalidInput, match="outside the span of the geometry"):
+        observing.light_curve(run, [42.0] * u.h, geometry)
+    with pytest.raises(fullbody.InvalidInput, match="does not cover"):
+        observing.light_curve(run, [40.9] * u.h, geometry)
+    with pytest.raises(fullbody.InvalidInput, match="has no Sun"):
+        observing.light_curve(run, [1.0] * u.h, observing.Geometry([0.0, 2.0] * u.h, to_observer=[1.0, 0, 0] * u.au))

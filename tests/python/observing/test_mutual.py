@@ -1,0 +1,232 @@
+"""Mutual events: contacts of spheres in closed form, of ellipsoids by another formula, and what is refused."""
+
+import astropy.units as u
+import fullbody
+import numpy as np
+import pytest
+from fullbody import observing
+from scipy.optimize import minimize_scalar
+
+A, R1, R2 = 10.0, 1.5, 1.0
+#: Both to the observer and to the Sun along the axis in the orbit's plane.
+AXIS = [1.0, 0.0, 0.0]
+
+
+def circular(inclination=0.0, radii=(R1, R2), span=1.2):
+    """Two spheres on a circular orbit of period 2 pi, inclined to the direction to the observer; a run and its start.
+
+    Body B begins at its largest distance from the line of sight, moving behind body A.
+    """
+    bodies = [
+        fullbody.Body(fullbody.Sphere(r), mass=m, name=n) for r, m, n in zip(radii, (0.7, 0.3), "AB", strict=True)
+    ]
+    system = fullbody.System(bodies, G=A**3, gravity="point")
+    r = A * np.array([0.0, np.cos(0.0), 0.0])
+    v = A * np.array([-np.cos(inclination), 0.0, -np.sin(inclination)])
+    state = fullbody.State(position=np.outer([-0.3, 0.7], r), velocity=np.outer([-0.3, 0.7], v))
+    return system, state, system.integrate(state, span * 2 * np.pi, dense=True)
+
+
+def view(span=20.0, **options):
+    options = {"to_observer": AXIS, "to_sun": AXIS, "light_time": False} | options
+    return observing.Geometry([-span, span], **options)
+
+
+def contacts(reach, inclination):
+    """Times from conjunction at which the centres are `reach` apart in the sky, on the orbit above."""
+    # The distance in the sky is a sqrt(sin^2 t + cos^2 t sin^2 i).
+    return np.arcsin(np.sqrt((reach**2 / A**2 - np.sin(inclination) ** 2) / np.cos(inclination) ** 2))
+
+
+@pytest.mark.parametrize("inclination", [0.0, 0.03, 0.15, 0.2])
+def test_contacts_of_spheres_on_a_circular_orbit_are_those_of_geometry(inclination):
+    _, _, run = circular(inclination)
+    found = observing.mutual_events(run, view())
+    behind, before = 0.5 * np.pi, 1.5 * np.pi
+    half = contacts(R1 + R2, inclination)
+    inner = contacts(R1 - R2, inclination) if A * np.sin(inclination) < R1 - R2 else None
+    for kind in ("occultation", "eclipse"):
+        first, second = (event for event in found if event.kind == kind)
+        assert (first.body, first.by, second.body, second.by) == ("B", "A", "A", "B")
+        for event, middle in ((first, behind), (second, before)):
+            assert event.begin == pytest.approx(middle - half, abs=1e-11)
+            assert event.end == pytest.approx(middle + half, abs=1e-11)
+            assert event.middle == pytest.approx(middle, abs=1e-11)
+        assert second.total_begin is None
+        if inner is None:
+            assert first.total_begin is None
+        else:
+            assert first.total_begin == pytest.approx(behind - inner, abs=1e-10)
+            assert first.total_end == pytest.approx(behind + inner, abs=1e-10)
+    assert [event.begin for event in found] == sorted(event.begin for event in found)
+
+
+def test_an_event_that_only_grazes_is_found_between_samples():
+    for deep, count in ((1e-9, 2), (-1e-9, 0)):
+        inclination = np.arcsin((R1 + R2) / A * (1.0 - deep))
+        _, _, run = circular(inclination)
+        found = observing.mutual_events(run, view(to_sun=None))
+        assert len(found) == count
+        for event in found:
+            assert event.duration == pytest.approx(2 * contacts(R1 + R2, inclination), rel=1e-3)
+
+
+def test_events_are_the_same_backwards_and_their_ends_are_those_of_the_run():
+    system, state, run = circular(0.05)
+    forward = observing.mutual_events(run, view())
+    back = observing.mutual_events(system.integrate(run[-1], 0.0, dense=True), view())
+    assert len(forward) == len(back) == 4
+    for one, other in zip(forward, back, strict=True):
+        assert (one.kind, one.body) == (other.kind, other.body)
+        assert other.begin == pytest.approx(one.begin, abs=1e-9)
+    middle = forward[0].middle
+    (cut,) = observing.mutual_events(system.integrate(state, middle, dense=True), view(to_sun=None))
+    assert cut.begin == pytest.approx(forward[0].begin, abs=1e-11)
+    assert cut.end is cut.total_end is cut.duration is cut.middle is None
+    (rest,) = observing.mutual_events(system.integrate(run(middle), middle + 1.0, dense=True), view(to_sun=None))
+    assert rest.begin is rest.total_begin is None
+    assert rest.end == pytest.approx(forward[0].end, abs=1e-10)
+
+
+def outline(axes, rotation, direction):
+    """The matrix of the elliptic outline in the plane across a direction: its support function squared is n.Q n."""
+    x = np.linalg.svd(np.asarray(direction)[None])[2][1:]
+    return x @ rotation @ np.diag(np.square(axes)) @ rotation.T @ x.T, x
+
+
+def touching(first, second, apart):
+    """Perram & Wertheim's contact function of two ellipses: one where they touch from outside."""
+
+    def negative(s):
+        return -s * (1 - s) * apart @ np.linalg.solve((1 - s) * first + s * second, apart)
+
+    return -minimize_scalar(negative, bounds=(0.0, 1.0), method="bounded", options={"xatol": 1e-12}).fun
+
+
+def test_contacts_of_ellipsoids_are_those_of_another_formula():
+    system, state = fullbody.systems.didymos()
+    run = system.integrate(state, 30.0, dense=True)
+    toward = np.array([0.3, 1.0, 0.05])
+    found = observing.mutual_events(run, view(100.0, to_observer=toward, to_sun=None))
+    assert len(found) >= 4
+    e = toward / np.linalg.norm(toward)
+    for event in found:
+        for time in (event.begin, event.end):
+            now = run(time)
+            (q1, plane), (q2, _) = (
+                outline((b.shape.a, b.shape.b, b.shape.c), turn, e)
+                for b, turn in zip(system.bodies, now.rotation_matrix, strict=True)
+            )
+            apart = plane @ (now.position[1] - now.position[0])
+            assert touching(q1, q2, apart) == pytest.approx(1.0, abs=1e-9)
+        if event.total_begin is not None:
+            assert event.begin < event.total_begin < event.total_end < event.end
+            # In the middle of totality every point of the outline of the body is within that of the other.
+            now = run(0.5 * (event.total_begin + event.total_end))
+            angle = np.linspace(0.0, 2 * np.pi, 400)
+            i, j = system.index(event.body), system.index(event.by)
+            (inner, plane), (outer, _) = (
+                outline((system[k].shape.a, system[k].shape.b, system[k].shape.c), now.rotation_matrix[k], e)
+                for k in (i, j)
+            )
+            points = np.linalg.cholesky(inner) @ [np.cos(angle), np.sin(angle)]
+            points += (plane @ (now.position[i] - now.position[j]))[:, None]
+            assert np.einsum("xk,xk->k", points, np.linalg.solve(outer, points)).max() < 1.0
+
+
+def test_composites_and_polyhedra_of_a_shape_have_nearly_its_events():
+    cube = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+    half = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]]
+    faces = [*half, [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
+    small = fullbody.Body(fullbody.Sphere(0.5), mass=0.3, name="B")
+    dumb_bell = fullbody.Composite(
+        [fullbody.Part(fullbody.Sphere(1.0), mass=0.35, position=[side, 0, 0]) for side in (-1.0, 1.0)]
+    )
+    for shape, reach in ((fullbody.Polyhedron(cube, faces), 1.0), (dumb_bell, 2.0)):
+        big = fullbody.Body(shape, **({"mass": 0.7} if reach == 1.0 else {}), name="A")
+        system = fullbody.System([big, small], G=A**3, gravity="point")
+        # The big body does not turn: its x-axis is across the line of sight, along y.
+        still = [np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)] if reach == 2.0 else [1.0, 0, 0, 0]
+        r, v = [0.0, A, 0.0], [-A, 0.0, 0.0]
+        state = fullbody.State(
+            position=np.outer([-0.3, 0.7], r), velocity=np.outer([-0.3, 0.7], v), attitude=[still, [1.0, 0, 0, 0]]
+        )
+        (event,) = observing.mutual_events(system.integrate(state, 3.0, dense=True), view(to_sun=None))
+        half = np.arcsin((reach + 0.5) / A)
+        assert event.begin == pytest.approx(0.5 * np.pi - half, abs=1e-9)
+        assert event.end == pytest.approx(0.5 * np.pi + half, abs=1e-9)
+        assert event.total_begin is not None
+
+
+def test_light_takes_its_time_from_the_sun_past_one_body_to_the_other_and_on():
+    # Body B stands still; body A passes between it and the Sun, at rest relative to the barycentre but for that.
+    bodies = [fullbody.Body(fullbody.Sphere(r), mass=m, name=n) for r, m, n in ((3e3, 1.0, "A"), (1e3, 1e-9, "B"))]
+    system = fullbody.System(bodies, G=1e-30, gravity="point", units=("km", "s", "kg"), frame="ecliptic")
+    height, speed = 6.0e6, 500.0
+    position = np.array([[0.0, -speed * 100, 0.0], [-height, 0.0, 0.0]])
+    velocity = np.array([[0.0, speed, 0.0], [0.0, 0.0, 0.0]])
+    with pytest.warns(fullbody.InconsistentInput, match="speed of escape"):
+        run = system.integrate(fullbody.State(position=position, velocity=velocity), 200.0, dense=True)
+    c, far = 299792.458, 3.0e9
+    # The barycentre is A's centre: the observer and the Sun go along with it.
+    geometry = observing.Geometry([-1e5, 1e5] * u.s, to_observer=[0, 0, far] * u.km, to_sun=[far, 0, 0] * u.km)
+    (event,) = [one for one in observing.mutual_events(run, geometry) if one.kind == "eclipse"]
+    # In the frame of A light passes it at t and reaches B, which moves, height/c later.
+    across = lambda t: speed * 100 - speed * (t + height / c)  # noqa: E731
+    for time, edge in ((event.begin, 4e3), (event.end, -4e3)):
+        passing = (speed * 100 - edge) / speed - height / c
+        assert across(passing) == pytest.approx(edge)
+        # It leaves B then, and goes up to the observer, who is above A.
+        assert time.to_value("s") == pytest.approx(passing + height / c + far / c, abs=2e-2)
+    (plain,) = [
+        one
+        for one in observing.mutual_events(
+            run, observing.Geometry([-1e5, 1e5] * u.s, to_observer=[0, 0, far], to_sun=[far, 0, 0], light_time=False)
+        )
+        if one.kind == "eclipse"
+    ]
+    assert plain.begin.to_value("s") == pytest.approx(100 - 8.0, abs=1e-6)
+    assert (event.begin - plain.begin).to_value("s") == pytest.approx(far / c, abs=2e-2)
+
+
+def test_a_run_ends_where_an_occultation_begins():
+    system, state, run = circular(0.05)
+    first = observing.mutual_events(run, view())[0]
+    asked = observing.occultation(system, view(), "B", "A", direction=-1, terminal=True)
+    stopped = system.integrate(state, 10.0, events=[asked])
+    assert stopped.stop_reason == "event"
+    assert stopped.time[-1] == pytest.approx(first.begin, abs=1e-11)
+    total = fullbody.events.Occultation("B", "A", toward=AXIS, total=True)
+    times = [happened.time for happened in system.integrate(state, 4.0, events=[total]).events]
+    np.testing.assert_allclose(times, [first.total_begin, first.total_end], atol=1e-10)
+    # The time of the event depends on the start as the closed form has it: the slower the earlier by as much.
+    asked = fullbody.events.Occultation("B", "A", toward=AXIS, direction=-1, terminal=True)
+    ended = system.integrate(state, 10.0, events=[asked], derivatives=True).at_event(-1)
+    moved = state.replace(position=np.add(state.position, [[0, 0, 0], [0, 1e-4, 0]]))
+    later = system.integrate(moved, 10.0, events=[asked]).time[-1]
+    assert ended.time[13] == pytest.approx((later - stopped.time[-1]) / 1e-4, rel=1e-3)
+
+
+def test_events_are_kept_in_files(tmp_path):
+    system, state, _ = circular(0.05)
+    table = {"toward": np.array([AXIS] * 5), "times": np.arange(5.0)}
+    run = system.integrate(state, 4.0, events=[fullbody.events.Occultation("B", "A", **table)])
+    run.save(tmp_path / "run.nc")
+    assert fullbody.load(tmp_path / "run.nc").events == run.events
+
+
+def test_what_cannot_be_is_refused():
+    system, state, run = circular()
+    with pytest.raises(fullbody.InvalidInput, match="integrate with dense=True"):
+        observing.mutual_events(system.integrate(state, 1.0), view())
+    with pytest.raises(fullbody.InvalidInput, match="no time in common"):
+        observing.mutual_events(run, observing.Geometry([50.0, 60.0], to_observer=AXIS, light_time=False))
+    with pytest.raises(fullbody.InvalidInput, match="kind is 'transit'"):
+        observing.occultation(system, view(), "B", "A", kind="transit")
+    with pytest.raises(fullbody.InvalidInput, match="toward of Occultation is not given"):
+        fullbody.events.Occultation(0, 1)
+    with pytest.raises(fullbody.InvalidInput, match="toward of Occultation has shape"):
+        fullbody.events.Occultation(0, 1, toward=[AXIS, AXIS])
+    short = fullbody.events.Occultation(1, 0, toward=[AXIS] * 4, times=[0.0, 0.5, 1.0, 1.5])
+    with pytest.raises(fullbody.InvalidInput, match=r"time of Occultation is 1\.5.*; expected one from 0 to 1\.5"):
+        system.integrate(state, 3.0, events=[short])

@@ -1,0 +1,146 @@
+"""Ranges and range rates of bodies, and values of any function of a run."""
+
+import astropy.units as u
+import fullbody
+import numpy as np
+import pytest
+from astropy.table import QTable
+from fullbody import observing
+
+DISTANCE = 3.0e7
+TIMES = np.linspace(110.0, 130.0, 9)
+
+
+@pytest.fixture(scope="module")
+def run():
+    """Two spheres on a circular orbit of radius 2.5 km, period 2 pi s / 1e-3, in the plane of the line of sight."""
+    bodies = [fullbody.Body(fullbody.Sphere(0.1), mass=m, name=n) for m, n in ((3.0, "A"), (1.0, "B"))]
+    system = fullbody.System(
+        bodies, G=2.5**3 * 1e-6 / 4.0, gravity="point", units=("km", "s", "kg"), frame="equatorial"
+    )
+    position, velocity = np.outer([-0.25, 0.75], [2.5, 0, 0]), np.outer([-0.25, 0.75], [0, 2.5e-3, 0])
+    return system.integrate(fullbody.State(position=position, velocity=velocity), 1000.0, dense=True)
+
+
+@pytest.fixture(scope="module")
+def geometry():
+    """An observer who recedes along the x-axis at 10 km/s."""
+    rows = np.linspace(0.0, 1100.0, 12)
+    places = np.stack([DISTANCE + 10.0 * rows, 0 * rows, 0 * rows], axis=1)
+    return observing.Geometry(rows * u.s, to_observer=places * u.km)
+
+
+def test_ranges_are_those_of_a_circular_orbit(run, geometry):
+    data = observing.Radar(
+        TIMES * u.s, range=np.zeros(9) * u.km, range_rate=np.zeros(9) * u.cm / u.s, sigma=(75 * u.m, 1 * u.cm / u.s),
+        body="B", about="A", geometry=geometry,
+    )  # fmt: skip
+    found = data.predict(run)
+    # Each body is seen as it was by its own distance earlier, 1e-5 s of difference; the rest is a small angle squared.
+    late = (DISTANCE + 10.0 * TIMES) / 299792.458
+    angle = 1e-3 * (TIMES - late)
+    np.testing.assert_allclose(found.range.to_value("km"), -2.5 * np.cos(angle), atol=2e-7)
+    # Rates are by the time of arrival, and light is 3.3e-5 later each second.
+    expected = 2.5e-3 * np.sin(angle) * (1 - 10.0 / 299792.458)
+    np.testing.assert_allclose(found.range_rate.to_value("km/s"), expected, atol=2e-9)
+    assert found.range_rate.unit == u.cm / u.s
+    chi2 = np.sum((found.range.to_value("m") / 75) ** 2) + np.sum(found.range_rate.to_value("cm/s") ** 2)
+    assert data.chi2(run) == pytest.approx(chi2, rel=1e-9)
+
+
+def test_range_rates_are_derivatives_of_the_ranges(run, geometry):
+    step = 1.0
+    moments = np.concatenate([[t - step, t, t + step] for t in TIMES])
+    data = observing.Radar(
+        moments * u.s, range=np.zeros(27), range_rate=np.zeros(27), sigma=(1.0, 1.0), body="A", geometry=geometry
+    )
+    found = data.predict(run)
+    before, _, after = found.range.to_value("km").reshape(9, 3).T
+    rates = found.range_rate.to_value("km/s").reshape(9, 3)[:, 1]
+    np.testing.assert_allclose(rates, (after - before) / (2 * step), rtol=1e-9)
+    np.testing.assert_allclose(rates, 10.0, rtol=1e-3)
+
+
+def test_partial_derivatives_are_differences(run, geometry):
+    data = observing.Radar(
+        TIMES * u.s, range=np.zeros(9), range_rate=np.zeros(9), sigma=(1.0, 1.0), body="B", about="A", geometry=geometry
+    )
+    system = run.system
+    states = run.dense._core.states(data._emission(system))
+    partials = data._partials(system, states)
+    for body in range(2):
+        for kind, (name, step) in enumerate((("position", 1.0), ("velocity", 1e-2))):
+            for axis in range(3):
+                ends = []
+                for sign in (1, -1):
+                    moved = states | {name: states[name].copy()}
+                    moved[name][:, body, axis] += sign * step
+                    ends.append(data._model(system, moved))
+                expected = (ends[0] - ends[1]) / (2 * step)
+                np.testing.assert_allclose(partials[..., 12 * body + 3 * kind + axis], expected, atol=3e-7)
+
+
+def test_tables_masks_and_order(run, geometry):
+    table = QTable(
+        {"times": [220.0, 200.0, 210.0] * u.s, "range": [3.0, 1.0, np.nan] * u.m, "sigma_range": [1.0, 2.0, 3.0] * u.m}
+    )
+    with pytest.warns(fullbody.InconsistentInput, match="1 of 3 rows of Radar"):
+        data = observing.Radar.from_table(table, body="B", about="A", geometry=geometry)
+    assert data.range.to_value("m").tolist() == [1.0, 3.0]
+    assert data.range_rate is None
+    assert data.residuals(run).range_rate is None
+    back = observing.Radar.from_table(data.to_table(), body="B", about="A", geometry=geometry)
+    np.testing.assert_array_equal(back.residuals(run).range, data.residuals(run).range)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, "range and range_rate are not given"),
+        ({"range": [1.0]}, "above zero"),
+        ({"range": [1.0], "range_rate": [1.0]}, "sigma is not a pair"),
+        ({"range": [1.0] * u.km, "sigma": 1.0}, "expected both or neither"),
+        ({"range": [1.0] * u.s, "sigma": 1.0 * u.km}, "has the unit s"),
+        ({"range": [1.0, 2.0], "sigma": 1.0}, "range of Radar has shape"),
+    ],
+)
+def test_bad_radar_is_refused(arguments, message, geometry):
+    with pytest.raises(fullbody.InvalidInput, match=message):
+        observing.Radar([100.0] * u.s, **{"sigma": 0.0, "geometry": geometry} | arguments)
+
+
+def test_bodies_that_are_one_and_unknown_ones_are_refused(run, geometry):
+    for about, message in (("B", "both B; expected two bodies"), ("C", "about is 'C'")):
+        data = observing.Radar([200.0] * u.s, range=[1.0], sigma=1.0, body="B", about=about, geometry=geometry)
+        with pytest.raises(fullbody.InvalidInput, match=message):
+            data.predict(run)
+
+
+def test_measured_values_are_compared_with_functions_of_a_run(run):
+    period = observing.Measured(
+        "period", lambda run: run.elements().period(run.system.mu()).mean(), 1.75 * u.h, 18 * u.s
+    )
+    expected = (1.75 * 3600 - 2 * np.pi * 1e3) / 18
+    assert period.pulls(run)[0] == pytest.approx(expected, rel=1e-6)
+    assert period.residuals(run).to_value("s")[0] == pytest.approx(expected * 18, rel=1e-6)
+    assert period.chi2(run) == pytest.approx(expected**2, rel=1e-6)
+    pair = observing.Measured("spin of A", lambda run: run.spin[-1, 0].value, [0.0, 0.0, 1.0], [1.0, 1.0, 0.5])
+    np.testing.assert_allclose(pair.pulls(run), [0.0, 0.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("function", "value", "sigma", "message"),
+    [
+        (3.0, 1.0, 1.0, "expected a function"),
+        (lambda run: 1.0, np.nan, 1.0, "expected finite numbers"),
+        (lambda run: 1.0, 1.0, 0.0, "above zero"),
+        (lambda run: 1.0, 1.0, 1.0 * u.s, "expected a plain number"),
+        (lambda run: 1.0, 1.0 * u.s, 1.0 * u.s, "expected a unit such as s"),
+        (lambda run: np.nan, 1.0, 1.0, "expected finite numbers"),
+        (lambda run: [1.0, 2.0], 1.0, 1.0, r"gave shape \(2,\)"),
+        (lambda run: 1.0 * u.km, 1.0 * u.s, 1.0 * u.s, "has the unit km"),
+    ],
+)
+def test_bad_measurements_are_refused(run, function, value, sigma, message):
+    with pytest.raises(fullbody.InvalidInput, match=message):
+        observing.Measured("period", function, value, sigma).residuals(run)

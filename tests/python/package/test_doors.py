@@ -1,0 +1,29 @@
+"""Input of any kind to every public function gives a right object or an error. ``make fuzz`` tries for an hour."""
+
+import pytest
+from doors import DOORS
+from hypothesis import HealthCheck, given, settings
+
+#: How many inputs, for some seconds a door.
+EXAMPLES = {"netcdf": 80, "netcdf-content": 60, "system": 250, "run": 100}
+
+
+@pytest.mark.parametrize("name", DOORS)
+def test_nothing_wrong_behind_any_door(name):
+    door = DOORS[name]
+
+    @settings(max_examples=EXAMPLES.get(name, 200), suppress_health_check=list(HealthCheck))
+    @given(door.inputs)
+    def enter(value):
+        door.enter(value)
+
+    enter()
+
+
+@pytest.mark.parametrize(
+    ("name", "path"),
+    [(door.name, path) for door in DOORS.values() for path in door.corpus()],
+    ids=lambda part: getattr(part, "name", part),
+)
+def test_what_once_led_to_a_fault(name, path):
+    DOORS[name].enter(path.read_bytes())

@@ -1,0 +1,149 @@
+"""Without an optional package, functions that need it name the extra to install before any work is done."""
+
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import fullbody
+import nbclient
+import nbformat
+import pytest
+
+ROOT = Path(__file__).parents[3]
+
+SETUP = """
+import sys
+sys.modules[{missing!r}] = None
+import fullbody
+from fullbody import observables
+from fullbody.commands.cli import main
+system, state = fullbody.systems.case1()
+run = system.integrate(state, 300.0, output=1.0)
+for call in {calls!r}:
+    try:
+        exec(call)
+        print("done")
+    except ImportError as error:
+        print(error)
+"""
+INWARD = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+TOML = "[system]\nG = 1.0\n[[body]]\nradius = 1.0\nmass = 1.0\n[run]\nuntil = 1.0\n"
+
+
+def said(missing, calls, folder):
+    """What a fresh interpreter without a package prints, a line a call."""
+    code = SETUP.format(missing=missing, calls=calls)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=folder)
+    # A command prints to standard error and gives its code.
+    lines = [line for line in (done.stdout + done.stderr).splitlines() if line != "done" or "main(" not in str(calls)]
+    assert len(lines) == len(calls)
+    return lines
+
+
+NAMES = ("orbit", "elements", "spins", "angles", "libration", "energy", "scene")
+SWEEP = "fullbody.sweep(lambda x: 1 / 0, {{'x': [1]}}, 1.0, measure=print, {})"
+PICTURES = ["plot()", *(f"plot.{name}()" for name in NAMES)]
+
+
+@pytest.mark.parametrize(
+    ("missing", "calls", "extra"),
+    [
+        ("matplotlib", [f"run.{call}" for call in (*PICTURES, "animate('a.gif')")], "plot"),
+        ("matplotlib", ["main(['kw4'])", "main(['run', 'a.toml', '--page', 'a.png'])"], "plot"),
+        ("scipy", ["run.plot.scene(0.3)", "run.animate('a.gif')", "run.view()"], "plot"),
+        ("scipy", ["observables.mutual_period(run)", "observables.orbit_precession(run)"], "analysis"),
+        ("xarray", ["run.to_xarray()", "run.save('a.nc')", "main(['kw4'])", SWEEP.format("")], "data"),
+        ("h5netcdf", ["run.save('a.nc')", "main(['run', 'a.toml'])", SWEEP.format("store='a.nc'")], "data"),
+        ("h5py", ["run.save('a.nc')", "fullbody.load('a.nc')", "main(['run', 'a.toml'])"], "data"),
+        ("cloudpickle", [SWEEP.format("store='a.nc'")], "data"),
+        ("pandas", ["run.to_pandas()"], "data"),
+        ("spiceypy", ["run.to_spk('a.bsp', {}, 1)", "run.to_ck('a.bc', {})"], "spice"),
+        (
+            "astropy",
+            [
+                "fullbody.systems.kw4(units=True)",
+                "fullbody.System(system.bodies, G=1.0, epoch='2000-01-01 TDB').epoch",
+                "system.integrate(state, '1 day')",
+                "fullbody.Sphere('1 km')",
+                "fullbody.frames.rotation('ecliptic', 'equatorial')",
+                "fullbody.frames.turn([1, 2, 3], 'ecliptic', 'equatorial')",
+                "fullbody.frames.turn_pole(1, 0.5, 'ecliptic', 'equatorial')",
+                "fullbody.frames.turn_state(state, 'ecliptic', 'equatorial')",
+                "fullbody.KeplerElements(1, 0, 0, 0, 0, 0, frame='ecliptic').to_frame('equatorial')",
+                "fullbody.systems.sn263_2001()",
+            ],
+            "units",
+        ),
+        ("networkx", ["fullbody.Polyhedron.load('a.tab', heal=True)"], "shapes"),
+        ("scipy", ["fullbody.systems.didymos()", "fullbody.systems.antiope()"], "analysis"),
+    ],
+)
+def test_what_is_missing_is_named_with_its_extra(missing, calls, extra, tmp_path):
+    (tmp_path / "a.toml").write_text(TOML)
+    (tmp_path / "a.tab").write_text(INWARD)
+    for text in said(missing, calls, tmp_path):
+        assert f"the package {missing}" in text
+        assert f"pip install 'fullbody[{extra}]'" in text
+    assert {path.name for path in tmp_path.iterdir()} == {"a.toml", "a.tab"}
+
+
+def test_rebound_is_in_no_extra(tmp_path):
+    (text,) = said("rebound", ["fullbody.to_rebound(system, state)"], tmp_path)
+    assert text == "a simulation of rebound needs the package rebound: pip install rebound"
+
+
+def test_the_error_stands_alone(tmp_path):
+    """Without the traceback of the import that failed, which is longer than the line that helps."""
+    code = "import sys; sys.modules['astropy'] = None; import fullbody; fullbody.Sphere('1 km')"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path)
+    assert done.stderr.count("Traceback") == 1
+    assert done.stderr.splitlines()[-1].endswith(
+        "text with a unit needs the package astropy: pip install 'fullbody[units]'"
+    )
+
+
+def test_all_has_every_extra_for_users():
+    """With ipywidgets, without which progress bars in Jupyter are text."""
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    (whole,) = extras.pop("all")
+    assert set(whole.removeprefix("fullbody[").rstrip("]").split(",")) == set(extras) - {"test", "docs", "dev"}
+    assert any(needed.startswith("ipywidgets") for needed in extras["notebook"])
+
+
+def test_the_readme_names_the_extras():
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    installing = (ROOT / "README.md").read_text().partition("## Installing")[2].partition("\n## ")[0]
+    told = dict(re.findall(r"^\| `(\w+)` \| ([\w, ]+) \| ", installing, re.M))
+    expected = {
+        name: ", ".join(re.split(r"\W", package)[0] for package in packages)
+        for name, packages in extras.items()
+        if name not in ("all", "test", "docs", "dev")
+    }
+    assert told == expected
+
+
+def test_the_readmes_snippets_run_with_what_they_say(tmp_path):
+    """The first without any optional package; the second with units and files, but without pictures and scipy."""
+    snippets = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.S)
+    bare = ("astropy", "xarray", "h5netcdf", "h5py", "pandas", "matplotlib", "scipy", "jinja2", "ipywidgets")
+    for snippet, missing in zip(snippets, (bare, bare[5:]), strict=True):
+        code = f"import sys\nsys.modules.update(dict.fromkeys({missing!r}))\n{snippet}"
+        subprocess.run([sys.executable, "-W", "error", "-c", code], check=True, cwd=tmp_path, capture_output=True)
+    assert len(fullbody.load(tmp_path / "run.nc")) == 721
+
+
+def test_a_progress_bar_in_jupyter_warns_of_nothing():
+    """With or without ipywidgets."""
+    source = "import fullbody; run = fullbody.Simulation(*fullbody.systems.case1()).integrate(10.0, progress=True)"
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(source)])
+    nbclient.NotebookClient(notebook, kernel_name="python3", timeout=120).execute()
+    outputs = notebook.cells[0].outputs
+    assert outputs
+    assert "arning" not in "".join(output.get("text", "") for output in outputs)
+
+
+def test_the_continuous_solution_needs_no_scipy(tmp_path):
+    call = "run = system.integrate(state, 9.0, output=3.0, dense=True); run.plot.scene(7.7); run.view()"
+    assert said("scipy", [call], tmp_path) == ["done"]

@@ -1,0 +1,113 @@
+"""``import fullbody`` is fast: libraries for units, files, pictures and progress come only when they are used."""
+
+import json
+import re
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import EntryPoint, version
+from pathlib import Path
+
+import fullbody
+import pytest
+from fullbody.commands import cli
+from packaging.version import Version
+
+ROOT = Path(__file__).parents[3]
+
+HEAVY = ("astropy", "xarray", "pandas", "h5netcdf", "matplotlib", "scipy", "tqdm", "PIL", "rebound")
+
+
+def python(code):
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return json.loads(done.stdout)
+
+
+def test_heavy_libraries_are_not_imported():
+    code = "import sys, json, fullbody; print(json.dumps(sorted({name.split('.')[0] for name in sys.modules})))"
+    loaded = set(python(code))
+    assert "numpy" in loaded
+    assert loaded.isdisjoint(HEAVY)
+
+
+def test_submodules_come_when_they_are_asked_for():
+    """Those that the reference documents, and what the commands use."""
+    names = ("plots", "view")
+    code = (
+        "import sys, json, fullbody; "
+        f"before = [name for name in {names} if 'fullbody.' + name in sys.modules]; "
+        f"found = [getattr(fullbody, name).__name__ for name in {names}]; "
+        "print(json.dumps([before, found, sorted({name.split('.')[0] for name in sys.modules})]))"
+    )
+    before, found, loaded = python(code)
+    assert before == []
+    assert found == [f"fullbody.{name}" for name in names]
+    assert set(loaded).isdisjoint(HEAVY)
+
+
+def test_all_that_the_reference_documents_is_there():
+    """As ``.. automodule:: fullbody.plots`` and the like name it, without another import."""
+    pages = (Path(__file__).parents[3] / "docs" / "reference").glob("*.md")
+    documented = {name for page in pages for name in re.findall(r"auto\w+:: (fullbody\.\w+)$", page.read_text(), re.M)}
+    assert {"fullbody.plots", "fullbody.view"} <= documented
+    code = "import json, fullbody; print(json.dumps([hasattr(fullbody, n) for n in {}]))"
+    names = sorted(name.removeprefix("fullbody.") for name in documented)
+    assert python(code.format(names)) == [True] * len(names)
+
+
+def test_a_plain_run_needs_none_of_them():
+    code = (
+        "import sys, json, fullbody; system, state = fullbody.systems.case1(); "
+        "system.integrate(state, 1.0).elements()._repr_html_(); "
+        "print(json.dumps(sorted({name.split('.')[0] for name in sys.modules})))"
+    )
+    assert set(python(code)).isdisjoint(HEAVY)
+
+
+def test_little_is_imported():
+    """Beyond numpy: the package's own modules and a few of the standard library. How long it takes is in benches/."""
+    code = (
+        "import sys, json, numpy; before = set(sys.modules); import fullbody; "
+        "print(json.dumps(len(set(sys.modules) - before)))"
+    )
+    assert python(code) < 160
+
+
+def test_version_is_the_packages():
+    assert fullbody.__version__ == version("fullbody")
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        fullbody.nonsense  # noqa: B018
+
+
+def locked(folder):
+    """The version of this package in a lock file of Cargo."""
+    packages = tomllib.loads((ROOT / folder / "Cargo.lock").read_text())["package"]
+    return next(package["version"] for package in packages if package["name"] == "fullbody")
+
+
+def test_one_version_is_told_everywhere():
+    told = {
+        "the package": version("fullbody"),
+        "Cargo.toml": tomllib.loads((ROOT / "Cargo.toml").read_text())["package"]["version"],
+        "Cargo.lock": locked("."),
+        "fuzz/Cargo.lock": locked("fuzz"),
+    }
+    for file, pattern in (
+        ("CITATION.cff", r"^version: (\S+)$"),
+        ("docs/cite.md", r"^  version = \{(\S+)\},$"),
+        ("conda/recipe.yaml", r'^  version: "(\S+)"$'),
+    ):
+        told[file] = re.search(pattern, (ROOT / file).read_text(), re.MULTILINE)[1]
+    # Cargo writes 0.3.0-dev for Python's 0.3.0.dev0.
+    versions = {name: Version(text) for name, text in told.items()}
+    assert len(set(versions.values())) == 1, told
+    # A release is the newest entry of the changelog; while the next one is made, its changes stand under Unreleased.
+    newest = re.search(r"^## \[(\S+)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)[1]
+    this = versions["the package"]
+    assert newest == "Unreleased" if this.is_devrelease else Version(newest) == this
+
+
+def test_the_command_that_is_installed_exists():
+    scripts = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["scripts"]
+    assert list(scripts) == ["fullbody"]
+    assert EntryPoint("fullbody", scripts["fullbody"], "console_scripts").load() is cli.main

@@ -1,0 +1,145 @@
+"""Each module or subpackage uses only those above it, and no two files use each other.
+
+Imports at the top of a file, in functions and for type hints count.
+"""
+
+import ast
+import re
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+PACKAGE = Path(__file__).parents[3] / "python" / "fullbody"
+#: In the direction in which data flows; the extension module lies above all of them.
+SUBPACKAGES = (
+    "typing errors base model frames orbit forces events record fields files spice observables observing particles"
+    " plots view motion peers setups ensembles analysis systems commands"
+)
+
+
+def module(path):
+    """The dotted name of a file within the package."""
+    parts = path.relative_to(PACKAGE).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+FILES = {module(path): path for path in PACKAGE.rglob("*.py")}
+
+
+#: Types that others may name wherever they stand: a system gives runs, and a run knows its system.
+MUTUAL = ("motion.run", "motion.system")
+
+
+def imports(node, for_types=False):
+    """The imports of a syntax tree, each with whether it serves type hints alone."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.ImportFrom) and child.level:
+            yield child, for_types
+        named = isinstance(child, ast.If) and isinstance(child.test, ast.Name) and child.test.id == "TYPE_CHECKING"
+        yield from imports(child, for_types or named)
+
+
+def used(path):
+    """Modules of the package that a file names in any import."""
+    folder = path.relative_to(PACKAGE).parts[:-1]
+    for node, for_types in imports(ast.parse(path.read_text())):
+        base = [*folder[: len(folder) - node.level + 1], *(node.module or "").split(".")]
+        for alias in node.names:
+            name = ".".join(part for part in (*base, alias.name) if part)
+            file = name if name in FILES else name.rpartition(".")[0]
+            if not name.startswith("_core") and not (for_types and file in MUTUAL):
+                yield file
+
+
+def test_python_subpackages_use_only_those_above_them():
+    order = [*SUBPACKAGES.split(), "", "__main__"]
+    for name, path in FILES.items():
+        for other in used(path):
+            places = [order.index(file.partition(".")[0]) for file in (other, name)]
+            assert places == sorted(places), f"{name} uses {other}"
+
+
+def test_no_python_files_use_each_other():
+    graph = {name: set(used(path)) for name, path in FILES.items()}
+    assert len(tuple(TopologicalSorter(graph).static_order())) == len(FILES)
+
+
+SRC = Path(__file__).parents[3] / "src"
+USE = r"(pub(?:\(\w+\))? )?\buse ([^;]+);"
+
+
+def leaves(tree):
+    """The paths of a use declaration: a::{b, c::{d, e}} has a::b, a::c::d and a::c::e."""
+    while group := re.search(r"([\w:]*)\{([^{}]*)\}", tree):
+        parts = [group[1] + part.strip() for part in group[2].split(",") if part.strip()]
+        tree = tree.replace(group[0], ", ".join(parts))
+    return [path.split(" as ")[0].strip() for path in tree.split(",")]
+
+
+def rust_imports():
+    """For each file of src, by its module's path, the files whose names it uses; re-exports are looked through."""
+    text = {
+        path.relative_to(SRC).with_suffix("").parts: re.sub(r"//.*", "", path.read_text()) for path in SRC.rglob("*.rs")
+    }
+    text = {name[:-1] if name[-1] in ("mod", "lib") else name: source for name, source in text.items()}
+
+    def resolve(module, path):
+        first, *rest = path.split("::")
+        start = {"crate": (), "self": module, "super": module[:-1]}.get(first)
+        if start is None:
+            return (*module, first, *rest) if (*module, first) in text else None
+        while rest and rest[0] == "super":
+            start, rest = start[:-1], rest[1:]
+        return (*start, *rest)
+
+    facade = {
+        (*module, path[-1]): path
+        for module, source in text.items()
+        for public, tree in re.findall(USE, source)
+        for path in (resolve(module, leaf) for leaf in leaves(tree))
+        if public and path
+    }
+    imports = {}
+    for module, source in text.items():
+        body = re.sub(USE, "", source)
+        paths = re.findall(r"\b(?:crate|super|self)(?:::\w+)+", body)
+        # A module's facade imports what it uses itself.
+        for public, tree in re.findall(USE, source):
+            paths += [leaf for leaf in leaves(tree) if not public or re.search(rf"\b{leaf.split('::')[-1]}\b", body)]
+        imports[module] = set()
+        for target in filter(None, (resolve(module, path) for path in paths)):
+            while target in facade:
+                target = facade[target]
+            while target not in text:
+                target = target[:-1]
+            imports[module] |= {target} - {module}
+    return imports
+
+
+def test_rust_modules_use_only_those_above_them():
+    imports = rust_imports()
+    assert ("mutual", "pair") in imports["mutual", "choice"]
+    modules = re.findall(r"^(?:pub )?mod (\w+);", (SRC / "lib.rs").read_text(), re.MULTILINE)
+    for module, targets in imports.items():
+        up = [target for target in targets if target and modules.index(target[0]) > modules.index(module[0])]
+        assert not up, f"{'::'.join(module)} uses {up}, which src/lib.rs lists below it"
+
+
+def test_no_rust_files_use_each_other():
+    # A circle is an error that names its files.
+    TopologicalSorter(rust_imports()).prepare()
+
+
+def test_each_subpackage_has_a_folder_of_tests():
+    """Beside them, ``package`` tests the package as a whole and ``reproduction`` the studies of that folder."""
+    subpackages = {path.name for path in PACKAGE.iterdir() if (path / "__init__.py").exists()}
+    folders = {path.parent.name for path in Path(__file__).parents[1].glob("*/test_*.py")}
+    assert folders == subpackages | {"package", "reproduction"}
+
+
+def test_files_that_the_documentation_names_exist():
+    root = SRC.parent
+    pages = [*root.glob("*.md"), *root.glob("docs/**/*.md"), *root.glob("fuzz/*.md")]
+    named = re.compile(r"\b(?:src|python|reproduction|tests|benches|docs|fuzz)/[\w/.-]+\.(?:rs|py|md)\b")
+    missing = {(page.name, name) for page in pages for name in named.findall(page.read_text())}
+    missing = {(page, name) for page, name in missing if not (root / name).exists()}
+    assert not missing, missing

@@ -1,0 +1,234 @@
+"""The family of integrators through Python: orders, agreement, settings."""
+
+import warnings
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody.record import integrators
+from support import points, worst
+
+KW4 = fullbody.systems.kw4_ho2021("spheroid")
+CASE1 = fullbody.systems.case1()
+
+ADAPTIVE = {"DormandPrince54": 5, "Verner65": 6, "Verner76": 7, "Verner87": 8, "Verner98": 9}
+SCHEMES = ("leapfrog", "ABA864", "ABA1064")
+
+
+def family(step, rtol):
+    """Every integrator there is, every scheme of the splitting."""
+    made = [getattr(integrators, name)(rtol, rtol) for name in ADAPTIVE]
+    made += [fullbody.LieGroupVariational(step)]
+    made += [fullbody.SymplecticSplitting(step, scheme) for scheme in SCHEMES]
+    assert {type(one).__name__ for one in made} == set(integrators.__all__)
+    return made
+
+
+def end(system, state, until, integrator):
+    return system.integrate(state, until, output=[until], integrator=integrator)
+
+
+# The error of a second-order method is of the order (step x rate)^2, times the phase run through; the others are better
+# by far. Loose enough for each, tight enough to see a wrong stage.
+@pytest.mark.parametrize(("system", "state", "step"), [(*KW4, 0.02), (*CASE1, 0.02)], ids=["kw4", "case1"])
+@pytest.mark.parametrize("place", range(9))
+def test_each_agrees_with_verner98(system, state, step, place):
+    integrator = family(step, 1e-11)[place]
+    expected = end(system, state, 30.0, fullbody.Verner98(1e-14, 1e-14))
+    run = end(system, state, 30.0, integrator)
+    second = isinstance(integrator, fullbody.LieGroupVariational) or getattr(integrator, "scheme", "") == "leapfrog"
+    bound = 1e-3 if second else 1e-9
+    assert worst(run.position, expected.position) < bound
+    assert worst(run.velocity, expected.velocity) < bound
+    # A free top of rate w turns by arcsin(w h) a step in the variational method: Alpha's 68 rad, times (w h)^2 / 6.
+    turn = 0.5 * 68.2 * (2.273 * step) ** 2 / 6 if isinstance(integrator, fullbody.LieGroupVariational) else 0.0
+    assert worst(run.attitude, expected.attitude, 1.0) < bound + turn
+    assert worst(run.spin, expected.spin) < bound
+    assert abs(run.energy_drift_orbital).max() < bound
+    # Angular momentum is kept to round-off by the symplectic ones, exact in their steps.
+    if not isinstance(integrator, integrators._Adaptive):
+        assert run.angular_momentum_drift.max() < 1e-13
+
+
+def orbit(e):
+    """Two points on an ellipse of semi-major axis 1 and mu = 1, at periapsis."""
+    system = points(0.7, 0.3)
+    r, v = np.array([1.0 - e, 0.0, 0.0]), np.array([0.0, np.sqrt((1.0 + e) / (1.0 - e)), 0.0])
+    return system, fullbody.State([-0.3 * r, 0.7 * r], [-0.3 * v, 0.7 * v])
+
+
+@pytest.mark.parametrize("name", ADAPTIVE)
+def test_cost_follows_the_order(name):
+    """The error of a step is of order p in its size: evaluations rise as tolerance^(-1/p), back at the start."""
+    system, state = orbit(0.3)
+    tolerances = 10.0 ** -np.arange(6, 11)
+    turns = 20 * np.pi
+    errors, evaluations = [], []
+    for tolerance in tolerances:
+        run = end(system, state, turns, getattr(integrators, name)(tolerance, tolerance))
+        errors.append(worst(run.position[-1], state.position))
+        evaluations.append(run.statistics.evaluations)
+    slope = -np.polyfit(np.log(tolerances), np.log(evaluations), 1)[0]
+    assert slope == pytest.approx(1.0 / ADAPTIVE[name], rel=0.2)
+    # Ten turns of error growing with the square of the time.
+    assert all(error < 1e5 * tolerance for error, tolerance in zip(errors, tolerances, strict=True))
+    assert errors == sorted(errors, reverse=True)
+
+
+@pytest.mark.parametrize(("system", "state"), [KW4, CASE1], ids=["kw4", "case1"])
+@pytest.mark.parametrize(
+    ("make", "steps", "order"),
+    [
+        (fullbody.LieGroupVariational, (0.04, 0.02), 2),
+        (lambda h: fullbody.SymplecticSplitting(h, "leapfrog"), (0.2, 0.1), 2),
+        (lambda h: fullbody.SymplecticSplitting(h, "ABA864"), (0.5, 0.25), 4),
+        (lambda h: fullbody.SymplecticSplitting(h, "ABA1064"), (0.5, 0.25), 4),
+    ],
+    ids=["lie", "leapfrog", "ABA864", "ABA1064"],
+)
+def test_order_of_fixed_steps(system, state, make, steps, order):
+    """Half the step, error down by 2^order. In the limit of small steps the near-integrable schemes are of order 4."""
+    expected = end(system, state, 20.0, fullbody.Verner98(1e-14, 1e-14)).position
+    coarse, fine = (worst(end(system, state, 20.0, make(h)).position, expected) for h in steps)
+    assert np.log2(coarse / fine) > order - 0.3
+    if order == 2:
+        assert np.log2(coarse / fine) < order + 0.3
+
+
+def test_the_splitting_is_exact_for_two_points():
+    """Kepler's motion is one of its parts and the rest vanishes: any step gives the closed form."""
+    system, state = orbit(0.6)
+    run = end(system, state, 2 * np.pi, fullbody.SymplecticSplitting(2 * np.pi / 3))
+    assert run.statistics.steps == 3
+    assert worst(run.position[-1], state.position) < 1e-13
+    assert worst(run.velocity[-1], state.velocity) < 1e-13
+
+
+def test_steps_with_units():
+    from astropy import units as u
+
+    system, state = fullbody.systems.kw4_ho2021("spheroid", units=True)
+    plain, start = KW4
+    for make in (fullbody.LieGroupVariational, fullbody.SymplecticSplitting):
+        runs = [
+            system.integrate(state, 10 * u.h, integrator=make(step)) for step in (15 * u.min, 0.25 * u.h, 900 * u.s)
+        ]
+        expected = plain.integrate(start, 10.0, integrator=make(0.25))
+        for run in runs:
+            assert run.statistics.steps == 40
+            assert worst(run.position[-1].to_value(u.km), expected.position[-1]) < 1e-12
+        with pytest.raises(fullbody.InvalidInput, match=r"step has the unit km.*expected a unit such as s"):
+            fullbody.Simulation(system, state, make(1 * u.km))
+        with pytest.raises(fullbody.InvalidInput, match=r"step has the unit h.*the system has no units"):
+            fullbody.Simulation(plain, start, make(1 * u.h))
+
+
+@pytest.mark.parametrize("make", [fullbody.LieGroupVariational, fullbody.SymplecticSplitting])
+@pytest.mark.parametrize("step", [0, -1.0, float("nan"), float("inf"), "a", None, [1.0, 2.0]], ids=str)
+def test_refused_steps(make, step):
+    with pytest.raises(fullbody.InvalidInput, match=r"^step (is|has) .*expected"):
+        fullbody.Simulation(*CASE1, make(step))
+
+
+@pytest.mark.parametrize("make", [fullbody.LieGroupVariational, fullbody.SymplecticSplitting])
+def test_runs_of_more_steps_than_can_be_counted(make):
+    system, state = KW4
+    with pytest.raises(fullbody.InvalidInput, match=r"step is 1e-300; expected a longer one; until 1 takes 1.0e300"):
+        system.integrate(state, 1.0, integrator=make(1e-300))
+
+
+@pytest.mark.parametrize("name", ADAPTIVE)
+@pytest.mark.parametrize("value", [-1e-9, 1.0, float("nan"), float("inf"), "tight", None, True, [1e-9]], ids=str)
+def test_refused_tolerances(name, value):
+    make = getattr(integrators, name)
+    for which in ("rtol", "atol"):
+        with pytest.raises(fullbody.InvalidInput, match=rf"^{which} is .*; expected a number from 0 to below 1"):
+            make(**{which: value})
+
+
+def test_refused_settings():
+    with pytest.raises(fullbody.InvalidInput, match="the larger of rtol and atol is 0; expected a number above zero"):
+        fullbody.Verner65(0.0, 0.0)
+    with pytest.raises(fullbody.InvalidInput, match=r"scheme is 'yoshida'; expected one of .*'ABA864'"):
+        fullbody.SymplecticSplitting(0.1, "yoshida")
+    for integrator in (fullbody.Verner98, "Verner98", 1e-13):
+        with pytest.raises(fullbody.InvalidInput, match=r"integrator is .*; expected one of fullbody's"):
+            fullbody.Simulation(*CASE1, integrator)
+    system, state = CASE1
+    chart = system.with_options(attitude_chart="tait_bryan")
+    for integrator in (fullbody.LieGroupVariational(0.1), fullbody.SymplecticSplitting(0.1)):
+        with pytest.raises(
+            fullbody.InvalidInput, match=r"attitude_chart is the Tait-Bryan angles; expected .quaternion"
+        ):
+            chart.integrate(state, 1.0, integrator=integrator)
+
+
+@pytest.mark.parametrize("name", ADAPTIVE)
+def test_tolerances_below_round_off_are_raised_with_a_warning(name):
+    make = getattr(integrators, name)
+    with pytest.warns(fullbody.PrecisionWarning):
+        floor = make(1e-17, 0.0).rtol
+    # A few units in the last place of a double.
+    assert 2.0**-53 < floor < 20 * 2.0**-53
+    message = rf"rtol \+ atol is 1e-16, below .*; rtol is raised to {floor:g}"
+    with pytest.warns(fullbody.PrecisionWarning, match=message) as seen:
+        raised = make(1e-16, 0.0)
+    assert seen[0].filename == __file__
+    assert raised.rtol == floor
+    for atol in np.random.default_rng(7).uniform(0, floor, 50):
+        with pytest.warns(fullbody.PrecisionWarning):
+            raised = make(0.0, float(atol))
+        assert raised.rtol + raised.atol == pytest.approx(floor, rel=1e-15)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            again = make(raised.rtol, raised.atol)
+        assert again == raised
+    run = end(*CASE1, 10.0, raised)
+    assert abs(run.energy_drift).max() < 1e-14
+
+
+def test_atol_alone_and_rtol_alone():
+    expected = end(*CASE1, 20.0, fullbody.Verner98(1e-14, 1e-14)).position
+    for tolerances in ((1e-10, 0.0), (0.0, 1e-10)):
+        assert worst(end(*CASE1, 20.0, fullbody.Verner98(*tolerances)).position, expected) < 1e-7
+
+
+def test_integrators_compare_print_and_come_back():
+    import pickle
+
+    for integrator in family(0.25, 1e-9):
+        assert pickle.loads(pickle.dumps(integrator)) == integrator
+        assert eval(repr(integrator), vars(integrators)) == integrator
+        assert integrators.rebuild(integrator._describe(float)) == integrator
+        with pytest.raises((AttributeError, TypeError)):
+            integrator.rtol = 1.0
+    with pytest.raises(fullbody.InvalidInput, match="integrator is 'Euler'; expected one of DormandPrince54, "):
+        integrators.rebuild({"name": "Euler"})
+
+
+@pytest.mark.parametrize("place", range(9))
+def test_there_and_back(place):
+    """Time reversal: back at the start within the error of the way out; to round-off for the symplectic ones."""
+    integrator = family(0.1, 1e-12)[place]
+    system, state = CASE1
+    sim = fullbody.Simulation(system, state, integrator)
+    sim.integrate(20.0, output=[20.0])
+    sim.integrate(0.0, output=[0.0])
+    bound = 1e-9 if isinstance(integrator, integrators._Adaptive) else 1e-11
+    assert np.abs(sim.state.position - state.position).max() < bound
+    assert np.abs(sim.state.spin - state.spin).max() < bound
+
+
+@pytest.mark.parametrize("place", range(9))
+def test_angular_momentum_of_a_system_that_travels(place):
+    """It is that of the system at rest; from the bodies' places, 1e7 km away, it would keep half of its digits."""
+    system, state = KW4
+    share = np.array([body.mass for body in system.bodies]) / sum(body.mass for body in system.bodies)
+    rest = state.replace(position=state.position - share @ state.position)
+    moving = rest.replace(velocity=rest.velocity + np.array([1e5, -2e4, 3e4]))
+    integrator = family(0.02, 1e-13)[place]
+    run = system.integrate(moving, 100.0, output=5.0, integrator=integrator)
+    assert np.linalg.norm(run.position[-1, 0]) > 1e7
+    expected = system.angular_momentum(rest)
+    assert np.abs(run.angular_momentum - expected).max() < 1e-10 * np.linalg.norm(expected)
+    assert run.angular_momentum_drift.max() < 1e-13

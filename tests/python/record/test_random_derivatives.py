@@ -1,0 +1,17 @@
+"""Derivatives of random systems of all kinds agree with differences of complete runs."""
+
+import os
+
+import pytest
+from random_systems import case, errors
+
+#: How many are tried; the acceptance run takes 200 and more, from another first seed.
+COUNT = int(os.environ.get("FULLBODY_RANDOM_SYSTEMS", "4"))
+FIRST = int(os.environ.get("FULLBODY_FIRST_SEED", "4"))
+
+
+@pytest.mark.parametrize("seed", range(FIRST, FIRST + COUNT))
+def test_derivatives_of_random_systems(seed):
+    tried = case(seed)
+    for name, error in errors(tried).items():
+        assert error < 1e-6, f"{name}: {tried.label}"

@@ -1,0 +1,217 @@
+"""Energy and angular momentum are compared with those of the start, whatever is recorded and wherever a run goes."""
+
+import copy
+import pickle
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody.commands.cli import main
+from support import points
+
+MASSES, G = np.array([0.7, 0.2, 0.1]), 1.3
+LOOSE = fullbody.DormandPrince54(1e-6, 1e-6)
+START = fullbody.State([[0.1, 0, 0], [1, 0, 0.1], [0, -4, 0]], [[0, 0.1, 0], [0, 1.1, 0], [0.6, 0, 0.1]], time=2.0)
+DRIFTS = ("energy_drift", "energy_drift_orbital", "angular_momentum_drift")
+
+
+def by_hand(state):
+    """Kinetic and potential energy and angular momentum of points."""
+    r, v = state.position, state.velocity
+    kinetic = 0.5 * MASSES @ (v**2).sum(axis=1)
+    pairs = [(0, 1), (0, 2), (1, 2)]
+    potential = -G * sum(MASSES[i] * MASSES[j] / np.linalg.norm(r[i] - r[j]) for i, j in pairs)
+    return kinetic, potential, MASSES @ np.cross(r, v)
+
+
+def drifts_by_hand(start, states):
+    """The three drifts (3, K) since a state; points have no energy of rotation."""
+    kinetic, potential, momentum = by_hand(start)
+    rows = []
+    for state in states:
+        k, p, j = by_hand(state)
+        change = (k + p) - (kinetic + potential)
+        size = abs(kinetic + potential)
+        rows.append((change / size, change / size, np.linalg.norm(j - momentum) / np.linalg.norm(momentum)))
+    return np.reshape(rows, (-1, 3)).T
+
+
+def drifts(of):
+    return np.array([getattr(of, name) for name in DRIFTS])
+
+
+def three():
+    return points(*MASSES, G=G)
+
+
+@pytest.mark.parametrize(
+    "output",
+    [None, 1.5, [32.0], [20.0, 30.0], [2.0, 32.0], []],
+    ids=["steps", "spacing", "end", "late", "both", "none"],
+)
+@pytest.mark.parametrize("until", [32.0, -28.0], ids=["forwards", "backwards"])
+def test_drifts_count_from_the_start_whatever_is_recorded(output, until):
+    if until < START.time and isinstance(output, list):
+        output = [2 * START.time - time for time in output]
+    run = three().integrate(START, until, output=output, integrator=LOOSE)
+    assert np.abs(drifts(run) - drifts_by_hand(START, run)).max(initial=0.0) < 1e-14
+    if len(run):
+        # The tolerance is loose enough that there is something to see.
+        assert (np.abs(drifts(run)[:, -1]) > 1e-8).all()
+    kinetic, potential, momentum = by_hand(START)
+    assert run.start.time == START.time
+    energy = run.start.energy
+    assert (energy.translational, energy.rotational, energy.potential) == pytest.approx((kinetic, 0, potential))
+    assert energy.total == pytest.approx(kinetic + potential, rel=1e-14)
+    assert run.start.angular_momentum == pytest.approx(momentum, rel=1e-14)
+
+
+def test_the_spin_of_kw4_hides_nothing():
+    """A sample at the end alone; the energies of both ends by the system itself."""
+    system, state = fullbody.systems.kw4()
+    run = system.integrate(state, 1000.0, output=[1000.0], integrator=fullbody.Verner98(1e-5, 1e-5))
+    first, last = system.energy(state), system.energy(run[0])
+    change = last.total - first.total
+    assert run.energy_drift[0] == pytest.approx(change / first.total, rel=1e-6)
+    assert run.energy_drift[0] > 1e-9
+    assert run.energy_drift_orbital[0] == pytest.approx(change / abs(first.translational + first.potential), rel=1e-6)
+    moved = system.angular_momentum(run[0]) - system.angular_momentum(state)
+    expected = np.linalg.norm(moved) / np.linalg.norm(system.angular_momentum(state))
+    assert run.angular_momentum_drift[0] == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_recorded_start_is_the_start_to_the_last_bit():
+    system, state = fullbody.systems.kw4()
+    run = system.integrate(state, 20.0, output=5.0)
+    assert run.start.energy.total == run.energy[0]
+    assert run.start.energy.rotational == run.rotational_energy[0]
+    assert np.array_equal(run.start.angular_momentum, run.angular_momentum[0])
+    assert all(getattr(run, name)[0] == 0.0 for name in DRIFTS)
+
+
+def test_slices_copies_pickles_and_files_keep_the_start(tmp_path):
+    run = three().integrate(START, 32.0, output=1.5, integrator=LOOSE)
+    for part in (slice(5, None), slice(None, None, 3), slice(-1, None), slice(3, 3)):
+        assert np.array_equal(drifts(run[part]), drifts(run)[:, part])
+        assert run[part].start == run.start
+    late = run[7:]
+    late.save(tmp_path / "late.nc")
+    again = fullbody.load(tmp_path / "late.nc")
+    for twin in (copy.copy(late), copy.deepcopy(late), pickle.loads(pickle.dumps(late)), again):
+        assert twin == late
+        assert twin.start == late.start
+        assert np.array_equal(drifts(twin), drifts(late))
+    other = three().integrate(run[3], 32.0, output=1.5, integrator=LOOSE)
+    assert other[2:] != late
+
+
+def test_the_start_in_xarray_has_units():
+    system, state = fullbody.systems.kw4(units=True)
+    run = system.integrate(state, 20.0, output=[10.0, 20.0])
+    dataset = run.to_xarray()
+    start = run.start
+    assert dataset.start_time.item() == start.time.to_value("h") == 0.0
+    assert dataset.start_energy.sel(part="potential").item() == start.energy.potential.value
+    assert np.array_equal(dataset.start_angular_momentum, start.angular_momentum.value)
+    assert dataset.start_energy.attrs["units"] == dataset.energy.attrs["units"]
+    drift = (dataset.energy.sel(part="total") - dataset.start_energy.sel(part="total")) / dataset.start_energy[0]
+    assert np.array_equal(drift, run.energy_drift)
+
+
+def test_a_simulation_tells_the_drift_of_all_its_runs():
+    """A run counts from where it began, the simulation from where it began: steps and runs, there and back."""
+    sim = fullbody.Simulation(three(), START, LOOSE)
+    assert drifts(sim).tolist() == [0.0, 0.0, 0.0]
+    for until in (12.0, 32.0, 20.0):
+        begin = sim.state
+        run = sim.integrate(until, output=[until])
+        assert run.start.time == begin.time
+        assert np.abs(drifts(run) - drifts_by_hand(begin, run)).max() < 1e-14
+        assert np.abs(drifts(sim) - drifts_by_hand(START, [sim.state])[:, 0]).max() < 1e-14
+    for _ in range(20):
+        sim.step()
+    whole = drifts_by_hand(START, [sim.state])[:, 0]
+    assert np.abs(drifts(sim) - whole).max() < 1e-14
+    assert (np.abs(whole) > 1e-8).all()
+    assert sim.start == fullbody.Simulation(three(), START).start
+    assert np.array_equal(drifts(copy.copy(sim)), drifts(sim))
+    # Set to a state, it begins there.
+    sim.state = sim.state
+    assert sim.start.time == sim.time
+    assert drifts(sim).tolist() == [0.0, 0.0, 0.0]
+
+
+def test_a_saved_simulation_knows_where_it_began(tmp_path):
+    """Its drift goes on from there, and that of its runs from where they begin."""
+    sim = fullbody.Simulation(three(), START, LOOSE)
+    sim.integrate(12.0)
+    sim.save(tmp_path / "three.sim")
+    again = fullbody.Simulation.load(tmp_path / "three.sim")
+    run = again.integrate(32.0, output=[32.0])
+    assert np.abs(drifts(again) - drifts_by_hand(START, run)[:, 0]).max() < 1e-14
+    assert run.start.time == 12.0
+
+
+def test_runs_cut_short_keep_the_start():
+    """By contact, by a terminal event, by an exception of a callback."""
+    bodies = [fullbody.Body(fullbody.Sphere(0.5), mass=1.0)] * 2
+    system = fullbody.System(bodies, G=1.0)
+    state = fullbody.State([[0, 0, 0], [5, 0, 0]], [[0, 0, 0], [0, 0.1, 0]], time=1.0)
+    expected = system.energy(state).total
+    for output in (None, []):
+        with pytest.raises(fullbody.BodiesOverlap) as caught:
+            system.integrate(state, 100.0, output=output)
+        assert caught.value.run.start.time == 1.0
+        assert caught.value.run.start.energy.total == pytest.approx(expected, rel=1e-14)
+        assert caught.value.run.energy_drift.shape == (len(caught.value.run),)
+    stop = fullbody.events.Separation(0, 1, 2.0, terminal=True)
+    run = system.integrate(state, 100.0, output=[100.0], events=[stop], integrator=LOOSE)
+    assert len(run) == 1
+    change = system.energy(run[0]).total - expected
+    assert run.energy_drift[0] == pytest.approx(change / abs(expected), rel=1e-6)
+    assert change != 0.0
+
+    def never(state):
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError) as failed:
+        system.integrate(state, 2.0, output=[], events=[fullbody.events.Function(never)])
+    assert failed.value.run.start.energy.total == pytest.approx(expected, rel=1e-14)
+
+
+def test_the_table_tells_of_the_start(tmp_path, capsys):
+    run = three().integrate(START, 32.0, output=[20.0, 32.0], integrator=LOOSE)
+    shown = {f"{np.abs(drift).max():.2e}" for drift in drifts(run)}
+    run.save(tmp_path / "run.nc")
+    assert main(["info", str(tmp_path / "run.nc")]) == 0
+    for text in (run._repr_html_(), capsys.readouterr().out):
+        assert all(value in text for value in shown)
+        assert "start" in text
+        assert "since the first sample" not in text
+    line = run.plot.energy().lines[0]
+    assert np.array_equal(line.get_ydata(), np.abs(run.energy_drift))
+    # Where it is recorded, the span of the samples tells it.
+    assert "start" not in three().integrate(START, 3.0)._repr_html_()
+    assert "start" in three().integrate(START, 3.0, output=[])._repr_html_()
+
+
+@pytest.mark.parametrize("fault", ["start_energy", "all", "shape", "nan"])
+def test_damaged_starts_are_refused(fault, tmp_path):
+    run = three().integrate(START, 3.0, output=[3.0])
+    dataset = run.to_xarray()
+    match fault:
+        case "shape":
+            dataset["start_angular_momentum"] = ("part", np.zeros(4))
+            said = "start_angular_momentum has the dimensions part; expected axis"
+        case "nan":
+            dataset["start_time"] = np.nan
+            said = r"start_time\[\] is nan; expected finite numbers"
+        case "all":
+            dataset = dataset.drop_vars(["start_time", "start_energy", "start_angular_momentum"])
+            said = "it has no variable start_time"
+        case _:
+            dataset = dataset.drop_vars(fault)
+            said = "it has no variable start_energy"
+    dataset.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
+    with pytest.raises(fullbody.InvalidInput, match=said):
+        fullbody.load(tmp_path / "run.nc")

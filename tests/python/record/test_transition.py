@@ -1,0 +1,212 @@
+"""Transition matrices and sensitivities against closed forms, the laws of mechanics, and neighbouring runs."""
+
+import fullbody
+import numpy as np
+import pytest
+from flows import (
+    TIGHT,
+    central,
+    departed,
+    energy_gradient,
+    momentum_gradients,
+    rates,
+    scaled,
+    scales,
+    symplectic_form,
+    tumbling,
+)
+from mpmath import mp, mpf
+from support import pair_of_points, worst
+
+
+@pytest.fixture(scope="module", params=["focal", "surface"])
+def tumble(request):
+    system, state = tumbling(request.param)
+    run = system.integrate(state, 12.0, output=[0.0, 3.3, 12.0], integrator=TIGHT, derivatives=["G", "mass of A"])
+    return system, run
+
+
+def test_begins_with_identity(tumble):
+    _, run = tumble
+    assert np.array_equal(run.transition[0], np.eye(24))
+    assert not run.sensitivity["G"][0].any()
+
+
+def test_the_motion_has_the_same_bits():
+    system, state = tumbling()
+    plain, with_them = (system.integrate(state, 5.0, derivatives=wanted) for wanted in (False, True))
+    for name in ("time", "position", "velocity", "attitude", "spin", "energy"):
+        assert np.array_equal(getattr(plain, name), getattr(with_them, name))
+
+
+def test_maps_rates_to_rates(tumble):
+    # A departure along the motion stays one.
+    system, run = tumble
+    for k in (1, 2):
+        size = scales(system, run[0])
+        moved = run.transition[k] @ rates(system, run[0])
+        assert worst(moved / size, rates(system, run[k]) / size) < 1e-11
+
+
+def test_keeps_energy_and_momenta(tumble):
+    system, run = tumble
+    size = scales(system, run[0])
+    for k in (1, 2):
+        now, then = (energy_gradient(system, run[i]) for i in (k, 0))
+        assert worst(now @ run.transition[k] * size, then * size) < 1e-11
+        now, then = (momentum_gradients(system, run[i]) for i in (k, 0))
+        assert worst(now @ run.transition[k] * size, then * size) < 1e-11
+
+
+def test_is_symplectic(tumble):
+    system, run = tumble
+    size = scales(system, run[0])
+    for k in (1, 2):
+        phi = run.transition[k]
+        kept = phi.T @ symplectic_form(system, run[k]) @ phi
+        both = [size[:, np.newaxis] * form * size for form in (kept, symplectic_form(system, run[0]))]
+        # Terms of the sum are as large as the square of the matrix.
+        growth = np.abs(scaled(phi, system, run[0])).max() ** 2
+        assert worst(*both) < 1e-13 * growth
+        assert worst(*both) < 1e-11
+
+
+def test_faster_motion_is_motion_in_shorter_time(tumble):
+    # Rates times f and G times f^2 make time run f times as fast.
+    system, run = tumble
+    start, end, time = run[0], run[2], run.time[2]
+    along = np.tile([0.0, 1.0, 0.0, 1.0], 2).repeat(3)
+    velocities = np.concatenate(
+        [np.concatenate([0 * v, v, 0 * v, w]) for v, w in zip(start.velocity, start.spin, strict=True)]
+    )
+    by_factor = run.transition[2] @ velocities + 2.0 * float(system.G) * run.sensitivity["G"][2]
+    now = np.concatenate([np.concatenate([0 * v, v, 0 * v, w]) for v, w in zip(end.velocity, end.spin, strict=True)])
+    assert along.shape == now.shape
+    size = scales(system, start)
+    assert worst(by_factor / size, (now + time * rates(system, end)) / size) < 1e-11
+
+
+def test_points_follow_kepler():
+    # Kepler's equation in 40 digits, differentiated there.
+    mp.dps = 40
+    system, state = pair_of_points(0.3)
+    time = 9.0
+    run = system.integrate(state, time, output="ends", integrator=TIGHT, derivatives=True)
+    r0, v0 = state.position[1] - state.position[0], state.velocity[1] - state.velocity[0]
+    start = [mpf(float(x)) for x in (*r0, *v0)]
+    step = mpf(10) ** -13
+    expected = np.zeros((6, 6))
+    for k in range(6):
+        ends = []
+        for sign in (1, -1):
+            moved = list(start)
+            moved[k] += sign * step
+            ends.append(kepler(moved, mpf(time), mpf(float(system.mu()))))
+        expected[:, k] = [float((a - b) / (2 * step)) for a, b in zip(*ends, strict=True)]
+    phi = run.transition[-1]
+    # A move of the second body alone moves the relative orbit by as much.
+    relative = phi[12:18, 12:18] - phi[0:6, 12:18]
+    assert worst(relative, expected) < 1e-11
+    assert worst(phi[12:18, 0:6] - phi[0:6, 0:6], -expected) < 1e-11
+    # Points do not turn.
+    assert (
+        np.array_equal(phi[6:9, 6:12], np.hstack([np.eye(3), time * np.eye(3)]))
+        or worst(phi[6:9, 6:12], np.hstack([np.eye(3), time * np.eye(3)])) < 1e-14
+    )
+
+
+def kepler(start, time, mu):
+    """The state on an elliptic orbit after a time, by f and g of the change of the eccentric anomaly."""
+    r, v = start[:3], start[3:]
+    dot = sum(a * b for a, b in zip(r, v, strict=True))
+    distance = mp.sqrt(sum(a * a for a in r))
+    a = 1 / (2 / distance - sum(x * x for x in v) / mu)
+    n = mp.sqrt(mu / a**3)
+    s, c = dot / mp.sqrt(mu * a), 1 - distance / a
+    mean = n * time
+    change = mp.findroot(lambda x: x - c * mp.sin(x) + s * (1 - mp.cos(x)) - mean, mean)
+    now = a * (1 - c * mp.cos(change) + s * mp.sin(change))
+    f, g = 1 - a / distance * (1 - mp.cos(change)), time + (mp.sin(change) - change) / n
+    df, dg = -mp.sqrt(mu * a) / (now * distance) * mp.sin(change), 1 - a / now * (1 - mp.cos(change))
+    return [f * x + g * y for x, y in zip(r, v, strict=True)] + [df * x + dg * y for x, y in zip(r, v, strict=False)]
+
+
+@pytest.mark.parametrize(("body", "kind", "axis"), [(0, 0, 1), (0, 1, 2), (0, 2, 0), (1, 0, 2), (1, 2, 1), (1, 3, 2)])
+def test_neighbouring_runs(tumble, body, kind, axis):
+    system, run = tumble
+    size = scales(system, run[0])
+    column = 12 * body + 3 * kind + axis
+
+    def moved(by):
+        return system.integrate(departed(run[0], body, kind, axis, by), 12.0, output="ends", integrator=TIGHT)[-1]
+
+    differences = central(moved, 1e-4 * size[column])
+    assert worst(run.transition[2][:, column] / size, differences / size) < 1e-8
+
+
+def test_neighbouring_systems(tumble):
+    system, run = tumble
+    size = scales(system, run[0])
+
+    def heavier(by):
+        first, second = system.bodies
+        first = fullbody.Body(first.shape, mass=first.mass + by, name=first.name)
+        changed = fullbody.System([first, second], G=system.G, gravity=system.options["gravity"])
+        return changed.integrate(run[0], 12.0, output="ends", integrator=TIGHT)[-1]
+
+    assert worst(run.sensitivity["mass of A"][2] / size, central(heavier, 1e-4) / size) < 1e-8
+
+
+def test_density_is_mass_over_volume():
+    system, state = tumbling()
+    run = system.integrate(state, 2.0, output="ends", derivatives=["mass of B", "density of B"])
+    volume = 4 / 3 * np.pi * 0.4 * 0.7 * 0.5
+    assert worst(run.sensitivity["density of B"], volume * run.sensitivity["mass of B"]) < 1e-14
+
+
+def test_matrices_follow_each_other(tumble):
+    system, run = tumble
+    rest = system.integrate(run[1], 12.0, output="ends", integrator=TIGHT, derivatives=True)
+    whole = rest.transition[-1] @ run.transition[1]
+    assert worst(scaled(whole, system, run[0]), scaled(run.transition[2], system, run[0])) < 1e-11
+
+
+def test_backwards_is_the_inverse(tumble):
+    system, run = tumble
+    back = system.integrate(run[2], 0.0, output="ends", integrator=TIGHT, derivatives=True)
+    both = scaled(back.transition[-1] @ run.transition[2], system, run[0])
+    growth = np.abs(scaled(run.transition[2], system, run[0])).max()
+    assert worst(both, np.eye(24)) < 1e-12 * growth
+
+
+def test_unknown_parameters_answer_with_those_that_exist():
+    system, state = tumbling()
+    with pytest.raises(fullbody.InvalidInput, match=r'"mass of C".*"G".*"mass of A".*"mass of B"'):
+        system.integrate(state, 1.0, derivatives=["mass of C"])
+    with pytest.raises(fullbody.InvalidInput, match="which is text"):
+        system.integrate(state, 1.0, derivatives="G")
+    with pytest.raises(fullbody.InvalidInput, match="derivatives=True"):
+        _ = system.integrate(state, 1.0).transition
+
+
+def test_files_keep_derivatives(tumble, tmp_path):
+    _, run = tumble
+    run.save(tmp_path / "run.nc")
+    again = fullbody.load(tmp_path / "run.nc")
+    assert again == run
+    assert np.array_equal(again.sensitivity["mass of A"], run.sensitivity["mass of A"])
+    assert run[1:].transition.shape == (2, 24, 24)
+
+
+def test_units_of_a_departure():
+    """An element of the matrix is a number of its row's unit by its column's: seen by the same run in other units."""
+    system, state = fullbody.systems.kw4(units=True)
+    assert fullbody.systems.kw4()[0].integrate(fullbody.systems.kw4()[1], 1.0).departure_units is None
+    other = fullbody.System(system.bodies, system.G, units=("m", "min", "kg"))
+    runs = [one.integrate(state, "2 h", output="ends", derivatives=True) for one in (system, other)]
+    first, second = (run.departure_units for run in runs)
+    assert [str(unit) for unit in first[12:24:3]] == ["km", "km / h", "rad", "rad / h"]
+    factors = [(one / two).decompose().scale for one, two in zip(first, second, strict=True)]
+    scaled = runs[0].transition[-1] * np.outer(factors, 1.0 / np.array(factors))
+    size = np.abs(scaled).max(axis=1, keepdims=True)
+    assert (np.abs(runs[1].transition[-1] - scaled) <= 1e-8 * size).all()

@@ -1,0 +1,108 @@
+"""Initial states of rotational fission, and a small map of their fates."""
+
+import json
+import re
+
+import fullbody
+import numpy as np
+import pytest
+from scipy.spatial.distance import cdist
+
+from reproduction.ho2022 import paper, study
+from reproduction.ho2022.__main__ import main
+from reproduction.ho2022.starts import CASES, DENSITY, PRIMARY, closest, fission, spin_limit
+
+
+def test_the_distance_of_upright_and_lying_bodies():
+    second = (0.5, 0.4, 0.3)
+    assert closest(PRIMARY, second, 0.0, 0.01) == pytest.approx(1.0 + 0.5 + 0.01, abs=1e-12)
+    assert closest(PRIMARY, second, np.pi / 2, 0.01) == pytest.approx(1.0 + 0.3 + 0.01, abs=1e-12)
+
+
+def test_the_gap_of_a_tilted_body():
+    """Beside the nearest of many points of both surfaces, in all of space."""
+    second, tilt, gap = (0.5, 0.4, 0.3), 0.7, 0.05
+    distance = closest(PRIMARY, second, tilt, gap)
+    u, v = np.meshgrid(np.linspace(0.0, np.pi, 91), np.linspace(-0.5, 0.5, 41))
+    near = np.stack([np.sin(u) * np.cos(v), np.sin(u) * np.sin(v), np.cos(u)], axis=-1).reshape(-1, 3)
+    turn = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
+    facing = near * [-1, 1, 1] * second @ turn.T + [distance, 0, 0]
+    found = cdist(near * PRIMARY, facing).min()
+    assert gap <= found < gap + 2e-3
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_start(case):
+    system, state = fission(case, 0.2, 30.0)
+    first, second = system.masses
+    assert second / first == pytest.approx(0.2, rel=1e-14)
+    assert first == pytest.approx(4 / 3 * np.pi * 0.7 * 0.65 * 2e12, rel=1e-14)
+    # One rate about z, in the inertial frame; no momentum.
+    spins = np.einsum("nij,nj->ni", state.rotation_matrix, state.spin)
+    np.testing.assert_allclose(spins, [[0, 0, spins[0, 2]]] * 2, atol=1e-15)
+    np.testing.assert_allclose(state.velocity, np.cross(spins, state.position), rtol=1e-14)
+    assert np.abs(system.masses @ state.velocity).max() < 1e-12 * first
+    # Along the line of the centres, attraction is what a circle takes.
+    pull = system.interactions(state).force[1, 0]
+    assert pull == pytest.approx(-second * spins[0, 2] ** 2 * state.position[1, 0], rel=1e-13)
+    # The gap is 1 cm along the common normal, which is not far from the line of the centres.
+    for closer, overlap in ((0.99e-5, False), (1.2e-5, True)):
+        moved = state.replace(position=state.position - [[0, 0, 0], [closer, 0, 0]])
+        try:
+            system.interactions(moved)
+            assert not overlap
+        except fullbody.BodiesOverlap:
+            assert overlap
+
+
+def test_a_sphere_of_dust():
+    """4/3 pi G rho is the square of the rate; of a needle it is less."""
+    limit = np.sqrt(4 / 3 * np.pi * paper.G * DENSITY)
+    assert spin_limit((1.0, 1.0, 1.0), DENSITY) == pytest.approx(limit, rel=1e-14)
+    assert spin_limit((1.0, 0.5, 0.5), DENSITY) < limit
+
+
+def test_an_ellipsoid_of_dust():
+    """What the program attracts a point at the tip with."""
+    axes, density = (0.5, 0.4, 0.3), 2e12
+    body = fullbody.Body(fullbody.Ellipsoid(*axes), density=density)
+    speck = fullbody.Body(fullbody.PointMass(), mass=1.0)
+    state = fullbody.State([[0, 0, 0], [0.5 * (1 + 1e-9), 0, 0]], np.zeros((2, 3)))
+    pull = fullbody.System([body, speck], G=paper.G).interactions(state).force[1, 0]
+    assert spin_limit(axes, density) ** 2 * 0.5 == pytest.approx(-pull, rel=1e-7)
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("fission")
+    assert main(["--draft", "--quiet", "--out", str(folder)]) == 0
+    return folder
+
+
+def test_a_small_map(report):
+    numbers = json.loads((report / "numbers.json").read_text())
+    for part in numbers["counts"].values():
+        for one in part.values():
+            assert one["impact"] + one["escape"] + one["bound"] == pytest.approx(1.0)
+            assert one["errors"] == 0.0
+            assert one["largest_drift"] < 1e-9
+        # A third of the starts is aligned, and stays so for a while; at the limit all others touch.
+    assert numbers["counts"]["0"]["all"]["impact"] == pytest.approx(2 / 3)
+    assert numbers["counts"]["0.01"]["all"]["impact"] < numbers["counts"]["0"]["all"]["impact"]
+    assert {row["verdict"] for row in numbers["verdicts"]} <= {"holds", "differs", "open"}
+
+
+def test_the_report_has_its_figures(report):
+    text = (report / "report.md").read_text()
+    assert "a draft" in text
+    assert not re.search(r"\b(nan|inf|None)\b", text)
+    for name in re.findall(r"\]\((\S+\.png)\)", text):
+        assert (report / name).stat().st_size > 10000
+    assert {path.name for path in report.iterdir()} == {
+        *("map.nc", "report.md", "numbers.json", "fates-0.png", "fates-1.png", "fission.png")
+    }
+
+
+def test_the_whole_grid_is_the_papers():
+    grid = study.GRID
+    assert len(grid["case"]) * len(grid["mass_ratio"]) * len(grid["tilt"]) == 9990

@@ -1,0 +1,214 @@
+"""Systems from ``system.toml`` are built as written, and errors name file, key and expectation."""
+
+import re
+
+import fullbody
+import numpy as np
+import pytest
+from fullbody.setups.toml import __doc__ as MANUAL
+from toml_texts import KW4, PAIR
+
+
+def read(tmp_path, text):
+    path = tmp_path / "system.toml"
+    path.write_text(text)
+    return fullbody.read_toml(path)
+
+
+def test_kw4_is_the_ready_made_one(tmp_path):
+    setup = read(tmp_path, KW4)
+    system, state = fullbody.systems.kw4_ho2021(units=True)
+    assert [body.shape for body in setup.system.bodies] == [body.shape for body in system.bodies]
+    assert np.array_equal(setup.system.masses, system.masses)
+    assert setup.system.options["gravity"] == "surface"
+    assert setup.system.options["gravity_tolerance"] == 1e-13
+    for name in ("position", "velocity", "spin"):
+        ours, theirs = getattr(setup.state, name), getattr(state, name)
+        assert ours.unit == theirs.unit
+        assert np.allclose(ours.value, theirs.value, rtol=1e-9, atol=0), name
+    assert np.allclose(setup.state.attitude, state.attitude, rtol=0, atol=1e-15)
+    assert setup.integrator == fullbody.Verner98(rtol=1e-12)
+    assert setup.until.to_value("hour") == 24.0
+    assert setup.output.to_value("hour") == 0.5
+    assert setup.file == tmp_path / "system.nc"
+
+
+def test_run_is_the_systems_run(tmp_path):
+    setup = read(tmp_path, KW4)
+    run = setup.run(until=3.0)
+    assert run == setup.system.integrate(setup.state, 3.0, output=0.5, integrator=setup.integrator)
+    assert len(run) == 7
+
+
+def test_the_manuals_example_runs(tmp_path):
+    """Also: the barycentre rests at the origin."""
+    block = MANUAL.split(".. code-block:: toml")[1]
+    setup = read(tmp_path, "\n".join(line[4:] for line in block.splitlines()))
+    masses = setup.system.masses.value
+    assert np.allclose(masses @ setup.state.position.value, 0.0, atol=1e-3)
+    assert np.allclose(masses @ setup.state.velocity.value, 0.0, atol=1e-3)
+    assert setup.state.position.value[1, 0] - setup.state.position.value[0, 0] == pytest.approx(2.548 * (1 - 0.0004))
+    assert len(setup.run(until=2.0)) == 3
+
+
+def test_without_units_numbers_stay_numbers(tmp_path):
+    setup = read(tmp_path, PAIR)
+    assert setup.until == 2.0
+    assert setup.output is None
+    assert setup.system == fullbody.System(
+        [fullbody.Body(fullbody.Sphere(1.0), mass=1.0), fullbody.Body(fullbody.PointMass(), mass=1e-3)], G=1.0
+    )
+    assert np.array_equal(setup.state.position, [[0, 0, 0], [3, 0, 0]])
+    assert np.array_equal(setup.state.velocity, [[0, 0, 0], [0, 0.6, 0]])
+
+
+def test_rates_periods_times_and_starts(tmp_path):
+    text = KW4.replace("spin = [0, 0, 2.2728]", 'rotation_period = "2.7645 hour"')
+    text = text.replace("spin = [0, 0, 0.3611]", 'spin = [0, 0, "496 deg / day"]')
+    text = text.replace('output = "30 min"', 'output = [1, "90 min", 2.5]\nstart = "30 min"\nfile = "out/kw4.nc"')
+    setup = read(tmp_path, text)
+    assert setup.state.spin.value[0, 2] == pytest.approx(2 * np.pi / 2.7645, rel=1e-15)
+    assert setup.state.spin.value[1, 2] == pytest.approx(np.deg2rad(496) / 24, rel=1e-15)
+    assert setup.state.time.value == 0.5
+    assert np.array_equal(setup.output.value, [1.0, 1.5, 2.5])
+    assert setup.file == tmp_path / "out" / "kw4.nc"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("mass = 0.135e12", "mass = -1.0", r"body\[1\]\.mass: .*expected a finite number above zero"),
+        ("mass = 0.135e12", "", r"body\[1\]: Beta is given neither mass nor density; expected one of the two"),
+        ("mass = 0.135e12", 'mass = "3 km"', r"body\[1\]\.mass: .*unit km; expected a unit such as kg"),
+        ("mass = 0.135e12", 'mass = "heavy"', r"body\[1\]\.mass: is 'heavy'; expected numbers, or .* such as '2.5 kg'"),
+        ("mass = 0.135e12", "mass = true", r"body\[1\]\.mass: is True; expected a number, or text with a unit"),
+        ("mass = 0.135e12", "mass = nan", r"body\[1\]\.mass: is nan; expected a finite number"),
+        ("mass = 0.135e12", "maas = 1.0", r"body\[1\]\.maas: is no key .* did you mean 'mass'\?"),
+        ("[0.285, 0.2315, 0.1745]", "[0.285, 0.2315]", r"body\[1\]\.semi_axes: is .* expected 3 numbers"),
+        ("[0.285, 0.2315, 0.1745]", "[0.285, 0.2315, 0]", r"body\[1\]\.semi_axes: semi-axis c is 0.0"),
+        ("semi_axes = [0.285, 0.2315, 0.1745]", "", r"body\[1\]: has none of semi_axes, radius, point"),
+        ("spin = [0, 0, 0.3611]", "spinn = [0, 0, 1]", r"body\[1\]\.spinn: is no key .* did you mean 'spin'\?"),
+        ("spin = [0, 0, 0.3611]", "spin = 0.3", r"body\[1\]\.spin: is 0.3; expected 3 numbers"),
+        ("spin = [0, 0, 0.3611]", 'spin = ["0 Hz", "0 Hz", "1e-4 Hz"]', r"body\[1\]\.spin: .*Hz, cycles by a time"),
+        ("spin = [0, 0, 0.3611]", 'rotation_period = "0 h"', r"body\[1\]\.rotation_period: is 0"),
+        ("spin = [0, 0, 0.3611]", "position = [1, 0, 0]", r"body\[1\]: has position and orbit; expected an orbit, or"),
+        ("spin = [0, 0, 0.3611]", "attitude = [0, 0, 0, 0]", r"body\[1\]\.attitude: is zero; expected a quaternion"),
+        ('about = "Alpha"', 'about = "Gamma"', r"body\[1\]\.orbit\.about: is 'Gamma'; .* above this one: Alpha"),
+        ("e = 0.0004", "e = 1.0", r"body\[1\]\.orbit: .*e"),
+        ("e = 0.0004, ", "", r"body\[1\]\.orbit\.e: is missing; expected a number"),
+        ('i = "156.1 deg"', 'i = "156.1 km"', r"body\[1\]\.orbit\.i: .*unit km; expected a unit such as rad"),
+        ('"kg"]', '"km"]', r"system\.units: units has 'km'; expected a unit of mass"),
+        ('["km", "hour", "kg"]', '"SI"', r"system\.units: units is 'SI'; expected \(length, time, mass\)"),
+        ('gravity = "surface"', 'gravity = "sponge"', r"system: .*sponge"),
+        ('gravity = "surface"', "order = [1.5, 2]", r"system: order is \(1\.5, 2\); expected \(n, m\), whole"),
+        ("rtol = 1e-12", "rtol = 2.0", r"integrator: rtol is 2.0; expected a number from 0 to below 1"),
+        ("rtol = 1e-12", "rtoll = 1.0", r"integrator\.rtoll: is no key .* did you mean 'rtol'\?"),
+        ("rtol = 1e-12", 'name = "Euler"', r"integrator\.name: is 'Euler'; expected one of 'Verner98'"),
+        ('until = "1 day"', "", r"run\.until: is missing; expected a number, or text with a unit"),
+        ('until = "1 day"', 'until = "10"', r"run\.until: is '10', which has no unit; .*such as '10 h', or a number"),
+        ('until = "1 day"', 'until = "1 km"', r"run\.until: .*unit km; expected a unit such as h"),
+        ('until = "1 day"', 'until = "1e308 day"', r"run\.until: is '1e308 day'; expected a finite number"),
+        ("[run]", "[runn]", r"runn: is no key of this table; did you mean 'run'\?"),
+        ("[run]", "[extra]\n[run]", r"extra: is no key of this table"),
+        ("[run]", '[run]\norigin = "sun"', r"run\.origin: is 'sun'; expected one of 'given', 'barycentre'"),
+        ("[run]", '[run]\nfile = "kw4.csv"', r"run\.file: path is 'kw4\.csv'; .*ends in one of \.nc, \.nc4"),
+        ("[run]", '[run]\nfile = "out/"', r"run\.file: path is 'out/'; .*ends in one of \.nc"),
+        ("[run]", "[run", r"not valid TOML: .*line 25"),
+        (
+            'output = "30 min"',
+            'output = "-1 hour"',
+            r"run\.output: is '-1 hour'; expected a spacing above zero, or a list",
+        ),
+        ('output = "30 min"', "output = 0", r"run\.output: is 0; expected a spacing above zero"),
+        ('output = "30 min"', 'output = "fast"', r"run\.output: is 'fast'; expected numbers, or .* such as '2.5 h'"),
+    ],
+)
+def test_faults_name_file_key_and_expectation(tmp_path, old, new, message):
+    assert old in KW4
+    with pytest.raises(fullbody.InvalidInput) as caught:
+        read(tmp_path, KW4.replace(old, new, 1))
+    text = str(caught.value)
+    assert text.startswith(f"{tmp_path / 'system.toml'}: ")
+    assert text.count("system.toml") == 1
+    assert re.search(message, text), text
+
+
+@pytest.mark.parametrize(
+    ("output", "what"),
+    [("[1, 0.5]", "direction"), ("[1, 9]", "from 0 to 2"), ("1e-9", "which ask for 2e")],
+)
+def test_times_that_do_not_fit_name_the_file_too(tmp_path, output, what):
+    setup = read(tmp_path, f"{PAIR}output = {output}")
+    with pytest.raises(fullbody.InvalidInput) as caught:
+        setup.run()
+    assert str(caught.value).startswith(f"{tmp_path / 'system.toml'}: run: ")
+    assert "output" in str(caught.value)
+    assert what in str(caught.value)
+
+
+def test_units_of_the_usual_kind(tmp_path):
+    usual = read(tmp_path, KW4.replace('["km", "hour", "kg"]', "true"))
+    assert usual.system == read(tmp_path, KW4).system
+
+
+def test_units_in_a_system_without_any_are_refused(tmp_path):
+    with pytest.raises(fullbody.InvalidInput, match=r"body\[0\]\.radius: .*the system has no units"):
+        read(tmp_path, PAIR.replace("radius = 1.0", 'radius = "1 km"'))
+    with pytest.raises(fullbody.InvalidInput, match=r"system: G is not given"):
+        read(tmp_path, PAIR.replace("G = 1.0", ""))
+    with pytest.raises(fullbody.InvalidInput, match=r"body\[1\]: has no position and no orbit"):
+        read(tmp_path, PAIR.replace("position = [3, 0, 0]", ""))
+    with pytest.raises(FileNotFoundError, match=r"no file .*nothing\.toml$"):
+        fullbody.read_toml(tmp_path / "nothing.toml")
+
+
+def test_files_that_are_no_toml(tmp_path):
+    system, state = fullbody.systems.case1()
+    system.integrate(state, 1.0).save(tmp_path / "run.nc")
+    (tmp_path / "picture.png").write_bytes(b"\x89PNG\r\n")
+    for name, what in (
+        ("run.nc", "is NetCDF, as runs are recorded"),
+        ("picture.png", "is not text"),
+        ("", "is a folder"),
+    ):
+        with pytest.raises(fullbody.InvalidInput, match=f"{what}.*; expected a file of TOML"):
+            fullbody.read_toml(tmp_path / name)
+
+
+def test_a_byte_order_mark_is_no_statement(tmp_path):
+    """As some editors write it; with their line ends, too."""
+    plain = read(tmp_path, PAIR)
+    (tmp_path / "system.toml").write_bytes(b"\xef\xbb\xbf" + PAIR.replace("\n", "\r\n").encode())
+    setup = fullbody.read_toml(tmp_path / "system.toml")
+    assert (setup.system, setup.state, setup.until) == (plain.system, plain.state, plain.until)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "what"),
+    [
+        ("G = 1.0", "G = {}", r"system\.G: is 9+\.\.\.9+; expected a finite number"),
+        ("radius = 1.0", "radius = -{}", r"body\[0\]\.radius: is -9+\.\.\.9+; expected a finite number"),
+        ("[3, 0, 0]", "[3, {}, 0]", r"body\[1\]\.position: is 9+\.\.\.9+; expected a finite number"),
+        ("until = 2.0", "until = {}", r"run\.until: is 9+\.\.\.9+; expected a finite number"),
+        ("G = 1.0", "G = 1.0\ngravity_tolerance = {}", r"system: gravity_tolerance is 9+; expected a number"),
+        ("G = 1.0", 'units = [{}, "s", "kg"]', r"system\.units: units has 9+, which is no unit"),
+    ],
+)
+def test_whole_numbers_beyond_all_doubles(tmp_path, old, new, what):
+    """TOML has them; 1e308 is about where doubles end."""
+    with pytest.raises(fullbody.InvalidInput, match=what):
+        read(tmp_path, PAIR.replace(old, new.format("9" * 400), 1))
+
+
+@pytest.mark.parametrize("value", ["9" * 5000, "[" * 3000 + "]" * 3000])
+def test_what_is_beyond_reading(tmp_path, value):
+    with pytest.raises(fullbody.InvalidInput, match=r"system\.toml: not valid TOML: "):
+        read(tmp_path, PAIR.replace("until = 2.0", f"until = {value}"))
+
+
+def test_a_name_that_is_none_is_the_fault(tmp_path):
+    path = tmp_path / "a.toml"
+    body = "[[body]]\nname = 'a\u0085b'\nradius = 1.0\nmass = 1.0\n"
+    path.write_text(f"[system]\nG = 1.0\n{body}[run]\nuntil = 1.0\n")
+    with pytest.raises(fullbody.InvalidInput, match=r"a.toml: body\[0\].name: name is .* without control characters"):
+        fullbody.read_toml(path)
