@@ -1,4 +1,4 @@
-"""``fullbody info file``: what a recorded run, a flight, a map or a ``system.toml`` holds."""
+"""``fullbody info file``: describe a recorded run, a flight, a map or a ``system.toml``."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
         try:
             text = of_toml(path) if path.suffix.lower() == ".toml" else of_netcdf(path)
         except (FullbodyError, ImportError, OSError) as error:
-            # Both streams may go to one place, where the order is to be kept.
+            # Both streams may go to the same place, where the order of the lines must be kept.
             sys.stdout.flush()
             print(f"fullbody: {error}", file=sys.stderr)
             failed += 1
@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
 def of_netcdf(path: Path) -> str:
     """Describe the content of a NetCDF file of this package."""
     attributes: dict[str, Any] = {}
-    # Errors of a file are reported where runs are loaded.
+    # Errors in a file are reported when it is loaded as a run.
     with suppress(Exception), netcdf().open_dataset(path, engine="h5netcdf") as file:
         attributes = dict(file.attrs)
         if ATTRIBUTE in attributes:
