@@ -163,8 +163,7 @@ def _flush(path: Path) -> None:
 
 
 def _about(error: OSError, path: Path, mark: str) -> OSError:
-    """Return an error about the temporary file, whose name has the mark, as one about ``path``; others unchanged.
-    """
+    """Return an error about the temporary file, whose name has the mark, as one about ``path``; others unchanged."""
     nameless = error.filename is None and error.errno is not None
     if mark not in str(error) and not nameless:
         return error
