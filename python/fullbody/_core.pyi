@@ -157,7 +157,7 @@ class System:
     def jacobian(self, state: State, parameters: Sequence[str]) -> tuple[_Array, _Array, _Array, _Array]: ...
     @property
     def parameters(self) -> list[str]: ...
-    def doubts(
+    def start_warnings(
         self, state: State, tolerance: float | None
     ) -> tuple[
         tuple[int, float, float, float] | None,

@@ -263,8 +263,8 @@ impl PyDense {
         Ok(dict)
     }
 
-    /// For each condition, in the pieces that have a part of a span of time in them: its function at the start of the first of them,
-    /// and the times of its zeros.
+    /// Returns for each condition, in the pieces that contain a part of a span of time, its function at the
+    /// start of the first piece and the times of its zeros.
     fn crossings(
         &self,
         py: Python<'_>,

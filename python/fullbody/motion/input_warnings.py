@@ -39,7 +39,7 @@ def start_warnings(system: System, start: _core.State, tolerance: float | None) 
     tolerance
         The sum of the integrator's tolerances, relative to the distance of the nearest body; ``None`` for fixed steps.
     """
-    fast, far = system._core.doubts(start, tolerance)
+    fast, far = system._core.start_warnings(start, tolerance)
     if fast is not None:
         yield _unbound(system, *fast)
     if far is not None:
