@@ -93,18 +93,12 @@ impl PySimulation {
     /// Returns the description of the simulation in such bytes, and the text that is kept with it.
     #[staticmethod]
     fn described<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<(Bound<'py, PyAny>, String)> {
-        let (setup, notes) = Simulation::described(bytes)?;
-        Ok((to_python(py, &setup)?, notes))
+        let (description, notes) = Simulation::described(bytes)?;
+        Ok((to_python(py, &description)?, notes))
     }
 
     fn to_bytes<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>, Error> {
         Ok(PyBytes::new(py, &self.inner.to_bytes()?))
-    }
-
-    /// The description of what the simulation was made with: bodies, G, settings, integrator.
-    #[getter]
-    fn setup<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.inner.description())
     }
 
     /// The text that is kept with the simulation.

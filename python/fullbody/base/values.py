@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
+from ..errors import InvalidInput
 from .units import is_quantity
 
 
@@ -85,6 +86,23 @@ class ScalarFields:
 
     def __hash__(self) -> int:
         return hash((type(self), *map(hashed, self._parts())))
+
+
+@dataclass(frozen=True)
+class UnstoredFunction:
+    """The placeholder for a user's function in an object from a file, which keeps only the function's name."""
+
+    name: str
+    advice: str
+
+    @property
+    def __name__(self) -> str:
+        """The name, where functions have theirs."""
+        return self.name
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Raise an error, since the file has only the function's name."""
+        raise InvalidInput(f"the function {self.name} is not in the file, only its name; {self.advice}")
 
 
 class ArrayFields:

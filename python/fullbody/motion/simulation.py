@@ -301,8 +301,8 @@ class Simulation:
 
     @classmethod
     def _from_bytes(cls, data: bytes, forces: tuple[Force, ...] = ()) -> Simulation:
-        setup, text = _core.Simulation.described(data)
-        functions = [force for force in setup["forces"] if force["kind"] == "Function"]
+        described, text = _core.Simulation.described(data)
+        functions = [force for force in described["forces"] if force["kind"] == "Function"]
         wanted = {force["name"]: force["depends_on_velocity"] for force in functions}
         given = {force.name: force for force in forces}
         if wanted.keys() != given.keys():
@@ -319,7 +319,7 @@ class Simulation:
                 raise InvalidInput(f"{found}; expected {wanted[name]}, as in the file")
         try:
             notes = json.loads(text) if text else {}
-            system, integrator = System._rebuild({**setup, "notes": notes}, given), rebuild(setup["integrator"])
+            system, integrator = System._rebuild({**described, "notes": notes}, given), rebuild(described["integrator"])
         except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
             # Errors of many kinds are possible, since the notes may be any JSON.
             raise InvalidInput(f"its notes are damaged: {error}") from error

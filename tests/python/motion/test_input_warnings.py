@@ -152,7 +152,8 @@ def test_angles_that_look_like_degrees(call, what, turns):
 def test_angles_that_have_gone_on_for_turns_are_let_be():
     """Integrated angles and mean anomalies have all their digits."""
     assert (
-        input_warnings(lambda: State.from_tait_bryan(POSITION, VELOCITY, [[0, 0, 0], [0.01, 0.02, 113.63912345678901]])) == []
+        input_warnings(lambda: State.from_tait_bryan(POSITION, VELOCITY, [[0, 0, 0], [0.01, 0.02, 113.63912345678901]]))
+        == []
     )
     assert input_warnings(lambda: KeplerElements(1, 0, 0, 0, 0, np.linspace(0.0, 100.0 * np.pi, 50))) == []
     # That of a hyperbola is no angle.
