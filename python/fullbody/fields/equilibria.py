@@ -115,9 +115,8 @@ def _root(frame: Frame, seed: _Numbers) -> _Numbers | None:
 def _described(frame: Frame, name: str, x: _Numbers) -> Equilibrium:
     """Return the matrix of x'' = W x + 2 Omega (y', -x', 0) about a point, W the derivatives of the acceleration."""
     coriolis = 2.0 * frame._rate * np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    eigenvalues: Any = np.linalg.eigvals(
-        np.block([[np.zeros((3, 3)), np.eye(3)], [frame._acceleration_and_gradient(x)[1], coriolis]])
-    )
+    _, gradient = frame._acceleration_and_gradient(x)
+    eigenvalues: Any = np.linalg.eigvals(np.block([[np.zeros((3, 3)), np.eye(3)], [gradient, coriolis]]))
     return Equilibrium(
         name,
         frame._units.attach(x, "length"),
