@@ -92,7 +92,7 @@ def of_run(path: Path) -> str:
     run = load(path)
     parts = list(run._tables())
     if len(run):
-        parts.append(run[-1]._table(run.system.names))
+        parts += run[-1]._tables()
         if len(run.system) > 1:
             parts += run.elements()._tables()
     return tables.to_text(*parts)
@@ -108,5 +108,5 @@ def of_toml(path: Path) -> str:
         ("integrator", repr(setup.integrator)),
         ("writes", str(setup.file)),
     ]
-    parts = [*setup.system._tables(), setup.state._table(setup.system.names)]
+    parts = [*setup.system._tables(), *setup.state._tables()]
     return tables.to_text(*parts, tables.Table("Run", (), list(rows)))

@@ -222,15 +222,17 @@ def _read(path: Path) -> tuple[_Numbers, _Indices]:
 def _table(rows: list[list[str]]) -> tuple[_Numbers, _Indices]:
     """Return vertices and faces from rows that follow their numbers; the number of faces may precede the faces."""
     if not rows or not 1 <= len(rows[0]) <= 2 or not all(number.isdigit() for number in rows[0]):
-        raise ValueError("expected the number of vertices, or those of vertices and faces, in the first row")
+        raise ValueError(
+            "the first row is no count; expected the number of vertices, or the numbers of vertices and faces"
+        )
     count = int(rows[0][0])
     points, rest = rows[1 : count + 1], rows[count + 1 :]
     faces = int(rows[0][1]) if len(rows[0]) == 2 else int(rest[0][0])
     corners = rest if len(rows[0]) == 2 else rest[1:]
     if len(points) != count or len(corners) != faces:
-        raise ValueError(f"it has {len(points)} of {count} vertices and {len(corners)} of {faces} faces")
+        raise ValueError(f"the table has {len(points)} of {count} vertices and {len(corners)} of {faces} faces")
     if any(len(row) not in (3, 4) for row in points + corners):
-        raise ValueError("expected three numbers in a row, or their place and three")
+        raise ValueError("a row has too few or too many numbers; expected three, or an index and three")
     vertices = np.array([row[-3:] for row in points], dtype=np.float64)
     indices = np.array([row[-3:] for row in corners], dtype=np.int64)
     # Archives count vertices from 1, programs from 0.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -526,16 +525,13 @@ class State(Tabled):
     __hash__ = None  # type: ignore[assignment]
 
     def _tables(self) -> tuple[Table, ...]:
-        return (self._table(),)
-
-    def _table(self, bodies: Sequence[str] | None = None) -> Table:
-        """Return a table of position, velocity, attitude and spin, one body per row."""
+        """Return a table of position, velocity, attitude and spin, one body per row, by name or else index."""
         names = ("position", "velocity", "attitude", "spin")
         columns = [np.asarray(getattr(getattr(self, name), "value", getattr(self, name))) for name in names]
         header = ["body", *(head(name, getattr(getattr(self, name), "unit", "")) for name in names)]
-        bodies = [str(k) for k in range(len(self))] if bodies is None else bodies
+        bodies = self._names or [str(k) for k in range(len(self))]
         rows = [(body, *(vector(column[k]) for column in columns)) for k, body in enumerate(bodies)]
-        return Table(f"State at time {number(self.time)}", header, list(rows))
+        return (Table(f"State at time {number(self.time)}", header, list(rows)),)
 
     def __repr__(self) -> str:
         parts = {name: getattr(self, name) for name in ("position", "velocity", "attitude", "spin")}

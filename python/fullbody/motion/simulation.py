@@ -322,7 +322,7 @@ class Simulation:
             system, integrator = System._rebuild({**described, "notes": notes}, given), rebuild(described["integrator"])
         except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
             # Errors of many kinds are possible, since the notes may be any JSON.
-            raise InvalidInput(f"its notes are damaged: {error}") from error
+            raise InvalidInput(f"the notes of the simulation are damaged: {error}") from error
         core = _core.Simulation.from_bytes(data, {name: call.given() for name, call in system._calls.items()})
         sim = cls.__new__(cls)
         sim._system, sim._integrator, sim._idle = system, integrator, core

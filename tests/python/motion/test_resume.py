@@ -308,5 +308,5 @@ def test_a_file_of_another_format_is_refused_by_its_format(tmp_path):
         fullbody.InvalidInput, match=r"other\.sim is not a readable simulation .* of format 4; expected format 1"
     ):
         fullbody.Simulation.load(tmp_path / "other.sim")
-    with pytest.raises(fullbody.InvalidInput, match=r"it is a simulation; fullbody\.Simulation\.load reads it"):
+    with pytest.raises(fullbody.InvalidInput, match=r"the file is a simulation; fullbody\.Simulation\.load reads it"):
         fullbody.load(DATA / "simulation.bin")
