@@ -100,13 +100,13 @@ def of_run(path: Path) -> str:
 
 def of_toml(path: Path) -> str:
     """Print the content of a description in TOML."""
-    setup = read_toml(path)
-    output = "every step" if setup.output is None else f"{setup.output}"
+    configuration = read_toml(path)
+    output = "every step" if configuration.output is None else f"{configuration.output}"
     rows = [
-        ("until", tables.number(setup.until)),
+        ("until", tables.number(configuration.until)),
         ("output", output),
-        ("integrator", repr(setup.integrator)),
-        ("writes", str(setup.file)),
+        ("integrator", repr(configuration.integrator)),
+        ("writes", str(configuration.file)),
     ]
-    parts = [*setup.system._tables(), *setup.state._tables()]
+    parts = [*configuration.system._tables(), *configuration.state._tables()]
     return tables.to_text(*parts, tables.Table("Run", (), list(rows)))

@@ -40,8 +40,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     from ..base import tables
 
-    setup = read_toml(arguments.file)
-    out = setup.file if arguments.out is None else arguments.out
+    configuration = read_toml(arguments.file)
+    out = configuration.file if arguments.out is None else arguments.out
     rest = out.with_suffix(f".partial{out.suffix}")
     # Everything that could prevent the result from being written is checked before the work.
     for path, suffixes in ((out, SUFFIXES), (rest, SUFFIXES), (arguments.page, _PAGES)):
@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
         matplotlib("figure")
     progress = sys.stderr.isatty() and not arguments.quiet
     try:
-        result = setup.run(_time(arguments.until), progress=progress)
+        result = configuration.run(_time(arguments.until), progress=progress)
     except (FullbodyError, Interrupted) as error:
         if error.run is not None and len(error.run):
             error.run.save(rest)
