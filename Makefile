@@ -9,23 +9,23 @@ PYTHON ?= python3
 MUSL   ?= x86_64-unknown-linux-musl
 MATURIN := $(BIN)/maturin$(if $(filter Windows_NT,$(OS)),.exe)
 REPORT ?= out/reproduce
-# What the hunt for faults has, and its parts, each of which gets its share of it.
+# The time of `make fuzz` in minutes, and its parts, which share it equally.
 FUZZ_MINUTES ?= 60
 FUZZ_PARTS   := fuzz-python fuzz-archive fuzz-pairs
 FUZZ_SHARE    = $(shell expr $(FUZZ_MINUTES) / $(words $(FUZZ_PARTS)))
 RUST   := Cargo.toml Cargo.lock $(shell find src -name '*.rs')
-# Of the report, which draws and measures with all of the package.
+# The files on which the report depends, which uses the whole package for its figures and numbers.
 SOURCES := $(shell find python/fullbody reproduction -type f -not -name '*.so' -not -path '*/__pycache__/*')
 # Folders with Python code.
 PYTHONS := python reproduction tests benches fuzz browser
-# On Linux wheels are linked by zig against glibc 2.17, so that every distribution since takes them.
+# On Linux zig links wheels against glibc 2.17, so that they run on every distribution since then.
 ifeq ($(shell uname -s),Linux)
 WHEEL := --zig --compatibility manylinux2014
 AUDIT  = $(BIN)/auditwheel show dist/*.whl
 endif
 # The extension links against this interpreter's ABI.
 export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
-# Windows joins its folders by another sign.
+# Windows separates folders in PATH by a semicolon.
 export PATH := $(CURDIR)/$(BIN)$(if $(findstring ;,$(PATH)),;,:)$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
@@ -34,7 +34,7 @@ export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 	fmt docs bench fuzz \
 	$(FUZZ_PARTS) mutants clean
 
-help:  ## this list
+help:  ## show this list
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
 
 $(MATURIN):
@@ -65,13 +65,13 @@ test: test-rust test-python  ## all tests
 test-rust:
 	cargo test --locked --no-default-features
 
-# Of Debian: qemu-user and libc6-arm64-cross.
+# This needs Debian's packages qemu-user and libc6-arm64-cross.
 test-arm: $(VENV)/.wheel  ## the Rust tests as 64-bit ARM runs them, by QEMU
 	rustup target add aarch64-unknown-linux-gnu
 	CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER='qemu-aarch64 -L /usr/aarch64-linux-gnu' \
 		$(BIN)/cargo-zigbuild test --no-default-features --target aarch64-unknown-linux-gnu --test rust
 
-# Tests start many interpreters, which read what the first of them has compiled.
+# Bytecode is written, since tests start many interpreters that reuse it.
 test-python: $(VENV)/.dev
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto
 
@@ -84,7 +84,7 @@ wheel-musl: $(VENV)/.wheel  ## a wheel for Linux systems with musl, as Alpine, i
 	rm -rf dist
 	$(BIN)/maturin build --release --locked --out dist --zig --compatibility musllinux_1_2 --target $(MUSL)
 
-# uv is the resolver that knows how to take the lowest versions.
+# The resolver is uv, which can take the lowest supported versions.
 test-lowest:  ## the Python tests with the lowest supported versions of all dependencies, in out/lowest/
 	$(PYTHON) -m venv --clear out/lowest
 	out/lowest/bin/python -m pip install --quiet 'uv>=0.8,<1'
@@ -165,7 +165,7 @@ fuzz: $(FUZZ_PARTS)  ## wrong input at every door, for an hour or FUZZ_MINUTES=;
 fuzz-python: $(VENV)/.dev
 	PYTHONPATH=fuzz $(BIN)/python -m doors --minutes $(FUZZ_SHARE)
 
-# There is no unsafe code to sanitize, and without it a stable toolchain does.
+# Without a sanitizer, for which there is no unsafe code, a stable toolchain suffices.
 fuzz-archive fuzz-pairs: fuzz-%:
 	mkdir -p out/fuzz/$*
 	cargo fuzz run --sanitizer none $* out/fuzz/$* fuzz/corpus/$* -- \
