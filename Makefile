@@ -30,11 +30,11 @@ export PATH := $(CURDIR)/$(BIN)$(if $(findstring ;,$(PATH)),;,:)$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 film reproduce millennia fission dimorphos test test-rust test-arm test-python test-lowest test-wheel wheel wheel-musl licences browser crate lint check \
+.PHONY: help kw4 notebooks film reproduce millennia fission dimorphos test test-rust test-arm test-python test-lowest test-wheel wheel wheel-musl licences browser crate lint check \
 	fmt docs bench fuzz \
 	$(FUZZ_PARTS) mutants clean
 
-help:  ## show this list
+help:  ## this list
 	@grep -E '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
 
 $(MATURIN):
@@ -124,6 +124,9 @@ fmt:  ## formats everything
 docs: $(VENV)/.docs $(REPORT)/numbers.json  ## the documentation, into out/docs/; warnings are errors, examples are run
 	cargo doc --locked --no-deps --no-default-features
 	FULLBODY_REPORT=$(REPORT) $(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
+
+notebooks: $(VENV)/.dev  ## execute the notebooks and store their outputs; NOTEBOOKS= names some of them
+	$(BIN)/python docs/notebooks.py $(NOTEBOOKS)
 
 film: $(VENV)/.built  ## the film at the head of the README, into docs/didymos.gif
 	$(BIN)/python docs/film.py
