@@ -134,6 +134,7 @@ impl System {
 
     /// Returns the system with a store of shared data, in which other systems may have put what its pairs
     /// need.
+    #[must_use]
     pub fn sharing(self, store: Arc<Store>) -> Self {
         Self { store, ..self }
     }
