@@ -66,7 +66,7 @@ test-rust:
 	cargo test --locked --no-default-features
 
 # This needs Debian's packages qemu-user and libc6-arm64-cross.
-test-arm: $(VENV)/.wheel  ## the Rust tests as 64-bit ARM runs them, by QEMU
+test-arm: $(VENV)/.wheel  ## the Rust tests on 64-bit ARM, emulated by QEMU
 	rustup target add aarch64-unknown-linux-gnu
 	CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER='qemu-aarch64 -L /usr/aarch64-linux-gnu' \
 		$(BIN)/cargo-zigbuild test --no-default-features --target aarch64-unknown-linux-gnu --test rust
@@ -80,7 +80,7 @@ wheel: $(VENV)/.wheel  ## the source distribution and, built from it, the wheel 
 	$(BIN)/maturin build --release --locked --sdist --out dist $(WHEEL)
 	$(AUDIT)
 
-wheel-musl: $(VENV)/.wheel  ## a wheel for Linux systems with musl, as Alpine, into dist/; MUSL= names Rust's target
+wheel-musl: $(VENV)/.wheel  ## a wheel for Linux systems with musl, such as Alpine, into dist/; MUSL= is the name of Rust's target
 	rm -rf dist
 	$(BIN)/maturin build --release --locked --out dist --zig --compatibility musllinux_1_2 --target $(MUSL)
 
@@ -94,18 +94,18 @@ test-lowest:  ## the Python tests with the lowest supported versions of all depe
 licences: $(VENV)/.built  ## the licences of the crates that the extension contains, into THIRD_PARTY_LICENCES.yml
 	cargo bundle-licenses --features python --previous THIRD_PARTY_LICENCES.yml --format yaml --output THIRD_PARTY_LICENCES.yml --prefer MIT
 
-test-wheel: wheel  ## installs the wheel where no Rust is, and the source distribution, and runs 1999 KW4 from both
+test-wheel: wheel  ## installs the wheel in an environment without Rust, and the source distribution, and runs 1999 KW4 from both
 	$(BIN)/python tests/installed.py dist
 
 browser: $(VENV)/.built  ## a page on which 1999 KW4 runs in the browser, into out/browser/
 	rustup target add wasm32-unknown-emscripten
 	$(BIN)/python browser/build.py out/browser
 
-crate: $(MATURIN)  ## packs the crate, and builds it from what was packed
+crate: $(MATURIN)  ## packs the crate, and builds it from the package
 	RUSTDOCFLAGS='-D warnings' cargo doc --no-deps --no-default-features
 	cargo package --allow-dirty
 
-lint: $(VENV)/.dev  ## formats, lints and types of Python, formats of Rust: what each commit has to pass
+lint: $(VENV)/.dev  ## formats, lints and types of Python, formats of Rust: the checks of each commit
 	cargo fmt --check
 	$(BIN)/ruff format --check $(PYTHONS)
 	$(BIN)/ruff check $(PYTHONS)
@@ -131,21 +131,21 @@ notebooks: $(VENV)/.dev  ## execute the notebooks and store their outputs; NOTEB
 film: $(VENV)/.built  ## the film at the head of the README, into docs/didymos.gif
 	$(BIN)/python docs/film.py
 
-reproduce: $(REPORT)/numbers.json  ## the whole paper run again, into out/reproduce/
+reproduce: $(REPORT)/numbers.json  ## the reproduction of the whole paper, into out/reproduce/
 
 $(REPORT)/numbers.json: $(VENV)/.docs $(SOURCES)
 	$(BIN)/python -m reproduction.ho2021 --out $(REPORT)
 
-millennia: $(VENV)/.built  ## ten thousand years of 1999 KW4 by the symplectic splitting, into out/millennia/; goes on where it was cut short
+millennia: $(VENV)/.built  ## ten thousand years of 1999 KW4 by the symplectic splitting, into out/millennia/; resumes after an interruption
 	$(BIN)/python -m fullbody millennia --out out/millennia
 
-fission: $(VENV)/.built  ## rotational fission, 19,980 runs after Ho et al. (2022), into out/fission/; goes on where it was cut short
+fission: $(VENV)/.built  ## rotational fission, 19,980 runs after Ho et al. (2022), into out/fission/; resumes after an interruption
 	$(BIN)/python -m reproduction.ho2022 --out out/fission
 
-dimorphos: $(VENV)/.built  ## Dimorphos' attitude over its axes after Agrusa et al. (2021), into out/dimorphos/; the same
+dimorphos: $(VENV)/.built  ## Dimorphos' attitude over its axes after Agrusa et al. (2021), into out/dimorphos/; resumes after an interruption
 	$(BIN)/python -m reproduction.agrusa2021 --out out/dimorphos
 
-bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, the splitting, import, external forces, gravity at many points, polyhedra, flights, derivatives; collisions missed; a sweep killed twenty times
+bench: $(VENV)/.dev  ## measurements: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, the splitting, import, external forces, gravity at many points, polyhedra, flights, derivatives; collisions missed; a sweep killed twenty times
 	cargo bench --manifest-path benches/criterion/Cargo.toml
 	$(BIN)/python benches/table.py
 	$(BIN)/python benches/instructions.py
@@ -163,7 +163,7 @@ bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, inst
 	$(BIN)/python benches/ensemble.py
 	$(BIN)/python benches/killed.py
 
-fuzz: $(FUZZ_PARTS)  ## wrong input at every door, for an hour or FUZZ_MINUTES=; faults go to out/fuzz/
+fuzz: $(FUZZ_PARTS)  ## invalid input for every door, for an hour or FUZZ_MINUTES=; faults go to out/fuzz/
 
 fuzz-python: $(VENV)/.dev
 	PYTHONPATH=fuzz $(BIN)/python -m doors --minutes $(FUZZ_SHARE)
@@ -174,11 +174,11 @@ fuzz-archive fuzz-pairs: fuzz-%:
 	cargo fuzz run --sanitizer none $* out/fuzz/$* fuzz/corpus/$* -- \
 		-max_total_time=$$((60 * $(FUZZ_SHARE))) -timeout=60 -max_len=4096 -artifact_prefix=out/fuzz/$*-
 
-mutants:  ## changes to the Rust code that no Rust test notices, for a module or file of src/: MODULE=dynamics
+mutants:  ## changes to the Rust code that no Rust test detects, for a module or file of src/: MODULE=dynamics
 	@test -n "$(MODULE)" -a -e "src/$(MODULE)" || { echo "no src/$(MODULE); name a module or file of src/, as in: make mutants MODULE=dynamics" >&2; exit 1; }
 	cargo mutants --file "src/$(MODULE:/=)$(if $(filter %.rs,$(MODULE)),,/**)" --output out $(MUTANTS)
 
-clean:  ## removes what was built
+clean:  ## removes everything that was built
 	rm -rf target fuzz/target benches/criterion/target $(VENV) out dist docs/_extra docs/notebooks
 	find python reproduction tests -name '__pycache__' -prune -exec rm -rf {} +
 	rm -f python/fullbody/*.so
