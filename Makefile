@@ -9,28 +9,28 @@ PYTHON ?= python3
 MUSL   ?= x86_64-unknown-linux-musl
 MATURIN := $(BIN)/maturin$(if $(filter Windows_NT,$(OS)),.exe)
 REPORT ?= out/reproduce
-# What the hunt for faults has, and its parts, each of which gets its share of it.
+# The time of `make fuzz` in minutes, and its parts, which share it equally.
 FUZZ_MINUTES ?= 60
 FUZZ_PARTS   := fuzz-python fuzz-archive fuzz-pairs
 FUZZ_SHARE    = $(shell expr $(FUZZ_MINUTES) / $(words $(FUZZ_PARTS)))
 RUST   := Cargo.toml Cargo.lock $(shell find src -name '*.rs')
-# Of the report, which draws and measures with all of the package.
+# The files on which the report depends, which uses the whole package for its figures and numbers.
 SOURCES := $(shell find python/fullbody reproduction -type f -not -name '*.so' -not -path '*/__pycache__/*')
 # Folders with Python code.
 PYTHONS := python reproduction tests benches fuzz browser
-# On Linux wheels are linked by zig against glibc 2.17, so that every distribution since takes them.
+# On Linux zig links wheels against glibc 2.17, so that they run on every distribution since then.
 ifeq ($(shell uname -s),Linux)
 WHEEL := --zig --compatibility manylinux2014
 AUDIT  = $(BIN)/auditwheel show dist/*.whl
 endif
 # The extension links against this interpreter's ABI.
 export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
-# Windows joins its folders by another sign.
+# Windows separates folders in PATH by a semicolon.
 export PATH := $(CURDIR)/$(BIN)$(if $(findstring ;,$(PATH)),;,:)$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 film reproduce millennia fission dimorphos test test-rust test-arm test-python test-lowest test-wheel wheel wheel-musl licences browser crate lint check \
+.PHONY: help kw4 notebooks film reproduce millennia fission dimorphos test test-rust test-arm test-python test-lowest test-wheel wheel wheel-musl licences browser crate lint check \
 	fmt docs bench fuzz \
 	$(FUZZ_PARTS) mutants clean
 
@@ -65,13 +65,13 @@ test: test-rust test-python  ## all tests
 test-rust:
 	cargo test --locked --no-default-features
 
-# Of Debian: qemu-user and libc6-arm64-cross.
-test-arm: $(VENV)/.wheel  ## the Rust tests as 64-bit ARM runs them, by QEMU
+# This needs Debian's packages qemu-user and libc6-arm64-cross.
+test-arm: $(VENV)/.wheel  ## the Rust tests on 64-bit ARM, emulated by QEMU
 	rustup target add aarch64-unknown-linux-gnu
 	CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER='qemu-aarch64 -L /usr/aarch64-linux-gnu' \
 		$(BIN)/cargo-zigbuild test --no-default-features --target aarch64-unknown-linux-gnu --test rust
 
-# Tests start many interpreters, which read what the first of them has compiled.
+# Bytecode is written, since tests start many interpreters that reuse it.
 test-python: $(VENV)/.dev
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto
 
@@ -80,11 +80,11 @@ wheel: $(VENV)/.wheel  ## the source distribution and, built from it, the wheel 
 	$(BIN)/maturin build --release --locked --sdist --out dist $(WHEEL)
 	$(AUDIT)
 
-wheel-musl: $(VENV)/.wheel  ## a wheel for Linux systems with musl, as Alpine, into dist/; MUSL= names Rust's target
+wheel-musl: $(VENV)/.wheel  ## a wheel for Linux systems with musl, such as Alpine, into dist/; MUSL= is the name of Rust's target
 	rm -rf dist
 	$(BIN)/maturin build --release --locked --out dist --zig --compatibility musllinux_1_2 --target $(MUSL)
 
-# uv is the resolver that knows how to take the lowest versions.
+# The resolver is uv, which can take the lowest supported versions.
 test-lowest:  ## the Python tests with the lowest supported versions of all dependencies, in out/lowest/
 	$(PYTHON) -m venv --clear out/lowest
 	out/lowest/bin/python -m pip install --quiet 'uv>=0.8,<1'
@@ -94,18 +94,18 @@ test-lowest:  ## the Python tests with the lowest supported versions of all depe
 licences: $(VENV)/.built  ## the licences of the crates that the extension contains, into THIRD_PARTY_LICENCES.yml
 	cargo bundle-licenses --features python --previous THIRD_PARTY_LICENCES.yml --format yaml --output THIRD_PARTY_LICENCES.yml --prefer MIT
 
-test-wheel: wheel  ## installs the wheel where no Rust is, and the source distribution, and runs 1999 KW4 from both
+test-wheel: wheel  ## installs the wheel in an environment without Rust, and the source distribution, and runs 1999 KW4 from both
 	$(BIN)/python tests/installed.py dist
 
 browser: $(VENV)/.built  ## a page on which 1999 KW4 runs in the browser, into out/browser/
 	rustup target add wasm32-unknown-emscripten
 	$(BIN)/python browser/build.py out/browser
 
-crate: $(MATURIN)  ## packs the crate, and builds it from what was packed
+crate: $(MATURIN)  ## packs the crate, and builds it from the package
 	RUSTDOCFLAGS='-D warnings' cargo doc --no-deps --no-default-features
 	cargo package --allow-dirty
 
-lint: $(VENV)/.dev  ## formats, lints and types of Python, formats of Rust: what each commit has to pass
+lint: $(VENV)/.dev  ## formats, lints and types of Python, formats of Rust: the checks of each commit
 	cargo fmt --check
 	$(BIN)/ruff format --check $(PYTHONS)
 	$(BIN)/ruff check $(PYTHONS)
@@ -125,24 +125,27 @@ docs: $(VENV)/.docs $(REPORT)/numbers.json  ## the documentation, into out/docs/
 	cargo doc --locked --no-deps --no-default-features
 	FULLBODY_REPORT=$(REPORT) $(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
 
+notebooks: $(VENV)/.dev  ## execute the notebooks and store their outputs; NOTEBOOKS= names some of them
+	$(BIN)/python docs/notebooks.py $(NOTEBOOKS)
+
 film: $(VENV)/.built  ## the film at the head of the README, into docs/didymos.gif
 	$(BIN)/python docs/film.py
 
-reproduce: $(REPORT)/numbers.json  ## the whole paper run again, into out/reproduce/
+reproduce: $(REPORT)/numbers.json  ## the reproduction of the whole paper, into out/reproduce/
 
 $(REPORT)/numbers.json: $(VENV)/.docs $(SOURCES)
 	$(BIN)/python -m reproduction.ho2021 --out $(REPORT)
 
-millennia: $(VENV)/.built  ## ten thousand years of 1999 KW4 by the symplectic splitting, into out/millennia/; goes on where it was cut short
+millennia: $(VENV)/.built  ## ten thousand years of 1999 KW4 by the symplectic splitting, into out/millennia/; resumes after an interruption
 	$(BIN)/python -m fullbody millennia --out out/millennia
 
-fission: $(VENV)/.built  ## rotational fission, 19,980 runs after Ho et al. (2022), into out/fission/; goes on where it was cut short
+fission: $(VENV)/.built  ## rotational fission, 19,980 runs after Ho et al. (2022), into out/fission/; resumes after an interruption
 	$(BIN)/python -m reproduction.ho2022 --out out/fission
 
-dimorphos: $(VENV)/.built  ## Dimorphos' attitude over its axes after Agrusa et al. (2021), into out/dimorphos/; the same
+dimorphos: $(VENV)/.built  ## Dimorphos' attitude over its axes after Agrusa et al. (2021), into out/dimorphos/; resumes after an interruption
 	$(BIN)/python -m reproduction.agrusa2021 --out out/dimorphos
 
-bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, the splitting, import, external forces, gravity at many points, polyhedra, flights, derivatives; collisions missed; a sweep killed twenty times
+bench: $(VENV)/.dev  ## measurements: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, the splitting, import, external forces, gravity at many points, polyhedra, flights, derivatives; collisions missed; a sweep killed twenty times
 	cargo bench --manifest-path benches/criterion/Cargo.toml
 	$(BIN)/python benches/table.py
 	$(BIN)/python benches/instructions.py
@@ -160,22 +163,22 @@ bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, inst
 	$(BIN)/python benches/ensemble.py
 	$(BIN)/python benches/killed.py
 
-fuzz: $(FUZZ_PARTS)  ## wrong input at every door, for an hour or FUZZ_MINUTES=; faults go to out/fuzz/
+fuzz: $(FUZZ_PARTS)  ## invalid input for every door, for an hour or FUZZ_MINUTES=; faults go to out/fuzz/
 
 fuzz-python: $(VENV)/.dev
 	PYTHONPATH=fuzz $(BIN)/python -m doors --minutes $(FUZZ_SHARE)
 
-# There is no unsafe code to sanitize, and without it a stable toolchain does.
+# Without a sanitizer, for which there is no unsafe code, a stable toolchain suffices.
 fuzz-archive fuzz-pairs: fuzz-%:
 	mkdir -p out/fuzz/$*
 	cargo fuzz run --sanitizer none $* out/fuzz/$* fuzz/corpus/$* -- \
 		-max_total_time=$$((60 * $(FUZZ_SHARE))) -timeout=60 -max_len=4096 -artifact_prefix=out/fuzz/$*-
 
-mutants:  ## changes to the Rust code that no Rust test notices, for a module or file of src/: MODULE=dynamics
+mutants:  ## changes to the Rust code that no Rust test detects, for a module or file of src/: MODULE=dynamics
 	@test -n "$(MODULE)" -a -e "src/$(MODULE)" || { echo "no src/$(MODULE); name a module or file of src/, as in: make mutants MODULE=dynamics" >&2; exit 1; }
 	cargo mutants --file "src/$(MODULE:/=)$(if $(filter %.rs,$(MODULE)),,/**)" --output out $(MUTANTS)
 
-clean:  ## removes what was built
+clean:  ## removes everything that was built
 	rm -rf target fuzz/target benches/criterion/target $(VENV) out dist docs/_extra docs/notebooks
 	find python reproduction tests -name '__pycache__' -prune -exec rm -rf {} +
 	rm -f python/fullbody/*.so

@@ -4,13 +4,14 @@ Left two days of Didymos and Dimorphos after DART, as seen from a camera that do
 Dimorphos' libration and of the orbit's eccentricity, with those two days marked.
 """
 
+import io
 from pathlib import Path
 
 import fullbody
 import matplotlib as mpl
 from fullbody.plots.scene import draw_body, frame
-from matplotlib.animation import PillowWriter
 from matplotlib.figure import Figure
+from PIL import Image
 
 DAYS = 100.0
 #: The film begins on this day; a picture every 50 minutes, behind Dimorphos a trail of ten hours.
@@ -35,21 +36,37 @@ def main() -> None:
     scene.set_axis_off()
     scene.view_init(elev=24, azim=-60)
     path = Path(__file__).with_name("didymos.gif")
-    writer = PillowWriter(fps=12)
-    with writer.saving(figure, str(path), 90):
-        for k in range(TRAIL, len(film) - 1, EVERY):
-            day = film.time[k].to_value("day")
-            clock.set_text(f"day {day:.1f}")
-            artists = scene.plot(*centres[k - TRAIL : k + 1, 1].T, color="#E69F00", linewidth=1.2)
-            for body, name in enumerate(system.names):
-                artists += draw_body(
-                    scene, film, body, centres[k, body], film.attitude[k, body], name, {}, mesh=(31, 16)
-                )
-            marks = [ax.axvline(day, color="0.2", linewidth=0.8) for ax in panels]
-            writer.grab_frame()
-            for artist in (*artists, *marks):
-                artist.remove()
+    pictures: list[Image.Image] = []
+    for k in range(TRAIL, len(film) - 1, EVERY):
+        day = film.time[k].to_value("day")
+        clock.set_text(f"day {day:.1f}")
+        artists = scene.plot(*centres[k - TRAIL : k + 1, 1].T, color="#E69F00", linewidth=1.2)
+        for body, name in enumerate(system.names):
+            artists += draw_body(scene, film, body, centres[k, body], film.attitude[k, body], name, {}, mesh=(31, 16))
+        marks = [ax.axvline(day, color="0.2", linewidth=0.8) for ax in panels]
+        pictures.append(picture(figure))
+        for artist in (*artists, *marks):
+            artist.remove()
+    write(pictures, path)
     print(f"{path.name}: {path.stat().st_size / 1e6:.2f} MB")
+
+
+def picture(figure: Figure) -> Image.Image:
+    """Return the figure as a picture in colours."""
+    written = io.BytesIO()
+    figure.savefig(written, format="png", dpi=90)
+    return Image.open(written).convert("RGB")
+
+
+def write(pictures: list[Image.Image], path: Path) -> None:
+    """Write a film with one palette of 64 colours, taken from six of its pictures, which keeps the file small."""
+    width, height = pictures[0].size
+    sample = Image.new("RGB", (width, 6 * height))
+    for k in range(6):
+        sample.paste(pictures[k * len(pictures) // 6], (0, k * height))
+    palette = sample.quantize(64, dither=Image.Dither.NONE)
+    first, *rest = (each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures)
+    first.save(path, save_all=True, append_images=rest, duration=80, loop=0, optimize=True)
 
 
 def draw_history(run: fullbody.Run, panels: list) -> None:

@@ -71,7 +71,7 @@ else:
     def __getattr__(name):
         if name == "__version__":
             return version()
-        # Most sessions need none of these.
+        # These names are imported when they are first used, since most sessions need none of them.
         from importlib import import_module
 
         if name in ("analysis", "fields", "observing", "plots", "spice", "view"):

@@ -1,4 +1,4 @@
-"""Errors and warnings: one base class of the errors, whose children say what went wrong and when."""
+"""Errors and warnings: the classes of errors have one base class, and say what went wrong and when."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class FullbodyError(Exception):
     Attributes
     ----------
     run : Run or None
-        The run until then, where an integration was cut short.
+        The run until the error, if an integration was cut short.
     dataset : xarray.Dataset or None
-        The map until then, where a sweep was.
+        The map until the error, if a sweep was cut short.
     """
 
     run: Any = None
@@ -39,7 +39,7 @@ class FullbodyError(Exception):
 
 
 class InvalidInput(FullbodyError, ValueError):
-    """An argument that describes nothing physical, has the wrong shape or the wrong unit."""
+    """An argument describes nothing physical, or has the wrong shape or the wrong unit."""
 
 
 class InconsistentInput(UserWarning):
@@ -56,18 +56,18 @@ class BodiesOverlap(FullbodyError, RuntimeError):
     """Two bodies share interior points.
 
     Bodies count as touching, and not as overlapping, where their gap or depth is below 4e-15 times the sum of their
-    longest semi-axes, which is about as far as rounding of attitudes and positions moves their surfaces. Of their
-    thickness that is 1e-14 for compact bodies, and 2e-7 for discs of c/a = 1e-8 face to face. Where it is more than a
-    thousandth (c/a below some 1e-12), bodies that nearly touch are refused as too thin to tell, with
-    :class:`InvalidInput`.
+    longest semi-axes, which is about as far as rounding of attitudes and positions moves their surfaces. Relative to
+    the bodies' thickness this is 1e-14 for compact bodies, and 2e-7 for discs of c/a = 1e-8 face to face. If it is more
+    than a thousandth (c/a below about 1e-12), bodies that nearly touch are refused with :class:`InvalidInput`, since it
+    cannot be decided whether they overlap.
 
     Attributes
     ----------
     bodies : tuple of str
-        Their names.
+        The names of the bodies.
     time : float
-        Time in the system's units: that of the state, or in a run that of the contact. The run's last sample is before
-        it.
+        Time in the system's units: the time of the state, or in a run the time of the contact, after the run's last
+        sample.
     """
 
     def __init__(self, message: str, bodies: tuple[str, str] = ("", ""), time: float = float("nan")) -> None:
@@ -92,7 +92,7 @@ class StepSizeTooSmall(FullbodyError, RuntimeError):
 
 
 class NotConverged(FullbodyError, RuntimeError):
-    """A quadrature or iteration that reached its stated limit."""
+    """A quadrature or an iteration reached its stated limit."""
 
 
 class ChartSingularity(FullbodyError, RuntimeError):
@@ -113,7 +113,7 @@ class ChartSingularity(FullbodyError, RuntimeError):
 
 
 class ForceFailed(FullbodyError, RuntimeError):
-    """A external force that cannot be had, or whose function failed.
+    """An external force cannot be evaluated, or its function failed.
 
     Attributes
     ----------
@@ -133,11 +133,11 @@ class ForceFailed(FullbodyError, RuntimeError):
 
 
 class PrecisionWarning(UserWarning):
-    """A tolerance below what doubles can do, which is raised to that."""
+    """A warning: a tolerance is below what double precision permits, and is raised to that."""
 
 
 def caution(message: str, category: type[Warning] = InconsistentInput) -> None:
-    """Warn, at the line outside of this package that has led here."""
+    """Issue a warning that refers to the line outside of this package from which it follows."""
     package = __name__.partition(".")[0]
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == package:
@@ -158,11 +158,11 @@ class Interrupted(KeyboardInterrupt):
     Attributes
     ----------
     run : Run or None
-        The run as recorded until then.
+        The run as recorded until the interrupt.
     runs : list or None
-        The results of many integrations until then, as :func:`fullbody.integrate_many` describes them.
+        The results of many integrations until the interrupt, as :func:`fullbody.integrate_many` describes them.
     dataset : xarray.Dataset or None
-        The map of a sweep until then.
+        The map of a sweep until the interrupt.
     """
 
     run: Any = None

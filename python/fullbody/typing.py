@@ -1,11 +1,11 @@
 """Types of numbers that may have units, for type checkers and editors.
 
-A system with units gives astropy's Quantities, which are arrays of numpy; another gives plain arrays and numbers. Which
-of the two is known when a program runs, and not before. So a type checker is told of types that have the attributes of
-both: ``run.position`` is an ``Array``, which passes for an ``ndarray`` and has ``.to("m")`` and ``.value`` as well.
-They serve in annotations: when a program runs, they are numpy's ``ndarray`` and ``float``.
+A system with units returns astropy's Quantities, which are arrays of numpy; a system without units returns plain arrays
+and numbers. A type checker cannot know which of the two a program will get. These types have the attributes of both:
+``run.position`` is an ``Array``, which is accepted as an ``ndarray`` and has ``.to("m")`` and ``.value`` as well. They
+serve only in annotations: when a program runs, they are numpy's ``ndarray`` and ``float``.
 
-A function that takes and gives either:
+This function takes and returns either kind:
 
 >>> import fullbody
 >>> from fullbody.typing import Array
@@ -15,12 +15,12 @@ A function that takes and gives either:
 Attributes
 ----------
 Array : type
-    An ``ndarray`` of floats, or an ``astropy.units.Quantity``.
+    The type of an ``ndarray`` of floats or an ``astropy.units.Quantity``.
 Scalar : type
-    A ``float``, or a ``Quantity`` of one number.
+    The type of a ``float`` or a ``Quantity`` of one number.
 """
 
-# Operators give these types, where numpy's own stubs give a plain ndarray.
+# Operators return these types, where numpy's own stubs return a plain ndarray.
 # mypy: disable-error-code="override, misc"
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ __all__ = ["Array", "Scalar"]
 if TYPE_CHECKING:
 
     class Array(npt.NDArray[np.float64]):
-        """An array with the attributes of a Quantity; what is computed from it has them too."""
+        """An array with the attributes of a Quantity; values computed from it have them too."""
 
         unit: Any
         value: npt.NDArray[np.float64]
@@ -68,7 +68,7 @@ if TYPE_CHECKING:
         def std(self, *args: Any, **kwargs: Any) -> Any: ...
 
     class Scalar(float):
-        """A number with the attributes of a Quantity; what is computed from it has them too."""
+        """A number with the attributes of a Quantity; values computed from it have them too."""
 
         unit: Any
         value: float

@@ -50,7 +50,7 @@ class CaseNumbers:
     turns: tuple[float, ...]
     #: Largest of phi and theta.
     tilt: float
-    #: Largest departure of psi of A from a straight line.
+    #: Largest deviation of psi of A from a straight line.
     psi_bend: float
     #: Largest change of the spin about z, and largest spin about x or y.
     spin_z_change: float

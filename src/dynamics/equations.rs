@@ -52,7 +52,7 @@ impl Dynamics {
     fn new(system: &System, frame: &BarycentricFrame, interrupt: &mut InterruptCheck) -> Result<Self> {
         let n = system.bodies().len();
         system.polyhedra(interrupt)?;
-        let external_forces = system.force_model()?;
+        let external_forces = system.force_model().clone();
         // The list is allocated once: a thousand bodies have half a million pairs.
         let mut links = Vec::with_capacity(system.count_links());
         for (i, j) in system.pairs() {

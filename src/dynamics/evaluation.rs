@@ -74,7 +74,7 @@ impl System {
     /// the nominal one.
     pub fn external_loads(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Vec<Load>> {
         self.check(state, interrupt)?;
-        let mut force_model = self.force_model()?;
+        let mut force_model = self.force_model().clone();
         let (frame, y, _) = BarycentricFrame::new(self.layout(), &self.masses(), state);
         let rotation: Vec<_> = state.attitude.iter().map(|attitude| rotation::matrix(*attitude)).collect();
         let snapshot = frame.snapshot(state.time, &y, &rotation, &state.attitude);

@@ -3,10 +3,11 @@
 use super::{State, System};
 use crate::math::Vec3;
 
-/// Speeds of escape. A flyby of asteroids is faster still; a day taken for an hour makes 24 of them.
+/// A body is taken as unbound from this many speeds of escape on. A day taken for an hour makes 24 of them.
 pub const FAST: f64 = 10.0;
 
-/// Distances to the nearest body. From there on coordinates round at more than the default tolerances.
+/// A pair is taken as far from the barycentre from this many of its own distances on, where the rounding of
+/// coordinates exceeds the default tolerances.
 pub const FAR: f64 = 1e3;
 
 /// A body that is so much faster than the others' speed of escape that their attraction can hardly be meant
@@ -40,7 +41,8 @@ pub struct FarFromBarycentre {
 }
 
 impl System {
-    /// The body of a start that is fastest in speeds of escape, where that is more than [`FAST`] of them.
+    /// Returns the body of a start that is fastest in units of its speed of escape, if it exceeds [`FAST`] of
+    /// these.
     pub fn unbound(&self, state: &State) -> Option<Unbound> {
         let masses = self.masses();
         let of = |body: usize| {
@@ -56,16 +58,15 @@ impl System {
             Unbound { body, speed, escape }
         };
         let ratio = |found: &Unbound| found.speed / found.escape;
-        // Without attraction there is nothing to be bound by, and the run itself refuses numbers that are too
-        // large.
+        // Without attraction no body is bound, and the run itself refuses numbers that are too large.
         let all = (0..masses.len()).map(of).filter(|found| found.escape > 0.0 && ratio(found).is_finite());
         let fastest = all.reduce(|most, next| if ratio(&next) > ratio(&most) { next } else { most })?;
         (ratio(&fastest) > FAST).then_some(fastest)
     }
 
-    /// The body of a start that is farthest from the barycentre in distances of its nearest neighbour, where
-    /// that is more than [`FAR`] of them and a step cannot be as exact as the tolerance, which fixed steps do
-    /// not have.
+    /// Returns the body of a start that is farthest from the barycentre in units of the distance of its
+    /// nearest neighbour, if it exceeds [`FAR`] of these and the coordinates are too coarse for the
+    /// tolerance. Fixed steps have no tolerance.
     pub fn far_from_barycentre(&self, state: &State, tolerance: Option<f64>) -> Option<FarFromBarycentre> {
         let masses = self.masses();
         let others = |body: usize| {

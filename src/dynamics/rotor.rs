@@ -114,8 +114,7 @@ impl RotorKind<1> for Symmetric {
 ///   u f = (w_1 c d + r_1 w_2 w_3 s, w_2 c + r_2 w_3 w_1 s d, w_3 d + r_3 w_1 w_2 s c),
 ///   f = 1 - r_2 r_3 w_1^2 s^2,
 ///   w' - w = 2 s (r_1 u_2 u_3, r_2 u_3 u_1 d, r_3 u_1 u_2 c) f^2 / g,  g = f^2 - r_2 r_3 (u_1 f)^2 s^2.
-///
-/// The quaternion of the rotation is that of a discrete top (see [`super::variational_rotation`]) whose
+/// The quaternion of the rotation is that of a discrete rotor (see [`super::variational_rotation`]) whose
 /// moments depend on the energy T, the angular momentum L and the time alone: Hairer & Vilmart (2006), J.
 /// Phys. A 39, 13225. It therefore suffices to know its angle where u_1 = 0. With N = I_1^2 r_1^2 a_2^2 a_3^2
 /// / L^2 half of that is
@@ -123,8 +122,9 @@ impl RotorKind<1> for Symmetric {
 ///   phi = 2 T/L - (1 - 2 T I_1/L^2) (J - 1) L/I_1,
 ///   J = int_0^s dy / ((1 - N y^2) ((1 - x y^2) (1 - z y^2))^(1/2)),
 ///
-/// Legendre's third integral (van Zon & Schofield 2007, J. Comput. Phys. 225, 145). Neither it nor s, c and d
-/// know how fast the body turns, but only how fast its spin moves in its own frame: their series are short.
+/// Legendre's third integral (van Zon & Schofield 2007, J. Comput. Phys. 225, 145). It, s, c and d do not
+/// depend on how fast the body rotates but only on how fast its spin moves in the body frame, so that short
+/// series suffice.
 pub(super) struct Triaxial;
 
 /// The number of constants of a triaxial rotor.
@@ -284,7 +284,7 @@ impl<S: Simd> RotorMoments<S> {
     }
 }
 
-/// s of x + z and x z: Maclaurin's series of sn, DLMF 22.10(i).
+/// Returns s from x + z and x z: Maclaurin's series of sn, DLMF 22.10(i).
 #[inline(always)]
 fn sine<S: Simd>(p: Numbers<S>, q: Numbers<S>) -> Numbers<S> {
     let (pp, qq) = (p * p, q * q);
@@ -295,8 +295,8 @@ fn sine<S: Simd>(p: Numbers<S>, q: Numbers<S>) -> Numbers<S> {
     low + (high * (1.0 / 362_880.0) - highest * (1.0 / 39_916_800.0))
 }
 
-/// (J - 1)/(N s^3) of N s^2, (x + z) s^2 and x z s^4, by powers of s: the integrand's are those of (1 - (x +
-/// z) y + x z y^2)^(-1/2), summed up with N.
+/// Returns (J - 1)/(N s^3) from N s^2, (x + z) s^2 and x z s^4, by powers of s. The powers of the integrand
+/// are those of (1 - (x + z) y + x z y^2)^(-1/2), summed with N.
 #[inline(always)]
 fn third<S: Simd>(n: Numbers<S>, p: Numbers<S>, q: Numbers<S>) -> Numbers<S> {
     let b1 = p * 0.5;

@@ -5,8 +5,8 @@ use crate::math::{Vec3, rotation};
 
 /// Position and velocity (inertial), attitude and spin (body frame) of every body at a time.
 ///
-/// A state is checked when it is made and cannot be changed after that: every list has one entry for each body, all numbers
-/// are finite, and quaternions have length one.
+/// A state is checked when it is made and cannot be changed after that: every list has one entry for each
+/// body, all numbers are finite, and quaternions have length one.
 ///
 /// ```
 /// use fullbody::dynamics::State;
@@ -39,8 +39,8 @@ impl State {
     /// Makes a state from values for each body; quaternions of any non-zero length are scaled to one.
     ///
     /// # Errors
-    /// [`Error::InvalidInput`] names the list whose length differs from that of `position`, and the body whose number is not
-    /// finite or whose quaternion is zero.
+    /// [`Error::InvalidInput`] names the list whose length differs from that of `position`, and the body
+    /// whose number is not finite or whose quaternion is zero.
     pub fn new(
         time: f64,
         position: Vec<Vec3>,

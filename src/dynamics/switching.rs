@@ -1,14 +1,13 @@
-//! Forces that are switched at zeros of a function of the motion: where the next switch is, and what it does
-//! to departures.
+//! Forces that are switched at zeros of a function of the motion: where the next switch is, and the map of
+//! tangent vectors across it.
 //!
-//! At a switch the rates of change jump from f to f + j. A neighbouring motion, which departs by delta,
-//! passes the zero of the function g earlier by g'(delta) / g'(f), in which time the jump acts on it already
-//! or not yet: its departure behind the switch is
+//! At a switch the rates of change jump from f to f + j. A neighbouring motion, with the tangent vector
+//! delta, passes the zero of the function g earlier by g'(delta) / g'(f). For this time the jump acts on it
+//! already, or not yet, so that its tangent vector behind the switch is
 //!
 //!   delta + j g'(delta) / g'(f),
-//!
-//! and so is that by a parameter, with the derivative of g by it added to g'(delta). The matrix of this is
-//! called the saltation matrix.
+//! and the same holds for the derivative by a parameter, where the derivative of g by the parameter is added
+//! to g'(delta). The matrix of this map is called the saltation matrix.
 
 use super::layout::vector;
 use super::{Dynamics, Variations};
@@ -17,21 +16,21 @@ use crate::forces::SwitchJump;
 use crate::math::Vec3;
 
 impl Dynamics {
-    /// How far a vector is from the next switch of a force: below zero beyond it.
+    /// Returns how far a vector is from the next switch of a force; negative beyond it.
     pub fn switch_margin(&mut self, force: usize, time: f64, y: &[f64]) -> f64 {
         self.turn(y);
         self.external_forces.switch_margin(force, self.view.show(time, y))
     }
 
-    /// A force whose next switch a vector is beyond.
+    /// Returns a force whose next switch a vector has passed.
     pub fn overdue_switch(&mut self, time: f64, y: &[f64]) -> Option<usize> {
         let switched: Vec<usize> = self.external_forces.switched().collect();
         switched.into_iter().find(|force| self.switch_margin(*force, time, y) < 0.0)
     }
 
-    /// Returns what the switch of a force at a vector changes, with the rate of its function before it. Refuses a
-    /// switch that would be undone at once: of the motions with the force and without it one leads to the
-    /// switch from either side.
+    /// Returns the jump at the switch of a force at a vector, with the rate of its function before it. It
+    /// refuses a switch that would be undone at once, where the motion leads to the switch both with the
+    /// force and without it.
     pub fn switch_jump(&mut self, force: usize, time: f64, y: &[f64]) -> Result<(SwitchJump, f64)> {
         let failed = |dynamics: &Self, detail: &str| Error::ForceFailed {
             force: dynamics.external_forces.name(force).to_owned(),
@@ -57,7 +56,7 @@ impl Dynamics {
             + gradient.by_rotation.dot(&vector(y, layout.spin(jump.on)))
             + gradient.by_spin.dot(&vector(&rate, layout.spin(jump.on)));
         let after = before + gradient.by_velocity.dot(&jump.force) / self.system.bodies()[jump.on].mass;
-        // The function goes on through its zero, or would come back to it.
+        // Unless the function's rate keeps its sign, the function would come back to its zero.
         if before == 0.0 || before * after < 0.0 {
             let name = &self.system.bodies()[jump.on].name;
             let detail = format!(
@@ -76,7 +75,7 @@ impl Dynamics {
 }
 
 impl Variations {
-    /// Takes departures through a switch, at which its function has the rate `rate` before it.
+    /// Maps tangent vectors across a switch, whose function has the rate `rate` before it.
     pub fn jump(&self, jump: &SwitchJump, rate: f64, gravitational_constant: f64, columns: &mut [f64]) {
         let (width, half, gradient) = (self.width(), self.half(), &jump.gradient);
         let mut of: Vec<(usize, f64)> = Vec::new();
@@ -113,7 +112,7 @@ impl Variations {
         }
     }
 
-    /// The derivative of a switch's function by a parameter, where the motion stays.
+    /// Returns the derivative of a switch's function by a parameter, with the motion held fixed.
     fn margin_by(&self, parameter: usize, jump: &SwitchJump, g: f64) -> f64 {
         let of = self.parameters[parameter];
         let pair = [jump.on, jump.about];

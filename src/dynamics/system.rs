@@ -6,7 +6,7 @@ use crate::forces::{Force, ForceModel};
 use crate::interrupt::InterruptCheck;
 use crate::math::lanes::VectorPath;
 use crate::math::rotation;
-use crate::mutual::{Link, Method, Pose, Store};
+use crate::mutual::{LEAST_TOLERANCE, Link, Method, Pose, Store};
 use crate::names::Named;
 use crate::quadrature::Order;
 use crate::shape::{Body, Proximity, Shape};
@@ -59,6 +59,8 @@ pub struct System {
     pub(super) gravitational_constant: f64,
     pub(super) settings: Settings,
     forces: Vec<Force>,
+    /// The external forces, prepared for evaluation and not yet evaluated.
+    force_model: Arc<ForceModel>,
     arch: Arch,
     store: Arc<Store>,
 }
@@ -67,8 +69,9 @@ impl System {
     /// Makes a system of bodies with distinct names; G is in the units of everything else.
     ///
     /// # Errors
-    /// [`Error::InvalidInput`] names what cannot be: no bodies, two of one name, a negative or infinite G, a tolerance outside (0, 1), an
-    /// order beside polyhedra or out of range, vector instructions that the machine lacks.
+    /// [`Error::InvalidInput`] names what cannot be: no bodies, two of one name, a negative or infinite G, a
+    /// tolerance outside (0, 1), an order beside polyhedra or out of range, vector instructions that the
+    /// machine lacks.
     pub fn new(bodies: Vec<Body>, gravitational_constant: f64, settings: Settings) -> Result<Self> {
         if bodies.is_empty() {
             return Err(Error::invalid("number of bodies", 0, "at least one"));
@@ -117,20 +120,21 @@ impl System {
                 ),
             )
         })?;
-        // Focal and surface rules reach round-off at this tolerance; a smaller one gains nothing.
-        let settings = Settings { gravity_tolerance: tolerance.max(1e-16), ..settings };
+        let settings = Settings { gravity_tolerance: tolerance.max(LEAST_TOLERANCE), ..settings };
+        let force_model = Arc::new(ForceModel::new(&[], &bodies, gravitational_constant)?);
         let (forces, store) = (Vec::new(), Arc::default());
-        Ok(Self { bodies, gravitational_constant, settings, forces, arch, store })
+        Ok(Self { bodies, gravitational_constant, settings, forces, force_model, arch, store })
     }
 
     /// Returns the system with external forces, which must have distinct names.
     pub fn with_forces(self, forces: Vec<Force>) -> Result<Self> {
-        ForceModel::new(&forces, &self.bodies, self.gravitational_constant)?;
-        Ok(Self { forces, ..self })
+        let force_model = Arc::new(ForceModel::new(&forces, &self.bodies, self.gravitational_constant)?);
+        Ok(Self { forces, force_model, ..self })
     }
 
     /// Returns the system with a store of shared data, in which other systems may have put what its pairs
     /// need.
+    #[must_use]
     pub fn sharing(self, store: Arc<Store>) -> Self {
         Self { store, ..self }
     }
@@ -155,9 +159,9 @@ impl System {
         &self.forces
     }
 
-    /// Prepares the external forces for evaluation.
-    pub fn force_model(&self) -> Result<ForceModel> {
-        ForceModel::new(&self.forces, &self.bodies, self.gravitational_constant)
+    /// Returns the external forces, prepared for evaluation. Copies of them are evaluated.
+    pub fn force_model(&self) -> &ForceModel {
+        &self.force_model
     }
 
     /// Returns the vector instructions of the hot loops.

@@ -233,7 +233,7 @@ impl Variations {
                     forcing[j][0] -= by.force_on_first * (g * masses[0]);
                     forcing[i][1] += over(&(by.torque_first * strength), &self.inertia[i]);
                     forcing[j][1] += over(&(by.torque_second * strength), &self.inertia[j]);
-                    // The body's own mass.
+                    // This is the effect of the body's own mass.
                     let sign = if which == 0 { 1.0 } else { -1.0 };
                     let pull = sign * g * masses[1 - which] * derivative.mass / masses[which];
                     forcing[*body][0] -= loads.force_on_first * pull;

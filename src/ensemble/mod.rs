@@ -16,10 +16,9 @@ use crate::workers::with_workers;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 
-/// Runs all members of a source in the given number of threads, or in as many as the machine runs at once. The source knows
-/// each member by a tag of its own.
-///
-/// Where the source breaks, runs stop within 50 ms, and the source is given what there is of them.
+/// Runs all members of a source in the given number of threads, or in as many as the machine runs at once.
+/// The source knows each member by a tag of its own. If the source breaks, runs stop within 50 ms, and the
+/// source receives their records up to there.
 ///
 /// # Errors
 /// A machine that refuses to start the threads is an error; a member that fails is an answer.

@@ -8,7 +8,7 @@ use crate::math::Vec3;
 use pulp::Arch;
 use rayon::prelude::*;
 
-/// What is computed, and where it is put, in C order.
+/// The quantities to compute, with the arrays that receive them in C order.
 pub enum Wanted<'a> {
     /// Phi (P,) and g (P, 3).
     Field(&'a mut [f64], &'a mut [f64]),
@@ -23,7 +23,7 @@ impl Default for Wanted<'_> {
 }
 
 impl Wanted<'_> {
-    /// What belongs to so many points, and the rest.
+    /// Splits the arrays after this many points.
     pub fn split_at(self, count: usize) -> (Self, Self) {
         match self {
             Self::Field(potential, field) => {
@@ -43,21 +43,22 @@ impl Wanted<'_> {
 pub struct Points<'a> {
     /// Coordinates (P, 3).
     pub coordinates: &'a [f64],
-    /// The shape in which the caller counts points, for errors.
+    /// The shape of the caller's array of points, for errors.
     pub shape: &'a [usize],
-    /// How many of the caller's points stand before these.
+    /// The number of the caller's points before these.
     pub before: usize,
 }
 
-/// Points of a block at most.
+/// The largest number of points in a block.
 const CHUNK: usize = 512;
 
-/// Work, in facets of a polyhedron, of a block at most, and of all blocks between two looks at the clock.
+/// The largest work of a block, and of all blocks between two readings of the clock, in facets of a
+/// polyhedron.
 const BLOCK_WORK: usize = 100_000;
 const GROUP_WORK: usize = 2_000_000;
 
 impl Points<'_> {
-    /// The gravity of bodies, summed.
+    /// Computes the sum of the gravity of bodies.
     pub fn gravity(
         &self,
         attractors: &[Attractor<'_>],
@@ -73,7 +74,7 @@ impl Points<'_> {
         for jobs in jobs.chunks_mut(group) {
             interrupt.charge(UNITS / 2, 0.0)?;
             let workspace = || Workspace::new(length.min(self.coordinates.len() / 3));
-            // Work this short is finished sooner than other threads wake.
+            // So little work is finished before other threads have started.
             let bad = if jobs.len() * length * work < 2000 {
                 let mut workspace = workspace();
                 jobs.iter_mut().find_map(|job| job.run(attractors, arch, &mut workspace))

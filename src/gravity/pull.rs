@@ -17,8 +17,8 @@ const TOLERANCE: f64 = 1e-17;
 /// The size of the terms beyond the quadrupole, relative to it, at which they are left out.
 const BEYOND_QUADRUPOLE: f64 = 1e-16;
 
-/// The excess of the body's field over that of its mass at its centre, and its moment about the centre.
-/// Neither loses digits at any distance.
+/// The excess of the body's field over that of its mass at its centre, and its moment about the centre. Both
+/// keep all digits at any distance.
 #[derive(Debug, Clone)]
 pub struct ExtendedPull {
     ellipsoid: Ellipsoid,

@@ -56,7 +56,8 @@ pub fn root<E>(
     Ok(b)
 }
 
-/// The simple roots from -1 to 1, in rising order, of a polynomial of the eighth degree at most, by those of its derivative.
+/// Finds the simple roots from -1 to 1, in increasing order, of a polynomial of degree eight at most, from
+/// the roots of its derivative.
 pub fn polynomial_roots(polynomial: &[f64], found: &mut dyn FnMut(f64)) {
     let degree = polynomial.iter().rposition(|c| *c != 0.0).unwrap_or(0);
     let polynomial = &polynomial[..=degree];
@@ -146,14 +147,15 @@ pub fn extremum<E>(mut f: impl FnMut(f64) -> Result<f64, E>, a: f64, b: f64) -> 
     Ok((x, fx))
 }
 
-/// Equal intervals in which [`first_fall`] looks at a function, which may have one extremum in each of them.
+/// The number of equal intervals at whose ends [`first_fall`] samples a function, which may have one extremum
+/// in each.
 const LOOKS: usize = 8;
 
-/// The part of an interval after its start and before its end where the function is looked at too.
+/// The distance of two further samples from the start and the end, as a fraction of the whole interval.
 const NEAR: f64 = 1e-3;
 
-/// The first root between 0 and `end` of a function that is not negative at 0, and a place behind it where
-/// the function is negative.
+/// Returns the first root between 0 and `end` of a function that is not negative at 0, and an abscissa behind
+/// it at which the function is negative.
 pub fn first_fall<E>(mut f: impl FnMut(f64) -> Result<f64, E>, end: f64) -> Result<Option<(f64, f64)>, E> {
     let place = |k: usize| match k {
         1 => NEAR * end,

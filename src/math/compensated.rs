@@ -4,7 +4,7 @@
 
 use pulp::Simd;
 
-/// The sum of two numbers and its rounding error, exactly.
+/// Returns the sum of two numbers and its exact rounding error.
 #[inline(always)]
 pub fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
@@ -12,7 +12,7 @@ pub fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (sum, (a - (sum - b_virtual)) + (b - b_virtual))
 }
 
-/// [`two_sum`] in every lane.
+/// Returns the result of [`two_sum`] in every lane.
 #[inline(always)]
 pub fn two_sum_in<S: Simd>(simd: S, a: S::f64s, b: S::f64s) -> (S::f64s, S::f64s) {
     let sum = simd.add_f64s(a, b);
@@ -21,7 +21,7 @@ pub fn two_sum_in<S: Simd>(simd: S, a: S::f64s, b: S::f64s) -> (S::f64s, S::f64s
     (sum, simd.add_f64s(lost, simd.sub_f64s(b, b_virtual)))
 }
 
-/// The product of two numbers and its rounding error, exactly.
+/// Returns the product of two numbers and its exact rounding error.
 #[inline(always)]
 pub fn two_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;

@@ -1,5 +1,5 @@
-//! Inlined products of 3 x 3 matrices, and their inverse. The generic products of `nalgebra` compile to calls of
-//! loops, and its inverse to code for matrices of every size.
+//! Inlined products of 3 x 3 matrices, and their inverse. The generic products of `nalgebra` compile to calls
+//! of loops, and its inverse to code for matrices of every size.
 
 use super::{Mat3, Vec3};
 
@@ -39,7 +39,7 @@ pub fn times_cross(a: &Mat3, v: &Vec3) -> Mat3 {
     })
 }
 
-/// The inverse; `None` of a matrix whose determinant is zero.
+/// Returns the inverse; `None` for a matrix whose determinant is zero.
 pub fn inverse(a: &Mat3) -> Option<Mat3> {
     let [x, y, z] = [0, 1, 2].map(|row| a.row(row).transpose());
     let adjugate = Mat3::from_columns(&[y.cross(&z), z.cross(&x), x.cross(&y)]);

@@ -19,8 +19,8 @@ const LADDER: [usize; 16] = [8, 12, 16, 20, 26, 34, 44, 56, 72, 92, 118, 150, 19
 const SLACK: usize = 3;
 /// A kernel is prepared for separations down to this share of the smallest one that is predicted.
 pub(super) const MARGIN: f64 = 0.9;
-/// The best agreement that two rules can have.
-const ROUND_OFF: f64 = 4e-15;
+/// The relative difference below which two rules over nodes agree to round-off.
+const AGREEMENT_OVER_NODES: f64 = 4e-15;
 
 impl Pair {
     /// Returns the rule in use in the form that an archive keeps.
@@ -194,7 +194,7 @@ impl Pair {
             self.adopt_degree(integrated, LADDER[level + 1], reach, interrupt)?;
             let fine = self.asking(pose, interrupt)?;
             let difference = self.difference(&fine, &coarse);
-            if difference <= self.tolerance.max(ROUND_OFF) {
+            if difference <= self.tolerance.max(AGREEMENT_OVER_NODES) {
                 // The degree is lowered only where the next coarser rule has a good margin, so that the
                 // choice does not alternate.
                 let lower = if difference < 1e-3 * self.tolerance { level.saturating_sub(1) } else { level };

@@ -25,8 +25,8 @@ use std::ops::Range;
 const FEWEST: usize = 2;
 pub(super) const MOST_DIGITS: usize = 22;
 pub(super) const FINER: usize = 2;
-/// The best agreement that two rules can have.
-const ROUND_OFF: f64 = 2e-14;
+/// The relative difference below which two rules over faces agree to round-off.
+const AGREEMENT_OVER_FACES: f64 = 2e-14;
 /// A sum whose terms cancel has no more digits than rounding permits: where a finer pair of rules differs by
 /// no less than this share of the coarser pair's difference, and by less than `CANCELLED`, the sum has the
 /// digits that it can have.
@@ -111,7 +111,7 @@ impl Pair {
             };
             let last = std::mem::replace(&mut difference, self.change(&fine, &own));
             settled |= difference >= SETTLED * last;
-            let permitted = if settled { CANCELLED } else { ROUND_OFF };
+            let permitted = if settled { CANCELLED } else { AGREEMENT_OVER_FACES };
             if difference <= self.tolerance.max(permitted) {
                 if difference < 1e-2 * self.tolerance && digits > FEWEST {
                     let lower = self.by_cells(integrated, digits - 1, pose, reach, interrupt)?;

@@ -27,8 +27,8 @@ use crate::quadrature::{Division, Order, Stretch};
 use pulp::{Simd, WithSimd};
 use std::ops::{AddAssign, Range};
 
-/// The relative difference below which two rules for the derivatives cannot be told from round-off.
-const ROUND_OFF: f64 = 1e-13;
+/// The relative difference below which two rules over faces for the derivatives agree to round-off.
+const AGREEMENT_OF_DERIVATIVES: f64 = 1e-13;
 
 impl Pair {
     /// Chooses the rules for the derivatives at a pose; see [`Self::prepare_jacobian`].
@@ -83,7 +83,7 @@ impl Pair {
             let kept = (rule.points, rule.begins.clone());
             let Some(fine) = self.over_cells(&mut rule, digits + FINER, &roles, interrupt)? else { break };
             difference = self.difference_of_jacobians(rule.integrated, &fine, &own);
-            if difference <= self.tolerance.max(ROUND_OFF) {
+            if difference <= self.tolerance.max(AGREEMENT_OF_DERIVATIVES) {
                 rule.order = Order { gauss: digits, angles: digits };
                 (rule.points, rule.begins) = kept;
                 return Ok(rule);

@@ -11,8 +11,9 @@ use pulp::Arch;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The least tolerance of a force; a smaller one gains nothing.
-const ROUND_OFF: f64 = 1e-16;
+/// The least tolerance of a force: focal and surface rules reach round-off there, so that a smaller one gains
+/// nothing.
+pub const LEAST_TOLERANCE: f64 = 1e-16;
 
 /// The pair of two parts of two bodies. Its methods take and return quantities of the bodies: their pose, the
 /// loads about their centres, per unit of their masses.
@@ -88,7 +89,7 @@ impl Link {
         }
         // The forces of voids and of the matter around them cancel, but their errors do not.
         let terms = bodies.map(|body| body.mass_without_signs() / body.mass);
-        let tolerance = (tolerance / (terms[0] * terms[1])).max(tolerance.min(ROUND_OFF));
+        let tolerance = (tolerance / (terms[0] * terms[1])).max(tolerance.min(LEAST_TOLERANCE));
         let share = (first.mass / bodies[0].mass) * (second.mass / bodies[1].mass);
         let offsets = Box::new(PartOffsets { parts, share, places: [first.place, second.place] });
         Self { pair: pair(gravity, tolerance), offsets: Some(offsets), inverse_masses }

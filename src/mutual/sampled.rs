@@ -28,7 +28,7 @@ pub(super) fn field(arch: Arch, body: &PartGravity, kernel: &Kernel, x: &Vec3) -
     }
 }
 
-/// g of the field body at a point from its centre, and dg/dx.
+/// Returns g of the field body at a point relative to its centre, and dg/dx.
 pub(super) fn gradient(arch: Arch, body: &PartGravity, kernel: &Kernel, x: &Vec3) -> (Vec3, Mat3) {
     match (kernel, &body.facets) {
         (Kernel::Layer(layer), _) => {

@@ -124,7 +124,7 @@ pub fn visible_from(
     interrupt: &mut InterruptCheck,
 ) -> Result<Vec<f64>> {
     system.check(state, interrupt)?;
-    let mut external_forces = ExternalForces::new(&system.force_model()?, Some(radiation), system.bodies())?;
+    let mut external_forces = ExternalForces::new(system.force_model(), Some(radiation), system.bodies())?;
     external_forces.covers(state.time, state.time)?;
     let (frame, ..) = BarycentricFrame::new(system.layout(), &system.masses(), state);
     let origin = frame.nominal_at(state.time);

@@ -183,7 +183,7 @@ impl Default for End {
 }
 
 impl Particle {
-    /// At a place and with a velocity from the nominal barycentre.
+    /// Makes a particle from its position and velocity relative to the nominal barycentre.
     pub fn new(time: f64, position: &Vec3, velocity: &Vec3, area_to_mass: f64) -> Self {
         let (x, v) = (position, velocity);
         Self {
@@ -203,7 +203,7 @@ impl Particle {
         }
     }
 
-    /// Refuses numbers that are not finite or out of range, naming the particle.
+    /// Returns an error that names the particle for numbers that are not finite or out of range.
     pub fn check(&self, index: usize) -> Result<()> {
         let ratio = [self.area_to_mass];
         let named =
@@ -234,7 +234,7 @@ impl Particle {
         Vec3::new(self.motion[3], self.motion[4], self.motion[5])
     }
 
-    /// Places it anew.
+    /// Sets time, position and velocity anew.
     pub(super) fn put(&mut self, time: f64, position: &Vec3, velocity: &Vec3) {
         self.time = time;
         self.motion = [position.x, position.y, position.z, velocity.x, velocity.y, velocity.z];

@@ -148,7 +148,7 @@ impl FlightPlan<'_> {
         }
         self.rules.escape.map_or(Ok(()), |escape| escape.check())?;
         let external_forces =
-            ExternalForces::new(&self.system.force_model()?, self.radiation, self.system.bodies())?;
+            ExternalForces::new(self.system.force_model(), self.radiation, self.system.bodies())?;
         external_forces.covers(start, self.until)?;
         for watch in self.watches {
             if matches!(watch.condition, ParticleCondition::Shadow { .. }) && !external_forces.is_lit() {

@@ -45,7 +45,8 @@ pub fn integrate_many(
 ) -> PyResult<()> {
     let (listener, stopped) = (Listener::default(), Cell::new(false));
     let mut source = PyJobSource { members: members.unbind(), take, report, listener, stopped };
-    // Each thread is known to Python as one, which otherwise would be a new one in each function that it calls.
+    // Each thread is known to Python as one, which otherwise would be a new one in each function that it
+    // calls.
     let life = |life: WorkerThread| Python::attach(|py| py.detach(|| life.run()));
     let outcome = py.detach(|| run_within(&mut source, threads, life));
     match source.listener.raised() {

@@ -27,7 +27,7 @@ pub enum PyCondition {
     Function { f: Py<PyAny> },
 }
 
-/// Where a distant point is, as a cubic spline.
+/// The path of a distant point, as a cubic spline.
 #[pyclass(frozen, name = "Toward", module = "fullbody._core")]
 pub struct PyToward {
     inner: Toward,
@@ -35,7 +35,8 @@ pub struct PyToward {
 
 #[pymethods]
 impl PyToward {
-    /// Through places (T, 3) from the barycentre at times (T,), with the time by length that light takes.
+    /// Makes the path through positions (T, 3) from the barycentre at times (T,), with the time that light
+    /// takes per unit length.
     #[new]
     fn new(times: Vec<f64>, places: Vec<[f64; 3]>, slowness: f64, bounded: bool) -> Result<Self, Error> {
         let path = Spline::new("times of Occultation", &times, &places)?;
@@ -56,7 +57,8 @@ pub fn events(py: Python<'_>, watched: &[Watched<'_>], listener: &Arc<Listener>)
     watched.iter().map(event).collect()
 }
 
-/// Derivatives of a condition's function: by a tangent vector, by time, by parameters, and by its own parameters.
+/// Derivatives of a condition's function: by a tangent vector, by time, by parameters, and by its own
+/// parameters.
 type FunctionDerivatives<'py> = (Bound<'py, PyArrayDyn<f64>>, f64, Vec<f64>, Vec<(String, f64)>);
 
 #[pymethods]

@@ -36,7 +36,7 @@ pub fn forces(
     described.iter().map(force).collect()
 }
 
-/// Refuses the description of a force with numbers that no force of its kind has, whatever system it acts in.
+/// Returns an error for the description of a force whose numbers are invalid in any system.
 #[pyfunction]
 pub fn check_force(described: &Bound<'_, PyDict>) -> PyResult<()> {
     let force: Force = from_python(described)?;

@@ -93,18 +93,12 @@ impl PySimulation {
     /// Returns the description of the simulation in such bytes, and the text that is kept with it.
     #[staticmethod]
     fn described<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<(Bound<'py, PyAny>, String)> {
-        let (setup, notes) = Simulation::described(bytes)?;
-        Ok((to_python(py, &setup)?, notes))
+        let (description, notes) = Simulation::described(bytes)?;
+        Ok((to_python(py, &description)?, notes))
     }
 
     fn to_bytes<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>, Error> {
         Ok(PyBytes::new(py, &self.inner.to_bytes()?))
-    }
-
-    /// The description of what the simulation was made with: bodies, G, settings, integrator.
-    #[getter]
-    fn setup<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.inner.description())
     }
 
     /// The text that is kept with the simulation.
@@ -263,8 +257,8 @@ impl PyDense {
         Ok(dict)
     }
 
-    /// For each condition, in the pieces that have a part of a span of time in them: its function at the start of the first of them,
-    /// and the times of its zeros.
+    /// Returns for each condition, in the pieces that contain a part of a span of time, its function at the
+    /// start of the first piece and the times of its zeros.
     fn crossings(
         &self,
         py: Python<'_>,

@@ -179,7 +179,7 @@ impl PySystem {
         force: usize,
         times: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<(Array<'py>, Array<'py>)> {
-        let force_model = self.inner.force_model()?;
+        let force_model = self.inner.force_model();
         let times = times.as_array();
         let places = times.iter().map(|&time| force_model.third_body(force, time));
         let (position, velocity): (Vec<_>, Vec<_>) =
@@ -250,10 +250,11 @@ impl PySystem {
         Ok((bodies, forces, changed.gravitational_constant(), named.size(&self.inner)))
     }
 
-    /// Returns the numbers of the warnings about a start: a body, its speed and the speed of escape; and a
-    /// pair, its distance, a heavy body, how far that is, at what length the pair's coordinates round, and
-    /// the tolerance that can be met. Either ends with its limit, in speeds and distances.
-    fn doubts(&self, state: &PyState, tolerance: Option<f64>) -> (Option<Fast>, Option<Far>) {
+    /// Returns the numbers for warnings about a start. The first tuple holds a body, its speed, its speed of
+    /// escape and the limit in speeds of escape. The second one holds a pair, its distance, a heavy body, the
+    /// distance of that, the rounding of the pair's coordinates, the tolerance that can be met and the limit
+    /// in distances.
+    fn start_warnings(&self, state: &PyState, tolerance: Option<f64>) -> (Option<Fast>, Option<Far>) {
         let fast = self.inner.unbound(&state.inner).map(|u| (u.body, u.speed, u.escape, FAST));
         let far = self.inner.far_from_barycentre(&state.inner, tolerance);
         let far = far.map(|f| (f.pair.into(), f.apart, f.heavy, f.distance, f.rounding, f.tolerance, FAR));

@@ -33,6 +33,7 @@ impl Ellipsoid {
     }
 
     /// Returns the shape with all lengths multiplied by a factor above zero.
+    #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         Self {
             semi_axes: self.semi_axes.map(|a| a * factor),

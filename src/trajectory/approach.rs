@@ -52,7 +52,7 @@ pub(super) struct Approach {
     bodies: Vec<Reach>,
     /// Whether a body has an extent: points cannot overlap.
     extended: bool,
-    /// The largest departure of each body's path from a line, without the unknown part of the other bodies'
+    /// The largest deviation of each body's path from a line, without the unknown part of the other bodies'
     /// pull.
     bends: Vec<f64>,
     /// The largest change of the rates from stage to stage, in the layout of the vector of rates.

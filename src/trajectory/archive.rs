@@ -8,7 +8,7 @@
 //! | 4 | CRC-32 of the contents |
 //! | | the contents in the postcard format |
 //!
-//! The contents hold the set-up once, as text, and all that decides how the run goes on, in binary: a run
+//! The contents hold the description once, as text, and all that decides how the run goes on, in binary: a run
 //! that goes on from them equals the unbroken one bit for bit, on a machine with the same vector
 //! instructions.
 
@@ -52,7 +52,7 @@ pub struct SimulationDescription {
 struct Contents {
     producer: String,
     /// The [`SimulationDescription`] as JSON: everything in it has a name.
-    setup: String,
+    description: String,
     /// The text that the caller keeps with the simulation.
     notes: String,
     start: Start,
@@ -104,7 +104,7 @@ impl Simulation {
         };
         let contents = Contents {
             producer: format!("fullbody {}", env!("CARGO_PKG_VERSION")),
-            setup: serde_json::to_string(&self.description()).map_err(|error| unwritable(&error))?,
+            description: serde_json::to_string(&self.description()).map_err(|error| unwritable(&error))?,
             notes: self.notes.clone(),
             start: Start {
                 epoch: self.frame().epoch,
@@ -144,7 +144,7 @@ impl Simulation {
     /// Returns the description of the simulation in such bytes, and the text that is kept with it.
     pub fn described(bytes: &[u8]) -> Result<(SimulationDescription, String)> {
         let contents = read(bytes)?;
-        Ok((contents.setup()?, contents.notes))
+        Ok((contents.description()?, contents.notes))
     }
 }
 
@@ -197,9 +197,10 @@ fn refuse(value: String, expected: &str) -> Error {
 }
 
 impl Contents {
-    fn setup(&self) -> Result<SimulationDescription> {
-        serde_json::from_str(&self.setup)
-            .map_err(|error| refuse(format!("of a set-up that is damaged ({error})"), "one that can be read"))
+    fn description(&self) -> Result<SimulationDescription> {
+        serde_json::from_str(&self.description).map_err(|error| {
+            refuse(format!("of a description that is damaged ({error})"), "one that can be read")
+        })
     }
 
     fn restore(
@@ -207,14 +208,15 @@ impl Contents {
         functions: impl Fn(&str) -> Option<Call>,
         interrupt: &mut InterruptCheck,
     ) -> Result<Simulation> {
-        let mut setup = self.setup()?;
-        for force in &mut setup.forces {
+        let mut description = self.description()?;
+        for force in &mut description.forces {
             if let Force::Function(function) = force {
                 function.call = functions(&function.name);
             }
         }
-        let system = System::new(setup.bodies, setup.gravitational_constant, setup.settings)?
-            .with_forces(setup.forces)?;
+        let system =
+            System::new(description.bodies, description.gravitational_constant, description.settings)?
+                .with_forces(description.forces)?;
         let frame = BarycentricFrame {
             layout: system.layout(),
             epoch: self.start.epoch,
@@ -232,10 +234,10 @@ impl Contents {
         State::new(now, position, velocity, attitude, spin)?;
         let mut motion = Motion::new(system.dynamics(&frame, interrupt)?, high);
         motion.initial = self.start.scales;
-        let propagator = Propagator::new(setup.integrator, &motion, time, high.to_vec(), low.to_vec())?;
+        let propagator = Propagator::new(description.integrator, &motion, time, high.to_vec(), low.to_vec())?;
         let mut simulation = Simulation {
             motion,
-            integrator: setup.integrator,
+            integrator: description.integrator,
             propagator,
             given: false,
             start: Invariants::from_numbers(self.start.conserved),

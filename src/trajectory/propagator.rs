@@ -16,7 +16,8 @@ const IN_STEP_TOLERANCE: f64 = 1e-12;
 /// The largest number of steps of that integration; more would take gigabytes of memory.
 const MOST_PIECES: usize = 4096;
 
-/// So many steps at first may be far too short: each is up to five times longer than the one before.
+/// The number of steps at the beginning that may be far too short, since each step is up to five times longer
+/// than the one before.
 const GROWING: usize = 64;
 
 #[derive(Debug, Clone)]

@@ -47,11 +47,13 @@ pub struct Trajectory {
     /// How often each force was switched off in the runs into this record, for forces that can be; being off
     /// at its start counts as one.
     pub switched_off: Vec<Option<u64>>,
-    /// Transition matrices (K, 12 N, 12 N) from the start of the last run into this record, where they were asked for. Row i and
-    /// column j hold the derivative of number i of the sample by number j of the start. Each body has twelve numbers in turn:
-    /// position (3) and velocity (3) in the inertial frame, a rotation vector (3) and the spin (3) in its own frame.
+    /// Transition matrices (K, 12 N, 12 N) from the start of the last run into this record, where they were
+    /// asked for. Row i and column j hold the derivative of number i of the sample by number j of the start.
+    /// Each body has twelve numbers in turn: position (3) and velocity (3) in the inertial frame, a rotation
+    /// vector (3) and the spin (3) in its own frame.
     pub transition: Vec<f64>,
-    /// Sensitivities (K, P, 12 N) to parameters: derivatives of the same numbers of the sample by each parameter.
+    /// Sensitivities (K, P, 12 N) to parameters: derivatives of the same numbers of the sample by each
+    /// parameter.
     pub sensitivity: Vec<f64>,
     /// Indicators of chaos (K, 3) since that start: the mean of MEGNO, the Lyapunov exponent, the fast
     /// Lyapunov indicator.
@@ -73,7 +75,8 @@ impl Trajectory {
     /// Returns the state of a sample.
     ///
     /// # Panics
-    /// A sample that the record does not have panics, here and in the methods below, as an index of a slice does.
+    /// A sample that the record does not have panics, here and in the methods below, as an index of a slice
+    /// does.
     pub fn state(&self, sample: usize) -> State {
         let bodies = 0..self.bodies;
         State {
@@ -95,7 +98,8 @@ impl Trajectory {
         self.vector(&self.velocity, sample, body)
     }
 
-    /// Returns the attitude of a body in a sample: a unit quaternion `[w, x, y, z]`, body frame to inertial frame.
+    /// Returns the attitude of a body in a sample: a unit quaternion `[w, x, y, z]`, body frame to inertial
+    /// frame.
     pub fn attitude(&self, sample: usize, body: usize) -> [f64; 4] {
         assert!(body < self.bodies, "body {body} of {}", self.bodies);
         let first = 4 * (self.bodies * sample + body);

@@ -39,14 +39,14 @@ pub struct Run<'a, 'f> {
 }
 
 impl<'a, 'f> Run<'a, 'f> {
-    /// Makes the options of a run with samples at the times of `output`, without events, continuous solution, derivatives or
-    /// chaos indicators.
+    /// Makes the options of a run with samples at the times of `output`, without events, continuous solution,
+    /// derivatives or chaos indicators.
     pub fn new(output: &'a Output) -> Self {
         Self { output, events: &mut [], dense: false, tangent_options: &TangentOptions::NONE }
     }
 }
 
-/// Moves a simulation and records its motion.
+/// The recorder of a run, which advances a simulation and records its motion.
 pub(super) struct Recorder<'r, 'f> {
     /// The end of the run.
     pub until: f64,
@@ -59,11 +59,11 @@ pub(super) struct Recorder<'r, 'f> {
     tangents: Tangents,
     with_tangents: bool,
     record: &'r mut Trajectory,
-    /// Room for the vector of a sample.
+    /// The buffer for the vector of a sample.
     sample: Vec<f64>,
 }
 
-/// Where a step ends before its own end.
+/// The event or switch that ends a step before its own end.
 #[derive(Default)]
 struct Cut {
     /// The first terminal event, by its place in the list of events, and its time.
@@ -74,7 +74,7 @@ struct Cut {
 }
 
 impl<'r, 'f> Recorder<'r, 'f> {
-    /// Refuses a run that the simulation cannot make.
+    /// Makes the recorder of a run, or returns an error for a run that the simulation cannot make.
     pub fn new(
         simulation: &mut Simulation,
         until: f64,
@@ -123,7 +123,7 @@ impl<'r, 'f> Recorder<'r, 'f> {
         Ok(())
     }
 
-    /// Makes one step of the simulation and records it; gives the reason where the run stops in it.
+    /// Takes one step of the simulation and records it; returns the reason if the run ends in it.
     pub fn step(
         &mut self,
         simulation: &mut Simulation,
@@ -156,8 +156,8 @@ impl<'r, 'f> Recorder<'r, 'f> {
         Ok(None)
     }
 
-    /// Makes one step, and finds what cuts it short. On an error within the step it is taken back with all that was found in it: a run that
-    /// goes on misses nothing.
+    /// Takes one step and finds the event or switch that ends it early. After an error within the step, the
+    /// step is taken back with everything found in it, so that a run that continues misses nothing.
     fn advance(&mut self, simulation: &mut Simulation, interrupt: &mut InterruptCheck) -> Result<Cut> {
         let (until, with_tangents) = (self.until, self.with_tangents);
         simulation.switch_overdue(Some(&mut self.tangents))?;
@@ -179,8 +179,8 @@ impl<'r, 'f> Recorder<'r, 'f> {
         }
     }
 
-    /// Finds the events and keeps the continuous solution of the last step, up to the first terminal event, whose place in the list and time
-    /// are given, or to where bodies meet.
+    /// Finds the events of the last step and keeps its continuous solution, up to the first terminal event,
+    /// whose index and time are returned, or up to where bodies touch.
     fn look_inside(
         &mut self,
         simulation: &Simulation,
@@ -205,7 +205,8 @@ impl<'r, 'f> Recorder<'r, 'f> {
         Ok(stop)
     }
 
-    /// Adds the derivatives of their states to the events of the last step: those from the index `known` on.
+    /// Adds the derivatives of their states to the events of the last step, which are those from the index
+    /// `known` on.
     fn differentiate(
         &mut self,
         known: usize,
@@ -237,8 +238,8 @@ impl<'r, 'f> Recorder<'r, 'f> {
         Ok(())
     }
 
-    /// Records the state at which an error ends the run, unless it or a later one has been recorded. The
-    /// error is what the caller is told; a state whose energy is not finite is left out.
+    /// Records the state at which an error ends the run, unless it or a later one has been recorded. A state
+    /// whose energy is not finite is left out, since the caller is to receive the error itself.
     pub fn record_last(&mut self, simulation: &mut Simulation) {
         let left = (self.until - simulation.time()).abs();
         if self.record.time.last().is_none_or(|last| (self.until - last).abs() > left) {
@@ -276,8 +277,9 @@ impl Simulation {
     /// that take longer, and at the end. It stops the run by [`ControlFlow::Break`].
     ///
     /// # Errors
-    /// [`Error::InvalidInput`] refuses a record for another number of bodies and times that are not finite. Bodies that meet, steps that
-    /// become too small, forces that fail and an interruption have variants of their own, which carry the time.
+    /// [`Error::InvalidInput`] refuses a record for another number of bodies and times that are not finite.
+    /// Bodies that meet, steps that become too small, forces that fail and an interruption have variants of
+    /// their own, which carry the time.
     pub fn integrate(
         &mut self,
         until: f64,
@@ -328,7 +330,8 @@ impl Simulation {
         outcome.map(drop)
     }
 
-    /// Integrates to `until` and returns the reason for the end. The state at which an error ends the run is recorded too.
+    /// Integrates to `until` and returns the reason for the end. The state at which an error ends the run is
+    /// recorded too.
     fn follow(
         &mut self,
         until: f64,

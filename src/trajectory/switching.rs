@@ -11,17 +11,17 @@ use crate::error::Result;
 use crate::integrate::first_fall;
 use crate::interrupt::InterruptCheck;
 
-/// How near to its end a step may have a switch, as a fraction of it, for the switch to be at the end; for
-/// each time that the step has been taken again, ten times as much.
+/// The distance from the end of a step, as a fraction of the step, within which a switch counts as being at
+/// the end. It is ten times as large for each time that the step has been taken again.
 const AT_END: f64 = 1e-12;
 
-/// Units of work of looking for a switch, for [`InterruptCheck`].
+/// The units of work of the search for a switch, for [`InterruptCheck`].
 const SEARCH: u64 = 200;
 
 impl Simulation {
-    /// The first switch in the last step, before a contact: the force, and a time behind it by no more than
-    /// the rounding of times. A switch at the end of the step has the time of that end; `again` tells how
-    /// often the step has been taken again.
+    /// Returns the first switch in the last step before a contact: the force, and a time that is later than
+    /// the switch by no more than the rounding of times. A switch at the end of the step has the time of that
+    /// end; `again` is the number of times that the step has been taken again.
     pub(super) fn next_switch(
         &mut self,
         contact: Option<Contact>,
@@ -46,7 +46,7 @@ impl Simulation {
             };
             let until = first.map_or(end, |(_, time)| piece.fraction(time));
             let Some((theta, behind)) = first_fall(&mut margin, until)? else { continue };
-            // Behind the root and after the start, but by the rounding of times alone.
+            // The time must be after the root and after the start, by no more than the rounding of times.
             let (mut time, last) = (piece.time_at(theta), piece.time_at(behind));
             let mut by = (f64::EPSILON * time.abs()).max(f64::MIN_POSITIVE).copysign(piece.size());
             while time != last && (time == piece.start() || margin(piece.fraction(time))? >= 0.0) {
@@ -61,7 +61,7 @@ impl Simulation {
         Ok(Some((force, if at_end { self.propagator.time() } else { time })))
     }
 
-    /// Switches a force at the present state, with what that does to departures.
+    /// Switches a force at the present state, and maps tangent vectors across the switch.
     pub(super) fn switch(&mut self, force: usize, tangents: Option<&mut Tangents>) -> Result<()> {
         let time = self.time();
         let equations = &mut self.motion.equations;
@@ -73,7 +73,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Switches the forces whose switch the present state is beyond.
+    /// Switches the forces whose switch the present state has passed.
     pub(super) fn switch_overdue(&mut self, mut tangents: Option<&mut Tangents>) -> Result<()> {
         let time = self.time();
         while let Some(force) = self.motion.equations.overdue_switch(time, self.propagator.vector().0) {

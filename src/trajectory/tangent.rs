@@ -19,7 +19,7 @@ const SHORTEST: f64 = 1e-6;
 /// motion, whose steps are not bounded, a tangent vector grows with time.
 const LONGEST: f64 = 1.0;
 
-/// Larger numbers are outside of the range in which a step can be solved.
+/// Numbers above this are outside of the range in which a step can be solved.
 const LARGEST: f64 = 1e280;
 
 /// The derivatives and chaos indicators that are computed beside a run.
@@ -35,17 +35,19 @@ const LARGEST: f64 = 1e280;
 /// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TangentOptions {
-    /// `None` where no derivatives are computed. Otherwise the transition matrix is, and the sensitivity to each of these parameters.
+    /// `None` where no derivatives are computed. Otherwise the transition matrix is, and the sensitivity to
+    /// each of these parameters.
     pub derivatives: Option<Vec<Parameter>>,
     /// Whether the chaos indicators (MEGNO and Lyapunov exponents) are computed.
     pub chaos: bool,
 }
 
 impl TangentOptions {
-    /// Neither derivatives nor chaos indicators.
+    /// The options that ask for neither derivatives nor chaos indicators.
     pub(super) const NONE: Self = Self { derivatives: None, chaos: false };
 
-    /// Asks for the transition matrix and the sensitivities to parameters, of which there may be none.
+    /// Makes the options that ask for the transition matrix and for the sensitivities to these parameters, if
+    /// there are any.
     pub fn derivatives(parameters: Vec<Parameter>) -> Self {
         Self { derivatives: Some(parameters), chaos: false }
     }
@@ -127,7 +129,7 @@ impl Tangents {
         })
     }
 
-    /// Takes the departures through a switch of a force, whose function has the rate `rate` before it.
+    /// Maps the tangent vectors across a switch of a force, whose function has the rate `rate` before it.
     pub fn jump(&mut self, equations: &Dynamics, jump: &SwitchJump, rate: f64) {
         for tangent in &mut self.0 {
             let g = equations.system().gravitational_constant();
@@ -384,7 +386,7 @@ impl Tangent {
         Ok(())
     }
 
-    /// The columns at a time: where they are, or in the step that follows, of these pieces.
+    /// Returns the columns at a time, which is where they are or in the step that follows, with these pieces.
     fn at(
         &mut self,
         equations: &mut Dynamics,

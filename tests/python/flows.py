@@ -18,7 +18,7 @@ def inertia(body):
 
 
 def rates(system, state):
-    """Newton's and Euler's equations as a departure: velocity, acceleration, spin, its rate."""
+    """Newton's and Euler's equations as a deviation: velocity, acceleration, spin, its rate."""
     f = system.interactions(state)
     rows = []
     for k, body in enumerate(system):
@@ -54,7 +54,7 @@ def momentum_gradients(system, state):
 
 
 def symplectic_form(system, state):
-    """The canonical two-form in these departures: m dv ^ dx, and d(I spin) ^ theta + (I spin) . (theta x theta)."""
+    """The canonical two-form in these deviations: m dv ^ dx, and d(I spin) ^ theta + (I spin) . (theta x theta)."""
     n = len(system)
     form = np.zeros((12 * n, 12 * n))
     for k, body in enumerate(system):
@@ -94,7 +94,7 @@ def scaled(matrix, system, state):
     return matrix * size / size[:, np.newaxis]
 
 
-def departed(state, body, kind, axis, by):
+def displaced(state, body, kind, axis, by):
     """The state with one of its 12 N numbers changed."""
     parts = [np.array(part) for part in (state.position, state.velocity, state.attitude, state.spin)]
     if kind == 2:
@@ -106,7 +106,7 @@ def departed(state, body, kind, axis, by):
     return fullbody.State(*parts, time=state.time)
 
 
-def departure(one, other):
+def deviation(one, other):
     """From one state to another that is near by, in 12 N numbers."""
     rows = []
     for k in range(len(one.position)):
@@ -120,7 +120,7 @@ def departure(one, other):
 
 def central(run_with, step):
     """Derivative of the end of a run by differences of fourth order."""
-    one, two = (departure(run_with(-k * step), run_with(k * step)) / (2 * k * step) for k in (1, 2))
+    one, two = (deviation(run_with(-k * step), run_with(k * step)) / (2 * k * step) for k in (1, 2))
     return (4 * one - two) / 3
 
 

@@ -128,7 +128,7 @@ proptest! {
 }
 
 #[test]
-fn departures_allocate_nothing_within_a_step() {
+fn tangent_vectors_allocate_nothing_within_a_step() {
     let bodies = Bodies { a: [1.0, 0.8, 0.6], b: [0.5, 0.4, 0.3] };
     for gravity in [Method::Focal, Method::Surface, Method::Multipole(4), Method::Point] {
         let [a, b] = bodies.shapes();

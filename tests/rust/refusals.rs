@@ -1,4 +1,5 @@
-//! Lists of different lengths, numbers that are none and impossible masses are refused where an object is made, by name.
+//! Lists of different lengths, numbers that are none and impossible masses are refused where an object is
+//! made, by name.
 
 use fullbody::dynamics::{Settings, State, System};
 use fullbody::error::Error;

@@ -130,13 +130,13 @@ class Rotation:
     def rates(self) -> Array:
         """The matrix (18, 18) of the linear equations of motion of tangent vectors."""
         pair, omega = self.pair, cross(self.omega)
-        slopes = pair.derivatives(self.pose)
+        jacobian = pair.derivatives(self.pose)
         A = np.zeros((18, 18))
         A[:3, :3], A[:3, 9:12] = -omega, np.eye(3) / pair.mass
-        A[9:12, :9], A[9:12, 9:12] = slopes[:3], -omega
+        A[9:12, :9], A[9:12, 9:12] = jacobian[:3], -omega
         for k in range(2):
             v, p = slice(3 + 3 * k, 6 + 3 * k), slice(12 + 3 * k, 15 + 3 * k)
-            A[p, :9] = slopes[3 + 3 * k : 6 + 3 * k]
+            A[p, :9] = jacobian[3 + 3 * k : 6 + 3 * k]
             if pair.is_point(k):
                 continue
             inverse, turning = np.diag(1.0 / pair.inertia[k]), cross(self.turning[k])
@@ -147,9 +147,9 @@ class Rotation:
     def energy_form(self) -> Array:
         """The matrix (18, 18) of twice the energy of tangent vectors, less Omega and s_k times their momenta."""
         pair = self.pair
-        slopes = pair.derivatives(self.pose)
+        jacobian = pair.derivatives(self.pose)
         Q = np.zeros((18, 18))
-        Q[:9, :9] = -(slopes + slopes.T) / 2
+        Q[:9, :9] = -(jacobian + jacobian.T) / 2
         Q[9:12, 9:12] = np.eye(3) / pair.mass
         # -Omega . (dr x dp)
         Q[:3, 9:12] = cross(self.omega)

@@ -65,7 +65,7 @@ class Problem:
             missing[3 + 3 * k : 6 + 3 * k] -= cross(rotation.turning[k]) @ rotation.momenta[k]
         return missing
 
-    def slopes(self, rotation: Rotation) -> Array:
+    def jacobian(self, rotation: Rotation) -> Array:
         """Return the Jacobian (9, 10) of the residual by the pose and the rate."""
         pair, pose = self.pair, rotation.pose
         found = np.zeros((9, 10))
@@ -98,7 +98,7 @@ class Problem:
             return rotation.pose.distance
         return float(rotation.angular_momentum[2]) if kind == "angular_momentum" else rotation.rate
 
-    def quantity_slope(self, kind: Kind, rotation: Rotation) -> Array:
+    def quantity_gradient(self, kind: Kind, rotation: Rotation) -> Array:
         """Return the gradient (10,) of a quantity by the pose and the rate."""
         found = np.zeros(10)
         pose = rotation.pose
@@ -131,16 +131,16 @@ class Problem:
         but torques in units in which they change by about one in a radian.
         """
         rows, columns = self.scales(rotation)
-        slopes = self.slopes(rotation) * columns
+        jacobian = self.jacobian(rotation) * columns
         for k in range(2):
             if self.axes[k] != 3:
-                rows[3 + 3 * k : 6 + 3 * k] = np.abs(slopes[3 + 3 * k : 6 + 3 * k]).max()
-        slopes /= rows[:, np.newaxis]
+                rows[3 + 3 * k : 6 + 3 * k] = np.abs(jacobian[3 + 3 * k : 6 + 3 * k]).max()
+        jacobian /= rows[:, np.newaxis]
         still = rotation.symmetries() / columns[:9, np.newaxis]
         gauge = np.zeros((still.shape[1], 10))
         gauge[:, :9] = np.linalg.qr(still)[0].T
         missing = np.concatenate([self.residual(rotation) / rows, np.zeros(len(gauge))])
-        return np.concatenate([slopes, gauge]), missing
+        return np.concatenate([jacobian, gauge]), missing
 
 
 def converged(problem: Problem, guess: Rotation, condition: Condition) -> Rotation:
@@ -154,7 +154,7 @@ def converged(problem: Problem, guess: Rotation, condition: Condition) -> Rotati
     """
 
     def row(rotation: Rotation, columns: Array) -> tuple[Array, float]:
-        slope = problem.quantity_slope(condition.kind, rotation) * columns
+        slope = problem.quantity_gradient(condition.kind, rotation) * columns
         unit = max(abs(condition.value), np.abs(slope).max())
         return slope / unit, (problem.quantity(condition.kind, rotation) - condition.value) / unit
 

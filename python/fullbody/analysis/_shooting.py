@@ -61,7 +61,7 @@ class Shooting:
         """The state in which the orbit has to end: its start, turned."""
         return self.points[0].turned(self.angle, self.own_turns())
 
-    def target_slopes(self) -> tuple[Array, Array]:
+    def target_derivatives(self) -> tuple[Array, Array]:
         """Return derivatives of the target by the start (18, 18), and by the angle and the own turns (18, 3)."""
         target = self.target()
         whole = rotations.matrices(rotations.turn(2, self.angle))
@@ -151,7 +151,7 @@ def _equations(
     pair, count, units = shooting.pair, len(ends), shooting.units()
     matrix = np.zeros((18 * count + len(held), 18 * count + 4))
     missing = np.zeros(len(matrix))
-    start, turns = shooting.target_slopes()
+    start, turns = shooting.target_derivatives()
     for k, (end, transition) in enumerate(ends):
         rows = slice(18 * k, 18 * k + 18)
         last = k == count - 1

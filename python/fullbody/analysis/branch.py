@@ -252,7 +252,7 @@ def _tangent(problem: Problem, rotation: Rotation) -> Array:
 
 def _slope(problem: Problem, rotation: Rotation, tangent: Array, quantity: Any) -> float:
     """Return the derivative of a quantity along a direction."""
-    return float(problem.quantity_slope(quantity, rotation) @ (tangent * problem.scales(rotation)[1]))
+    return float(problem.quantity_gradient(quantity, rotation) @ (tangent * problem.scales(rotation)[1]))
 
 
 def _fold(problem: Problem, rotation: Rotation, tangent: Array, length: float, quantity: Any) -> Rotation:

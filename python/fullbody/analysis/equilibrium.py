@@ -21,7 +21,7 @@ from ._linear import Rotation
 from ._newton import Condition, Kind, Problem, converged
 from ._pair import Array, Pair, Pose
 from ._starts import Axes, aligned, contact, long_axes, rotation_at, scan
-from .modes import Modes, departed, modes_of
+from .modes import Modes, displaced, modes_of
 
 __all__ = ["RelativeEquilibrium", "averaged", "relative_equilibrium"]
 
@@ -51,7 +51,7 @@ class RelativeEquilibrium(Tabled):
         self._problem = problem
         self._rotation = problem.rotation(Pose(r, attitude), rotation.rate)
         self.system: System = problem.pair.system
-        self.state: State = departed(self._rotation, np.zeros(18))
+        self.state: State = displaced(self._rotation, np.zeros(18))
 
     @property
     def separation(self) -> Scalar:

@@ -19,7 +19,7 @@ from ..typing import Scalar
 from ._linear import Rotation
 from ._pair import Array
 
-__all__ = ["Modes", "departed", "modes_of"]
+__all__ = ["Modes", "displaced", "modes_of"]
 
 _Complex = npt.NDArray[np.complex128]
 #: Growth of a mode, relative to the fastest rate, that may be rounding of nearly equal eigenvalues.
@@ -65,7 +65,7 @@ class Modes(Tabled):
     energy_sign: npt.NDArray[np.int64]
     in_plane: npt.NDArray[np.bool_]
     _rotation: Rotation
-    _departures: _Complex
+    _deviations: _Complex
 
     @property
     def period(self) -> Floats:
@@ -107,7 +107,7 @@ class Modes(Tabled):
         sizes = [scalar(numbers(value, name), name) for name, value in (("amplitude", amplitude), ("phase", phase))]
         if not np.isfinite(sizes).all():
             raise InvalidInput(f"amplitude and phase are {amplitude!r} and {phase!r}; expected finite numbers")
-        return departed(self._rotation, np.real(sizes[0] * np.exp(1j * sizes[1]) * self._departures[:, place]))
+        return displaced(self._rotation, np.real(sizes[0] * np.exp(1j * sizes[1]) * self._deviations[:, place]))
 
     def plot(self, axes: Any = None) -> npt.NDArray[np.object_]:
         """Draw in one panel for each mode how far the separation and the bodies oscillate.
@@ -154,15 +154,15 @@ class Modes(Tabled):
         return f"Modes({len(self)}, frequency={frequency}{unit}, {growing or 'none'} growing)"
 
 
-def departed(rotation: Rotation, departure: Array) -> State:
+def displaced(rotation: Rotation, deviation: Array) -> State:
     """Return the state of a uniform rotation displaced by a tangent vector (18,)."""
     pair = rotation.pair
-    velocity = rotation.velocity + departure[9:12] / pair.mass
+    velocity = rotation.velocity + deviation[9:12] / pair.mass
     spins = rotation.spins.copy()
     for k in range(2):
         if not pair.is_point(k):
-            spins[k] += departure[12 + 3 * k : 15 + 3 * k] / pair.inertia[k]
-    return pair.system._state(pair.state(rotation.pose.moved(departure[:9]), velocity, spins))
+            spins[k] += deviation[12 + 3 * k : 15 + 3 * k] / pair.inertia[k]
+    return pair.system._state(pair.state(rotation.pose.moved(deviation[:9]), velocity, spins))
 
 
 def modes_of(rotation: Rotation) -> Modes:

@@ -99,7 +99,7 @@ class PeriodicOrbit(Tabled):
         for each body a rotation vector in its frame and the change of its spin, in the system's units.
         """
         shooting = self._shooting
-        return np.asarray(np.linalg.solve(shooting.target_slopes()[0], self._transition))
+        return np.asarray(np.linalg.solve(shooting.target_derivatives()[0], self._transition))
 
     @cached_property
     def multipliers(self) -> npt.NDArray[np.complex128]:
@@ -284,24 +284,24 @@ def periodic_family(
         raise InvalidInput(f"the equilibrium is one of {system!r}; expected a System")
     centre = Point.of(system._strip(equilibrium.state))
     modes = equilibrium.modes
-    departure = Point.of(system._strip(modes.excited(mode, sizes[0]))).less(centre)
+    deviation = Point.of(system._strip(modes.excited(mode, sizes[0]))).less(centre)
     time = float(getattr(modes.period[mode], "value", modes.period[mode]))
     if not np.isfinite(time):
         raise InvalidInput(f"mode is {mode!r}, which does not swing; expected one whose frequency is above zero")
     momentum = float(equilibrium._rotation.angular_momentum[2])
     found: list[PeriodicOrbit] = []
     for before, size in zip((sizes[0], *sizes), sizes, strict=False):
-        start = centre.moved(departure * (size / before))
+        start = centre.moved(deviation * (size / before))
         count = _segments(pair, start.pose, time, segments)
         try:
             shooting, ends = begun(system, pair, start, time, count)
             kept = {"angular_momentum": momentum}
-            orbit = PeriodicOrbit(*solved(shooting, ends, tuple(kept), kept, _CLOSED, departure))
+            orbit = PeriodicOrbit(*solved(shooting, ends, tuple(kept), kept, _CLOSED, deviation))
         except FullbodyError as error:
             error.orbits = tuple(found)  # type: ignore[attr-defined]
             raise
         found.append(orbit)
-        departure = orbit._shooting.points[0].less(centre)
+        deviation = orbit._shooting.points[0].less(centre)
         time = orbit._shooting.period
     return tuple(found)
 

@@ -19,8 +19,8 @@ from .units import Units, close_to, gathered, is_quantity, numbers, refuse_maske
 _T = TypeVar("_T")
 
 _TOLERANCE = "integrator=fullbody.Verner98({}=...)"
-#: Names that other programs and earlier versions use, each with those that it may mean here, perhaps with how to give
-#: them. The first one that the function at hand has is suggested.
+#: Names that other programs and earlier versions use, with the names that they may mean here. The first of these that a
+#: function has is suggested, with the rest of its text, which may say how to give it.
 _SYNONYMS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("primary", "i"), ("about", "i")),
     **dict.fromkeys(("secondary", "j"), ("body", "j")),
@@ -57,7 +57,7 @@ _SYNONYMS: dict[str, tuple[str, ...]] = {
 
 
 def integer(value: object) -> int | None:
-    """The value as an ``int`` if it is a whole number of Python or numpy, else ``None``."""
+    """Return the value as an ``int`` if it is a whole number of Python or numpy, else ``None``."""
     try:
         return None if isinstance(value, bool | np.ma.MaskedArray) else operator.index(value)  # type: ignore[arg-type]
     except TypeError:
@@ -65,7 +65,7 @@ def integer(value: object) -> int | None:
 
 
 def place(value: object, names: Sequence[str], what: str) -> int:
-    """The place of a body from its place or name, or an error that says which there are."""
+    """Return the place of a body from its place or name, or raise an error that lists what is known."""
     if isinstance(value, str):
         if value in names:
             return names.index(value)
@@ -78,7 +78,7 @@ def place(value: object, names: Sequence[str], what: str) -> int:
 
 
 def sequence(given: Any, kind: type[_T], what: str, expected: str, each: str) -> tuple[_T, ...]:
-    """A sequence of objects of one kind, or an error that says what is none: the whole, or one of them."""
+    """Return a sequence of objects of one kind, or raise an error that names what is not of that kind."""
     try:
         found = tuple(given)
     except TypeError as error:
@@ -90,7 +90,7 @@ def sequence(given: Any, kind: type[_T], what: str, expected: str, each: str) ->
 
 
 def names_of(given: Any, what: str) -> list[str]:
-    """A list of names, or an error that says what is none."""
+    """Return a list of names, or raise an error that shows what is not a name."""
     expected = "a list of names such as ['G', 'mass of Alpha']"
     if isinstance(given, str):
         raise InvalidInput(f"{what} is {given!r}, which is text; expected {expected}")
@@ -98,22 +98,22 @@ def names_of(given: Any, what: str) -> list[str]:
 
 
 def name_of(value: object) -> str | None:
-    """A body's name: text that files and pictures can hold, or none."""
+    """Check a body's name, which is ``None`` or text that files and pictures can hold."""
     if value is not None and not isinstance(value, str):
         raise InvalidInput(f"name is {value!r}; expected text")
-    # Control characters, and halves of characters, which no encoding has.
+    # Files and pictures cannot hold control characters (Cc) and unpaired surrogates (Cs).
     if value is not None and any(unicodedata.category(letter) in ("Cc", "Cs") for letter in value):
         raise InvalidInput(f"name is {value!r}; expected text without control characters")
     return value
 
 
 def positive(value: Any, unit: str, what: str) -> Any:
-    """A finite number above zero, or a Quantity that is one and converts to this unit."""
+    """Return the value if it is a finite number above zero, or such a Quantity that converts to this unit."""
     return _amount(value, unit, what, "a finite number above zero", lambda number: number > 0)
 
 
 def nonzero(value: Any, unit: str, what: str) -> Any:
-    """A finite number that is not zero, or a Quantity that is one and converts to this unit."""
+    """Return the value if it is a finite number other than zero, or such a Quantity that converts to this unit."""
     return _amount(value, unit, what, "a finite number that is not zero", lambda number: number != 0)
 
 
@@ -134,7 +134,7 @@ def _amount(value: Any, unit: str, what: str, expected: str, accepts: Callable[[
 
 
 def refuse_mixture(values: dict[str, Any]) -> bool:
-    """Whether all of these have units; an error if only some have."""
+    """Return whether all of these values have units, and raise an error if only some have."""
     united = [name for name, value in values.items() if is_quantity(value)]
     plain = [name for name in values if name not in united]
     if united and plain:
@@ -145,7 +145,7 @@ def refuse_mixture(values: dict[str, Any]) -> bool:
 
 
 def vectors(value: Any, what: str, one: bool = False) -> Any:
-    """Finite vectors (..., 3), or one (3,), with their unit where they have one."""
+    """Return finite vectors (..., 3), or with ``one`` a single vector (3,), with their unit if they have one."""
     value = gathered(value, what)
     array = value if is_quantity(value) else numbers(value, what)
     if array.shape[-1:] != (3,) or (one and array.ndim != 1):
@@ -156,7 +156,7 @@ def vectors(value: Any, what: str, one: bool = False) -> Any:
 
 
 def directions(value: Any, what: str, one: bool = False) -> npt.NDArray[np.float64]:
-    """Vectors of any length above zero and in any unit, as numbers."""
+    """Return vectors of any length above zero and in any unit as numbers."""
     array = vectors(value, what, one)
     plain: npt.NDArray[np.float64] = np.array(array.value if is_quantity(array) else array, dtype=np.float64)
     if not plain.any(axis=-1).all():
@@ -165,7 +165,7 @@ def directions(value: Any, what: str, one: bool = False) -> npt.NDArray[np.float
 
 
 def warn_if_degrees(value: Any, what: str, turns: float = 2.0) -> None:
-    """Warn of angles in plain numbers that look like degrees: so many turns to 3600, with six decimals at most.
+    """Warn of plain numbers that look like angles in degrees: above so many turns, up to 3600, at most six decimals.
 
     Sums and differences of two angles within a turn stay below two turns. An angle that a program has computed, such as
     an integrated rotation or a mean anomaly, may be larger, but it has all its digits.
@@ -184,7 +184,7 @@ def warn_if_degrees(value: Any, what: str, turns: float = 2.0) -> None:
 
 
 def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
-    """The longitude and latitude of a direction, radians."""
+    """Return the longitude and latitude of a direction in radians."""
     expected = "expected (longitude, latitude) in radians, the latitude from -pi/2 to pi/2, or Quantities"
     try:
         longitude, latitude = value
@@ -199,14 +199,14 @@ def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
 
 
 def suggestion(name: str, known: Iterable[str], wanted: str = "some") -> str:
-    """A sentence for a name that is not known: the known one that it may mean, and the list of all."""
+    """Return a phrase for an unknown name: the known name that it may mean, and the list of all."""
     known = list(known)
     close = _synonyms(name, known) or close_to(name, known)
     return (f"did you mean {close[0]!r}? " if close else "") + f"expected {wanted} of {', '.join(known)}"
 
 
 def _synonyms(name: str, known: Iterable[str]) -> list[str]:
-    """The known names that another program's name, or one of an earlier version, may mean."""
+    """Return the known names that a name of another program or of an earlier version may mean."""
     return [right for right in _SYNONYMS.get(name, ()) if re.split(r"\W", right)[0] in known]
 
 
@@ -219,7 +219,7 @@ def refuse_unknown(given: Iterable[str], known: Iterable[str], owner: str) -> No
 
 
 def options_of(function: Callable[..., Any]) -> list[str]:
-    """The names of a function's own arguments."""
+    """Return the names of a function's own arguments."""
     kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
     parameters = inspect.signature(function).parameters.items()
     return [name for name, p in parameters if p.kind in kinds and name not in ("self", "cls")]

@@ -1,4 +1,4 @@
-"""Files written whole: under their name stands either the old one or the new one, never half of one."""
+"""Atomic writing of files: a name refers to the old file or to the new one, never to a part of it."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from ..errors import InvalidInput
 
 __all__ = ["as_path", "check_place", "check_suffix", "content", "replacing"]
 
-#: Errors of systems that cannot flush a file of this kind, or cannot open a folder.
+#: The errors by which a system says that it cannot flush a file of this kind, or cannot open a folder.
 _NO_FLUSH = (errno.EINVAL, errno.ENOTSUP, errno.ENOSYS, errno.EACCES, errno.EPERM)
 
 
 def as_path(path: Any, what: str = "path") -> Path:
-    """The path of an argument."""
+    """Return the path that an argument gives, or raise an error that names the argument."""
     try:
         if b"\0" in os.fsencode(path):
-            raise ValueError("no system takes such a name")
+            raise ValueError("the name contains a null character")
         return Path(path)
     except (TypeError, ValueError) as error:
         raise InvalidInput(f"{what} is {path!r}; expected the name of a file, as text or a Path") from error
 
 
 def content(path: Any) -> bytes:
-    """All bytes of a file; devices are refused, since some have no end."""
+    """Return all bytes of a file; devices are refused, since some of them have no end."""
     with as_path(path).open("rb") as file:
         if stat.S_ISCHR(os.fstat(file.fileno()).st_mode):
             raise InvalidInput(f"{path} is a device; expected a file")
@@ -44,12 +44,12 @@ def check_suffix(path: Any, suffixes: tuple[str, ...]) -> None:
 
 
 def check_place(path: Any) -> None:
-    """Refuse a path that :func:`replacing` could not write, before work is done in vain.
+    """Raise an error for a path that :func:`replacing` cannot write, so that no work is done in vain.
 
     Raises
     ------
     OSError
-        The one that :func:`replacing` would raise, with the path.
+        The error that :func:`replacing` would raise, with the path.
     """
     with suppress(_Untouched), replacing(path):
         raise _Untouched
@@ -61,11 +61,11 @@ class _Untouched(Exception):
 
 @contextmanager
 def replacing(path: Any) -> Iterator[Path]:
-    """A temporary file, put in the place of ``path`` when the block ends without an error.
+    """Context manager for a temporary file that replaces ``path`` when the block ends without an error.
 
     The file is on the disk before it replaces the old one. A symbolic link stays, and the file that it points to is
-    replaced. A replaced file's permissions are kept, and its owner where the system allows that; a new file has those
-    that the umask leaves. Other hard links to a replaced file keep the old content.
+    replaced. A replaced file's permissions are kept, and its owner where the system allows it; a new file has the
+    permissions that the umask leaves. Other hard links to a replaced file keep the old content.
 
     Parameters
     ----------
@@ -81,19 +81,20 @@ def replacing(path: Any) -> Iterator[Path]:
     InvalidInput
         If ``path`` is not the name of a file.
     OSError
-        Where the file cannot be written, before the block where that is known then; names ``path`` alone. Devices,
-        pipes and write-protected files are refused.
+        If the file cannot be written; it is raised before the block if the reason is known by then, and names ``path``
+        only. Devices, pipes and write-protected files are refused.
     """
     path = as_path(path)
     old = _present(path)
     target = Path(os.path.realpath(path))
     if not target.parent.is_dir():
         raise FileNotFoundError(f"no folder {target.parent} to write {target.name} in")
-    # Nobody else may read files of the module tempfile. Names are limited to 255 bytes, so that this one is short.
+    # The module tempfile makes files that nobody else may read. Names are limited to 255 bytes, so that this one is
+    # short.
     mark = uuid.uuid4().hex
     temporary = target.with_name(f".{target.stem[:12]}.{mark}.part{target.suffix[:12]}")
     try:
-        # The file is made at once, since the block may work for long before it writes. One that replaces a private file
+        # The file is made at once, since the block may take long before it writes. A file that replaces a private one
         # is private from its first byte on.
         os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666 if old is None else 0o600))
         yield temporary
@@ -101,7 +102,7 @@ def replacing(path: Any) -> Iterator[Path]:
         if old is not None:
             _take_over(temporary, old)
         os.replace(temporary, target)
-        # The new name lies in the folder, which is a file of its own.
+        # The folder, which contains the new name, is flushed too.
         _flush(target.parent)
     except BaseException as error:
         with suppress(OSError):
@@ -115,7 +116,7 @@ def replacing(path: Any) -> Iterator[Path]:
 
 
 def _present(path: Path) -> os.stat_result | None:
-    """The status of the file that is to be replaced, if there is one; an error if it must not be replaced."""
+    """Return the status of the file to be replaced, if there is one, or raise an error if it must not be replaced."""
     try:
         found = path.stat()
     except FileNotFoundError:
@@ -130,7 +131,7 @@ def _present(path: Path) -> os.stat_result | None:
 
 
 def _is_open_file(path: Path) -> bool:
-    """Whether a name such as /dev/stdout leads to a file that a process has open, and would lose."""
+    """Return whether a name such as /dev/stdout refers to a file that a process has open and would lose."""
     while path.is_symlink():
         path = path.parent / os.readlink(path)
         if os.path.realpath(path.parent).startswith("/proc/"):
@@ -142,7 +143,7 @@ def _take_over(temporary: Path, old: os.stat_result) -> None:
     """Give a file the owner and permissions of another."""
     new = temporary.stat()
     if (new.st_uid, new.st_gid) != (old.st_uid, old.st_gid):
-        # Most users may not do this.
+        # Most users may not change a file's owner.
         with suppress(OSError):
             os.chown(temporary, old.st_uid, old.st_gid)
     os.chmod(temporary, stat.S_IMODE(old.st_mode))
@@ -162,13 +163,11 @@ def _flush(path: Path) -> None:
 
 
 def _about(error: OSError, path: Path, mark: str) -> OSError:
-    """An error about the temporary file, whose name carries the mark, as one about the wanted path; others
-    unchanged.
-    """
+    """Return an error about the temporary file, whose name has the mark, as one about ``path``; others unchanged."""
     nameless = error.filename is None and error.errno is not None
     if mark not in str(error) and not nameless:
         return error
     if error.errno is None:
         return OSError(f"{path} cannot be written: {type(error).__name__}")
-    # Python picks the class that belongs to the number.
+    # Python chooses the class of the error by its number.
     return OSError(error.errno, os.strerror(error.errno), str(path))

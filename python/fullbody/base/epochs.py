@@ -1,4 +1,4 @@
-"""The date of time zero, kept as text so that a system can be written down without loss."""
+"""The date of time zero, which is kept as text so that files hold it without loss."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _TEXT = re.compile(r"(\d{4}-\d\d-\d\d(?:T\d\d:\d\d(?::\d\d(?:\.\d+)?)?)?) ([A-Za
 
 
 def to_text(epoch: Any) -> str:
-    """An epoch as ``"2022-09-26T00:00:00 TDB"``."""
+    """Return an epoch as text such as ``"2022-09-26T00:00:00 TDB"``."""
     if isinstance(epoch, str):
         match = _TEXT.fullmatch(epoch.strip())
         if match is None or match[2].lower() not in _SCALES:
@@ -29,7 +29,7 @@ def to_text(epoch: Any) -> str:
 
 
 def to_time(text: str) -> Any:
-    """The astropy Time of such a text."""
+    """Return the astropy Time of such a text."""
     with need("units", "an epoch"):
         from astropy.time import Time
 

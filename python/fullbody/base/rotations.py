@@ -14,27 +14,28 @@ _Array = npt.NDArray[np.float64]
 
 
 def turn(axis: int, angle: float) -> _Array:
-    """The quaternion (4,) of a turn about axis 0, 1 or 2 by an angle in radians."""
+    """Return the quaternion (4,) of a turn about axis 0, 1 or 2 by an angle in radians."""
     angles = [0.0, 0.0, 0.0]
     angles[axis] = angle
     return _core.quaternion_of_tait_bryan(angles)
 
 
 def about(axis: Any, angle: float) -> _Array:
-    """The quaternion (4,) of a turn by an angle in radians about an axis (3,) of any length."""
+    """Return the quaternion (4,) of a turn by an angle in radians about an axis (3,) of any length."""
     way = np.asarray(axis, dtype=np.float64)
-    # It is scaled by its largest component first: squares of numbers near the limits of floats overflow or vanish.
+    # The axis is scaled by its largest component first: squares of numbers near the limits of floats overflow or
+    # vanish.
     way = way / np.abs(way).max()
     return np.array([np.cos(angle / 2), *(np.sin(angle / 2) / np.linalg.norm(way) * way)])
 
 
 def product(*quaternions: Any) -> _Array:
-    """The turns one after another, the last first, as matrices multiply."""
+    """Return the product of quaternions: like a product of matrices, it applies the last turn first."""
     return functools.reduce(_core.quaternion_product, quaternions)
 
 
 def quaternion(matrix: Any) -> _Array:
-    """The quaternion (4,) of a rotation matrix (3, 3); Bar-Itzhack (2000), J. Guid. Control Dyn. 23, 1085."""
+    """Return the quaternion (4,) of a rotation matrix (3, 3); Bar-Itzhack (2000), J. Guid. Control Dyn. 23, 1085."""
     m = np.asarray(matrix, dtype=np.float64)
     k = np.zeros((4, 4))
     k[1:, 1:] = m + m.T - np.trace(m) * np.eye(3)
@@ -45,13 +46,13 @@ def quaternion(matrix: Any) -> _Array:
 
 
 def matrices(quaternions: Any) -> _Array:
-    """Rotation matrices (..., 3, 3) of quaternions (..., 4), body frame to inertial."""
+    """Return rotation matrices (..., 3, 3), body frame to inertial, of quaternions (..., 4)."""
     q = np.asarray(quaternions, dtype=np.float64)
     return _core.rotation_matrices(q.reshape(-1, 4)).reshape(*q.shape[:-1], 3, 3)
 
 
 def is_rotation(matrix: Any, tolerance: float = 1e-9) -> bool:
-    """Whether a matrix (3, 3) is orthogonal with determinant one."""
+    """Return whether a matrix (3, 3) is orthogonal with determinant one."""
     m = np.asarray(matrix, dtype=np.float64)
     # A rotation has no entry above one, and the squares of very large ones would overflow.
     if not np.abs(m).max() <= 1.0 + tolerance:

@@ -14,7 +14,7 @@ __all__ = ["Table", "Tabled", "head", "number", "to_html", "to_text", "vector"]
 
 @dataclass(slots=True)
 class Table:
-    """A caption, a header (may be empty) and rows of text."""
+    """A table of text: a caption, a header, which may be empty, and rows."""
 
     caption: str
     header: Sequence[str] = ()
@@ -22,7 +22,7 @@ class Table:
 
 
 def to_html(*tables: Table) -> str:
-    """HTML of tables, with every text escaped."""
+    """Return tables as HTML, with every text escaped."""
 
     def row(cells: Sequence[str], tag: str) -> str:
         style = ' style="text-align:left"'
@@ -38,7 +38,7 @@ def to_html(*tables: Table) -> str:
 
 
 def to_text(*tables: Table) -> str:
-    """Aligned text of tables."""
+    """Return tables as aligned text."""
     lines: list[str] = []
     for table in tables:
         rows = [table.header, *table.rows] if table.header else table.rows
@@ -64,7 +64,7 @@ class Tabled:
 
 
 def number(value: Any, digits: int = 8) -> str:
-    """A number with its unit, if it has one."""
+    """Return a number as text, with its unit if it has one."""
     if value is None:
         return "-"
     if hasattr(value, "unit"):
@@ -73,11 +73,11 @@ def number(value: Any, digits: int = 8) -> str:
 
 
 def vector(value: Any, digits: int = 6) -> str:
-    """Components in brackets."""
-    # Zero is added since it turns -0 into 0.
+    """Return a vector as text: its components in brackets."""
+    # The addition of zero turns -0 into 0.
     return "(" + ", ".join(f"{float(component) + 0.0:.{digits}g}" for component in np.asarray(value)) + ")"
 
 
 def head(name: str, unit: object) -> str:
-    """The head of a column: a name with its unit, if it has one."""
+    """Return the head of a column: a name, with its unit if it has one."""
     return f"{name} [{unit}]" if unit else name

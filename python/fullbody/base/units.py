@@ -47,7 +47,7 @@ _DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
 }
 
 
-#: Units in examples of what a text may be.
+#: The unit of each dimension that error messages use in examples of text.
 _EXAMPLES = {
     "length": "km",
     "time": "h",
@@ -64,7 +64,7 @@ _EXAMPLES = {
     "mu": "km3/s2",
     "area to mass": "m2/kg",
 }
-#: The units of ``units=True``, and others that a misspelt name may have meant.
+#: The units of ``units=True``, followed by other units that a misspelt name may mean.
 USUAL = ("km", "hour", "kg")
 _KNOWN = (
     ("km", "m", "cm", "mm", "au", "AU", "R_earth", "R_jup", "R_sun", "lyr", "pc"),
@@ -73,7 +73,7 @@ _KNOWN = (
 )
 
 
-#: Plurals and short forms that astropy does not know. A month is not among them, for it has no fixed length.
+#: Plurals and short forms that astropy does not know. A month is not among them, since it has no fixed length.
 _WORDS = {
     "s": ("seconds", "sec", "secs"),
     "min": ("minutes", "mins"),
@@ -92,24 +92,24 @@ _WORDS = {
 
 
 def _read(text: str) -> Any:
-    """The Quantity of a text with a unit, which may be spelt as in plain English."""
+    """Return the Quantity of a text with a unit, which may be spelt as in plain English."""
     from astropy import units as u
 
     try:
         return u.Quantity(text)
     except (TypeError, ValueError):
-        # The aliases hold for this call alone. To enable them takes half a millisecond.
+        # The aliases hold for this call only; enabling them takes half a millisecond.
         with u.add_enabled_aliases({word: getattr(u, unit) for unit, words in _WORDS.items() for word in words}):
             return u.Quantity(text)
 
 
 def is_quantity(value: object) -> bool:
-    """Whether a value carries a unit."""
+    """Return whether a value has a unit."""
     return hasattr(value, "unit") and hasattr(value, "to_value")
 
 
 def numbers(value: object, what: str) -> npt.NDArray[np.float64]:
-    """A float array of pure numbers, or an error that names the argument."""
+    """Return a float array of pure numbers, or raise an error that names the argument."""
     value = gathered(value, what)
     if not is_quantity(value):
         return _floats(value, what)
@@ -136,10 +136,11 @@ def _has_text(value: Any) -> bool:
 
 
 def gathered(value: Any, what: str, dimension: str = "length") -> Any:
-    """A text such as ``"1 day"``, or a list of texts and Quantities, as one Quantity; any other value unchanged.
+    """Return text such as ``"1 day"``, or a list of texts and Quantities, as one Quantity, and other values unchanged.
 
-    A mixture with plain numbers is refused: numpy would take the Quantities' numbers and drop their units. So is what
-    has masked values, for numpy would take what lies under the mask. The dimension serves the examples in errors.
+    A mixture with plain numbers is refused, since numpy would take the Quantities' numbers and drop their units. Masked
+    values are refused, since numpy would take what lies under the mask. The dimension chooses the example in error
+    messages.
     """
     if isinstance(value, str):
         return from_text(value, what, dimension)
@@ -161,7 +162,7 @@ def gathered(value: Any, what: str, dimension: str = "length") -> Any:
 
 
 def _bare(value: Any, what: str) -> Any:
-    """The Quantity of a time between dates or of a table's column, whose unit numpy would drop; no empty mask."""
+    """Return the Quantity of a time between dates or of a table's column, whose unit numpy would drop."""
     if hasattr(value, "jd1"):
         if not hasattr(value, "to"):
             expected = "the time since the system's epoch, such as date - system.epoch"
@@ -190,7 +191,7 @@ def refuse_masked(value: Any, what: str) -> None:
 
 
 def from_text(text: str, what: str, dimension: str = "length") -> Any:
-    """The Quantity of a text with a unit."""
+    """Return the Quantity of a text with a unit."""
     with need("units", "text with a unit"):
         from astropy import units as u
 
@@ -208,7 +209,7 @@ def from_text(text: str, what: str, dimension: str = "length") -> Any:
 
 @contextmanager
 def need(extra: str | None, what: str) -> Iterator[None]:
-    """A context in which a missing optional package says what to install: the extra that has it, or itself."""
+    """Context manager that makes the error about a missing optional package say what to install."""
     try:
         yield
     except ModuleNotFoundError as error:
@@ -219,12 +220,12 @@ def need(extra: str | None, what: str) -> Iterator[None]:
 
 
 class Units:
-    """Units of length, time and mass of a system, or none (plain numbers).
+    """The units of length, time and mass of a system, or none for plain numbers.
 
     Parameters
     ----------
     names : (length, time, mass), bool or None
-        Anything that ``astropy.units.Unit`` takes; ``True`` for km, hour, kg.
+        Units in any form that ``astropy.units.Unit`` accepts; ``True`` for km, hour, kg.
     """
 
     def __init__(self, names: tuple[object, object, object] | bool | None = None) -> None:
@@ -251,12 +252,12 @@ class Units:
 
     @property
     def known(self) -> bool:
-        """Whether results are Quantities."""
+        """Return whether results are Quantities."""
         return self._base is not None
 
     @property
     def names(self) -> tuple[str, str, str] | None:
-        """The units as strings."""
+        """Return the units as strings."""
         if self._base is None:
             return None
         length, time, mass = self._base
@@ -269,7 +270,7 @@ class Units:
         return hash(self.names)
 
     def unit(self, dimension: str) -> Any:
-        """The unit of a dimension; radians for angles."""
+        """Return the unit of a dimension; angles are in radians."""
         from astropy import units as u
 
         if self._base is None:
@@ -279,7 +280,7 @@ class Units:
         return length ** powers[0] * time ** powers[1] * mass ** powers[2] * u.rad ** powers[3]
 
     def strip(self, value: object, dimension: str, what: str) -> npt.NDArray[np.float64]:
-        """Numbers in this system's units."""
+        """Return a value as numbers in this system's units."""
         if dimension == "number":
             return numbers(value, what)
         value = gathered(value, what, dimension)
@@ -301,20 +302,20 @@ class Units:
         return strip_to(value, unit, what)
 
     def number(self, value: object, dimension: str, what: str) -> float:
-        """One finite number in this system's units."""
+        """Return a value as one finite number in this system's units."""
         plain = scalar(self.strip(value, dimension, what), what)
         if not np.isfinite(plain):
             raise InvalidInput(f"{what} is {value!r}; expected a finite number")
         return plain
 
     def attach(self, value: Any, dimension: str) -> Any:
-        """The value as a Quantity, or unchanged where the system has no units."""
+        """Return the value as a Quantity, or unchanged if the system has no units."""
         if self._base is None:
             return value
         return value << self.unit(dimension)
 
     def attach_mu(self, value: float) -> Scalar:
-        """G times masses of a system, as a Quantity that knows the system's units until it is computed with."""
+        """Return G times masses of a system as a Quantity that knows the system's units until it is computed with."""
         mu: Any = self.attach(value, "mu")
         if self.known:
             mu._units_of_system = self
@@ -323,20 +324,20 @@ class Units:
 
     @cached_property
     def gravitational_constant(self) -> float:
-        """Newton's constant (CODATA, as in astropy) in these units."""
+        """Return Newton's constant (CODATA, as in astropy) in these units."""
         from astropy import constants
 
         return float(constants.G.to_value(self.unit("G")))
 
 
 class AnyUnits(Units):
-    """The units of a system that is not known yet, for checks of what is given to it later.
+    """The units of a system that is not yet known, for early checks of values that it will receive.
 
-    Quantities have to be of the right dimension and count in their own units, angles in radians.
+    Quantities must have the right dimension; they count in their own units, and angles in radians.
     """
 
     def strip(self, value: object, dimension: str, what: str) -> npt.NDArray[np.float64]:
-        """Numbers in the value's own units."""
+        """Return a value as numbers in its own units."""
         value = gathered(value, what, dimension)
         if is_quantity(value) and dimension not in ("angle", "number"):
             Units(("m", "s", "kg")).strip(value, dimension, what)
@@ -345,20 +346,20 @@ class AnyUnits(Units):
 
 
 def units_of(mu: Any) -> Units | None:
-    """The units of the system whose mu this is; ``None`` for any other number or Quantity."""
+    """Return the units of the system to which this mu belongs; ``None`` for any other number or Quantity."""
     return getattr(mu, "_units_of_system", None)
 
 
 def close_to(name: str, known: Sequence[str]) -> list[str]:
-    """The known name that is most like this one, if any is."""
-    # Most sessions name nothing wrongly.
+    """Return a list with the known name that resembles this one most, or an empty list."""
+    # The import is made here, since most sessions contain no wrong name.
     import difflib
 
     return difflib.get_close_matches(name, known, 1)
 
 
 def _unit(make: Any, name: object, known: tuple[str, ...], names: object) -> Any:
-    """A unit, or an error that names the text that is not one."""
+    """Return a unit, or raise an error that shows the text that is not a unit."""
     try:
         return make(name)
     except (TypeError, ValueError, OverflowError) as error:
@@ -370,7 +371,7 @@ def _unit(make: Any, name: object, known: tuple[str, ...], names: object) -> Any
 
 
 def refuse_cycles(unit: Any, what: str) -> None:
-    """Raise an error for a spin in hertz or the like, whose angle is a turn and would count as radians."""
+    """Raise an error for a spin in hertz and similar units, which count turns and would be taken as radians."""
     from astropy import units as u
 
     if any(base.is_equivalent(u.Hz) for base in unit.bases):
@@ -380,7 +381,7 @@ def refuse_cycles(unit: Any, what: str) -> None:
 
 
 def strip_to(value: Any, unit: Any, what: str) -> npt.NDArray[np.float64]:
-    """Numbers of a Quantity in a unit, or an error that names both units."""
+    """Return a Quantity as numbers in a unit, or raise an error that names both units."""
     from astropy import units as u
 
     try:
@@ -392,7 +393,7 @@ def strip_to(value: Any, unit: Any, what: str) -> npt.NDArray[np.float64]:
 
 
 def scalar(value: npt.NDArray[np.float64], what: str) -> float:
-    """A single number, or an error that names the argument."""
+    """Return a single number, or raise an error that names the argument."""
     if value.ndim != 0:
         raise InvalidInput(f"{what} has shape {value.shape}; expected a single number")
     return float(value)

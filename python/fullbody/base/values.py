@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
+from ..errors import InvalidInput
 from .units import is_quantity
 
 
 def brief(value: Any) -> str:
-    """One line: scalars in full, an array by its shape and range."""
+    """Return a value as one line of text: a scalar in full, an array by its shape and range."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{name!r}: {brief(part)}" for name, part in value.items()) + "}"
     if not isinstance(value, np.ndarray | np.generic):
@@ -25,7 +26,7 @@ def brief(value: Any) -> str:
 
 
 def block(head: str, **parts: Any) -> str:
-    """Many lines, one for each part: vectors to six decimals of their largest component."""
+    """Return several lines of text, one for each part, with vectors to six decimals of their largest component."""
     with np.printoptions(precision=6, suppress=False):
         rows = [f"  {label}={_rounded(value)!s}" for label, value in parts.items()]
     body = ",\n".join(row.replace("\n", "\n" + " " * (row.index("=") + 1)) for row in rows)
@@ -33,24 +34,22 @@ def block(head: str, **parts: Any) -> str:
 
 
 def _rounded(value: Any) -> Any:
-    """Vectors rounded to the digits that are shown; round-off beside large components would be printed with all its
-    zeros.
-    """
+    """Return vectors rounded to the digits that are shown, since round-off would be printed with all its zeros."""
     if not np.ndim(value):
         return value
     plain = np.asarray(getattr(value, "value", value))
     largest = np.abs(plain).max(axis=-1, keepdims=True)
     with np.errstate(divide="ignore"):
         scale = 10.0 ** np.floor(np.log10(largest))
-    # Neither of a largest component of zero, nor of one so small that its power of ten is no double.
+    # The scale is one if the largest component is zero, or so small that its power of ten is not a double.
     scale = np.where(scale > 0.0, scale, 1.0)
-    # Zero is added since it turns -0 into 0.
+    # The addition of zero turns -0 into 0.
     rounded = np.round(plain / scale, 6) * scale + 0.0
     return rounded << value.unit if is_quantity(value) else rounded
 
 
 def same(first: Any, second: Any) -> bool:
-    """Equality that takes arrays as wholes, and nan as equal to itself."""
+    """Return whether two values are equal: arrays are compared as wholes, and nan equals itself."""
     if isinstance(first, dict):
         return (
             isinstance(second, dict) and first.keys() == second.keys() and all(same(first[k], second[k]) for k in first)
@@ -60,7 +59,7 @@ def same(first: Any, second: Any) -> bool:
     if is_quantity(first) != is_quantity(second):
         return False
     if isinstance(first, np.ndarray | float) or isinstance(second, np.ndarray | float):
-        # Numpy cannot compare numbers with these.
+        # Numpy cannot compare numbers with None or text.
         if any(part is None or isinstance(part, str) for part in (first, second)):
             return first is second
         return bool(np.array_equal(first, second, equal_nan=True))
@@ -68,16 +67,14 @@ def same(first: Any, second: Any) -> bool:
 
 
 def hashed(value: Any) -> int:
-    """A hash of a scalar. It is the same in all units: conversions round, so a Quantity has the hash of its
-    dimension.
-    """
+    """Return a hash of a scalar. A Quantity has the hash of its dimension, since conversions round."""
     if is_quantity(value):
         return hash(str(value.si.unit))
     return hash(value.item() if isinstance(value, np.ndarray) else value)
 
 
 class ScalarFields:
-    """Base of dataclasses (``eq=False``) of scalars with or without units: equal ones have equal hashes."""
+    """Base class of dataclasses (``eq=False``) of scalars with or without units, with equal hashes of equal ones."""
 
     __slots__ = ()
 
@@ -91,8 +88,25 @@ class ScalarFields:
         return hash((type(self), *map(hashed, self._parts())))
 
 
+@dataclass(frozen=True)
+class UnstoredFunction:
+    """The placeholder for a user's function in an object from a file, which keeps only the function's name."""
+
+    name: str
+    advice: str
+
+    @property
+    def __name__(self) -> str:
+        """The name, where functions have theirs."""
+        return self.name
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Raise an error, since the file has only the function's name."""
+        raise InvalidInput(f"the function {self.name} is not in the file, only its name; {self.advice}")
+
+
 class ArrayFields:
-    """Base of dataclasses (``eq=False, repr=False``) whose fields may be arrays."""
+    """Base class of dataclasses (``eq=False, repr=False``) whose fields may be arrays."""
 
     __slots__ = ()
 

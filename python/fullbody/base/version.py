@@ -4,8 +4,8 @@ __all__ = ["version"]
 
 
 def version() -> str:
-    """The version as text."""
-    # The package's metadata takes a third of the import's time, and few ask for it.
+    """Return the version as text."""
+    # Importing this module takes a third of the package's import time, and few programs ask for the version.
     from importlib import metadata
 
     return metadata.version("fullbody")

@@ -1,1 +1,1 @@
-"""The subcommands of ``fullbody``: one file each, with ``register(subparsers)``."""
+"""The subcommands of ``fullbody``, one per file, each with a function ``register(subparsers)``."""

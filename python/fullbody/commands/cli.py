@@ -14,7 +14,7 @@ __all__ = ["build_parser", "main"]
 
 
 def build_parser() -> argparse.ArgumentParser:
-    """The parser with all subcommands."""
+    """Return the parser with all subcommands."""
     parser = argparse.ArgumentParser(
         prog="fullbody",
         description="Rigid bodies (ellipsoids, polyhedra, composites) moving and turning in each other's exact "
@@ -28,7 +28,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command; errors are one line on standard error and a non-zero exit code."""
+    """Run a command; an error is reported as one line on standard error and a non-zero exit code."""
     arguments = build_parser().parse_args(argv)
     try:
         return int(arguments.run(arguments))

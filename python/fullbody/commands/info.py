@@ -1,4 +1,4 @@
-"""``fullbody info file``: what a recorded run, a flight, a map or a ``system.toml`` holds."""
+"""``fullbody info file``: describe a recorded run, a flight, a map or a ``system.toml``."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
         try:
             text = of_toml(path) if path.suffix.lower() == ".toml" else of_netcdf(path)
         except (FullbodyError, ImportError, OSError) as error:
-            # Both streams may go to one place, where the order is to be kept.
+            # Both streams may go to the same place, where the order of the lines must be kept.
             sys.stdout.flush()
             print(f"fullbody: {error}", file=sys.stderr)
             failed += 1
@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
 def of_netcdf(path: Path) -> str:
     """Describe the content of a NetCDF file of this package."""
     attributes: dict[str, Any] = {}
-    # Errors of a file are reported where runs are loaded.
+    # Errors in a file are reported when it is loaded as a run.
     with suppress(Exception), netcdf().open_dataset(path, engine="h5netcdf") as file:
         attributes = dict(file.attrs)
         if ATTRIBUTE in attributes:
@@ -92,7 +92,7 @@ def of_run(path: Path) -> str:
     run = load(path)
     parts = list(run._tables())
     if len(run):
-        parts.append(run[-1]._table(run.system.names))
+        parts += run[-1]._tables()
         if len(run.system) > 1:
             parts += run.elements()._tables()
     return tables.to_text(*parts)
@@ -100,13 +100,13 @@ def of_run(path: Path) -> str:
 
 def of_toml(path: Path) -> str:
     """Print the content of a description in TOML."""
-    setup = read_toml(path)
-    output = "every step" if setup.output is None else f"{setup.output}"
+    configuration = read_toml(path)
+    output = "every step" if configuration.output is None else f"{configuration.output}"
     rows = [
-        ("until", tables.number(setup.until)),
+        ("until", tables.number(configuration.until)),
         ("output", output),
-        ("integrator", repr(setup.integrator)),
-        ("writes", str(setup.file)),
+        ("integrator", repr(configuration.integrator)),
+        ("writes", str(configuration.file)),
     ]
-    parts = [*setup.system._tables(), setup.state._table(setup.system.names)]
+    parts = [*configuration.system._tables(), *configuration.state._tables()]
     return tables.to_text(*parts, tables.Table("Run", (), list(rows)))

@@ -1,4 +1,4 @@
-"""``fullbody millennia``: 1999 KW4 over ten thousand years, in parts that are kept as they are made."""
+"""``fullbody millennia``: integrate 1999 KW4 for ten thousand years, in parts that are saved one by one."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from .kw4.numbers import write_numbers
 
 __all__ = ["measure", "register"]
 
-#: Hours of a Julian year.
+#: The number of hours in a Julian year.
 _YEAR = 8766.0
-#: About so many samples a year.
+#: The approximate number of samples per year.
 _SAMPLES = 10.0
-#: The simulation at the end of the last part.
+#: The name of the file with the simulation at the end of the last part.
 _KEPT = "simulation.sim"
 
 
@@ -53,7 +53,7 @@ def register(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run what is missing, print and draw the whole."""
+    """Run the missing parts, and print and draw the whole run."""
     for name in ("years", "part"):
         value = getattr(arguments, name)
         if not 0.0 < value < float("inf"):
@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
     started = time.process_time()
     sim = _simulation(out / _KEPT, arguments)
     step: float = sim.integrator.step  # type: ignore[attr-defined]
-    # Samples and parts end where steps do, so that all steps have one size.
+    # Samples and ends of parts coincide with ends of steps, so that all steps have the same size.
     spacing = max(1, round(_YEAR / _SAMPLES / step))
     length = spacing * max(1, round(arguments.part * _YEAR / step / spacing))
     done = float(sim.time) / (length * step)
@@ -82,7 +82,8 @@ def run(arguments: argparse.Namespace) -> int:
             print(f"\r{part * length * step / _YEAR:7.0f} of {arguments.years:g} years ", end="", file=sys.stderr)
         samples = step * (part * length + spacing * np.arange(part > 0, length // spacing + 1))
         result = sim.integrate(samples[-1], samples)
-        # The samples first: what is cut short between the two files is run again, to the same bits.
+        # The samples are saved first: if the command ends between the two files, the part is run again with the same
+        # bits.
         result.save(out / f"part-{part:04d}.nc")
         sim.save(out / _KEPT)
     seconds = time.process_time() - started
@@ -103,7 +104,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _simulation(kept: Path, arguments: argparse.Namespace) -> Simulation:
-    """The simulation that was kept, or a new one."""
+    """Return the simulation that was saved, or a new one."""
     system, state = kw4_ho2021(arguments.shape)
     if kept.exists():
         sim = Simulation.load(kept)
@@ -119,7 +120,7 @@ def _simulation(kept: Path, arguments: argparse.Namespace) -> Simulation:
 
 
 def measure(runs: list[Run]) -> dict[str, Any]:
-    """Errors of the conserved quantities and elements at the samples of runs that go on from each other."""
+    """Return errors of the conserved quantities, and elements, at the samples of consecutive runs."""
     start = runs[0][0]
     energy = runs[0].system.energy(start)
     total = np.concatenate([run.energy for run in runs])
@@ -153,7 +154,7 @@ def _rows(found: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _figure(found: dict[str, Any]) -> Any:
-    """The errors in windows, and the range of the eccentricity."""
+    """Return a figure of the errors in windows, and of the range of the eccentricity."""
     years = found["years"]
     width = max(years[-1] / 400, 2 / _SAMPLES)
     drawn, axes = figure(2, 1, (8.0, 6.0), sharex=True)

@@ -1,4 +1,4 @@
-"""``fullbody run system.toml``: integrate what a file describes and write the run."""
+"""``fullbody run system.toml``: integrate the system that a file describes, and write the run."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the command."""
     from ..base import tables
 
-    setup = read_toml(arguments.file)
-    out = setup.file if arguments.out is None else arguments.out
+    configuration = read_toml(arguments.file)
+    out = configuration.file if arguments.out is None else arguments.out
     rest = out.with_suffix(f".partial{out.suffix}")
     # Everything that could prevent the result from being written is checked before the work.
     for path, suffixes in ((out, SUFFIXES), (rest, SUFFIXES), (arguments.page, _PAGES)):
@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
         matplotlib("figure")
     progress = sys.stderr.isatty() and not arguments.quiet
     try:
-        result = setup.run(_time(arguments.until), progress=progress)
+        result = configuration.run(_time(arguments.until), progress=progress)
     except (FullbodyError, Interrupted) as error:
         if error.run is not None and len(error.run):
             error.run.save(rest)
@@ -70,7 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _time(text: str | None) -> Any:
-    """The end as a plain number, or as a Quantity where the text has a unit."""
+    """Return the end of the run as a plain number, or as a Quantity if the text has a unit."""
     try:
         return None if text is None else float(text)
     except ValueError:
@@ -78,7 +78,7 @@ def _time(text: str | None) -> Any:
 
 
 def _draw(result: Any, path: Path) -> None:
-    """Draw the page on a figure that no window shows."""
+    """Draw the page of plots on a figure without a window."""
     height = 7.0 + 2.1 * len(result.system)
     figure = matplotlib("figure").Figure(figsize=(11.0, height), layout="constrained")
     result.plot(figure)

@@ -133,11 +133,11 @@ class Store:
         try:
             file = BytesIO(content(self.path))
             if not checksum.check(file):
-                raise InvalidInput("another program wrote it, or changed it")
+                raise InvalidInput("another program wrote or changed the file")
             with xr.open_dataset(file, engine="h5netcdf") as stored:
                 found = stored.load()
             if ATTRIBUTE not in found.attrs:
-                raise InvalidInput("it is something else")
+                raise InvalidInput(f"the file has no attribute {ATTRIBUTE}")
         except InvalidInput as error:
             raise InvalidInput(f"{self.path} is no map of a sweep: {error}; expected one, or a new name") from error
         names = {name: found.coords[name] for name in found.coords if f"parameter {name}" in self._manifest}
@@ -234,7 +234,7 @@ class Store:
             with np.load(BytesIO(content(file))) as chunk:
                 mark, index, numbers = str(chunk["sweep"]), json.loads(str(chunk["index"])), chunk["numbers"]
             if mark not in self._rows:
-                raise InvalidInput("it belongs to another sweep")
+                raise InvalidInput("the chunk belongs to another sweep")
             rows = self._rows[mark]
             return [replace(outcome, row=rows[outcome.row]) for outcome in _unpacked(index, numbers)]
         except InvalidInput as error:

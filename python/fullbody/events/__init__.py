@@ -1,11 +1,11 @@
-"""Things to watch for in a run, located on its continuous solution to the last few bits.
+"""Events of a run, located on its continuous solution to the last few bits.
 
-Bodies are given by their places in the system or by their names.
+Bodies are given by their indices in the system or by their names.
 
-Every event has a ``direction`` (1: the condition's function rises as time grows, -1: it falls, 0: both; that of growing
-time also where a run goes backwards) and may be ``terminal``: the run then stops there. Functions are sampled several
-times a step, so that contacts that only graze are found; a function that oscillates within an eighth of a step can
-still be missed.
+Every event has a ``direction``: 1 if the condition's function must rise as time grows, -1 if it must fall, 0 for both.
+The direction refers to growing time also in runs backwards. A ``terminal`` event stops the run. Functions are sampled
+several times per step, so that grazing contacts are found; zeros of a function that oscillates within an eighth of a
+step can be missed.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Event(ScalarFields):
     Parameters
     ----------
     direction : {-1, 0, 1}
-        1: where the condition's function rises as time grows; -1: where it falls; 0: both.
+        1 if the condition's function must rise as time grows, -1 if it must fall, 0 for both.
     terminal : bool
         Whether the run stops there.
     """
@@ -70,11 +70,11 @@ class Event(ScalarFields):
         return place(getattr(self, name), system.names, f"{name} of {type(self).__name__}")
 
     def _condition(self, system: System) -> _core.Condition:
-        """The condition for the core to watch."""
+        """Return the condition that the core detects."""
         raise InvalidInput(f"event is {self!r}; expected one of fullbody.events, such as Contact(0, 1)")
 
     def _watched(self, system: System) -> tuple[_core.Condition, int, bool]:
-        """The condition, the direction and whether the run stops there."""
+        """Return the condition, the direction and whether the run stops there."""
         return self._condition(system), integer(self.direction) or 0, bool(self.terminal)
 
 
@@ -98,7 +98,7 @@ class Separation(_TwoBodyEvent):
         Indices in the system, or names.
     value : float or Quantity
     direction : {-1, 0, 1}
-        -1 approaching, 1 receding.
+        -1 if the bodies approach each other, 1 if they recede, 0 for both.
     terminal : bool
 
     Examples
@@ -120,17 +120,17 @@ class Separation(_TwoBodyEvent):
 @named_options
 @dataclass(frozen=True, eq=False)
 class Contact(_TwoBodyEvent):
-    """The surfaces of bodies i and j touch, also where they only graze.
+    """The surfaces of bodies i and j touch, even if they only graze each other.
 
-    Without it, or without ``terminal=True``, a run ends in :class:`fullbody.BodiesOverlap` at the time of the
-    contact when bodies begin to interpenetrate, be it for however short a time.
+    Without this event, or without ``terminal=True``, a run ends in :class:`fullbody.BodiesOverlap` at the time of the
+    contact if the bodies begin to interpenetrate, for however short a time.
 
     Parameters
     ----------
     i, j : int or str
         Indices in the system, or names.
     direction : {-1, 0, 1}
-        -1: the bodies come together; 1: they part; 0: both.
+        -1 if the bodies come together, 1 if they separate, 0 for both.
     terminal : bool
         Whether the run stops there.
 
@@ -198,9 +198,10 @@ class PlaneCrossing(Event):
     ----------
     i : int or str
     j : int, str or None
-        The body whose centre the plane holds; ``None``: the origin.
+        The body whose centre lies in the plane; ``None`` for a plane through the origin.
     normal : array_like, (3,)
-        Inertial, of any length. With the z-axis the crossings are the nodes; ``direction=1`` is the ascending one.
+        The normal of the plane in the inertial frame, of any length. With the z-axis the crossings are the nodes;
+        ``direction=1`` is the ascending one.
     direction : {-1, 0, 1}
     terminal : bool
     """
@@ -229,7 +230,7 @@ class Escape(_TwoBodyEvent):
     i, j : int or str
     distance : float or Quantity
     direction : {-1, 0, 1}
-        1: this becomes true; -1: it ceases to be.
+        1 if this becomes true, -1 if it ceases to be true, 0 for both.
     terminal : bool
     """
 
@@ -294,10 +295,10 @@ class Function(Event):
     Parameters
     ----------
     f : callable
-        Takes a :class:`fullbody.State`, gives a finite number or Quantity; anything else ends the run in
-        :class:`fullbody.InvalidInput`.
+        A function that takes a :class:`fullbody.State` and returns a finite number or Quantity; any other result ends
+        the run in :class:`fullbody.InvalidInput`.
     direction : {-1, 0, 1}
-        1: it rises through zero as time grows; -1: it falls.
+        1 if the function must rise through zero as time grows, -1 if it must fall, 0 for both.
     terminal : bool
 
     Examples
@@ -332,25 +333,28 @@ class Function(Event):
 @named_options
 @dataclass(frozen=True, eq=False)
 class Occultation(_TwoBodyEvent):
-    """Body j, in front, begins or ceases to cover body i, as seen along the direction to a distant point.
+    """Body j begins or ceases to hide body i behind it, as seen from a distant point.
 
-    Towards the observer this is an occultation; towards the Sun it is an eclipse. The function is the gap between the
-    outlines of the two bodies, or with ``total=True`` how far that of body i reaches out of the other's. The outline of
-    a polyhedron is the convex hull of its vertices. :func:`fullbody.observing.occultation` makes the event from a
-    geometry, and :func:`fullbody.observing.mutual_events` finds all such events of a run that is there already.
+    If the distant point is the observer, this is an occultation; if it is the Sun, an eclipse. The function is the gap
+    between the outlines of the two bodies, or with ``total=True`` the distance by which the outline of body i extends
+    beyond the other one. The outline of a polyhedron is the convex hull of its vertices.
+    :func:`fullbody.observing.occultation` makes the event from a geometry, and :func:`fullbody.observing.mutual_events`
+    finds all such events of a finished run.
 
     Parameters
     ----------
     i, j : int or str
-        The body behind and the body in front; places in the system, or names.
+        The body behind and the body in front: indices in the system, or names.
     toward : array_like, (3,) or (T, 3)
-        The direction to the distant point, of any length; or its directions at ``times``, with a cubic spline between.
+        The direction to the distant point, of any length, or its directions at ``times``, which are interpolated by a
+        cubic spline.
     times : array_like or Quantity, (T,), optional
-        Times of the directions, four or more. A run beyond them is refused.
+        Times of the directions, at least four. A run beyond them is refused.
     total : bool
-        Whether body j covers all of body i. What only several parts of body j cover together counts as seen.
+        Whether body j must hide all of body i. A part of body i that only several parts of body j hide together counts
+        as visible.
     direction : {-1, 0, 1}
-        -1: it begins; 1: it ends; 0: both.
+        -1 if it begins, 1 if it ends, 0 for both.
     terminal : bool
 
     Examples
@@ -381,7 +385,7 @@ class Occultation(_TwoBodyEvent):
                 f"toward of Occultation has shape {toward.shape} and times {count}; expected (3,) without times, or "
                 "(T, 3) and (T,)"
             )
-        # Tuples can be compared and hashed.
+        # The directions are stored as tuples, which can be compared and hashed.
         object.__setattr__(self, "toward", _tuples(toward))
         object.__setattr__(self, "times", times if is_quantity(times) or times is None else _tuples(times))
 
@@ -397,19 +401,19 @@ class Occultation(_TwoBodyEvent):
 
 
 def _tuples(values: Any) -> Any:
-    """Nested tuples of floats of an array."""
+    """Return an array as nested tuples of floats."""
     array = np.asarray(values, dtype=np.float64)
     return float(array) if array.ndim == 0 else tuple(_tuples(row) for row in array)
 
 
 @dataclass(frozen=True, slots=True)
 class Occurrence:
-    """An event that happened.
+    """An occurrence of an event in a run.
 
     Attributes
     ----------
     event : Event
-        The one that was asked for.
+        The event that was asked for.
     time : float or Quantity
     state : State
     """
@@ -417,7 +421,7 @@ class Occurrence:
     event: Event
     time: Scalar
     state: State
-    #: Transition matrix (12 N, 12 N) and sensitivities (P, 12 N) there, in runs with derivatives.
+    #: The transition matrix (12 N, 12 N) and the sensitivities (P, 12 N) at the event, in runs with derivatives.
     _derivatives: tuple[Any, Any] | None = field(default=None, compare=False, repr=False)
 
 

@@ -99,15 +99,15 @@ def _root(frame: Frame, seed: _Numbers) -> _Numbers | None:
     scale = frame._rate**2
 
     def pull(x: _Numbers) -> tuple[_Numbers, _Numbers]:
-        acceleration, slopes = frame._slope(x * frame._distance)
-        return acceleration / (scale * frame._distance), slopes / scale
+        acceleration, jacobian = frame._acceleration_and_gradient(x * frame._distance)
+        return acceleration / (scale * frame._distance), jacobian / scale
 
     answer = root(pull, seed, jac=True, options={"xtol": 1e-14})
     x: _Numbers = answer.x
     # The remaining acceleration is round-off of the gravity of the nearest body.
-    value, slopes = pull(x)
-    x = x - np.linalg.solve(slopes, value)
-    if not np.abs(pull(x)[0]).max() < 1e-11 * np.abs(slopes).max() or np.abs(x).max() > 3.0:
+    value, jacobian = pull(x)
+    x = x - np.linalg.solve(jacobian, value)
+    if not np.abs(pull(x)[0]).max() < 1e-11 * np.abs(jacobian).max() or np.abs(x).max() > 3.0:
         return None
     return None if frame._is_inside(x * frame._distance) else x
 
@@ -115,7 +115,8 @@ def _root(frame: Frame, seed: _Numbers) -> _Numbers | None:
 def _described(frame: Frame, name: str, x: _Numbers) -> Equilibrium:
     """Return the matrix of x'' = W x + 2 Omega (y', -x', 0) about a point, W the derivatives of the acceleration."""
     coriolis = 2.0 * frame._rate * np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    eigenvalues: Any = np.linalg.eigvals(np.block([[np.zeros((3, 3)), np.eye(3)], [frame._slope(x)[1], coriolis]]))
+    _, gradient = frame._acceleration_and_gradient(x)
+    eigenvalues: Any = np.linalg.eigvals(np.block([[np.zeros((3, 3)), np.eye(3)], [gradient, coriolis]]))
     return Equilibrium(
         name,
         frame._units.attach(x, "length"),

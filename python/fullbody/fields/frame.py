@@ -142,7 +142,7 @@ class Frame:
         """Return gravity as numbers, at points of the frame and along inertial axes."""
         return gravity_at(self.system._attracting, *self._poses, self._origin + x @ self._turn.T, Units())
 
-    def _slope(self, x: _Numbers) -> tuple[_Numbers, _Numbers]:
+    def _acceleration_and_gradient(self, x: _Numbers) -> tuple[_Numbers, _Numbers]:
         """Return half the gradient of C, which is the acceleration at rest in the frame, and its derivatives."""
         gravity = self._gravity(x)
         outward = self._rate**2 * np.array([1.0, 1.0, 0.0])

@@ -46,13 +46,15 @@ def check(file: IO[bytes]) -> bool:
     """
     end, length = _end(file), file.seek(0, 2)
     if length < end:
-        raise InvalidInput(f"it is truncated or damaged: it has {length} bytes; expected {end}")
+        raise InvalidInput(f"the file is truncated or damaged: it has {length} bytes; expected {end}")
     if length == end:
         return False
     expected = line(file, end)
     # One byte more than the line is read, to detect further bytes.
     if file.read(len(expected) + 1) != expected:
-        raise InvalidInput("it is truncated or damaged: the checksum at its end does not fit what stands before it")
+        raise InvalidInput(
+            "the file is truncated or damaged: the checksum at its end does not fit what stands before it"
+        )
     return True
 
 
@@ -61,16 +63,16 @@ def _end(file: IO[bytes]) -> int:
     file.seek(0)
     begin = file.read(64)
     if not begin:
-        raise InvalidInput("it is empty")
+        raise InvalidInput("the file is empty")
     if begin.startswith(b"FULLBODY"):
-        raise InvalidInput("it is a simulation; fullbody.Simulation.load reads it")
+        raise InvalidInput("the file is a simulation; fullbody.Simulation.load reads it")
     if begin.startswith(b"CDF"):
-        raise InvalidInput("it is NetCDF of the classic kind; runs are NetCDF-4")
+        raise InvalidInput("the file is NetCDF of the classic kind; runs are NetCDF-4")
     if not begin.startswith(_SIGNATURE):
-        raise InvalidInput("it is not a NetCDF file")
+        raise InvalidInput("the file is not a NetCDF file")
     version = begin[8] if len(begin) == 64 else -1
     width, place = _SUPERBLOCKS.get(version, (0, 16))
     # The address where the file begins for HDF5 is stored two addresses before that of its end.
     if begin[width] != 8 or any(begin[place - 16 : place - 8]):
-        raise InvalidInput("it is truncated or damaged in its first bytes")
+        raise InvalidInput("the file is truncated or damaged in its first bytes")
     return int.from_bytes(begin[place : place + 8], "little")

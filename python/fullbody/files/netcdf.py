@@ -13,7 +13,7 @@ from ..base.atomic import check_suffix, replacing
 from ..base.units import need
 from ..base.version import version
 from ..errors import InvalidInput
-from ..record.derivatives import departures
+from ..record.derivatives import tangent_labels
 from ..record.statistics import STOP_REASONS, Statistics
 from . import checksum, occurrences
 from .reading import Content, check_order, check_unit, netcdf
@@ -48,8 +48,8 @@ _OF_FORCES: dict[str, tuple[tuple[str, ...], str, str]] = {
 }
 #: Variables of runs with derivatives: further dimensions after time, meaning. Components have various units.
 _DERIVATIVES: dict[str, tuple[tuple[str, ...], str]] = {
-    "transition": (("departure", "start_departure"), "transition matrices from the start of the run"),
-    "sensitivity": (("parameter", "departure"), "derivatives by parameters of the system"),
+    "transition": (("tangent", "start_tangent"), "transition matrices from the start of the run"),
+    "sensitivity": (("parameter", "tangent"), "derivatives by parameters of the system"),
     "chaos": (("indicator",), "mean of MEGNO, Lyapunov exponent, fast Lyapunov indicator, since the start of the run"),
 }
 _COORDINATES = {
@@ -98,8 +98,8 @@ def to_xarray(run: Run) -> xarray.Dataset:
         for name, (dims, dimension, text) in _OF_FORCES.items():
             variables[name] = (("time", "force", *dims), run._record[name], attributes(dimension, text))
     if "transition" in run._record:
-        numbers = departures(run.system.names)
-        coordinates |= {name: (name, numbers) for name in ("departure", "start_departure")}
+        numbers = tangent_labels(run.system.names)
+        coordinates |= {name: (name, numbers) for name in ("tangent", "start_tangent")}
         if run._parameters:
             coordinates["parameter"] = ("parameter", list(run._parameters))
     if "chaos" in run._record:
@@ -187,7 +187,7 @@ def write(dataset: xarray.Dataset, path: Any) -> None:
 def check_format(content: Content) -> None:
     """Raise an error for a file that is not a run, or one of another format."""
     if content.has_attribute("fullbody_flight"):
-        raise InvalidInput("it is a flight (fullbody.load_flight)")
+        raise InvalidInput("the file is a flight (fullbody.load_flight)")
     content.check_format("fullbody_format", _FORMAT)
 
 
@@ -206,7 +206,7 @@ def contents(content: Content, system: System) -> dict[str, Any]:
         switched_off = content.parsed("fullbody_switched_off", lambda counts: _switched_off(counts, system))
     if content.has_attribute("fullbody_parameters"):
         parameters = content.parsed("fullbody_parameters", _names)
-        sizes |= {"departure": 12 * len(system), "start_departure": 12 * len(system), "parameter": len(parameters)}
+        sizes |= {"tangent": 12 * len(system), "start_tangent": 12 * len(system), "parameter": len(parameters)}
         kept["transition"] = _DERIVATIVES["transition"][0]
         if parameters:
             kept["sensitivity"] = _DERIVATIVES["sensitivity"][0]

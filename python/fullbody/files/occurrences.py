@@ -11,9 +11,9 @@ import numpy as np
 
 from .. import _core, events
 from ..base.units import is_quantity
+from ..base.values import UnstoredFunction
 from ..errors import InvalidInput
 from ..events import Event, Occurrence
-from ..model.state import State
 from .reading import Content, check_order, check_unit
 
 if TYPE_CHECKING:
@@ -32,21 +32,10 @@ _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
 }
 #: Variables of derivatives of events, in runs that have them.
 _DERIVATIVES: dict[str, tuple[tuple[str, ...], str]] = {
-    "transition": (("departure", "start_departure"), "transition matrices from the start of the run to the events"),
-    "sensitivity": (("parameter", "departure"), "derivatives of the states at the events by parameters of the system"),
+    "transition": (("tangent", "start_tangent"), "transition matrices from the start of the run to the events"),
+    "sensitivity": (("parameter", "tangent"), "derivatives of the states at the events by parameters of the system"),
 }
 _KINDS = [name for name in events.__all__ if name not in ("Event", "Occurrence")]
-
-
-@dataclasses.dataclass(frozen=True)
-class Unstored:
-    """The placeholder for a user's function, of which a file keeps only the name."""
-
-    name: str
-
-    def __call__(self, state: State) -> float:
-        """Raise an error, since the file has only the function's name."""
-        raise InvalidInput(f"the function {self.name} is not in the file of its run, only its name; give it again")
 
 
 def to_dataset(
@@ -95,12 +84,12 @@ def from_file(content: Content, system: System, parameters: int) -> list[Occurre
         name: content.numbers(f"event_{name}", {dim: sizes[dim] for dim in ("event", *dims)})
         for name, (dims, _, _) in _VARIABLES.items()
     }
-    sizes |= {"departure": 12 * len(system), "start_departure": 12 * len(system), "parameter": parameters}
+    sizes |= {"tangent": 12 * len(system), "start_tangent": 12 * len(system), "parameter": parameters}
     derivatives: list[Any] = [None] * len(places)
     if "event_transition" in content:
         shape: dict[str, int | None] = {dim: sizes[dim] for dim in ("event", *_DERIVATIVES["transition"][0])}
         transition = content.numbers("event_transition", shape)
-        sensitivity = np.zeros((len(places), 0, sizes["departure"]))
+        sensitivity = np.zeros((len(places), 0, sizes["tangent"]))
         if parameters:
             shape = {dim: sizes[dim] for dim in ("event", *_DERIVATIVES["sensitivity"][0])}
             sensitivity = content.numbers("event_sensitivity", shape)
@@ -133,7 +122,7 @@ def _describe(event: Event) -> dict[str, Any]:
     def plain(value: Any) -> Any:
         if is_quantity(value):
             return {"value": np.asarray(value.value).tolist(), "unit": str(value.unit)}
-        if isinstance(value, Unstored):
+        if isinstance(value, UnstoredFunction):
             return {"function": value.name}
         if callable(value):
             return {"function": getattr(value, "__qualname__", type(value).__name__)}
@@ -152,7 +141,7 @@ def _rebuild(described: dict[str, Any]) -> Event:
         if not isinstance(value, dict):
             return value
         if "function" in value:
-            return Unstored(value["function"])
+            return UnstoredFunction(value["function"], "give it in events= of another run")
         from astropy import units as u
 
         return u.Quantity(value["value"], value["unit"])

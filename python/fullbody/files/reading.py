@@ -61,7 +61,7 @@ def read(path: Any, kind: str, build: Callable[[Content], _Built]) -> _Built:
         raise FileNotFoundError(f"no file {path}")
     try:
         if path.is_dir():
-            raise InvalidInput("it is a folder")
+            raise InvalidInput("the file is a folder")
         with path.open("rb") as file:
             checked, size = checksum.check(file), file.seek(0, 2)
             # This is the open file that was checked, even if another file has its name by now.
@@ -91,7 +91,7 @@ def _dataset(xr: Any, file: Any, size: int) -> Any:
         raise
     except Exception as error:
         # The libraries raise errors of many kinds for a damaged file.
-        raise InvalidInput(f"it is truncated or damaged ({error})") from error
+        raise InvalidInput(f"the file is truncated or damaged ({error})") from error
 
 
 class Content:
@@ -110,17 +110,17 @@ class Content:
     def check_format(self, name: str, expected: int) -> None:
         """Raise an error if the attribute of this name is another format than the expected one."""
         if not self.has_attribute(name):
-            raise InvalidInput(f"it has no attribute {name}")
+            raise InvalidInput(f"the file has no attribute {name}")
         found = self._dataset.attrs[name]
         if integer(found) != expected:
             raise InvalidInput(
-                f"its format is {found}, by its attribute {name}; expected {expected}, which this version reads"
+                f"the file's format is {found}, by its attribute {name}; expected {expected}, which this version reads"
             )
 
     def text(self, name: str) -> str:
         """Return a text attribute of the file."""
         if not self.has_attribute(name):
-            raise InvalidInput(f"it has no attribute {name}")
+            raise InvalidInput(f"the file has no attribute {name}")
         value = self._dataset.attrs[name]
         if not isinstance(value, str):
             raise InvalidInput(f"attribute {name} is {value}; expected text")
@@ -157,7 +157,7 @@ class Content:
             Whether NaN is accepted for missing values.
         """
         if name not in self:
-            raise InvalidInput(f"it has no variable {name}")
+            raise InvalidInput(f"the file has no variable {name}")
         variable = self._dataset.variables[name]
         if variable.dtype.kind not in ("iu" if whole else "f"):
             wanted = "whole numbers" if whole else "floating-point numbers"

@@ -11,6 +11,7 @@ import numpy as np
 from .. import _core
 from ..base.arguments import named_options
 from ..base.units import gathered
+from ..base.values import UnstoredFunction
 from ..errors import InvalidInput
 from ..model.force import Call, Context, Force, SystemContext
 from ..model.state import State
@@ -30,19 +31,6 @@ _FUNCTION_POINTER: Any = ctypes.CFUNCTYPE(None).__mro__[1]
 SIGNATURE = ctypes.CFUNCTYPE(
     ctypes.c_int, ctypes.c_double, ctypes.c_int64, *[_POINTER] * 4, *[_POINTER] * 2, ctypes.c_void_p
 )
-
-
-@dataclass(frozen=True)
-class Unstored:
-    """The placeholder for the function of a force read from a file, which keeps only the force's name."""
-
-    name: str
-
-    def __call__(self, time: Any, state: State) -> Any:
-        """Raise an error that says where the function has to be given again."""
-        raise InvalidInput(
-            f"the function of {self.name} is not in the file; give it again: system.with_forces([Function(...), ...])"
-        )
 
 
 @named_options
@@ -123,7 +111,8 @@ class Function(Force):
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
         name = described["name"]
-        return cls(Unstored(name), depends_on_velocity=described["depends_on_velocity"], name=name)
+        unstored = UnstoredFunction(name, "give it again: system.with_forces([Function(...), ...])")
+        return cls(unstored, depends_on_velocity=described["depends_on_velocity"], name=name)
 
     def _call(self, system: SystemContext) -> Call:
         compiled = _compiled(self.function, self.name)

@@ -1,9 +1,9 @@
-"""Reference frames: directions, poles and attitudes between the ecliptic, the equator and any frame of astropy.
+"""Conversion of directions, poles and attitudes between the ecliptic, the equator and frames of astropy.
 
 A frame is named ``"ecliptic"`` (the barycentric mean ecliptic of J2000), ``"eclipj2000"`` (SPICE's ECLIPJ2000),
 ``"equatorial"`` (the ICRS), or is a frame of astropy that differs from them by a rotation alone (``"galactic"``,
-``BarycentricMeanEcliptic(equinox="J2015")``); those that move, or belong to an observer, are refused. Only directions
-are turned: the origin stays the system's own.
+``BarycentricMeanEcliptic(equinox="J2015")``); frames that move or belong to an observer are refused. Only directions
+are converted: the origin stays the system's own.
 
 SPICE's ECLIPJ2000 is the ICRF turned about its x-axis by 84381.448 arc seconds. The mean ecliptic of J2000 of astropy
 (IAU 2006, with the bias of the frame) lies 0.04 arc seconds, 2e-7 rad, from it.
@@ -39,12 +39,12 @@ _EXPECTED = (
 
 @named_options
 def rotation(origin: Any, target: Any) -> _Array:
-    """The matrix that turns components in one frame into components in another.
+    """Return the matrix that converts components in one frame to components in another.
 
     Parameters
     ----------
     origin, target : str or astropy frame
-        Name of a frame; see :mod:`fullbody.frames`.
+        Names of frames or frames of astropy; see :mod:`fullbody.frames`.
 
     Returns
     -------
@@ -53,7 +53,7 @@ def rotation(origin: Any, target: Any) -> _Array:
     Raises
     ------
     InvalidInput
-        For a frame that astropy does not know, or one that does not differ by a rotation alone.
+        For a frame that astropy does not know, and if the frames differ by more than a rotation.
 
     Examples
     --------
@@ -66,7 +66,7 @@ def rotation(origin: Any, target: Any) -> _Array:
         from astropy.coordinates import ConvertError, SkyCoord, UnitSphericalRepresentation
 
     if origin is None or target is None:
-        # Astropy takes the ICRS for None.
+        # Astropy would take None as the ICRS.
         raise InvalidInput(f"cannot turn from the frame {origin!r} to {target!r}; {_EXPECTED}")
     if "eclipj2000" in (origin, target):
         before, after = (_ECLIPJ2000 if frame == "eclipj2000" else np.eye(3) for frame in (origin, target))
@@ -77,7 +77,7 @@ def rotation(origin: Any, target: Any) -> _Array:
     try:
         turned = SkyCoord(axes, frame=start).transform_to(end)
         matrix = np.array(turned.cartesian.xyz.value, dtype=np.float64)
-    # A frame that needs an observer or a time fails inside astropy where they should be: an AttributeError.
+    # A frame without the observer or the time that it needs raises an AttributeError within astropy.
     except (ValueError, TypeError, AttributeError, ConvertError) as error:
         raise InvalidInput(f"cannot turn from the frame {origin!r} to {target!r}; {_EXPECTED}") from error
     if not rotations.is_rotation(matrix):
@@ -87,7 +87,7 @@ def rotation(origin: Any, target: Any) -> _Array:
 
 @named_options
 def turn(vectors: Any, origin: Any, target: Any) -> Array:
-    """Vectors given in one frame, in another.
+    """Convert vectors from one frame to another.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def turn(vectors: Any, origin: Any, target: Any) -> Array:
 
 @named_options
 def turn_state(state: State, origin: Any, target: Any) -> State:
-    """A state given in one frame, in another: positions, velocities and attitudes; spins are along the bodies' axes.
+    """Convert a state from one frame to another: positions, velocities and attitudes; spins are in body frames.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def turn_state(state: State, origin: Any, target: Any) -> State:
 
 @named_options
 def pole_vector(longitude: Any, latitude: Any) -> _Array:
-    """The unit vector of a longitude and latitude (or right ascension and declination).
+    """Return the unit vector of a longitude and latitude (or right ascension and declination).
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def pole_vector(longitude: Any, latitude: Any) -> _Array:
 
 @named_options
 def pole_angles(vector: Any) -> tuple[Any, Any]:
-    """Longitude from 0 to 2 pi and latitude, radians, of a direction.
+    """Return the longitude, from 0 to 2 pi, and the latitude of a direction in radians.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def pole_angles(vector: Any) -> tuple[Any, Any]:
 
 @named_options
 def turn_pole(longitude: Any, latitude: Any, origin: Any, target: Any) -> tuple[Any, Any]:
-    """A pole's longitude and latitude in another frame.
+    """Convert a pole's longitude and latitude to another frame.
 
     Parameters
     ----------
@@ -197,11 +197,11 @@ def turn_pole(longitude: Any, latitude: Any, origin: Any, target: Any) -> tuple[
     Returns
     -------
     longitude, latitude : float or Quantity
-        Radians; Quantities where ``longitude`` is one.
+        The angles in radians, or Quantities if ``longitude`` is one.
 
     Examples
     --------
-    The pole of the ecliptic has the declination 90 degrees minus the obliquity.
+    The pole of the ecliptic has the declination 90 degrees minus the obliquity:
 
     >>> import astropy.units as u, fullbody
     >>> ra, dec = fullbody.frames.turn_pole(0 * u.deg, 90 * u.deg, "ecliptic", "equatorial")
@@ -218,15 +218,15 @@ def turn_pole(longitude: Any, latitude: Any, origin: Any, target: Any) -> tuple[
 
 @named_options
 def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> _Array:
-    """The attitude of a body from the longitude and latitude of its pole (its z-axis).
+    """Return the attitude of a body from the longitude and latitude of its pole (its z-axis).
 
     Parameters
     ----------
     longitude, latitude : float or Quantity
-        The direction of the body's z-axis, in the frame that the state is in.
+        The direction of the body's z-axis in the frame of the state.
     angle : float or Quantity
-        The angle from the ascending node of the body's equator (at the longitude plus 90 degrees) to the body's x-axis:
-        W of the IAU's rotational elements.
+        The angle from the ascending node of the body's equator (at the longitude plus 90 degrees) to the body's x-axis,
+        which the IAU's rotational elements call W.
 
     Returns
     -------

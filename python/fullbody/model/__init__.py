@@ -1,1 +1,1 @@
-"""The nouns: shapes and bodies, states, what a system is and what acts in it."""
+"""Shapes, bodies, states and forces: the objects of which systems are made and that they return."""

@@ -31,16 +31,16 @@ class Body(Tabled):
     ----------
     shape : Ellipsoid, Sphere, PointMass, Polyhedron or Composite
     mass, density : float or Quantity
-        One of the two is given; neither for a composite, whose parts have their own.
+        Give one of the two; give neither for a composite, whose parts have their own.
     name : str, optional
         The name in errors, tables and plots. A body without one is named after its place in the system.
 
     Raises
     ------
     InvalidInput
-        For both or neither of mass and density, for values that are not finite numbers above zero, and for the density
-        of a point. For a composite with a mass or density beside those of its parts, whose parts' masses add up to none
-        above zero, or whose moments of inertia no body has.
+        If both or neither of mass and density are given, if a value is not a finite number above zero, and for the
+        density of a point. For a composite if a mass or density is given beside those of its parts, if the sum of the
+        parts' masses is not above zero, and if no body can have its moments of inertia.
 
     Examples
     --------
@@ -80,8 +80,8 @@ class Body(Tabled):
         self._name = name
         united = {is_quantity(value) for value, _ in self._numbers().values()}
         if isinstance(shape, Composite) and len(united) == 1:
-            # Masses that add up to none, and moments that no body has, are seen only in the whole; where only some
-            # numbers have units, only by a system.
+            # A total mass of zero and impossible moments of inertia show only in the whole body. If only some numbers
+            # have units, only a system can compute them.
             self._core(self._own_units(), 0)
 
     @property
@@ -91,7 +91,7 @@ class Body(Tabled):
 
     @property
     def mass(self) -> Scalar:
-        """Mass as given, or density times volume; of a composite the sum of its parts'."""
+        """Mass as given, or density times volume; for a composite the sum of the masses of its parts."""
         mass: Scalar = self._mass if self._mass is not None else self._own("mass", "mass")
         return mass
 
@@ -146,7 +146,7 @@ class Body(Tabled):
         Raises
         ------
         InvalidInput
-            For a point, and for a composite that is flat.
+            If the body is a point or a flat composite.
 
         Examples
         --------
@@ -165,7 +165,7 @@ class Body(Tabled):
         return Ellipsoid(*(units.attach(float(axis), "length") for axis in axes))
 
     def _numbers(self) -> dict[str, tuple[Any, str]]:
-        """All dimensional numbers by their names, with their dimensions."""
+        """Return all dimensional numbers by their names, with their dimensions."""
         if isinstance(self._shape, Composite):
             return self._shape._numbers()
         what, amount = ("mass", self._mass) if self._density is None else ("density", self._density)
@@ -177,7 +177,7 @@ class Body(Tabled):
         return own_units(self._numbers())
 
     def _own(self, name: str, dimension: str) -> Any:
-        """A number of the core's body, in the body's own units."""
+        """Return a number of the core's body in the body's own units."""
         units = self._own_units()
         return units.attach(getattr(self._core(units, 0), name), dimension)
 
@@ -187,7 +187,7 @@ class Body(Tabled):
         return self._name
 
     def _tables(self) -> tuple[Table, ...]:
-        """Shape, size, mass and density of one body."""
+        """Return a table of the shape, size, mass and density of the body."""
         rows: list[Sequence[str]] = [("shape", type(self.shape).__name__)]
         if isinstance(self.shape, Composite):
             rows.append(("parts", str(len(self.shape.parts))))
@@ -195,7 +195,7 @@ class Body(Tabled):
             rows.append(("faces", str(len(self.shape.faces))))
         elif self.shape.semi_axes is not None:
             rows.append(("semi-axes", ", ".join(number(axis) for axis in self.shape.semi_axes)))
-        # Where only some of a body's numbers have units, only its system can compute what follows from them.
+        # If only some of a body's numbers have units, only its system can compute what follows from them.
         for name in ("mass", "density"):
             with contextlib.suppress(InvalidInput):
                 rows += [(name, number(value))] if (value := getattr(self, name)) is not None else []
@@ -220,7 +220,7 @@ class Body(Tabled):
         return (self._shape, self._mass, self._density, self._name)
 
     def _with(self, units: Units) -> Body:
-        """The body in a system with these units: its plain numbers become Quantities in them."""
+        """Return the body in a system with these units: its plain numbers become Quantities in them."""
         if not units.known:
             return self
 
@@ -230,7 +230,7 @@ class Body(Tabled):
         return Body(attached(self._shape, units), mass=mass, density=density, name=self._name)
 
     def _semi_axes(self, units: Units, name: str = "the body") -> tuple[float, float, float] | None:
-        """Semi-axes in a system's units, of a composite or polyhedron the fitted ellipsoid's; ``None`` for a point."""
+        """Return semi-axes, or those of the fitted ellipsoid, in a system's units; ``None`` for a point."""
         if isinstance(self._shape, PointMass):
             return None
         if isinstance(self._shape, Composite):
@@ -260,7 +260,7 @@ class Body(Tabled):
 
     @classmethod
     def _rebuild(cls, described: dict[str, Any], notes: dict[str, Any]) -> Body:
-        """The body of the core's description and of such notes, which a program in Rust does not leave."""
+        """Rebuild a body from the core's description and such notes, which may be missing."""
         called = described["name"]
         if (named := notes.get("named", True)) not in (True, False):
             raise InvalidInput(f"the notes of {called} have {named!r} for named; expected true or false")
@@ -285,10 +285,10 @@ class Body(Tabled):
         Parameters
         ----------
         points : array_like or Quantity, (..., 3)
-            Quantities where the body's sizes and mass are; plain numbers, in the units of the semi-axes, where those
-            are.
+            Quantities if the body's sizes and mass are Quantities, and otherwise plain numbers in the unit of the
+            semi-axes.
         G : float or Quantity, optional
-            Gravitational constant; astropy's unless given, where there are units.
+            Gravitational constant; with units it is that of astropy by default.
 
         Returns
         -------
@@ -299,14 +299,15 @@ class Body(Tabled):
         Raises
         ------
         InvalidInput
-            For a point in a point mass, or one with coordinates that are no finite numbers, by its index; where only
-            some of points, G, sizes and mass have units; for the gradient on a polyhedron's surface.
+            For a point at a point mass or with coordinates that are not finite, which the message gives by its index;
+            if only some of points, G, sizes and mass have units; for the gradient on a polyhedron's surface.
 
         Notes
         -----
-        Outside, the potential of an ellipsoid equals the paper's ``eq:Potential_elliptic`` (MacMillan 1930), by
-        Carlson's integrals; inside it is a quadratic form. A polyhedron's is the sum of Werner and Scheeres (1996), and
-        a composite has the sum over its parts. On the surface of an ellipsoid the gradient is that outside.
+        Outside, the potential of an ellipsoid equals the paper's ``eq:Potential_elliptic`` (MacMillan 1930) and is
+        computed by Carlson's integrals; inside it is a quadratic form. The potential of a polyhedron is the sum of
+        Werner and Scheeres (1996), that of a composite the sum over its parts. On the surface of an ellipsoid the
+        gradient is the limit from outside.
 
         Examples
         --------
@@ -334,14 +335,14 @@ class Body(Tabled):
         constant = units.number(G, "G", "G")
         key = (units.names, constant)
         if self._attraction is None or self._attraction[0] != key:
-            # The sums of a polyhedron take long to prepare.
+            # It is kept, since the sums of a polyhedron take long to prepare.
             self._attraction = key, _core.Attraction([self._core(units, 0)], constant, "auto")
         origin, unturned = np.zeros((1, 1, 3)), np.array([[[1.0, 0.0, 0.0, 0.0]]])
         return gravity_at(self._attraction[1], origin, unturned, array, units)
 
 
 def _units_of(points: Any, G: Any) -> Units:
-    """The length that points are in, and the time of G."""
+    """Return the units of points and G: the length of the points and the time of G."""
     from astropy import units as u
 
     strip_to(points, u.m, "points")
@@ -350,7 +351,7 @@ def _units_of(points: Any, G: Any) -> Units:
 
 
 def _table_of_parts(parts: Sequence[Part]) -> Table:
-    """The parts of a composite, one a row."""
+    """Return a table of the parts of a composite, one part per row."""
 
     def row(part: Part) -> Sequence[str]:
         if isinstance(part.shape, Polyhedron):

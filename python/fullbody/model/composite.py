@@ -18,7 +18,7 @@ from .shapes import Ellipsoid, PointMass, Solid, Sphere, attach, attached, core_
 
 __all__ = ["SHOWN", "Composite", "Part", "WorkingFrame"]
 
-#: Parts that are told one by one where a composite is printed.
+#: The largest number of parts that the printed form of a composite lists one by one.
 SHOWN = 20
 _UNTURNED = (1.0, 0.0, 0.0, 0.0)
 
@@ -26,24 +26,24 @@ _UNTURNED = (1.0, 0.0, 0.0, 0.0)
 @named_options
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Part:
-    """A part of a composite: a shape with a mass at a place.
+    """A part of a composite: a shape with a mass, a position and an attitude.
 
     Parameters
     ----------
     shape : Ellipsoid, Sphere, PointMass or Polyhedron
     mass, density : float or Quantity
-        One of the two is given; negative for a void, or for the difference to the matter that fills the same space.
+        Give one of the two; it is negative for a void, or for a deficit relative to matter that fills the same space.
     position : array_like or Quantity, (3,), optional
-        The part's centre in the working frame, of a polyhedron the origin of its vertices' frame; the working frame's
-        origin if not given.
+        The part's centre in the working frame, or for a polyhedron the origin of its vertices' frame; by default the
+        origin of the working frame.
     attitude : array_like, (4,)
         The quaternion [w, x, y, z] that turns vectors of the part's axes into the working frame.
 
     Raises
     ------
     InvalidInput
-        For both or neither of mass and density, and for numbers that are not finite, a mass of zero, the density of a
-        point.
+        If both or neither of mass and density are given, if numbers are not finite, for a mass of zero, and for the
+        density of a point.
 
     Examples
     --------
@@ -101,7 +101,7 @@ class Part:
         return f"Part({self.shape!r}, {value}{position}{attitude})"
 
     def _numbers(self) -> dict[str, tuple[Any, str]]:
-        """All dimensional numbers by their names, with their dimensions."""
+        """Return all dimensional numbers by their names, with their dimensions."""
         found = {label: (value, "length") for label, value in lengths_of(self.shape).items()}
         for name, dimension in (("mass", "mass"), ("density", "density"), ("position", "length")):
             value = getattr(self, name)
@@ -110,7 +110,7 @@ class Part:
         return found
 
     def _in(self, units: Units, what: str) -> tuple[Any, float | None, float | None, Any, Any]:
-        """The part as the core takes it, in a system's units."""
+        """Return the part in the form that the core takes, in a system's units."""
         mass, density = (
             None if value is None else units.number(value, dimension, f"{dimension} of {what}")
             for value, dimension in ((self.mass, "mass"), (self.density, "density"))
@@ -128,11 +128,12 @@ class Part:
 @named_options
 @dataclass(frozen=True, slots=True)
 class Composite:
-    """A shape of several parts that are rigid together: contact binaries, boulders, voids, cores, layers, mascons.
+    """A shape of several parts that form one rigid body: contact binaries, boulders, voids, cores, layers, mascons.
 
     Gravity is the sum over the parts, each exact by its own rule; densities add where parts overlap. The body frame has
     its origin in the centre of mass and its axes along the principal axes of inertia, turned as little as possible from
-    the working frame that the parts are given in; :attr:`fullbody.Body.working_frame` tells where that went.
+    the working frame in which the parts are given; :attr:`fullbody.Body.working_frame` is the position and attitude of
+    the working frame in the body frame.
 
     Parameters
     ----------
@@ -142,7 +143,7 @@ class Composite:
     Raises
     ------
     InvalidInput
-        For anything else, and for no parts.
+        If an element is not a Part, and if there are no parts.
 
     See Also
     --------
@@ -150,16 +151,16 @@ class Composite:
 
     Notes
     -----
-    Of all ways to name and to direct the principal axes, the body frame has the one in which they are nearest to the
-    working frame's. Where moments of inertia are equal, the working frame's axes are kept as far as they can be: a
-    composite given in a principal frame keeps it.
+    The principal axes are ordered and directed so that they are as near as possible to the axes of the working frame.
+    If moments of inertia are equal, the axes of the working frame are kept as far as possible: a composite that is
+    given in a principal frame keeps it.
 
-    Other bodies touch a composite where they touch one of its parts, voids among them: a void that opens to the surface
-    counts as closed.
+    Other bodies touch a composite where they touch one of its parts. This includes voids, so that a void that opens to
+    the surface counts as closed.
 
     Examples
     --------
-    Two lobes that overlap a little; their masses are those of whole ellipsoids:
+    Two lobes overlap a little, and their masses are those of whole ellipsoids:
 
     >>> import fullbody
     >>> lobes = [
@@ -188,23 +189,23 @@ class Composite:
     def layers(
         cls, shape: Ellipsoid | Sphere | Polyhedron, fractions: Sequence[float], densities: Sequence[Any]
     ) -> Composite:
-        """Homothetic layers: shells about one centre whose surfaces are the same shape at smaller and smaller sizes.
+        """Make a composite of homothetic layers: shells about one centre whose surfaces are scaled copies of one shape.
 
-        The centre of a polyhedron is its centre of mass, from where all of its surface has to be seen.
+        The centre of a polyhedron is its centre of mass, from which the whole surface has to be visible.
 
         Parameters
         ----------
         shape : Ellipsoid, Sphere or Polyhedron
             The outermost surface.
         fractions : sequence of float
-            Sizes of the layers' outer surfaces relative to that: falling from 1.
+            Sizes of the layers' outer surfaces relative to the outermost one, decreasing from 1.
         densities : sequence of float or Quantity
-            Densities of as many layers, from the outermost inwards; zero for a cavity.
+            Densities of the layers, from the outermost inwards; zero for a cavity.
 
         Returns
         -------
         Composite
-            Whose parts are whole solids with the differences of the densities.
+            A composite whose parts are whole solids, with the differences of the densities.
 
         Raises
         ------
@@ -287,7 +288,7 @@ def _is_zero(value: Any) -> bool:
 
 
 def warn_of_cancelling(name: str, masses: Any, tolerance: float) -> None:
-    """Warn where parts cancel so far that what rounding leaves of their sum is far from a tolerance of it."""
+    """Warn if parts cancel so far that the rounding error of their sum is far above the tolerance."""
     least, largest = int(np.argmin(masses)), int(np.argmax(masses))
     lost = float(np.finfo(float).eps * np.abs(masses).sum() / np.sum(masses))
     if masses[least] < 0.0 and lost > 100.0 * tolerance:
@@ -300,10 +301,10 @@ def warn_of_cancelling(name: str, masses: Any, tolerance: float) -> None:
 @named_options
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class WorkingFrame(ArrayFields):
-    """Where the working frame of a composite lies in its body frame.
+    """The position and attitude of the working frame of a composite or a polyhedron in the body frame.
 
-    With x a place in the working frame, its place in the body frame is R x + ``position``, where R is the rotation
-    matrix of ``attitude``.
+    A point x of the working frame is R x + ``position`` in the body frame, where R is the rotation matrix of
+    ``attitude``.
 
     Attributes
     ----------

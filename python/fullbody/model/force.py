@@ -1,4 +1,4 @@
-"""The base of external forces, and what they are told of the system that they act in."""
+"""The base class of external forces, and the context in which a force describes itself."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 
 __all__ = ["Call", "Context", "Force", "SystemContext", "forces_of", "rebuilt"]
 
-#: The number of errors that can be kept, which stays below the answer for success.
+#: The number of errors that a call can keep; their answers stay below this number.
 _ANSWERS = 2**30
 
-#: The kinds of forces by their names.
+#: The classes of forces by the names of their kinds.
 KINDS: dict[str, type[Force]] = {}
 
 
 @dataclass(frozen=True)
 class SystemContext:
-    """The part of a system that a force describes itself by."""
+    """The data of a system that a force needs to describe itself."""
 
     units: Units
     G: float
@@ -39,16 +39,16 @@ class SystemContext:
     epoch: str | None = None
 
     def place(self, body: Any, what: str) -> int:
-        """The place of a body from its place or name."""
+        """Return the place of a body from its place or name."""
         return place(body, self.names, what)
 
     def body(self, index: int) -> Any:
-        """The body as the core has it: mass, volume and inertia in the system's units."""
+        """Return the core's body, with mass, volume and inertia in the system's units."""
         return self.bodies[index]._core(self.units, index)
 
 
 class UnknownSystem:
-    """Stands for the system of a force that is just constructed, for the checks that depend on no system."""
+    """A stand-in for the system of a new force, for the checks that do not depend on the system."""
 
     units = AnyUnits()
     G = 1.0
@@ -58,7 +58,7 @@ class UnknownSystem:
         self.names: list[str] = []
 
     def place(self, body: Any, what: str) -> int:
-        """A place for a body, which is known by its place or name alone."""
+        """Return a place for a body that is given by its place or name."""
         index = integer(body)
         if not isinstance(body, str) and (index is None or index < 0):
             raise InvalidInput(f"{what} is {body!r}; expected the place or the name of a body")
@@ -66,7 +66,7 @@ class UnknownSystem:
         return len(self.names) - 1
 
     def body(self, index: int) -> Any:
-        """A body of mass, volume and moments of inertia one."""
+        """Return a body whose mass, volume and moments of inertia are one."""
         return SimpleNamespace(mass=1.0, volume=1.0, inertia=(1.0, 1.0, 1.0))
 
 
@@ -74,10 +74,10 @@ Context: TypeAlias = SystemContext | UnknownSystem
 
 
 class Call:
-    """A function in C: its address, that of its data, and what keeps both; errors of a function of Python.
+    """A C function: its address, the address of its data, the object that keeps both alive, and errors raised in it.
 
-    Such a function may run in many threads at once. Where it raises, it answers a number that no other error of it has,
-    and the number finds the error wherever the answer ends up.
+    The function may run in many threads at once. If a Python function raises an error, the C function returns a number
+    that belongs to this error alone, by which the error is found again wherever the number arrives.
     """
 
     def __init__(self, address: int, data: int, keep: Any, success: int = 0) -> None:
@@ -86,23 +86,23 @@ class Call:
         self._count = count()
 
     def kept(self, error: BaseException) -> int:
-        """Keep an error; what to answer for it."""
+        """Keep an error and return the number that stands for it."""
         answer = next(self._count) % _ANSWERS + 1
         self._raised[answer] = error
         return answer
 
     def raised(self, answer: int | None) -> BaseException | None:
-        """Give back the error of an answer, if it has one."""
+        """Return the error for which a number stands, if there is one, and forget it."""
         return None if answer is None else self._raised.pop(answer, None)
 
     def given(self) -> tuple[int, int, int, Any]:
-        """The function as the core takes it."""
+        """Return the function in the form that the core takes."""
         return (self.address, self.data, self.success, self.keep)
 
     def is_lost(self, answer: int | None) -> bool:
-        """Whether an answer without an error is one that a function of Python does not give.
+        """Return whether a number without an error is one that a Python function does not return.
 
-        Ctrl-C before its first line or after its last has taken the place of the answer.
+        This happens if Ctrl-C interrupts the function before its first line or after its last one.
         """
         return self.success != 0 and answer is not None
 
@@ -115,11 +115,11 @@ class Force(ScalarFields):
     Attributes
     ----------
     name : str
-        The force's own among those of a system; by it ``run.work`` and errors name the force.
+        The name of the force, distinct among those of a system, which ``run.work`` and errors use.
     depends_on_velocity : bool
         Whether the force depends on velocities or spins. Integrators with fixed steps refuse such forces.
     conserves_energy : bool
-        Whether the energy of the bodies alone stays what it is.
+        Whether the force conserves the energy of the bodies.
     """
 
     name: str = ""
@@ -127,7 +127,7 @@ class Force(ScalarFields):
     depends_on_velocity: ClassVar[bool] = True
     conserves_energy: ClassVar[bool] = False
 
-    #: The core's name of the kind; a kind derived from another one has that one's name there.
+    #: The core's name of the kind; a class derived from another kind keeps that kind's name.
     _kind: ClassVar[str] = "Force"
 
     def __init_subclass__(cls) -> None:
@@ -158,14 +158,14 @@ class Force(ScalarFields):
         return f"{type(self).__name__}({', '.join(parts)})"
 
     def _usual_name(self) -> str:
-        """The name where none is given."""
+        """Return the name of a force to which no name is given."""
         return type(self).__name__
 
     def _place(self, system: Context, role: str) -> int:
         return system.place(getattr(self, role), f"{role} of {self.name}")
 
     def _radius(self, system: Context, index: int) -> float:
-        """The radius that the force was given, or that of the sphere of the body's volume."""
+        """Return the radius that the force was given, or that of the sphere with the body's volume."""
         given = getattr(self, "radius", None)
         if given is not None:
             return system.units.number(given, "length", f"radius of {self.name}")
@@ -177,7 +177,7 @@ class Force(ScalarFields):
         return float(cbrt(0.75 * volume / pi))
 
     def _describe(self, system: Context) -> dict[str, Any]:
-        """The force in numbers of a system's units, as the core takes it."""
+        """Return the description that the core takes, in numbers of a system's units."""
         raise InvalidInput(f"force is {self!r}; expected one of fullbody.forces, such as ThirdBody(...)")
 
     def _notes(self) -> dict[str, Any]:
@@ -186,26 +186,26 @@ class Force(ScalarFields):
 
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
-        """The force of such a description with such notes."""
+        """Rebuild the force from such a description with such notes."""
         raise NotImplementedError
 
     def _summary(self, described: dict[str, Any], units: Units) -> str:
-        """Say in a few words what the force is, from its description in numbers of these units."""
+        """Return a few words about the force, from its description in numbers of these units."""
         return ""
 
     def _input_warnings(
         self, described: dict[str, Any], names: tuple[str, ...], start: _core.State, units: Units
     ) -> Iterator[str]:
-        """Warnings about the force at a start, from its description in numbers of these units."""
+        """Return warnings about the force at a start, from its description in numbers of these units."""
         yield from ()
 
     def _call(self, system: SystemContext) -> Call | None:
-        """The function that the core calls, of a force that is one."""
+        """Return the function that the core calls, for a force that has one."""
         return None
 
 
 def rebuilt(described: dict[str, Any], units: Units) -> Force:
-    """The force of a description in numbers of these units, which may come from a file."""
+    """Rebuild a force from its description in numbers of these units, which may come from a file."""
     kind = described["kind"]
     if kind not in KINDS:
         raise InvalidInput(f"force is of the kind {kind!r}; expected one of {', '.join(KINDS)}")
@@ -213,6 +213,6 @@ def rebuilt(described: dict[str, Any], units: Units) -> Force:
 
 
 def forces_of(given: Any) -> tuple[Force, ...]:
-    """External forces, or an error that says what is none."""
+    """Return external forces as a tuple, or raise an error that shows what is not a force."""
     whole, each = "a sequence of forces, such as [ThirdBody(...)]", "forces of fullbody.forces, such as ThirdBody(...)"
     return sequence(given, Force, "forces", whole, each)

@@ -22,16 +22,17 @@ _Numbers = npt.NDArray[np.float64]
 class Gravity:
     """Potential, field and gravity gradient at points of any shape (...).
 
-    The gradient is computed when it is first asked for: its nine numbers a point take more room and time than the rest.
+    The gradient is computed when it is first asked for, since its nine numbers per point take more memory and time than
+    the rest.
 
     Attributes
     ----------
     potential : ndarray or Quantity, (...)
-        Phi, positive: a unit mass at rest there has the potential energy -Phi.
+        The potential Phi, positive: a unit mass at rest has the potential energy -Phi.
     field : ndarray or Quantity, (..., 3)
-        g = grad Phi, the acceleration of a particle.
+        The field g = grad Phi, the acceleration of a particle.
     gradient : ndarray or Quantity, (..., 3, 3)
-        dg/dx, symmetric. Its trace is zero outside and -4 pi G rho inside matter.
+        The gravity gradient dg/dx, symmetric. Its trace is zero outside and -4 pi G rho inside matter.
     """
 
     __slots__ = ("_gradient", "field", "potential")
@@ -63,7 +64,7 @@ class Gravity:
 
 
 def points_in(points: Any, units: Units) -> _Numbers:
-    """Points (..., 3) as numbers of a system's units."""
+    """Return points (..., 3) as numbers in a system's units."""
     array = units.strip(points, "length", "points")
     if array.shape[-1:] != (3,):
         raise InvalidInput(f"points has shape {array.shape}; expected (..., 3)")
@@ -79,8 +80,8 @@ def gravity_at(
     body: int | None = None,
     states: npt.NDArray[np.int64] | None = None,
 ) -> Gravity:
-    """The gravity at points (..., 3) that belong to states (...) by their places, or all to the first. Positions and
-    attitudes are (K, N, 3) and (K, N, 4).
+    """Return the gravity at points (..., 3), each in the state (...) whose index is given, or all in the first state.
+    Positions and attitudes are (K, N, 3) and (K, N, 4).
     """
     shape = points.shape[:-1]
     flat = np.ascontiguousarray(points.reshape(-1, 3))

@@ -33,7 +33,7 @@ def impulse(
     beta: Any,
     ejecta: Any,
 ) -> tuple[_Array, _Array]:
-    """The change of a body's velocity, inertial, and of its spin, body frame; see :meth:`fullbody.State.impact`."""
+    """Return the changes of a body's velocity (inertial) and spin (body frame); see :meth:`fullbody.State.impact`."""
     units, turn = system._units, core.rotation_matrix[index]
     amount = units.number(mass, "mass", "mass of the projectile")
     if amount <= 0.0:
@@ -51,7 +51,7 @@ def impulse(
     way = np.array([np.cos(angles[1]) * np.cos(angles[0]), np.cos(angles[1]) * np.sin(angles[0]), np.sin(angles[1])])
     (point,), (normal,) = _core.surface(system._core, index, way[None])
     spin = core.spin[index]
-    # All in the body frame, relative to the surface where it is struck.
+    # This is the velocity in the body frame, relative to the surface at the point that is struck.
     relative = turn.T @ (axes @ coming) - np.cross(spin, point)
     if relative @ normal >= 0.0:
         speed = number(units.attach(np.float64(relative @ normal), "velocity"), 4)

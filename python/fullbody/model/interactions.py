@@ -21,14 +21,14 @@ class Interactions(ArrayFields, Tabled):
     Attributes
     ----------
     force : ndarray or Quantity, (N, 3)
-        Inertial frame.
+        Forces in the inertial frame.
     torque : ndarray or Quantity, (N, 3)
-        About each body's centre, in its body frame.
+        Torques about each body's centre, in its body frame.
     potential_energy : float or Quantity
-        Negative: minus the paper's U.
+        The potential energy, negative: minus the paper's U.
     truncation_error : float
-        For ``gravity="multipole:N"`` the size of the two degrees after the last one, of the force, and of the torques
-        divided by the bodies' radii, relative to the force between the two bodies for which that is largest. It
+        For ``gravity="multipole:N"`` the contribution of the next two degrees to the force, or to the torques divided
+        by the bodies' radii, relative to the force between two bodies, for the pair for which it is largest. It
         estimates the error of a series that converges. It is zero for the other methods, which have no series.
     """
 
@@ -38,7 +38,7 @@ class Interactions(ArrayFields, Tabled):
     truncation_error: float = 0.0
 
     def _tables(self) -> tuple[Table, ...]:
-        """Force and torque, a body a row, by its place."""
+        """Return a table of force and torque, one body per row."""
         columns = [np.asarray(getattr(value, "value", value)) for value in (self.force, self.torque)]
         units = [getattr(value, "unit", "") for value in (self.force, self.torque)]
         header = ("body", head("force", units[0]), head("torque, body frame", units[1]))
@@ -57,9 +57,10 @@ class Loads(ArrayFields):
     Attributes
     ----------
     force : ndarray or Quantity, (N, 3)
-        Inertial frame. Of a third body the part that moves the bodies relative to the nominal barycentre.
+        Forces in the inertial frame. For a third body they are the part that moves the bodies relative to the nominal
+        barycentre.
     torque : ndarray or Quantity, (N, 3)
-        About each body's centre, in its body frame.
+        Torques about each body's centre, in its body frame.
     """
 
     force: Array
@@ -71,7 +72,7 @@ class Loads(ArrayFields):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Energy(ScalarFields, Tabled):
-    """Energy in its parts.
+    """The energy of a state in its parts.
 
     Attributes
     ----------
@@ -84,21 +85,21 @@ class Energy(ScalarFields, Tabled):
     potential: Scalar
 
     def _tables(self) -> tuple[Table, ...]:
-        """The parts of an energy."""
+        """Return a table of the parts of the energy."""
         names = ("translational", "rotational", "potential", "total")
         return (Table("Energy", (), [(name, number(getattr(self, name))) for name in names]),)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Invariants(ArrayFields):
-    """The quantities that a motion conserves, at a time.
+    """The conserved quantities of a motion at a time.
 
     Attributes
     ----------
     time : float or Quantity
     energy : Energy
     angular_momentum : ndarray or Quantity, (3,)
-        Total, about the origin, inertial.
+        Total angular momentum about the origin, inertial frame.
     """
 
     time: Any

@@ -22,12 +22,12 @@ class Jacobian(ArrayFields):
     Attributes
     ----------
     force_by_position, force_by_rotation : ndarray or Quantity, (N, 3, N, 3)
-        Derivatives of the forces, inertial frame: ``force_by_position[i, :, j, :]`` is that of the force on body i by
-        body j.
+        Derivatives of the forces in the inertial frame: ``force_by_position[i, :, j, :]`` is the derivative of the
+        force on body i by the position of body j.
     torque_by_position, torque_by_rotation : ndarray or Quantity, (N, 3, N, 3)
         Derivatives of the torques, in body frames.
     flow : ndarray, (12 N,)
-        The rates of change themselves: per body velocity, acceleration, spin and its rate, in the system's own units.
+        The rates of change: per body velocity, acceleration, spin and its rate, in the system's own units.
     rates : ndarray, (12 N, 12 N)
         The Jacobian of the equations of motion: the rate of change of a tangent vector is this matrix times it. The
         components are per body position, velocity, rotation vector and spin, in the system's own units. Third bodies

@@ -1,4 +1,4 @@
-"""Polyhedra: bodies within triangles."""
+"""Polyhedra: solids that are bounded by triangles."""
 
 from __future__ import annotations
 
@@ -24,25 +24,25 @@ _Indices = npt.NDArray[np.signedinteger[Any]]
 
 @named_options
 class Polyhedron:
-    """A homogeneous polyhedron: a solid within triangles.
+    """A homogeneous polyhedron: a solid that is bounded by triangles.
 
-    Its gravity is exact at every distance, near by as a sum over faces and edges (Werner and Scheeres 1996). The body
-    frame has its origin in the centre of mass and its axes along the principal axes of inertia, turned as little as
-    possible from the working frame that the vertices are given in; :attr:`fullbody.Body.working_frame` tells where that
-    went.
+    Its gravity is exact at every distance; near the body it is computed as a sum over faces and edges (Werner and
+    Scheeres 1996). The body frame has its origin in the centre of mass and its axes along the principal axes of
+    inertia, turned as little as possible from the working frame in which the vertices are given;
+    :attr:`fullbody.Body.working_frame` is the position and attitude of the working frame in the body frame.
 
     Parameters
     ----------
     vertices : array_like or Quantity, (V, 3)
-        Points, in any working frame.
+        Points in any working frame.
     faces : array_like of int, (F, 3)
-        Places of three vertices each, from 0, counterclockwise as seen from outside.
+        Indices of the three vertices of each face, from 0, counterclockwise as seen from outside.
 
     Raises
     ------
     InvalidInput
-        Naming the face, for a surface that is not closed, for faces turned inward or against each other, doubled,
-        crossing or touching others, or without an area; for a volume that is zero.
+        For a surface that is not closed, and for faces that are turned inward or against each other, doubled, without
+        an area, or that cross or touch others, where the message names the face; for a volume of zero.
 
     See Also
     --------
@@ -50,8 +50,8 @@ class Polyhedron:
 
     Notes
     -----
-    Several closed surfaces make one polyhedron: pieces side by side, or a hollow, whose faces are turned away from the
-    solid.
+    A polyhedron may have several closed surfaces: pieces side by side, or a hollow, whose faces are turned away from
+    the solid.
 
     Examples
     --------
@@ -75,7 +75,7 @@ class Polyhedron:
         expected = "expected whole numbers (F, 3)"
         try:
             given = np.asarray(faces)
-            # Text and nan become numbers that differ from them.
+            # Text and nan become integers that differ from what was given, which the comparison below detects.
             with np.errstate(invalid="ignore"):
                 found = given.astype(np.int64)
         except (TypeError, ValueError) as error:
@@ -95,7 +95,7 @@ class Polyhedron:
 
     @property
     def faces(self) -> npt.NDArray[np.int64]:
-        """Vertices of each face (F, 3)."""
+        """Indices of the vertices of each face (F, 3)."""
         return self._faces
 
     @property
@@ -107,25 +107,26 @@ class Polyhedron:
 
     @classmethod
     def load(cls, path: str | PathLike[str], unit: Any = None, *, heal: bool = False) -> Polyhedron:
-        """A polyhedron from a file.
+        """Read a polyhedron from a file.
 
         Parameters
         ----------
         path : path-like
-            OBJ, PLY or STL, by its ending; any other file is a table of shape archives: numbers of vertices and faces,
-            then a row for each, of which the first column may be its number; or rows that begin with v and f.
+            A file in OBJ, PLY or STL format, by its suffix. Any other file is read as a table of shape archives: the
+            numbers of vertices and faces, then a row for each, whose first column may be its number; or rows that begin
+            with v and f.
         unit : Unit or str, optional
-            Unit of the file's numbers, which are plain numbers without it. The formats do not tell.
+            Unit of the file's numbers, which the formats do not record; without it they are plain numbers.
         heal : bool
-            Whether a surface that is not closed, oriented and outward may be made so: vertices at one place merged,
-            faces without an area or doubled left out, small holes filled, faces turned outward.
+            Whether to repair a surface that is not closed and oriented outward: vertices at one place are merged,
+            doubled faces and faces without an area are left out, small holes are filled, and faces are turned outward.
 
         Raises
         ------
         InvalidInput
-            As of the class; for a file that has no such table.
+            For the same reasons as the class, and for a file that contains no such table.
         ModuleNotFoundError
-            Without trimesh, the extra ``shapes``, for OBJ, PLY and STL and for healing.
+            If trimesh (the extra ``shapes``) is missing, which OBJ, PLY, STL and ``heal`` need.
         """
         path = Path(path)
         try:
@@ -151,7 +152,7 @@ class Polyhedron:
             raise InvalidInput(f"{path}: {error}{hint}") from error
 
     def _core(self, units: Units, name: str) -> _core.Polyhedron:
-        """The core's polyhedron in a system's units."""
+        """Return the core's polyhedron in a system's units."""
         first = self._vertices[:1]
         if not is_quantity(first) or not units.known:
             units.strip(first, "length", f"vertices of {name}")
@@ -162,7 +163,7 @@ class Polyhedron:
         return self._made if factor == 1.0 else self._made.scaled(float(factor))
 
     def _layer(self, fraction: float) -> Polyhedron:
-        """Scale the shape about its centre of mass."""
+        """Return the shape scaled about its centre of mass."""
         vertices = self._made.given
         middle = vertices.mean(axis=0)
         corners = (vertices - middle)[self._faces]
@@ -219,20 +220,22 @@ def _read(path: Path) -> tuple[_Numbers, _Indices]:
 
 
 def _table(rows: list[list[str]]) -> tuple[_Numbers, _Indices]:
-    """Vertices and faces below their numbers; those of the faces may stand above the faces."""
+    """Return vertices and faces from rows that follow their numbers; the number of faces may precede the faces."""
     if not rows or not 1 <= len(rows[0]) <= 2 or not all(number.isdigit() for number in rows[0]):
-        raise ValueError("expected the number of vertices, or those of vertices and faces, in the first row")
+        raise ValueError(
+            "the first row is no count; expected the number of vertices, or the numbers of vertices and faces"
+        )
     count = int(rows[0][0])
     points, rest = rows[1 : count + 1], rows[count + 1 :]
     faces = int(rows[0][1]) if len(rows[0]) == 2 else int(rest[0][0])
     corners = rest if len(rows[0]) == 2 else rest[1:]
     if len(points) != count or len(corners) != faces:
-        raise ValueError(f"it has {len(points)} of {count} vertices and {len(corners)} of {faces} faces")
+        raise ValueError(f"the table has {len(points)} of {count} vertices and {len(corners)} of {faces} faces")
     if any(len(row) not in (3, 4) for row in points + corners):
-        raise ValueError("expected three numbers in a row, or their place and three")
+        raise ValueError("a row has too few or too many numbers; expected three, or an index and three")
     vertices = np.array([row[-3:] for row in points], dtype=np.float64)
     indices = np.array([row[-3:] for row in corners], dtype=np.int64)
-    # Archives count from 1, programs from 0.
+    # Archives count vertices from 1, programs from 0.
     return vertices, indices - 1 if indices.min() > 0 else indices
 
 
@@ -244,7 +247,7 @@ def _by_trimesh(path: Path, kind: str) -> tuple[_Numbers, _Indices]:
         mesh: Any = trimesh.load(file, file_type=kind, process=False, force="mesh")
     vertices, faces = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
     if kind == "stl":
-        # The format has each vertex once for each of its faces.
+        # The format repeats each vertex for each of its faces.
         vertices, places = np.unique(vertices, axis=0, return_inverse=True)
         faces = places.reshape(-1)[faces]
     return vertices, faces
@@ -252,7 +255,7 @@ def _by_trimesh(path: Path, kind: str) -> tuple[_Numbers, _Indices]:
 
 def _healed(vertices: _Numbers, faces: _Indices) -> tuple[_Numbers, _Indices]:
     with need("shapes", "healing a shape"):
-        # Trimesh takes networkx to fill holes and to turn faces.
+        # Trimesh needs networkx to fill holes and to turn faces.
         import networkx  # noqa: F401
         import trimesh
 

@@ -25,12 +25,12 @@ class Ellipsoid(ScalarFields):
     Parameters
     ----------
     a, b, c : float or Quantity
-        Semi-axes along the body frame's x, y and z, in any order of size; equal ones are welcome.
+        Semi-axes along the body frame's x, y and z, in any order of size; they may be equal.
 
     Raises
     ------
     InvalidInput
-        For a semi-axis that is not a finite number above zero, and where only some have units.
+        If a semi-axis is not a finite number above zero, and if only some have units.
 
     Examples
     --------
@@ -112,27 +112,27 @@ class PointMass:
 
     @property
     def semi_axes(self) -> None:
-        """A point has none."""
+        """``None``, since a point has no semi-axes."""
         return None
 
 
-#: A shape of one piece.
+#: The type of the shapes that consist of one piece.
 Solid = Ellipsoid | Sphere | PointMass | Polyhedron
-#: These by name.
+#: These shapes by name.
 SOLIDS: dict[str, type[Solid]] = {shape.__name__: shape for shape in (Ellipsoid, Sphere, PointMass, Polyhedron)}
 
 
 def lengths_of(shape: Solid) -> dict[str, Any]:
-    """The semi-axes by their names, or the vertices; none of a point."""
+    """Return the semi-axes by their names, or the vertices; the dictionary is empty for a point."""
     if isinstance(shape, Polyhedron):
         return {"vertices": shape.vertices}
     return dict(zip(_AXES, shape._lengths or (), strict=False))
 
 
 def own_units(known: dict[str, tuple[Any, str]]) -> Units:
-    """Units of the first of some lengths and of the first of some masses or densities, if they have any.
+    """Return the units of the first length and of the first mass or density among numbers, if they have units.
 
-    The numbers are given by their names, with their dimensions.
+    The numbers are given by name, with their dimensions.
     """
     if not refuse_mixture({label: value for label, (value, _) in known.items()}):
         return Units()
@@ -146,7 +146,7 @@ def own_units(known: dict[str, tuple[Any, str]]) -> Units:
 
 
 def core_shape(shape: Solid, units: Units, name: str) -> tuple[float, float, float] | _core.Polyhedron | None:
-    """The shape as the core takes it, in a system's units: semi-axes, a polyhedron, or ``None`` for a point."""
+    """Return the core's form of a shape in a system's units: semi-axes, a polyhedron, or ``None`` for a point."""
     if isinstance(shape, Polyhedron):
         return shape._core(units, name)
     if shape._lengths is None:
@@ -157,27 +157,27 @@ def core_shape(shape: Solid, units: Units, name: str) -> tuple[float, float, flo
 
 
 def attached(shape: Solid, units: Units) -> Solid:
-    """The shape in a system with units: its plain numbers become Quantities in them."""
+    """Return the shape in a system with units: its plain numbers become Quantities in them."""
     if isinstance(shape, Polyhedron):
         return shape._with(units)
     return type(shape)(*(attach(getattr(shape, name), "length", units) for name in shape.__slots__))
 
 
 def attach(value: Any, dimension: str, units: Units) -> Any:
-    """A plain number as a Quantity in a system's units; a Quantity, or none, as it is."""
+    """Return a plain number as a Quantity in a system's units, and a Quantity or ``None`` unchanged."""
     return value if value is None or is_quantity(value) else units.attach(value, dimension)
 
 
 def rebuilt(axes: Any, kind: str | None, what: str) -> Solid:
-    """The shape of the core's description: semi-axes, vertices with faces, or nothing for a point.
+    """Rebuild a shape from the core's description: semi-axes, vertices with faces, or ``None`` for a point.
 
     Parameters
     ----------
     axes : list, dict or None
     kind : str or None
-        The name of its class; the general one unless given.
+        The name of its class; by default that of the general one.
     what : str
-        Whose shape it is, for errors.
+        The owner of the shape, for errors.
     """
     if isinstance(axes, dict):
         return Polyhedron(axes["vertices"], axes["faces"])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -27,31 +26,31 @@ _FIELDS = {"time": "time", "position": "length", "velocity": "velocity", "spin":
 
 @named_options
 class State(Tabled):
-    """Position, velocity, attitude and spin of every body at a time.
+    """The position, velocity, attitude and spin of every body at a time.
 
-    A state does not change and its arrays are read-only: :meth:`replace` makes another, ``state.position.copy()`` an
-    array to write in.
+    A state cannot be changed and its arrays are read-only: :meth:`replace` makes another state, and
+    ``state.position.copy()`` is an array that can be written to.
 
     Parameters
     ----------
     position : array_like or Quantity, (N, 3)
-        Centres, inertial frame.
+        Positions of the centres in the inertial frame.
     velocity : array_like or Quantity, (N, 3)
-        Velocities of the centres, inertial frame. With a unit where the positions have one; zeros need none.
+        Velocities of the centres in the inertial frame, with a unit if the positions have one; zeros need none.
     attitude : array_like, (N, 4), optional
-        Quaternions ``[w, x, y, z]`` that turn body-frame vectors into the inertial frame; scaled to unit length, with a
-        warning where that changes them by more than a thousandth. Without them the body frames are parallel to the
-        inertial one.
+        Quaternions ``[w, x, y, z]`` that turn body-frame vectors into the inertial frame. They are scaled to unit
+        length, with a warning if this changes them by more than a thousandth. By default the body frames are parallel
+        to the inertial one.
     spin : array_like or Quantity, (N, 3), optional
-        Angular velocities in the body frames, radians per unit time (also where a unit is 1/time); zero if not given.
+        Angular velocities in the body frames in radians per unit time (also if the unit is 1/time); zero by default.
     time : float or Quantity
         Time in the system's units.
 
     Raises
     ------
     InvalidInput
-        For values that are not finite, wrong shapes, a quaternion of length zero, and where only some of position,
-        velocity, spin and time have units: zeros need none.
+        For values that are not finite, for wrong shapes, for a quaternion of length zero, and if only some of position,
+        velocity, spin and time have units; zeros need none.
 
     Warns
     -----
@@ -96,14 +95,15 @@ class State(Tabled):
         spin: Any = None,
         time: Any = 0.0,
     ) -> State:
-        """A state from the paper's angles instead of quaternions.
+        """Make a state from the paper's angles instead of quaternions.
 
         Parameters
         ----------
         position, velocity, spin, time
             Arguments of :class:`State`.
         angles : array_like or Quantity, (N, 3)
-            (phi, theta, psi) of R = Rz(psi) Ry(theta) Rx(phi), the paper's ``eq:RotationMatrix``; radians as floats.
+            The angles (phi, theta, psi) of R = Rz(psi) Ry(theta) Rx(phi), the paper's ``eq:RotationMatrix``; floats are
+            radians.
 
         Returns
         -------
@@ -137,15 +137,15 @@ class State(Tabled):
 
     @classmethod
     def from_scipy(cls, position: Any, velocity: Any, rotation: Any, spin: Any = None, time: Any = 0.0) -> State:
-        """A state from rotations of scipy, whose quaternions have the scalar last.
+        """Make a state from rotations of scipy, whose quaternions have the scalar last.
 
         Parameters
         ----------
         position, velocity, spin, time
             Arguments of :class:`State`.
         rotation : scipy.spatial.transform.Rotation
-            One that holds N rotations, or a sequence of N. They turn body-frame vectors into the inertial frame, as
-            :attr:`rotation_matrix` does.
+            A Rotation that holds N rotations, or a sequence of N of them. They turn body-frame vectors into the
+            inertial frame, as :attr:`rotation_matrix` does.
 
         Returns
         -------
@@ -165,7 +165,7 @@ class State(Tabled):
         """
         rotations = [rotation] if hasattr(rotation, "as_quat") else rotation
         try:
-            # Scalar last by the default of all versions of scipy.
+            # The scalar is last by default in all versions of scipy.
             last = np.concatenate([np.atleast_2d(one.as_quat()) for one in rotations])
         except (TypeError, AttributeError, ValueError) as error:
             raise InvalidInput(
@@ -189,7 +189,7 @@ class State(Tabled):
         return state
 
     def _in(self, units: Units) -> _core.State:
-        """The numbers in a system's units."""
+        """Return the core's state in a system's units."""
         if not self._units:
             return self._core
         values = {name: units.strip(getattr(self, name), d, name) for name, d in _FIELDS.items()}
@@ -202,7 +202,7 @@ class State(Tabled):
     def _get(self, name: str) -> Any:
         value = getattr(self._core, name)
         if isinstance(value, np.ndarray):
-            # A copy of the core's numbers: writing into it would change nothing.
+            # The array is a copy of the core's numbers, so that writing to it would not change the state.
             value.flags.writeable = False
         return value << self._units[name] if name in self._units else value
 
@@ -212,18 +212,18 @@ class State(Tabled):
 
     @property
     def time(self) -> Scalar:
-        """Time."""
+        """Time of the state."""
         time: Scalar = self._get("time")
         return time
 
     @property
     def position(self) -> Array:
-        """Centres (N, 3), inertial."""
+        """Positions of the centres (N, 3), inertial frame."""
         return self._array("position")
 
     @property
     def velocity(self) -> Array:
-        """Velocities (N, 3), inertial."""
+        """Velocities of the centres (N, 3), inertial frame."""
         return self._array("velocity")
 
     @property
@@ -247,7 +247,7 @@ class State(Tabled):
         return self._array("tait_bryan")
 
     def replace(self, **changes: Any) -> State:
-        """A copy with some of ``position``, ``velocity``, ``attitude``, ``spin``, ``time`` changed.
+        """Return a copy with some of ``position``, ``velocity``, ``attitude``, ``spin`` and ``time`` changed.
 
         Examples
         --------
@@ -268,19 +268,20 @@ class State(Tabled):
         along: Literal["inertial", "body", "orbit"] = "inertial",
         about: int | str | None = None,
     ) -> State:
-        """A state after a sudden change of one body's velocity.
+        """Return the state after a sudden change of one body's velocity.
 
         Parameters
         ----------
         body : int or str
-            The place of the body, or its name in a state that a system, a run or a ready-made start gave.
+            The place of the body, or its name if the state comes from a run, a system or a ready-made start.
         dv : array_like or Quantity, (3,)
-            The change of its velocity; with a unit where the state has them.
+            The change of its velocity, with a unit if the state has units.
         along : {"inertial", "body", "orbit"}
-            The axes that ``dv`` is given in: the inertial ones, the body's own, or those of its orbit: radial (from the
-            other body to this one), transverse (in the orbit's plane, along the motion) and normal to it.
+            The axes of the components of ``dv``: the inertial ones, the body's own, or those of its orbit, which are
+            radial (from the other body to this one), transverse (in the orbit's plane, along the motion) and normal to
+            the plane.
         about : int or str, optional
-            For ``along="orbit"``: the other body. Needless where there are only two.
+            The other body of the orbit for ``along="orbit"``; needed only if there are more than two bodies.
 
         Returns
         -------
@@ -289,20 +290,21 @@ class State(Tabled):
         Raises
         ------
         InvalidInput
-            For a body that is none, where the orbit is about one of several bodies that is not named, and for motion
-            along the line to it, which has no plane.
+            If there is no such body; if there are several other bodies and ``about`` is not given; and if the body
+            moves along the line to the other one, which defines no plane.
 
         Notes
         -----
-        Only this body is pushed, through its centre: its spin stays, and so do all positions. The total momentum grows
-        by its mass times ``dv``, so that the barycentre drifts on by ``dv`` times its part of the total mass; its
-        velocity against each other body changes by the whole of ``dv``. An impact that hands over the momentum p gives
-        dv = p / m; of a spacecraft of momentum p_0 that is beta p_0 along the motion lost, with beta the factor by
-        which ejecta enhance it. :meth:`impact` computes it from the projectile, with the change of the spin.
+        Only this body is pushed, through its centre: its spin and all positions stay the same. The total momentum grows
+        by its mass times ``dv``, so that the velocity of the barycentre changes by ``dv`` times the body's share of the
+        total mass, and the body's velocity relative to each other body changes by ``dv``. An impact that transfers the
+        momentum p gives dv = p / m; for a spacecraft of momentum p_0 the transferred momentum is beta p_0, where beta
+        is the factor by which ejecta enhance it. :meth:`impact` computes dv from the projectile, with the change of the
+        spin.
 
         Examples
         --------
-        What DART did to Dimorphos, 2.70 mm/s against its motion (Cheng et al. 2023, Nature 616, 457):
+        DART changed the velocity of Dimorphos by 2.70 mm/s against its motion (Cheng et al. 2023, Nature 616, 457):
 
         >>> import fullbody
         >>> from astropy import units as u
@@ -343,12 +345,12 @@ class State(Tabled):
         along: Literal["inertial", "body", "orbit"] = "inertial",
         about: int | str | None = None,
     ) -> State:
-        """A state after the impact of a projectile on a body's surface, which changes its velocity and its spin.
+        """Return the state after a projectile has struck a body's surface, which changes the body's velocity and spin.
 
         Parameters
         ----------
         system : System
-            The bodies: their masses, moments of inertia and surfaces.
+            The system, which gives masses, moments of inertia and surfaces.
         body : int or str
             The place of the body that is struck, or its name.
         mass : float or Quantity
@@ -360,12 +362,12 @@ class State(Tabled):
         beta : float
             The factor by which ejecta enhance the momentum along their direction: 1 without ejecta.
         ejecta : array_like, (3,), optional
-            The direction of the net momentum of the ejecta, of any length; the outward normal of the surface unless
-            given.
+            The direction of the net momentum of the ejecta, of any length; by default the outward normal of the
+            surface.
         along : {"inertial", "body", "orbit"}
-            The axes that ``velocity`` and ``ejecta`` are given in, as for :meth:`kick`.
+            The axes of the components of ``velocity`` and ``ejecta``, as for :meth:`kick`.
         about : int or str, optional
-            For ``along="orbit"``: the other body. Needless where there are only two.
+            The other body of the orbit for ``along="orbit"``; needed only if there are more than two bodies.
 
         Returns
         -------
@@ -374,17 +376,18 @@ class State(Tabled):
         Raises
         ------
         InvalidInput
-            For a body without a surface, a velocity that leaves the surface, and as :meth:`kick`.
+            For a body without a surface, for a velocity that points away from the surface, and for the same reasons as
+            :meth:`kick`.
 
         Notes
         -----
-        With U the velocity of the projectile relative to the surface where it strikes, and E the direction of the
-        ejecta, the body is given the momentum m U + m (beta - 1) (E.U) E (Cheng et al. 2023, Nature 616, 457), and at
-        the point r of its surface the angular momentum r x that about its centre.
+        Let U be the velocity of the projectile relative to the surface where it strikes, and E the direction of the
+        ejecta. The body receives the momentum p = m U + m (beta - 1) (E.U) E (Cheng et al. 2023, Nature 616, 457), and
+        the angular momentum r x p about its centre, where r is the point that is struck.
 
         Examples
         --------
-        A projectile with the mass, the speed and the beta of DART (Cheng et al. 2023), from straight ahead:
+        A projectile with the mass, the speed and the beta of DART (Cheng et al. 2023) comes from straight ahead:
 
         >>> import fullbody, numpy as np
         >>> system, before = fullbody.systems.didymos(units=True)
@@ -416,9 +419,9 @@ class State(Tabled):
         along: Literal["inertial", "body", "orbit"] = "body",
         about: int | str | None = None,
     ) -> State:
-        """A state with one body turned about an axis through its centre.
+        """Return the state with one body turned about an axis through its centre.
 
-        The body turns as a whole, its spin with it: the components of the spin in the body's frame stay as they are.
+        The body turns together with its spin: the components of the spin in the body frame do not change.
 
         Parameters
         ----------
@@ -427,12 +430,12 @@ class State(Tabled):
         axis : array_like, (3,)
             The axis, of any length.
         angle : float or Quantity
-            Radians as a float, right-handed about the axis.
+            The angle of the turn, right-handed about the axis; floats are radians.
         along : {"body", "inertial", "orbit"}
-            The axes that ``axis`` is given in: the body's own, the inertial ones, or radial, transverse and normal; see
-            :meth:`kick`.
+            The axes of the components of ``axis``: the body's own, the inertial ones, or radial, transverse and normal;
+            see :meth:`kick`.
         about : int or str, optional
-            For ``along="orbit"``: the other body.
+            The other body of the orbit for ``along="orbit"``; see :meth:`kick`.
 
         Returns
         -------
@@ -450,7 +453,7 @@ class State(Tabled):
 
         Examples
         --------
-        Dimorphos swung by ten degrees about its pole:
+        Dimorphos is turned by ten degrees about its pole:
 
         >>> import fullbody, numpy as np
         >>> system, state = fullbody.systems.didymos()
@@ -469,7 +472,7 @@ class State(Tabled):
         return self.replace(attitude=attitude)
 
     def _place(self, body: object, what: str) -> int:
-        """The place of a body from its place or name."""
+        """Return the place of a body from its place or name."""
         if isinstance(body, str) and not self._names:
             raise InvalidInput(
                 f"{what} is {body!r}, and this state does not know the names of its bodies (states of runs and of "
@@ -478,7 +481,7 @@ class State(Tabled):
         return place(body, self._names or [f"body {k}" for k in range(len(self))], what)
 
     def _axes(self, index: int, along: str, about: int | str | None, what: str) -> Any:
-        """The axes (3, 3), as columns, that vectors of a body are given in."""
+        """Return as columns (3, 3) the axes in which vectors of a body are given."""
         if not isinstance(along, str) or along not in ("inertial", "body", "orbit"):
             raise InvalidInput(f"along of {what} is {along!r}; expected 'inertial', 'body' or 'orbit'")
         if along != "orbit":
@@ -522,16 +525,13 @@ class State(Tabled):
     __hash__ = None  # type: ignore[assignment]
 
     def _tables(self) -> tuple[Table, ...]:
-        return (self._table(),)
-
-    def _table(self, bodies: Sequence[str] | None = None) -> Table:
-        """Position, velocity, attitude and spin, a body a row, by its name or else its place."""
+        """Return a table of position, velocity, attitude and spin, one body per row, by name or else index."""
         names = ("position", "velocity", "attitude", "spin")
         columns = [np.asarray(getattr(getattr(self, name), "value", getattr(self, name))) for name in names]
         header = ["body", *(head(name, getattr(getattr(self, name), "unit", "")) for name in names)]
-        bodies = [str(k) for k in range(len(self))] if bodies is None else bodies
+        bodies = self._names or [str(k) for k in range(len(self))]
         rows = [(body, *(vector(column[k]) for column in columns)) for k, body in enumerate(bodies)]
-        return Table(f"State at time {number(self.time)}", header, list(rows))
+        return (Table(f"State at time {number(self.time)}", header, list(rows)),)
 
     def __repr__(self) -> str:
         parts = {name: getattr(self, name) for name in ("position", "velocity", "attitude", "spin")}
@@ -547,7 +547,7 @@ def _rebuild(names: tuple[str, ...], *arguments: Any) -> State:
 
 
 def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Numbers and units of the dimensional parts of a state."""
+    """Return the numbers and the units of the dimensional parts of a state."""
     stripped: dict[str, Any] = {}
     units: dict[str, Any] = {}
     for name, value in values.items():
@@ -562,7 +562,7 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         unit = value.unit
         if name == "spin":
             refuse_cycles(unit, name)
-            # A rate without an angle counts as radians.
+            # A rate without an angle is taken as radians per time.
             unit = u.rad * unit if unit.is_equivalent(u.s**-1) else unit
         expected = {"time": u.s, "position": u.m, "velocity": u.m / u.s, "spin": u.rad / u.s}[name]
         strip_to(value, expected, name)
@@ -579,7 +579,7 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def _warn_of_lengths(attitude: Any) -> None:
-    """Warn of the first quaternion whose length is not 1, beyond what three digits a component leave of it."""
+    """Warn of the first quaternion whose length differs from 1 by more than rounding to three digits can cause."""
     with np.errstate(over="ignore"):
         lengths = np.linalg.norm(attitude, axis=1)
     for body in np.flatnonzero(abs(lengths - 1.0) > 1e-3)[:1]:
@@ -590,7 +590,7 @@ def _warn_of_lengths(attitude: Any) -> None:
 
 
 def _refuse_mixture(stripped: dict[str, Any], units: dict[str, Any]) -> None:
-    """Refuse some parts with a unit beside others without one; zeros need none."""
+    """Raise an error if some parts have a unit and others do not; zeros need none."""
     united = next((name for name in ("position", "velocity", "spin", "time") if name in units), None)
     for name, value in stripped.items():
         if united is not None and name not in units and value.any():

@@ -1,1 +1,1 @@
-"""Systems that integrate, simulations that go on, runs that are drawn, saved and loaded."""
+"""Systems, their integration by simulations, and the runs that result, with saving and loading."""

@@ -1,4 +1,4 @@
-"""Warnings of bodies and starts that can be integrated, but are probably a mistake."""
+"""Warnings about bodies and starts that can be integrated but are probably mistakes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _DENSITIES = (100.0, 30000.0)
 
 
 def density_warning(units: Units, body: _core.Body, name: str) -> str | None:
-    """A warning of a density that no body has, as where the unit of a size or mass is mistaken."""
+    """Return a warning about an implausible density, as from a wrong unit of size or mass, or ``None``."""
     if not units.known or body.volume == 0.0:
         return None
     density = float(units.attach(body.mass / body.volume, "density").to_value("kg / m3"))
@@ -32,14 +32,14 @@ def density_warning(units: Units, body: _core.Body, name: str) -> str | None:
 
 
 def start_warnings(system: System, start: _core.State, tolerance: float | None) -> Iterator[str]:
-    """Warnings about a start.
+    """Return warnings about a start.
 
     Parameters
     ----------
     tolerance
-        The sum of the integrator's, relative to the distance of the nearest body; ``None`` for fixed steps.
+        The sum of the integrator's tolerances, relative to the distance of the nearest body; ``None`` for fixed steps.
     """
-    fast, far = system._core.doubts(start, tolerance)
+    fast, far = system._core.start_warnings(start, tolerance)
     if fast is not None:
         yield _unbound(system, *fast)
     if far is not None:
@@ -49,7 +49,7 @@ def start_warnings(system: System, start: _core.State, tolerance: float | None) 
 
 
 def _unbound(system: System, body: int, speed: float, escape: float, limit: float) -> str:
-    """A body is so much faster than the speed of escape that the others can hardly be meant to hold it."""
+    """Return the warning that a body is much faster than its speed of escape and cannot be bound."""
     fast, held = (tables.number(system._units.attach(np.float64(value), "velocity"), 4) for value in (speed, escape))
     who = f"{' and '.join(system.names)} start" if len(system) == 2 else f"{system.names[body]} starts"
     whom = "each other" if len(system) == 2 else "the barycentre of the others"
@@ -71,7 +71,7 @@ def _far(
     limit: float,
     tolerance: float | None,
 ) -> str:
-    """The barycentre, which the integrators count positions from, is far from bodies near each other."""
+    """Return the warning that bodies near each other are far from the barycentre, the origin of the integration."""
 
     def length(value: float, digits: int = 4) -> str:
         return tables.number(system._units.attach(np.float64(value), "length"), digits)

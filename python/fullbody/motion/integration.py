@@ -1,4 +1,4 @@
-"""An integration of a system from a state: its start, its options, and the run that the core makes."""
+"""The integration of a system: checks of its start and options, and the run made of the core's record."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ __all__ = ["Task", "begin", "integrate", "prepare", "write"]
 def prepare(
     system: System, state: State, integrator: Integrator | None
 ) -> tuple[_core.State, Integrator, dict[str, Any]]:
-    """Check what a simulation begins with.
+    """Check the system, the state and the integrator of a new simulation.
 
     Returns
     -------
     start : _core.State
         The state in the system's units.
     integrator : Integrator
-        The default one if none is given.
+        The given integrator, or the default one.
     described : dict
-        The integrator as the core takes it.
+        The description of the integrator that the core takes.
     """
     integrator = Verner98() if integrator is None else integrator
     if not isinstance(integrator, Integrator):
@@ -51,7 +51,7 @@ def prepare(
 
 
 def begin(system: System, state: State, integrator: Integrator | None) -> tuple[_core.Simulation, Integrator]:
-    """Start a simulation of the core, and warn of a start that is probably a mistake."""
+    """Make a simulation of the core, and warn of a start that is probably a mistake."""
     start, integrator, described = prepare(system, state, integrator)
     with system._explaining(lambda: start, " at the start"):
         core = _core.Simulation(system._core, start, described, json.dumps(system._notes()))
@@ -80,7 +80,7 @@ def integrate(
     if autosave is not None:
         path, seconds = place = autosaving(autosave)
         keep = (seconds, lambda data: write(place[0], data))
-        # A place that cannot be written in is known now, not when the first file is due.
+        # A path that cannot be written is reported now, not when the first file is due.
         write(path, core.to_bytes())
     before = core.statistics
     with Bar(progress) as report:
@@ -93,7 +93,7 @@ def integrate(
         try:
             write(path, core.to_bytes())
         except OSError as unwritten:
-            # An error that ended the run before that is raised instead.
+            # An error that ended the run earlier is raised instead.
             error = unwritten if error is None else error
     if error is None:
         return run
@@ -108,7 +108,7 @@ def write(path: Path, data: bytes) -> None:
 
 
 class Task:
-    """The options of a run from a time, checked, and what the core makes of them turned into a run or an error."""
+    """The checked options of a run from a time, which turn the core's result into a run or an error."""
 
     def __init__(
         self,
@@ -147,7 +147,7 @@ class Task:
             )
 
     def run(self, record: dict[str, Any], counts: Iterable[int]) -> Run:
-        """The run of a record."""
+        """Return the run of a record."""
         system, units = self._system, self._system._units
         parts = ("start", "events", "dense", "stop_reason", "switched_off")
         start, happened, solution, (reason, _), switched_off = (record.pop(name) for name in parts)
@@ -169,16 +169,17 @@ class Task:
         )
 
     def failed(self, error: BaseException, run: Run, time: float) -> BaseException:
-        """The error that ended a run at a time, with the run so far in its attribute ``run``."""
+        """Return the error that ended a run at a time, with the run so far in its attribute ``run``."""
         error = self._system._caused(error)
         if isinstance(error, KeyboardInterrupt):
-            # This holds too where Ctrl-C came within a function of the caller's.
+            # This is also the case if Ctrl-C arrived within a function of the caller.
             run.stop_reason = "interrupted"
             error = Interrupted(f"interrupted at time {time}; the run so far is in .run")
         if isinstance(error, BodiesOverlap):
             error = self._system._explained(error, None)
         if isinstance(error, FullbodyError):
-            # Another one, or neither would be given back before Python looks for circles.
+            # A copy of the error is kept: with the error itself, the two would refer to each other and stay in memory
+            # until Python's search for cycles.
             run.error = type(error)(*error.args)
         with contextlib.suppress(AttributeError):
             error.run = run  # type: ignore[attr-defined]

@@ -1,4 +1,4 @@
-"""Runs and flights from files."""
+"""Loading of runs and flights from files."""
 
 from __future__ import annotations
 
@@ -27,21 +27,20 @@ def load(path: Any) -> Run:
     Returns
     -------
     Run
-        Equal to the one that was saved, bit for bit, with its events and stop reason; see :meth:`fullbody.Run.save` for
+        The run that was saved, equal bit for bit, with its events and stop reason; see :meth:`fullbody.Run.save` for
         what a file cannot hold.
 
     Raises
     ------
     InvalidInput
-        For a file that is not a run of this package, or a damaged one; says what is wrong.
+        If the file is not a run of this package, or is damaged; the message says what is wrong.
     FileNotFoundError
         If there is no such file.
 
     Warns
     -----
     UncheckedFile
-        For a file without a checksum of the whole, which another program wrote. It is read if its content is that of a
-        run.
+        For a file without a checksum, which another program wrote. It is read if its content is that of a run.
     """
     return read(path, "run", _run)
 
@@ -64,19 +63,19 @@ def load_flight(path: Any) -> Flight:
     Returns
     -------
     Flight
-        Equal to the one that was saved, bit for bit; functions that were watched for have their names alone.
+        The flight that was saved, equal bit for bit; functions of events are represented by their names.
 
     Raises
     ------
     InvalidInput
-        For a file that is not a flight of this package, or a damaged one; says what is wrong.
+        If the file is not a flight of this package, or is damaged; the message says what is wrong.
     FileNotFoundError
         If there is no such file.
 
     Warns
     -----
     UncheckedFile
-        For a file without a checksum of the whole.
+        For a file without a checksum.
     """
     return read(path, "flight", _flight)
 

@@ -1,4 +1,4 @@
-"""The options of a run, checked before it starts: output, events, autosave, progress."""
+"""Checks of the options of a run before it starts: output, events, autosave, progress."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def check_for_all(integrator: Any, output: Any, until: Any) -> None:
 
 
 def autosaving(autosave: Any) -> tuple[Path, float]:
-    """The path to write to, and the number of seconds between two files."""
+    """Return the path to write to, and the number of seconds between two files."""
     try:
         where, every = autosave
         path, seconds = as_path(where), float(every)
@@ -56,21 +56,21 @@ def autosaving(autosave: Any) -> tuple[Path, float]:
 
 
 def watched(events: Iterable[Event]) -> list[Event]:
-    """The events as a list."""
+    """Return the events as a list, or raise an error that shows what is not an event."""
     if isinstance(events, str):
         raise InvalidInput(f"events is {events!r}, which is text; expected a list of fullbody.events")
     return list(sequence(events, Event, "events", "a list of fullbody.events", "fullbody.events"))
 
 
 def differentiated(derivatives: Any) -> list[str] | None:
-    """The parameters that a run is differentiated by, or ``None`` where it is not differentiated at all."""
+    """Return the parameters by which a run is differentiated, or ``None`` if it is not differentiated."""
     if isinstance(derivatives, bool):
         return [] if derivatives else None
     return names_of(derivatives, "derivatives")
 
 
 class Bar:
-    """A progress bar as a context; gives what the core is to call, or ``None``."""
+    """A progress bar as a context manager, which returns the function for the core to call, or ``None``."""
 
     _layout = "{l_bar}{bar}| {elapsed}<{remaining}{postfix}"
 
@@ -87,7 +87,7 @@ class Bar:
         from tqdm import TqdmWarning
 
         with warnings.catch_warnings():
-            # Without ipywidgets tqdm draws a bar of text in Jupyter, which needs no warning.
+            # Without ipywidgets tqdm draws a bar of text in Jupyter; its warning about this is suppressed.
             warnings.simplefilter("ignore", TqdmWarning)
             from tqdm.auto import tqdm
 
@@ -96,7 +96,7 @@ class Bar:
         return self._update
 
     def _update(self, start: float, time: float, end: float) -> None:
-        # The time of the system that passes in a second of the clock.
+        # The rate is the system's time per second of the clock.
         rate = abs(time - start) / self._elapsed
         self._end = f"t = {end:.6g}, {rate:.3g}/s"
         self._show((time - start) / (end - start), f"t = {time:.6g}, {rate:.3g}/s")
@@ -119,7 +119,7 @@ class Bar:
 
 
 class Tally(Bar):
-    """A progress bar of many runs, whose number may be unknown; it is called with the runs done and under way."""
+    """A progress bar for many runs, whose number may be unknown; it is called with the runs done and under way."""
 
     def __init__(self, progress: Any, total: int | None) -> None:
         super().__init__(progress)

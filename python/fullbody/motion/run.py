@@ -1,4 +1,4 @@
-"""A run: the samples of an integration as arrays, and what is made of them."""
+"""A run: the samples of an integration as arrays, and quantities that follow from them."""
 
 from __future__ import annotations
 
@@ -52,9 +52,9 @@ __all__ = ["Run"]
 class Run(Tabled, Differentiated):
     """The record of an integration: K samples of N bodies.
 
-    ``run[k]`` is a :class:`State`, ``run["Beta"]`` the :class:`Track` of one body, and ``run[::k]`` a thinned
-    :class:`Run` (its start, statistics and events are the whole run's).
-    Arrays are read-only views; Quantities where the system has units. Pickles, like files, leave out ``dense``.
+    ``run[k]`` is a :class:`State`, ``run["Beta"]`` the :class:`Track` of one body, and ``run[::k]`` a :class:`Run` with
+    fewer samples, which keeps the start, statistics and events of the whole run. Arrays are read-only views; they are
+    Quantities if the system has units. Pickles and files do not contain ``dense``.
 
     Attributes
     ----------
@@ -62,19 +62,18 @@ class Run(Tabled, Differentiated):
     statistics : Statistics
     integrator : Integrator
     events : list of Occurrence
-        The events that happened, in order of the run.
+        The events that happened, in the order of the run.
     stop_reason : str
-        ``"end"``, ``"event"`` (a terminal one, the last of ``events``), ``"interrupted"`` or ``"unfinished"`` (by an
-        error).
+        ``"end"``, ``"event"`` (a terminal event, the last one of ``events``), ``"interrupted"`` or ``"unfinished"``
+        (after an error).
     dense : Dense or None
-        The run as a function of time, where it was asked for; ``run(t)`` is ``run.dense(t)``.
+        The run as a function of time, if it was asked for; ``run(t)`` is ``run.dense(t)``.
     error : FullbodyError or None
-        The error of this package that ended the run early, without its attribute ``run``, or ``None``. Files do not
-        keep it.
+        The error that ended the run early, without its attribute ``run``, or ``None``. Files do not keep it.
     switched_off : dict of int
-        How often forces that act only at times were switched off in the run, by their names:
+        How often each force that acts only at times was switched off in the run, by name:
         :class:`fullbody.forces.Byorp` is off while the secondary is not locked. A force that is off when the run begins
-        counts.
+        counts as switched off once.
     """
 
     def __init__(
@@ -100,10 +99,10 @@ class Run(Tabled, Differentiated):
         self.switched_off = switched_off or {}
         self.error: FullbodyError | None = None
         self._record = record
-        #: The conserved quantities at the start, as in :mod:`fullbody.record.conserved`.
+        #: The eight numbers of the conserved quantities at the start; see :mod:`fullbody.record.conserved`.
         self._start = start
         self._parameters = parameters
-        #: The drifts that have been computed.
+        #: The drifts that have been computed so far, by name.
         self._drifts: dict[str, npt.NDArray[np.float64]] = {}
         self._protect()
 
@@ -124,18 +123,18 @@ class Run(Tabled, Differentiated):
         return run
 
     def __deepcopy__(self, memo: Any) -> Self:
-        # Nothing in it changes, but for the list of events.
+        # Only the list of events can change.
         run = copy.copy(self)
         run.events = list(run.events)
         return run
 
     def elements(self, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> KeplerElements[Array]:
-        """Osculating elements of one body about another.
+        """Return the osculating elements of one body about another.
 
         Parameters
         ----------
         mu : float or Quantity, optional
-            G times the sum of the two masses, unless given.
+            The gravitational parameter; by default G times the sum of the two masses.
         body, about : int or str
             Indices in the system, or names.
 
@@ -171,7 +170,7 @@ class Run(Tabled, Differentiated):
     @overload
     def __call__(self, time: Sequence[float] | npt.NDArray[Any]) -> Samples: ...
     def __call__(self, time: Any) -> State | Samples:
-        """The state at any time of a run with ``dense=True``; see :class:`Dense`.
+        """Return the state at any time of a run with ``dense=True``; see :class:`Dense`.
 
         Parameters
         ----------
@@ -239,7 +238,7 @@ class Run(Tabled, Differentiated):
     __hash__ = None  # type: ignore[assignment]
 
     def _tables(self) -> tuple[Table, ...]:
-        """Span, counts, events and conservation of a run."""
+        """Return a table with time span, counts, events and errors of the conserved quantities."""
         s, integrator = self.statistics, self.integrator
         rows: list[Sequence[str]] = [("samples", str(len(self)))]
         if len(self):
@@ -262,7 +261,7 @@ class Run(Tabled, Differentiated):
             "energy_drift_orbital": "drift of the energy, relative to the orbit's",
             "angular_momentum_drift": "drift of the angular momentum, relative",
         }
-        # A drift that is relative to nothing is left out.
+        # A drift that would be relative to zero is left out.
         rows += [
             (name, f"{np.abs(self._drift(of)).max():.2e}")
             for of, name in drifts.items()
@@ -298,12 +297,12 @@ class Run(Tabled, Differentiated):
 
     @property
     def position(self) -> Array:
-        """Centres (K, N, 3), inertial."""
+        """Positions of the centres (K, N, 3), inertial frame."""
         return self._get("position", "length")
 
     @property
     def velocity(self) -> Array:
-        """Velocities (K, N, 3), inertial."""
+        """Velocities of the centres (K, N, 3), inertial frame."""
         return self._get("velocity", "velocity")
 
     @property
@@ -344,7 +343,8 @@ class Run(Tabled, Differentiated):
     def angular_momentum(self) -> Array:
         """Total angular momentum (K, 3) about the origin, inertial.
 
-        Formed about the barycentre, whose own constant part is added: it loses no digits as the system travels.
+        It is computed about the barycentre, whose constant own part is added, so that it loses no digits as the system
+        travels.
         """
         return self._get("angular_momentum", "angular momentum")
 
@@ -391,30 +391,32 @@ class Run(Tabled, Differentiated):
 
     @property
     def energy_drift(self) -> npt.NDArray[np.float64]:
-        """Change of the total energy since the start of the run, relative to it (K,); absolute where it is zero.
+        """Change of the total energy since the start of the run (K,), relative to its value there, or absolute if that
+        is zero.
 
-        The work of external forces is taken off: what is left is the error of the integration.
+        The work of external forces is subtracted, so that the drift is the error of the integration.
         """
         return self._drift("energy_drift")
 
     @property
     def energy_drift_orbital(self) -> npt.NDArray[np.float64]:
-        """Change of the total energy since the start, relative to abs(potential + translational) there (K,).
+        """Change of the total energy since the start of the run (K,), relative to abs(potential + translational) there.
 
-        The energy of a fast spin can dwarf that of the orbit and hide its error. Absolute where there is no orbit.
+        The energy of a fast spin can be so large that the error of the orbit does not show in :attr:`energy_drift`. The
+        drift is absolute if there is no orbit.
         """
         return self._drift("energy_drift_orbital")
 
     @property
     def angular_momentum_drift(self) -> npt.NDArray[np.float64]:
-        """Length of the change of the angular momentum since the start, relative to its length (K,).
+        """Length of the change of the angular momentum since the start of the run (K,), relative to its length there.
 
-        The angular impulse of external forces is taken off. Absolute where the length at the start is zero.
+        The angular impulse of external forces is subtracted. The drift is absolute if the length at the start is zero.
         """
         return self._drift("angular_momentum_drift")
 
     def _size_at_start(self, name: str) -> float:
-        """The size that a drift is relative to, which may be zero."""
+        """Return the size to which a drift is relative, which may be zero."""
         return conserved.size(name, self._start)
 
     def _drift(self, name: str) -> npt.NDArray[np.float64]:
@@ -426,19 +428,21 @@ class Run(Tabled, Differentiated):
 
     @property
     def plot(self) -> Plots:
-        """Pictures: ``run.plot()`` for a page, ``run.plot.orbit()`` and others for one; see :mod:`fullbody.plots`."""
+        """Plots of the run: ``run.plot()`` draws a page, ``run.plot.orbit()`` one plot; see :mod:`fullbody.plots`."""
         from ..plots import Plots
 
         return Plots(self)
 
     def gravity(self, time: Any, points: Any, body: int | str | None = None) -> Gravity:
-        """Gravity of the bodies at points of the inertial frame, at times of the run; see :meth:`System.gravity`.
+        """Return the gravity of the bodies at points of the inertial frame and times of the run; see
+        :meth:`System.gravity`.
 
         Parameters
         ----------
         time : float, Quantity or array_like, (...)
-            Times of samples; of a run with ``dense=True`` any time within it. Shapes of times and points are broadcast:
-            times (K,) and points (K, 3) are a track, times (K, 1) and points (P, 3) have all points at all times.
+            Times of samples, or any times within a run with ``dense=True``. The shapes of times and points are
+            broadcast: times (K,) and points (K, 3) are a track, times (K, 1) and points (P, 3) are all points at all
+            times.
         points : array_like or Quantity, (..., 3)
         body : int or str, optional
 
@@ -466,20 +470,22 @@ class Run(Tabled, Differentiated):
         dpi: float = 100.0,
         geometry: Geometry | None = None,
     ) -> Path:
-        """Write a film of the tumbling bodies.
+        """Write an animation of the bodies to a file.
 
         Parameters
         ----------
         path : str or Path
-            Ending in ``.mp4`` (needs the program ffmpeg), ``.gif`` or ``.html`` (one page, works offline).
+            A name that ends in ``.mp4`` (which needs the program ffmpeg), ``.gif`` or ``.html`` (one page that works
+            offline).
         seconds : float
-            Length of the film.
+            Length of the animation.
         fps : int
-            Pictures a second, even in time; between samples as in :meth:`fullbody.plots.Plots.scene`.
+            Pictures per second, at equal steps of time; between samples they are drawn as in
+            :meth:`fullbody.plots.Plots.scene`.
         size : (float, float)
             Width and height in inches.
         dpi : float
-            Dots an inch.
+            Dots per inch.
         geometry : fullbody.observing.Geometry, optional
             Lights the bodies by its Sun, with their shadows on each other. A polyhedron casts the shadow of an
             ellipsoid.
@@ -494,7 +500,7 @@ class Run(Tabled, Differentiated):
         InvalidInput
             For another ending, or a run without samples.
         FullbodyError
-            If ffmpeg is needed and missing.
+            If ffmpeg is needed but missing.
 
         Warns
         -----
@@ -507,16 +513,17 @@ class Run(Tabled, Differentiated):
         return animate(self, path, seconds=seconds, fps=fps, size=size, dpi=dpi, geometry=geometry)
 
     def view(self, *, flight: Flight | None = None, samples: int = 20000, geometry: Geometry | None = None) -> View:
-        """An interactive picture in 3D, for Jupyter or as one HTML file; no server, no network.
+        """Return an interactive picture in 3D for Jupyter or as one HTML file, without server or network.
 
         Parameters
         ----------
         flight : Flight, optional
-            Particles to be shown as dots with their trails: at most 2000 of them, taken evenly. Trails follow the path
-            between samples of the flight, end where a particle lies on a body, and can be switched off.
+            A flight whose particles are shown as dots with their trails; at most 2000 of them, evenly selected, are
+            shown. Trails follow the path between samples of the flight, end where a particle lies on a body, and can be
+            switched off.
         samples : int
-            The largest number of times in the run: its samples and others between them, or, if it has more samples than
-            that, times at even steps.
+            The largest number of times of the run that are shown: its samples and times between them, or times at equal
+            steps if it has more samples.
         geometry : fullbody.observing.Geometry, optional
             Lights the bodies by its Sun, with their shadows on each other. A polyhedron casts the shadow of an
             ellipsoid.
@@ -524,7 +531,8 @@ class Run(Tabled, Differentiated):
         Returns
         -------
         fullbody.view.View
-            Shows itself in Jupyter; ``.save_html(path)`` writes the page. At speed 1 the whole run takes 30 seconds.
+            The picture, which Jupyter shows; ``.save_html(path)`` writes the page. At speed 1 the whole run takes 30
+            seconds.
 
         Warns
         -----
@@ -537,17 +545,17 @@ class Run(Tabled, Differentiated):
         return View(self, flight=flight, samples=samples, geometry=geometry)
 
     def to_xarray(self) -> xarray.Dataset:
-        """The run as an ``xarray.Dataset``, with units, the system and the integrator in its attributes.
+        """Convert the run to an ``xarray.Dataset``, with units, the system and the integrator in its attributes.
 
         Returns
         -------
         xarray.Dataset
-            Where events happened, they have a dimension ``event`` of their own, labelled with their kinds, and
-            variables ``event_time``, ``event_position`` and so on; ``.attrs["fullbody_events"]`` lists what was asked
-            for, as JSON, and ``event_asked`` counts into that list. ``start_time``, ``start_energy`` and
-            ``start_angular_momentum`` are those of ``run.start``. External forces have a dimension ``force``,
-            labelled with their names, and variables ``work``, ``impulse`` and ``angular_impulse``;
-            ``.attrs["fullbody_switched_off"]`` is ``run.switched_off`` as JSON.
+            A dataset with the samples along the dimension ``time``. Events that happened have the dimension ``event``,
+            labelled with their kinds, and variables ``event_time``, ``event_position`` and so on;
+            ``.attrs["fullbody_events"]`` lists the requested events as JSON, and ``event_asked`` is the index in that
+            list. ``start_time``, ``start_energy`` and ``start_angular_momentum`` are those of ``run.start``. External
+            forces have the dimension ``force``, labelled with their names, and variables ``work``, ``impulse`` and
+            ``angular_impulse``; ``.attrs["fullbody_switched_off"]`` is ``run.switched_off`` as JSON.
 
         Examples
         --------
@@ -560,13 +568,13 @@ class Run(Tabled, Differentiated):
         return netcdf.to_xarray(self)
 
     def to_pandas(self) -> pandas.DataFrame:
-        """The run as a ``pandas.DataFrame``: a row a sample, a column a number.
+        """Convert the run to a ``pandas.DataFrame`` with a row per sample and a column per number.
 
         Returns
         -------
         pandas.DataFrame
-            Columns are (quantity, body, component), the index is the time; ``.attrs["units"]`` names the units where
-            the system has them.
+            A table whose columns are (quantity, body, component) and whose index is the time; ``.attrs["units"]`` names
+            the units if the system has them.
 
         Examples
         --------
@@ -579,52 +587,53 @@ class Run(Tabled, Differentiated):
         return netcdf.to_pandas(self)
 
     def save(self, path: Any) -> None:
-        """Write a NetCDF file, exactly and atomically; read it with :func:`fullbody.load`.
+        """Write the run to a NetCDF file, exactly and atomically; :func:`fullbody.load` reads it.
 
         A file keeps the samples, the start, the system, the integrator, the statistics, the events and the stop reason.
         It keeps neither the continuous solution of ``dense=True`` nor the functions of
-        :class:`fullbody.events.Function`, whose names it holds with the times and states where they vanished. Nor does
-        it keep the functions of :class:`fullbody.forces.Function`: the system of a run from a file has the force, and
-        fails with its name where it is integrated.
+        :class:`fullbody.events.Function`, of which it keeps the names with the times and states of the events. It does
+        not keep the functions of :class:`fullbody.forces.Function` either: the system of a run from a file has the
+        force, but its integration raises an error that names the force.
 
-        The file ends with a checksum of the whole, behind what NetCDF reads. :func:`fullbody.load` checks it first.
-        Other programs do not see it, and cut it off when they write to the file; load then warns.
+        The file ends with a checksum of its content, after the part that NetCDF reads. :func:`fullbody.load` checks it
+        first. Other programs ignore the checksum and remove it when they write to the file; :func:`fullbody.load` then
+        warns.
 
-        The file is on the disk before it takes the place of another. Through a symbolic link, what the link points to
-        is replaced, and other hard links to that keep the old content. Permissions of a replaced file are kept; a new
-        one has those that the umask leaves.
+        The file is on the disk before it replaces another one. If the path is a symbolic link, the file that it points
+        to is replaced, and other hard links to that file keep the old content. The permissions of a replaced file are
+        kept; a new file has the permissions that the umask leaves.
 
         Parameters
         ----------
         path : str or Path
-            Ending in ``.nc`` or ``.nc4``.
+            A name that ends in ``.nc`` or ``.nc4``.
 
         Raises
         ------
         InvalidInput
             For another ending.
         OSError
-            If the file cannot be written, with the path: for lack of space or permission, or if the path is a
-            write-protected file, a folder or a device.
+            If the file cannot be written, for lack of space or permission, or because the path is a write-protected
+            file, a folder or a device; the error has the path.
         """
         netcdf.save(self, path)
 
     def to_spk(self, path: Any, ids: dict[str, int], barycentre: int) -> Path:
-        """Write where the bodies are as an SPK kernel of SPICE, for systems with units, an epoch and a frame.
+        """Write the positions of the bodies as an SPK kernel of SPICE, for systems with units, an epoch and a frame.
 
-        Positions are about the barycentre of the bodies, in km and the axes of the ICRF (SPICE's J2000), at seconds of
-        TDB. SPICE's ECLIPJ2000 is the frame ``"eclipj2000"`` here; ``"ecliptic"`` differs from it by 0.04 arc seconds
-        (:mod:`fullbody.frames`). Segments are of type 13. Of a run with ``dense=True`` the nodes are so close that
-        positions between them are right to 1e-9 km. Else the nodes are the samples.
+        Positions are relative to the barycentre of the bodies, in km along the axes of the ICRF (SPICE's J2000), and
+        times are seconds of TDB. SPICE's ECLIPJ2000 is the frame ``"eclipj2000"`` here; ``"ecliptic"`` differs from it
+        by 0.04 arc seconds (:mod:`fullbody.frames`). Segments are of type 13. For a run with ``dense=True`` the nodes
+        are so close that interpolated positions are accurate to 1e-9 km. Otherwise the nodes are the samples.
 
         Parameters
         ----------
         path : str or Path
-            Ending in ``.bsp``.
+            A name that ends in ``.bsp``.
         ids : dict of int
             NAIF's numbers of the bodies to write, by name.
         barycentre : int
-            The number of the system as a whole, to which the kernel refers the bodies.
+            NAIF's number of the system as a whole, relative to which the kernel gives the bodies.
 
         Returns
         -------
@@ -634,14 +643,14 @@ class Run(Tabled, Differentiated):
         Raises
         ------
         InvalidInput
-            For a system without units, epoch or frame, numbers that are none, a run without a stretch of time.
+            If the system has no units, epoch or frame, if a number is not valid, and if the run covers no span of time.
         OSError
             If the file cannot be written.
 
         Warns
         -----
         PrecisionWarning
-            If the error of positions between the nodes is larger; the message gives it.
+            If the error of interpolated positions is larger; the message gives it.
 
         See Also
         --------
@@ -668,37 +677,39 @@ class Run(Tabled, Differentiated):
         return spk.write(self, path, ids, barycentre)
 
     def to_ck(self, path: Any, ids: dict[str, int]) -> tuple[Path, Path, Path]:
-        """Write how the bodies are turned as a CK kernel of SPICE, with its clock and frames.
+        """Write the attitudes of the bodies as a CK kernel of SPICE, with its clock and frames.
 
-        The system has to have what :meth:`to_spk` needs. The three files belong together. The CK turns frames along the
-        bodies' principal axes, such as ``ALPHA_FIXED`` for Alpha, from the axes of the ICRF (SPICE's J2000). Segments
-        are of type 5. Of a run with ``dense=True`` the nodes are so close that angles between them are right to 1e-12
-        rad, and to what the body turns in the last digit of the run's time. Else the nodes are the samples. A body's
-        frame has the body's number with the other sign, or a thousand times a number below zero.
+        The requirements for the system are those of :meth:`to_spk`. The three files belong together. The CK gives
+        frames along the bodies' principal axes, such as ``ALPHA_FIXED`` for Alpha, relative to the axes of the ICRF
+        (SPICE's J2000). Segments are of type 5. For a run with ``dense=True`` the nodes are so close that interpolated
+        angles are accurate to 1e-12 rad, or to the angle by which the body turns in the last digit of the run's time.
+        Otherwise the nodes are the samples. A body's frame has the body's number with the opposite sign, or a thousand
+        times a negative number.
 
         Parameters
         ----------
         path : str or Path
-            Ending in ``.bc``; the clock's kernel ends in ``.tsc`` and the frames' in ``.tf``.
+            A name that ends in ``.bc``; the name of the clock's kernel ends in ``.tsc`` and that of the frames' in
+            ``.tf``.
         ids : dict of int
             NAIF's numbers of the bodies to write, by name.
 
         Returns
         -------
         tuple of Path
-            The three files.
+            The paths of the three files.
 
         Raises
         ------
         InvalidInput
-            For the same reasons as :meth:`to_spk`, and for names of bodies that give no valid names of frames.
+            For the same reasons as :meth:`to_spk`, and for names of bodies from which no valid names of frames follow.
         OSError
             If a file cannot be written.
 
         Warns
         -----
         PrecisionWarning
-            If the error of angles between the nodes is larger; the message gives it.
+            If the error of interpolated angles is larger; the message gives it.
 
         Examples
         --------
@@ -735,20 +746,22 @@ class Run(Tabled, Differentiated):
     ) -> Flight:
         """Fly massless particles along a run with ``dense=True``.
 
-        They feel the gravity of all bodies, third bodies (relative to the system's nominal barycentre, with which the
-        coordinates fall), and radiation. Tides, YORP and BYORP act on bodies alone; so does a
-        :class:`fullbody.forces.Function`, of which a warning tells.
+        The gravity of all bodies acts on them, that of third bodies (relative to the system's nominal barycentre, which
+        falls freely with the coordinates), and radiation. Tides, YORP, BYORP and :class:`fullbody.forces.Function` act
+        on bodies only; a warning says so for the latter.
 
         Parameters
         ----------
         particles : Particles
         until : float, Quantity or text with a unit, optional
-            End of the flight, within the run; that of the run unless given. Before the start to fly backwards.
+            End of the flight, within the run; by default the end of the run. It is before the start for a flight
+            backwards.
         output : None, "ends", float, Quantity or array_like
-            ``None``: fates and last places alone. ``"ends"``: the start and the end. A number: that spacing, start and
-            end included. An array: exactly those times.
+            The times that are recorded. With ``None`` only fates and last positions are recorded; ``"ends"`` means the
+            start and the end, a number the spacing of times from the start to the end, and an array exactly these
+            times.
         start : float, Quantity or text with a unit, optional
-            Time of the particles, within the run; unless given their own, or the start of the run where they have none.
+            Time of the particles, within the run; by default their own, or the start of the run if they have none.
         integrator : Integrator, optional
             Integrator of the particles, with step control; by default ``Verner98(rtol=1e-12, atol=1e-12)``. The error
             of a step is held below ``rtol`` times the distance from the nearest centre plus ``atol`` times that
@@ -756,7 +769,8 @@ class Run(Tabled, Differentiated):
             the bodies' masses. The accuracy of the bodies' positions is the run's tolerance, so that a smaller one here
             gains nothing.
         contact : {"stop", "remove"} or Bounce
-            The contact response: the flight ends and the particle stays at the surface, or is removed; or it bounces.
+            The contact response: the flight ends and the particle stays at the surface (``"stop"``) or is removed, or
+            the particle bounces.
         escape : Escape, optional
             The condition at which a particle has escaped, which ends its flight.
         radiation : Radiation, optional
@@ -775,8 +789,8 @@ class Run(Tabled, Differentiated):
         Raises
         ------
         InvalidInput
-            For particles that are inside a body, or those of another time than the start; for times beyond the run,
-            and a run without its continuous solution.
+            If particles are inside a body or have another time than the start; if times are outside of the run; and if
+            the run has no continuous solution.
         Interrupted
             On Ctrl-C, with the flight so far in the attribute ``flight``.
 

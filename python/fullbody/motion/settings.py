@@ -1,4 +1,4 @@
-"""The settings of a system as the core takes them; it knows their limits."""
+"""Conversion of a system's settings to the form that the core takes; the core checks their limits."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["quadrature_order", "tolerance"]
 
 
 def tolerance(value: Any) -> float:
-    """The tolerance as a number; the core knows its limits."""
+    """Return the tolerance as a number; the core checks its limits."""
     try:
         return scalar(numbers(value, "gravity_tolerance"), "gravity_tolerance")
     except InvalidInput as error:
@@ -20,7 +20,7 @@ def tolerance(value: Any) -> float:
 
 
 def quadrature_order(value: Any) -> tuple[int, int]:
-    """The order as whole numbers that the core can take; it knows its limits."""
+    """Return the order as two integers; the core checks their limits."""
     numbers = [integer(part) for part in value] if isinstance(value, tuple | list) else []
     match numbers:
         case [int(gauss), int(angles)] if 0 <= gauss < 2**31 and 0 <= angles < 2**31:

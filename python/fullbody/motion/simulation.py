@@ -29,27 +29,27 @@ from .system import System
 
 __all__ = ["Simulation"]
 
-#: A second name, since the class has a property with the module's name.
+#: A second name of the core's class, since the class below has a property with the module's name.
 _Core: TypeAlias = _core.Simulation
 
 
 @named_options
 class Simulation:
-    """A system at a state, to be moved step by step or run by run, forwards or backwards.
+    """A system at a state, which is integrated step by step or run by run, forwards or backwards.
 
     Parameters
     ----------
     system : System
     state : State
     integrator : Integrator, optional
-        :class:`fullbody.Verner98` unless given.
+        The integrator; by default :class:`fullbody.Verner98`.
 
     Warns
     -----
     InconsistentInput
-        For a start in which a body is ten times as fast as what could escape, for a heavy body a thousand times as far
-        from others as these are from each other, and for a tide with a lag within which a body turns by more than a
-        radian.
+        If a body at the start is more than ten times as fast as its speed of escape, if a heavy body is a thousand
+        times as far from others as these are from each other, and if a body turns by more than a radian within the lag
+        of a tide.
 
     Examples
     --------
@@ -68,7 +68,7 @@ class Simulation:
         self._system = system
         self._idle, self._integrator = begin(system, state, integrator)
 
-    #: Whether a run or a step is under way; what is called from within one may not touch it.
+    #: Whether a run or a step is under way; functions that are called in one may not use the simulation.
     _running = False
 
     @property
@@ -117,19 +117,23 @@ class Simulation:
 
     @property
     def statistics(self) -> Statistics:
-        """Counts since the start."""
+        """Counts of steps and evaluations since the start."""
         return Statistics(*self._core.statistics)
 
     @property
     def start(self) -> Invariants:
-        """Time, energy and angular momentum at the state that the simulation began with or was last set to."""
+        """Time, energy and angular momentum at the state with which the simulation began or to which it was last
+        set.
+        """
         return conserved.named(self._core.start, self._system._units)
 
     @property
     def energy_drift(self) -> float:
-        """Change of the total energy since the start of the simulation, over all its runs and steps, relative to it.
+        """Change of the total energy since the start of the simulation, over all runs and steps, relative to its value
+        there.
 
-        The drift of each run is counted from where that run began. As in a run, absolute where the energy is zero.
+        The drift of a run, in contrast, is relative to the start of that run. The drift is absolute if the energy is
+        zero.
 
         Examples
         --------
@@ -144,12 +148,16 @@ class Simulation:
 
     @property
     def energy_drift_orbital(self) -> float:
-        """The same, relative to abs(potential + translational) at the start."""
+        """Change of the total energy since the start of the simulation, relative to abs(potential + translational)
+        there.
+        """
         return self._drift("energy_drift_orbital")
 
     @property
     def angular_momentum_drift(self) -> float:
-        """Length of the change of the angular momentum since the start of the simulation, relative to its length."""
+        """Length of the change of the angular momentum since the start of the simulation, relative to its length
+        there.
+        """
         return self._drift("angular_momentum_drift")
 
     def _drift(self, name: str) -> float:
@@ -167,12 +175,12 @@ class Simulation:
 
     @property
     def quadrature(self) -> list[dict[str, Any]]:
-        """How the interaction of each pair of bodies is computed, and for composites that of each pair of parts.
+        """The quadrature of each pair of bodies, and for composites of each pair of parts.
 
-        A dictionary for each: ``pair``, the names of the bodies; ``parts``, the places of the parts in their bodies
-        where one of these is a composite; ``method``; and of the quadrature in force ``integrated``, the name of the
-        body integrated over, the number of ``points`` at the present state, and the ``order``. A series has no
-        quadrature, so that they are None. Two points have no row.
+        Each is described by a dictionary: ``pair`` holds the names of the bodies; ``parts`` the indices of the parts in
+        their bodies if one of these is a composite; ``method`` the method; ``integrated`` the name of the body
+        integrated over; ``points`` the number of points at the present state; and ``order`` the order of the rule. A
+        series has no quadrature, so that the last three are None. A pair of points is left out.
         """
         names = self._system.names
         rows = []
@@ -184,13 +192,13 @@ class Simulation:
         return rows
 
     def step(self, until: Any = float("inf")) -> None:
-        """Take one accepted step towards a time, never beyond it; none where it is the present one."""
+        """Take one accepted step towards a time, but never beyond it; no step is taken if it is the present time."""
         end = scalar(self._system._units.strip(until, "time", "until"), "until")
         if np.isnan(end):
             raise InvalidInput(f"until is {until!r}; expected a number")
         if end == self._core.time:
             return
-        # Far, but finite, so that differences of times stay numbers.
+        # The default is far away but finite, so that differences of times stay numbers.
         try:
             with self._run() as core:
                 core.step(float(np.clip(end, -1e300, 1e300)))
@@ -212,7 +220,7 @@ class Simulation:
         derivatives: bool | Iterable[str] = False,
         chaos: bool = False,
     ) -> Run:
-        """Move to a time and record; see :meth:`fullbody.System.integrate`.
+        """Integrate to a time and record the run; see :meth:`fullbody.System.integrate`.
 
         Parameters
         ----------
@@ -222,11 +230,13 @@ class Simulation:
         dense : bool
         progress : bool, str or callable
         autosave : (path, seconds), optional
-            Writes the simulation to a file when the run begins, every so many seconds, and when it ends, whatever ends
-            it; :meth:`load` goes on from it. A file that cannot be written ends the run with an OSError.
+            The path of a file and an interval. The simulation is written to the file when the run begins, at this
+            interval, and when the run ends for whatever reason; :meth:`load` continues from it. A file that cannot be
+            written ends the run with an OSError.
         derivatives : bool or sequence of str
         chaos : bool
-            Derivatives are those by the state at which this call begins; files of the simulation hold none of them.
+            Derivatives and chaos indicators start at the state at which this call begins; files of the simulation do
+            not contain them.
 
         Returns
         -------
@@ -250,8 +260,8 @@ class Simulation:
     def save(self, path: Any) -> None:
         """Write the simulation to a file, exactly and atomically; :meth:`load` reads it.
 
-        A run that goes on from the file equals the unbroken one bit for bit, on a machine with the same vector
-        instructions (or with ``vector_path="portable"``): states, events, and values between the steps. The file is
+        A run that continues from the file equals the uninterrupted run bit for bit in states, events and values between
+        the steps, on a machine with the same vector instructions (or with ``vector_path="portable"``). The file can be
         read by the version of fullbody that wrote it. Links and permissions are kept as by :meth:`fullbody.Run.save`.
 
         Parameters
@@ -262,13 +272,13 @@ class Simulation:
 
     @classmethod
     def load(cls, path: Any, forces: Iterable[Force] = ()) -> Simulation:
-        """Read what :meth:`save` wrote.
+        """Read a simulation that :meth:`save` wrote.
 
         Parameters
         ----------
         path : str or Path
         forces : iterable of Force
-            The :class:`fullbody.forces.Function` forces of the simulation, under the same names: files keep no
+            The :class:`fullbody.forces.Function` forces of the simulation, with the same names, since files do not keep
             functions.
 
         Returns
@@ -278,10 +288,10 @@ class Simulation:
         Raises
         ------
         InvalidInput
-            For a file that is not a simulation, is truncated, has been altered, or was written by another version with
-            another layout; says what is wrong.
+            If the file is not a simulation, is truncated or altered, or was written by another version with another
+            layout; the message says what is wrong.
         OSError
-            If there is no such file, or none that can be read.
+            If there is no such file, or if it cannot be read.
         """
         path = as_path(path)
         try:
@@ -291,8 +301,8 @@ class Simulation:
 
     @classmethod
     def _from_bytes(cls, data: bytes, forces: tuple[Force, ...] = ()) -> Simulation:
-        setup, text = _core.Simulation.described(data)
-        functions = [force for force in setup["forces"] if force["kind"] == "Function"]
+        described, text = _core.Simulation.described(data)
+        functions = [force for force in described["forces"] if force["kind"] == "Function"]
         wanted = {force["name"]: force["depends_on_velocity"] for force in functions}
         given = {force.name: force for force in forces}
         if wanted.keys() != given.keys():
@@ -309,10 +319,10 @@ class Simulation:
                 raise InvalidInput(f"{found}; expected {wanted[name]}, as in the file")
         try:
             notes = json.loads(text) if text else {}
-            system, integrator = System._rebuild({**setup, "notes": notes}, given), rebuild(setup["integrator"])
+            system, integrator = System._rebuild({**described, "notes": notes}, given), rebuild(described["integrator"])
         except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
-            # The errors are of many kinds, since the notes may be any JSON.
-            raise InvalidInput(f"its notes are damaged: {error}") from error
+            # Errors of many kinds are possible, since the notes may be any JSON.
+            raise InvalidInput(f"the notes of the simulation are damaged: {error}") from error
         core = _core.Simulation.from_bytes(data, {name: call.given() for name, call in system._calls.items()})
         sim = cls.__new__(cls)
         sim._system, sim._integrator, sim._idle = system, integrator, core

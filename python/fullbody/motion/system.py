@@ -1,4 +1,4 @@
-"""A system: bodies under their mutual gravity, what it is asked at one state, and its runs."""
+"""A system: bodies under their mutual gravity, their interactions at a state, and their integration."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from .tables import system_tables
 
 __all__ = ["System"]
 
-#: The names in the notes of a system, of its bodies and of its forces.
+#: The names of the notes that a description keeps of a system, its bodies and its forces.
 _NOTES = ("units", "epoch", "frame", "bodies", "forces")
 _NOTED = {"bodies": ("named", "shape", "parts"), "forces": ("date",)}
 
@@ -55,33 +55,33 @@ class System(Tabled):
     Parameters
     ----------
     bodies : sequence of Body
-        Two or more; one alone turns freely.
+        Two or more bodies; a single body turns freely.
     G : float or Quantity, optional
-        Gravitational constant in the units of everything else. With ``units`` it is astropy's unless given.
+        Gravitational constant in the units of all other numbers. With ``units`` it is that of astropy by default.
     gravity : str
-        ``"focal"`` (the focal rule), ``"surface"`` (the paper's integrals, Eqs. 2-4): both exact;
-        ``"multipole:N"`` (the mutual expansion to total degree N, even, 2 to 16), ``"point"``.
+        The method: ``"focal"`` (the focal rule) and ``"surface"`` (the paper's integrals, Eqs. 2-4) are exact;
+        ``"multipole:N"`` is the mutual expansion to total degree N (even, 2 to 16), and ``"point"`` takes point masses.
     gravity_tolerance : float
-        The error that the quadrature may have, relative to the size of the force, and for the torque on a body relative
-        to the force times its longest semi-axis; 1e-14 unless given. At worst it has three to four times that. Rounding
-        leaves 2e-14 of either. The energy by ``"surface"`` may be off by thirty times the tolerance where surfaces
-        nearly touch. Where the quadrature cannot reach the tolerance, :class:`NotConverged` is raised.
+        The tolerance of the quadrature, relative to the force, and for the torque on a body relative to the force times
+        its longest semi-axis; 1e-14 by default. In the worst case the error is three to four times as large. Rounding
+        adds 2e-14 to either. The error of the energy by ``"surface"`` may be thirty times the tolerance if surfaces
+        nearly touch. If the quadrature cannot reach the tolerance, :class:`NotConverged` is raised.
     order : (int, int), optional
-        A fixed order (n, m) of the quadrature instead of the tolerance: n Gauss points, m angles.
+        A fixed order (n, m) of the quadrature instead of the tolerance, with n Gauss points and m angles.
     units : (length, time, mass) or bool, optional
         Names or astropy units; ``True`` for km, hour, kg. Results are then Quantities, and plain numbers are taken to
-        be in these units. Text with a unit, such as ``"1 day"``, is welcome wherever a Quantity is.
+        be in these units. Text with a unit, such as ``"1 day"``, is accepted wherever a Quantity is.
     attitude_chart : {"quaternion", "tait_bryan"}
         The variables in which attitudes are integrated. ``"tait_bryan"`` takes the paper's kinematic equations, which
         are singular at theta = 90 degrees.
     vector_path : {"auto", "portable", "avx2", "avx512", "neon", "simd128"}
-        Instructions of the hot loops. They change results at round-off only; ``"portable"`` gives the same bits on
-        every machine.
+        Vector instructions of the hot loops, which change results at round-off only; ``"portable"`` gives the same bits
+        on every machine.
     epoch : astropy Time or str, optional
         The date of time zero, such as ``"2022-09-26T00:00:00 TDB"``; for :attr:`Run.dates`.
     frame : str, optional
-        Name of the inertial axes, such as ``"ecliptic"`` or ``"equatorial"``. No result depends on it; the elements of
-        a run carry it (:meth:`fullbody.KeplerElements.to_frame`).
+        Name of the inertial axes, such as ``"ecliptic"`` or ``"equatorial"``. No number depends on it; the elements of
+        a run keep it for :meth:`fullbody.KeplerElements.to_frame`.
     forces : sequence of Force
         External forces from :mod:`fullbody.forces`, with distinct names.
 
@@ -158,12 +158,12 @@ class System(Tabled):
 
     @property
     def bodies(self) -> tuple[Body, ...]:
-        """The bodies; where the system has units, their plain numbers are Quantities in them."""
+        """The bodies; if the system has units, their plain numbers are Quantities in them."""
         return self._bodies
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the bodies; ``body i`` where none was given."""
+        """Names of the bodies; a body without a name is called ``body i``."""
         return tuple(b.name if b.name is not None else f"body {i}" for i, b in enumerate(self._bodies))
 
     @property
@@ -199,7 +199,7 @@ class System(Tabled):
 
     @property
     def options(self) -> dict[str, Any]:
-        """The method and its settings."""
+        """The method of gravity and its settings."""
         return dict(self._options)
 
     @property
@@ -219,7 +219,7 @@ class System(Tabled):
         return self._core.masses
 
     def mu(self, body: int | str = 1, about: int | str = 0) -> Scalar:
-        """G times the sum of two masses.
+        """Return G times the sum of two masses.
 
         Parameters
         ----------
@@ -234,12 +234,12 @@ class System(Tabled):
         return self._units.attach_mu(float(self._G * (self._masses[first] + self._masses[second])))
 
     def index(self, body: int | str) -> int:
-        """The place of a body.
+        """Return the index of a body.
 
         Parameters
         ----------
         body : int or str
-            The body's name, or its index itself.
+            The body's name or index.
 
         Raises
         ------
@@ -265,7 +265,7 @@ class System(Tabled):
         return body in self.names if isinstance(body, str) else body in self._bodies
 
     def _place(self, index: object, what: str) -> int:
-        """A place in the system from a place or a name, or an error that says which there are."""
+        """Return the index of a body from its index or name, or raise an error that lists the bodies."""
         return place(index, self.names, what)
 
     def with_options(self, **options: Any) -> Self:
@@ -279,7 +279,7 @@ class System(Tabled):
         Raises
         ------
         InvalidInput
-            For invalid arguments, and for other options.
+            For invalid values, and for names that are not such options.
 
         See Also
         --------
@@ -297,24 +297,24 @@ class System(Tabled):
         return type(self)(self._bodies, self.G, units=self._units.names, **options)
 
     def with_body(self, body: int | str, shape: Solid | Composite, mass: Any = None, density: Any = None) -> Self:
-        """Return the same system with another shape of one body.
+        """Return the system with another shape of one body.
 
-        Everything else stays: the body's name, and its mass unless another one is given; the other bodies, settings,
-        epoch, frame and forces.
+        Everything else stays the same: the body's name, its mass unless another one is given, the other bodies,
+        settings, epoch, frame and forces.
 
         Parameters
         ----------
         body : int or str
             The body's index in the system, or its name.
         shape : Ellipsoid, Sphere, PointMass, Polyhedron or Composite
-            The masses of a composite's parts are scaled to the body's.
+            The new shape. The masses of a composite's parts are scaled to the body's mass.
         mass, density : float or Quantity, optional
-            Another mass, or the density that gives it; at most one of the two.
+            Another mass, or the density from which it follows; give at most one of the two.
 
         Raises
         ------
         InvalidInput
-            For a body that the system does not have, and as :class:`fullbody.Body`.
+            For a body that the system does not have, and for the same reasons as :class:`fullbody.Body`.
 
         Notes
         -----
@@ -342,7 +342,7 @@ class System(Tabled):
         return type(self)(bodies, self.G, units=self._units.names, forces=self._forces, **self._options)
 
     def with_force(self, force: Force) -> Self:
-        """Return the same system with one more external force.
+        """Return the system with one more external force.
 
         Parameters
         ----------
@@ -360,7 +360,7 @@ class System(Tabled):
         return self.with_options(forces=(*self._forces, *forces_of([force])))
 
     def with_forces(self, forces: Sequence[Force]) -> Self:
-        """Return a system with these external forces in place of its own; :meth:`with_force` adds one.
+        """Return the system with these external forces in place of its own; :meth:`with_force` adds one.
 
         Parameters
         ----------
@@ -378,24 +378,24 @@ class System(Tabled):
         return self.with_options(forces=forces)
 
     def _core_bodies(self) -> list[_core.Body]:
-        """The bodies in the system's units."""
+        """Return the core's bodies in the system's units."""
         return [body._core(self._units, index) for index, body in enumerate(self._bodies)]
 
     def _functions(self) -> tuple[Force, ...]:
-        """The forces that files cannot keep."""
+        """Return the forces that files cannot keep."""
         return tuple(force for force in self._forces if force.name in self._calls)
 
     def __len__(self) -> int:
         return len(self._bodies)
 
     def _describe(self) -> dict[str, Any]:
-        """The system in numbers of its own units, as the core describes it in archives, with notes."""
+        """Return the core's description of the system, in numbers of its own units, with notes."""
         core = self._core
         described = {"bodies": core.bodies, "G": self._G, "settings": core.settings, "forces": core.forces}
         return described | {"notes": self._notes()}
 
     def _notes(self) -> dict[str, Any]:
-        """Facts about the system that the core's description leaves out."""
+        """Return facts about the system that the core's description leaves out."""
         return {
             "units": self._units.names,
             "epoch": self._options["epoch"],
@@ -406,9 +406,9 @@ class System(Tabled):
 
     @classmethod
     def _rebuild(cls, described: dict[str, Any], functions: dict[str, Force] | None = None) -> Self:
-        """The system of such a description, which may come from a file; forces that are functions are given beside it.
+        """Rebuild the system from such a description, which may come from a file; forces that are functions are given.
 
-        Notes may be missing, since a program in Rust leaves none.
+        Notes may be missing, since Rust programs write none.
         """
         notes = described.get("notes", {})
         refuse_unknown(notes, _NOTES, "the notes of a system")
@@ -447,9 +447,10 @@ class System(Tabled):
         return partial(System, units=self._units.names, forces=self._forces, **self._options), (self._bodies, self._G)
 
     def loads(self, state: State) -> dict[str, Loads]:
-        """The loads of each external force in a state, by its name.
+        """Return the loads of each external force in a state, by its name.
 
-        The nominal barycentre of the state is its own: a third body stands where its path has it relative to that.
+        The nominal barycentre is that of the state: a third body is where its path places it relative to this
+        barycentre.
 
         Parameters
         ----------
@@ -458,7 +459,7 @@ class System(Tabled):
         Returns
         -------
         dict of Loads
-            Force (N, 3), inertial, and torque (N, 3), in body frames.
+            The forces (N, 3) in the inertial frame and the torques (N, 3) in body frames, by name.
 
         Examples
         --------
@@ -480,7 +481,7 @@ class System(Tabled):
         return {force.name: Loads(attach(f, "force"), attach(m, "torque")) for force, f, m in both}
 
     def third_body(self, name: str, time: Any) -> tuple[Array, Array]:
-        """Position and velocity of a third body from the system's nominal barycentre.
+        """Return the position and velocity of a third body relative to the system's nominal barycentre.
 
         Parameters
         ----------
@@ -499,7 +500,7 @@ class System(Tabled):
         return self._units.attach(position, "length"), self._units.attach(velocity, "velocity")
 
     def _third_body(self, name: object, what: str) -> int:
-        """The place of a third body among the forces by its name, or an error that says which there are."""
+        """Return the index of a third body among the forces by its name, or raise an error that lists them."""
         kinds = {force.name: force._kind for force in self._forces}
         names = [name for name, kind in kinds.items() if kind == "ThirdBody"]
         if name not in names:
@@ -511,7 +512,7 @@ class System(Tabled):
         return [force.name for force in self._forces].index(str(name))
 
     def interactions(self, state: State) -> Interactions:
-        """Forces, torques and potential energy.
+        """Return the forces and torques on the bodies and the potential energy in a state.
 
         Parameters
         ----------
@@ -529,7 +530,7 @@ class System(Tabled):
 
         Notes
         -----
-        The paper's Eqs. (2), (3) and, for the potential energy, minus its Eq. (4).
+        The results are those of the paper's Eqs. (2) and (3), and for the potential energy minus Eq. (4).
 
         Examples
         --------
@@ -549,9 +550,10 @@ class System(Tabled):
         return Interactions(*loads, attach(energy, "energy"), truncation_error)
 
     def gravity(self, state: State, points: Any, body: int | str | None = None) -> Gravity:
-        """Potential, field and gravity gradient of the bodies at points of the inertial frame, outside and inside.
+        """Return potential, field and gravity gradient of the bodies at points of the inertial frame, outside or
+        inside.
 
-        The sum is over the bodies alone: external forces, such as the pull of a third body, are not in it.
+        The sum is over the bodies only and does not include external forces such as the pull of a third body.
 
         Parameters
         ----------
@@ -559,7 +561,7 @@ class System(Tabled):
         points : array_like or Quantity, (..., 3)
             Inertial.
         body : int or str, optional
-            The body whose gravity is wanted, by its name or place; that of all bodies unless given.
+            The body whose gravity is computed, by its name or index; by default all bodies.
 
         Returns
         -------
@@ -569,12 +571,12 @@ class System(Tabled):
         Raises
         ------
         InvalidInput
-            For a point in a point mass, or one with coordinates that are no finite numbers, by its index; for the
-            gradient on a polyhedron's surface.
+            For a point at a point mass or with coordinates that are not finite, which the message gives by its index;
+            for the gradient on a polyhedron's surface.
 
         See Also
         --------
-        Body.gravity : in the body frame.
+        Body.gravity : The gravity of one body in its own frame.
 
         Examples
         --------
@@ -593,27 +595,28 @@ class System(Tabled):
 
     @property
     def _attracting(self) -> _core.Attraction:
-        """The bodies' gravity, made at the first use."""
+        """The bodies' gravity, which is prepared at its first use."""
         if self._attraction is None:
             self._attraction = _core.Attraction(self._core_bodies(), self._G, self._options["vector_path"])
         return self._attraction
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """Names of the numbers that motions can be differentiated by: ``"G"``, ``"mass of Alpha"`` and so on.
+        """The parameters by which motions can be differentiated: ``"G"``, ``"mass of Alpha"`` and so on.
 
-        - ``"mass of"`` and ``"density of"`` a body are at its shape, ``"semi-axis a of"`` an ellipsoid at its mass;
-          ``"scale of"`` a polyhedron is a factor of all its lengths, one at present, at its mass.
-        - ``"mass of part 0 of"`` a composite, and ``"position x of part 0 of"`` it in its working frame: its centre of
-          mass and its principal axes move with them, while the state of the body stays.
+        - ``"mass of"`` and ``"density of"`` a body are taken at a fixed shape, ``"semi-axis a of"`` an ellipsoid at a
+        fixed mass; ``"scale of"`` a polyhedron is a factor of all its lengths, whose value is one, at a fixed mass.
+        - ``"mass of part 0 of"`` and ``"position x of part 0 of"`` a composite refer to its working frame: the centre
+        of mass and the principal axes move with these parameters, while the state of the body is held fixed.
         - ``"mu of"`` or ``"mass of"`` a third body, as it was given; ``"a of"``, ``"e of"``, ``"i of"``,
-          ``"Omega of"``, ``"omega of"``, ``"M of"`` and ``"time of"`` its orbit. An orbit goes round with the masses of
-          both, so that mu, ``"G"`` and masses act through it too.
+          ``"Omega of"``, ``"omega of"``, ``"M of"`` and ``"time of"`` its orbit. The period of the orbit depends on the
+          masses of both bodies, so that mu, ``"G"`` and masses act through it too.
         - ``"k2 of"`` and ``"lag of"`` a tide: only their product acts, so that a fit can free one of them.
-        - ``"along of"`` and ``"across of"`` YORP, as torques; from a table ``"factor of"`` it, a factor of both that is
-          one at present. ``"force of"`` BYORP.
+        - ``"along of"`` and ``"across of"`` YORP are torques; YORP from a table has ``"factor of"`` instead, a factor
+        of both torques whose value is one. BYORP has ``"force of"``.
 
-        All are numbers in the system's own units. The other numbers of forces are held, such as the radius of a tide.
+        All are numbers in the system's own units. Other numbers of forces, such as the radius of a tide, are held
+        fixed.
 
         Examples
         --------
@@ -624,17 +627,17 @@ class System(Tabled):
         return tuple(self._core.parameters)
 
     def _changed(self, name: str, by: float) -> tuple[Self, float]:
-        """The system with one of its :attr:`parameters` changed, and a natural size of its changes."""
+        """Return the system with one of its :attr:`parameters` changed, and a natural size of such changes."""
         bodies, forces, G, size = self._core.changed(name, by)
         described = self._describe() | {"bodies": bodies, "forces": forces, "G": G}
         for body, note in zip(self.names, described["notes"]["bodies"], strict=True):
             if name.startswith("semi-axis") and name.endswith(f" of {body}"):
-                # A sphere with one semi-axis changed is a sphere no longer.
+                # A sphere with one changed semi-axis is an ellipsoid.
                 note.pop("shape", None)
         return self._rebuild(described, {force.name: force for force in self._functions()}), size
 
     def jacobian(self, state: State, parameters: Iterable[str] = ()) -> Jacobian:
-        """Derivatives of forces, torques and rates of change at a state, exact to round-off.
+        """Return the derivatives of forces, torques and rates of change at a state, exact to round-off.
 
         Parameters
         ----------
@@ -674,7 +677,7 @@ class System(Tabled):
         )
 
     def energy(self, state: State) -> Energy:
-        """Energy of a state in its parts.
+        """Return the energy of a state in its parts.
 
         Parameters
         ----------
@@ -690,18 +693,20 @@ class System(Tabled):
         return Energy(*(self._units.attach(part, "energy") for part in parts))
 
     def momentum(self, state: State) -> Array:
-        """Total momentum (3,), inertial."""
+        """Return the total momentum (3,) of a state in the inertial frame."""
         momentum: Array = self._units.attach(self._core.momentum(self._strip(state)), "momentum")
         return momentum
 
     def angular_momentum(self, state: State) -> Array:
-        """Total angular momentum (3,) about the origin, inertial: the paper's ``eq:Total_angmom``."""
+        """Return the total angular momentum (3,) about the origin, inertial frame: the paper's ``eq:Total_angmom``."""
         momentum = self._core.angular_momentum(self._strip(state))
         total: Array = self._units.attach(momentum, "angular momentum")
         return total
 
     def _caused(self, error: BaseException) -> BaseException:
-        """The error with what the function of a force raised as its cause; Ctrl-C and an exit stay what they are."""
+        """Return the error with the exception of a force's function as its cause; Ctrl-C and an exit are returned as
+        such.
+        """
         call = self._calls.get(error.force) if isinstance(error, ForceFailed) else None
         if not isinstance(error, ForceFailed) or call is None:
             return error
@@ -721,11 +726,11 @@ class System(Tabled):
         return state._in(self._units)
 
     def _state(self, core: _core.State) -> State:
-        """The core's state with units and the bodies' names."""
+        """Return the core's state with units and the bodies' names."""
         return State._wrap(core, self._units, self.names)
 
     def _explained(self, error: BodiesOverlap, start: _core.State | None, when: str = "") -> BodiesOverlap:
-        """The error with the distance of the centres in a state; without a state, with the time in the run."""
+        """Return the error with the distance of the centres in a state, or without a state with the time in the run."""
         if start is not None:
             first, second = (start.position[self.names.index(name)] for name in error.bodies)
             apart = number(self._units.attach(np.float64(np.linalg.norm(second - first)), "length"))
@@ -738,7 +743,7 @@ class System(Tabled):
 
     @contextmanager
     def _explaining(self, state: Callable[[], _core.State], when: str = "") -> Iterator[None]:
-        """A context in which the error about bodies that overlap tells how far apart they are in a state."""
+        """Context manager that adds to the error about an overlap how far apart the bodies are in a state."""
         try:
             yield
         except BodiesOverlap as error:
@@ -757,32 +762,33 @@ class System(Tabled):
         derivatives: bool | Iterable[str] = False,
         chaos: bool = False,
     ) -> Run:
-        """Run from a state to a time.
+        """Integrate the motion from a state to a time.
 
         Parameters
         ----------
         state : State
         until : float, Quantity or text with a unit
-            End of the run, such as ``"30 day"``; before ``state.time`` to run backwards.
+            End of the run, such as ``"30 day"``; a time before ``state.time`` makes a run backwards.
         output : None, "ends", float, Quantity or array_like
-            ``None``: every accepted step. ``"ends"``: the start and the end. A number: that spacing, start and end
-            included. An array: exactly those times; an empty one records nothing but events (and ``dense``).
+            The times that are recorded. ``None`` means every accepted step, ``"ends"`` the start and the end, a number
+            the spacing of times from the start to the end, and an array exactly these times; with an empty array only
+            events (and ``dense``) are recorded.
         integrator : Integrator, optional
             :class:`fullbody.Verner98` unless given.
         events : iterable of Event
             Events to detect, from :mod:`fullbody.events`; a terminal one ends the run.
         dense : bool
-            Whether the run is kept as a function of time: ``run(t)``. Takes 2.3 kB a step for two bodies.
+            Whether the run is kept as a function of time, ``run(t)``, which takes 2.3 kB per step for two bodies.
         progress : bool, str or callable
-            ``True`` or a label for a progress bar; or a function of (start, time, end), called at most every 50 ms.
-            Its result is ignored; an error that it raises ends the run.
+            ``True`` or a label for a progress bar, or a function of (start, time, end) that is called at most every 50
+            ms. The result of the function is ignored; an error that it raises ends the run.
         autosave : (path, seconds), optional
-            Writes the simulation to a file when the run begins, every so many seconds and when it ends;
-            :meth:`fullbody.Simulation.load` goes on from it.
+            The path of a file and an interval. The simulation is written to the file when the run begins, at this
+            interval and when the run ends; :meth:`fullbody.Simulation.load` continues from it.
         derivatives : bool or sequence of str
-            Whether the run is differentiated by its start, for ``run.transition``; or the parameters by which it is
-            differentiated beside that, for ``run.sensitivity``, of ``system.parameters``. The motion has the same bits
-            as without.
+            Whether the run is differentiated by its start, for ``run.transition``; or the names from
+            ``system.parameters`` by which it is differentiated as well, for ``run.sensitivity``. The motion itself has
+            the same bits with and without derivatives.
         chaos : bool
             Whether tangent growth is measured, for ``run.megno``, ``run.lyapunov`` and ``run.fast_lyapunov``.
 
@@ -793,9 +799,9 @@ class System(Tabled):
         Raises
         ------
         InvalidInput, BodiesOverlap, NotConverged, StepSizeTooSmall, ChartSingularity
-            Errors that end the run; the run so far is in their attribute ``run``.
+            If an error ends the run; the run so far is in its attribute ``run``.
         Interrupted
-            On Ctrl-C; a KeyboardInterrupt with the run so far in its attribute ``run``.
+            On Ctrl-C; it is a KeyboardInterrupt with the run so far in its attribute ``run``.
 
         Warns
         -----
@@ -843,9 +849,9 @@ class System(Tabled):
     ) -> Flight:
         """Fly massless particles among the bodies, from a state to a time.
 
-        The bodies move first, as :meth:`integrate` moves them, and the particles follow their continuous solution,
-        which takes 2.3 kB a step for two bodies. To fly several times along the same motion, keep it as a run with
-        ``dense=True`` and take :meth:`fullbody.Run.fly`, where the other parameters are described.
+        The bodies are integrated first, as by :meth:`integrate`, and the particles are integrated along their
+        continuous solution, which takes 2.3 kB per step for two bodies. For several flights along the same motion, keep
+        a run with ``dense=True`` and use :meth:`fullbody.Run.fly`, where the other parameters are described.
 
         Parameters
         ----------
@@ -853,7 +859,7 @@ class System(Tabled):
             State of the bodies at the particles' time.
         particles : Particles
         until : float, Quantity or text with a unit
-            End of the flight; before ``state.time`` to fly backwards.
+            End of the flight; a time before ``state.time`` makes a flight backwards.
         output : None, "ends", float, Quantity or array_like
         integrator : Integrator, optional
         contact : {"stop", "remove"} or Bounce
@@ -894,7 +900,7 @@ class System(Tabled):
 
 
 def _noted(parts: list[Any], notes: dict[str, Any], what: str) -> list[tuple[Any, dict[str, Any]]]:
-    """Each part of a description with its notes, which may be missing."""
+    """Return each part of a description with its notes, which may be missing."""
     noted = notes.get(what, [{}] * len(parts))
     if len(noted) != len(parts):
         raise InvalidInput(f"the notes have {len(noted)} {what}; expected {len(parts)}, as the description has")

@@ -16,7 +16,7 @@ __all__ = ["system_tables"]
 
 
 def system_tables(system: System) -> tuple[Table, ...]:
-    """Constant, method and settings of a system."""
+    """Return tables of the constant, the method and the settings, the bodies and the forces of a system."""
     rows: list[Sequence[str]] = [("units", ", ".join(system.units) if system.units else "none")]
     rows.append(("G", number(system.G, 12)))
     rows += [
@@ -28,7 +28,7 @@ def system_tables(system: System) -> tuple[Table, ...]:
 
 
 def _table_of_bodies(system: System) -> Table:
-    """The bodies of a system, one a row, in its units."""
+    """Return a table of the bodies of a system, one per row, in its units."""
     units = system._units
     length, mass = (units.unit(d) if units.known else "" for d in ("length", "mass"))
     header = ("body", "shape", head("semi-axes", length), head("mass", mass))
@@ -47,7 +47,7 @@ def _table_of_bodies(system: System) -> Table:
 
 
 def _tables_of_forces(system: System) -> tuple[Table, ...]:
-    """The external forces, one a row, where there are some."""
+    """Return a table of the external forces, one per row, if there are any."""
     both = zip(system._forces, system._core.forces, strict=True)
     rows: list[Sequence[str]] = [
         (force.name, type(force).__name__, force._summary(described, system._units)) for force, described in both

@@ -20,7 +20,7 @@ __all__ = ["KeplerElements"]
 if TYPE_CHECKING:
     from typing_extensions import TypeVar
 
-    # A number, or an array.
+    # The type of the elements: a number or an array, with or without unit.
     _T = TypeVar("_T", default=Any)
 else:
     from typing import TypeVar
@@ -31,7 +31,7 @@ _ANGLES = ("i", "Omega", "omega", "M")
 
 @named_options
 class KeplerElements(Generic[_T], Tabled):
-    """Osculating elements of a two-body orbit: one orbit, or arrays of them.
+    """The osculating elements of one two-body orbit or of arrays of orbits.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class KeplerElements(Generic[_T], Tabled):
     e : float or array_like
         Eccentricity: 0 <= e < 1 with a > 0, or e > 1 with a < 0. Parabolas have no semi-major axis and are refused.
     i, Omega, omega, M : float, array_like or Quantity
-        Inclination, longitude of the ascending node, argument of periapsis, mean anomaly; radians as floats.
+        Inclination, longitude of the ascending node, argument of periapsis and mean anomaly; floats are radians.
     frame : str or astropy frame, optional
         Reference frame of the angles, such as ``"ecliptic"``; see :mod:`fullbody.frames`. Only :meth:`to_frame` uses
         it.
@@ -48,7 +48,8 @@ class KeplerElements(Generic[_T], Tabled):
     Attributes
     ----------
     a : float, ndarray or Quantity
-        Semi-major axis, negative for a hyperbola: what was given, or in the units of the run or the position.
+        Semi-major axis, negative for a hyperbola: as given, or in the unit of the run or the position from which it
+        follows.
     e : float or ndarray
         Eccentricity, a pure number.
     i : float, ndarray or Quantity
@@ -74,7 +75,8 @@ class KeplerElements(Generic[_T], Tabled):
 
     Notes
     -----
-    Circular orbits are given omega = 0 and M from the node; equatorial ones Omega = 0 and angles from the x-axis.
+    Circular orbits have omega = 0 and M counted from the node; equatorial ones have Omega = 0 and angles counted from
+    the x-axis.
 
     Examples
     --------
@@ -117,18 +119,18 @@ class KeplerElements(Generic[_T], Tabled):
             value = gathered(value, name, "angle" if name in _ANGLES else "length")
             plain = isinstance(value, list | tuple | np.ndarray) and not is_quantity(value)
             object.__setattr__(self, name, numbers(value, name) if plain else value)
-        # Any mu will do to have the core check the rest.
+        # The core checks the elements; the value of mu does not matter for this.
         _core.elements_to_cartesian(self._rows(_length_number(self.a))[0], 1.0)
-        # The mean anomaly of a hyperbola is no angle.
+        # The mean anomaly of a hyperbola is not an angle.
         bound = np.all(np.asarray(self.e, dtype=np.float64) < 1.0)
         for name in ("Omega", "omega", "M") if bound else ("Omega", "omega"):
             warn_if_degrees(getattr(self, name), name)
 
     def __setattr__(self, name: str, value: object) -> None:
-        raise AttributeError(f"elements do not change; make new ones with another {name}")
+        raise AttributeError(f"elements cannot be changed; make new ones with another {name}")
 
     def _rows(self, a: Any) -> tuple[Any, tuple[int, ...]]:
-        """Elements as (K, 6), and the shape they came in."""
+        """Return elements as an array (K, 6), and their common shape."""
         plain = Units()
         columns = [numbers(a, "a"), numbers(self.e, "e")]
         columns += [plain.strip(getattr(self, name), "angle", name) for name in _ANGLES]
@@ -139,18 +141,19 @@ class KeplerElements(Generic[_T], Tabled):
         return np.stack([c.ravel() for c in columns], axis=1), columns[0].shape
 
     def to_cartesian(self, mu: Any) -> tuple[Array, Array]:
-        """Relative position and velocity.
+        """Return the relative position and velocity.
 
         Parameters
         ----------
         mu : float or Quantity
-            G times the sum of the masses, in the units of ``a`` and of the time wanted. A Quantity where ``a`` is one;
-            beside :meth:`fullbody.System.mu` itself a plain number is in the units of that system.
+            G times the sum of the masses: a Quantity if ``a`` is one, and otherwise a number in the unit of ``a`` and
+            the wanted unit of time. If ``mu`` is the value of :meth:`fullbody.System.mu`, a plain ``a`` is in the unit
+            of that system.
 
         Returns
         -------
         r, v : ndarray or Quantity, (3,) or (..., 3)
-            Quantities where ``mu`` is one.
+            Position and velocity, which are Quantities if ``mu`` is one.
         """
         mu, length, rate = _mu_and_units(self.a, mu, "a")
         rows, shape = self._rows(_in(length, self.a, "a"))
@@ -161,7 +164,7 @@ class KeplerElements(Generic[_T], Tabled):
 
     @classmethod
     def from_cartesian(cls, r: Any, v: Any, mu: Any, *, frame: Any = None) -> KeplerElements[Any]:
-        """Osculating elements of a relative position and velocity.
+        """Return the osculating elements of a relative position and velocity.
 
         Parameters
         ----------
@@ -169,7 +172,7 @@ class KeplerElements(Generic[_T], Tabled):
         mu : float or Quantity
             G times the sum of the masses; as for :meth:`to_cartesian`.
         frame : str or astropy frame, optional
-            The frame of ``r`` and ``v``, which the elements keep.
+            The frame of ``r`` and ``v``, which becomes the frame of the elements.
 
         Returns
         -------
@@ -197,14 +200,14 @@ class KeplerElements(Generic[_T], Tabled):
         return cls._trusted(columns, frame)
 
     def to_frame(self, target: Any, origin: Any = None) -> KeplerElements[_T]:
-        """The same orbit with its angles referred to another frame.
+        """Return the elements of this orbit with its angles referred to another frame.
 
         Parameters
         ----------
         target : str or astropy frame
-            The frame wanted: ``"ecliptic"``, ``"equatorial"`` or one of astropy; see :mod:`fullbody.frames`.
+            The new frame: ``"ecliptic"``, ``"equatorial"`` or a frame of astropy; see :mod:`fullbody.frames`.
         origin : str or astropy frame, optional
-            The one that the elements are in; their own ``frame`` unless given.
+            The frame of these elements; by default their own ``frame``.
 
         Returns
         -------
@@ -213,12 +216,11 @@ class KeplerElements(Generic[_T], Tabled):
         Raises
         ------
         InvalidInput
-            For a frame that does not differ by a rotation alone, and where it is not known which one the elements are
-            in.
+            If the frames differ by more than a rotation, and if the frame of the elements is not known.
 
         Examples
         --------
-        An orbit in the ecliptic is inclined to the equator by the obliquity.
+        An orbit in the ecliptic is inclined to the equator by the obliquity:
 
         >>> import fullbody, numpy as np
         >>> orbit = fullbody.KeplerElements(a=2.0, e=0.1, i=0.0, Omega=0.0, omega=0.5, M=1.0, frame="ecliptic")
@@ -229,7 +231,7 @@ class KeplerElements(Generic[_T], Tabled):
 
         origin = self.frame if origin is None else origin
         if origin is None:
-            # A guess would turn the elements of an equatorial run by an angle that looks like a result.
+            # A wrong guess would rotate the elements and give a result that looks plausible.
             raise InvalidInput(
                 "the frame that these elements are in is not known; expected origin='ecliptic', or another, or the "
                 "elements of a run whose system has a frame"
@@ -249,7 +251,7 @@ class KeplerElements(Generic[_T], Tabled):
 
     @classmethod
     def _trusted(cls, columns: list[Any], frame: Any = None) -> KeplerElements[Any]:
-        """Elements that the core has computed."""
+        """Make elements that the core has computed, without checks."""
         elements = cls.__new__(cls)
         object.__setattr__(elements, "frame", frame)
         for name, value in zip(("a", "e", *_ANGLES), columns, strict=True):
@@ -257,7 +259,7 @@ class KeplerElements(Generic[_T], Tabled):
         return elements
 
     def period(self, mu: Any) -> _T:
-        """Orbital period.
+        """Return the orbital period.
 
         Parameters
         ----------
@@ -285,7 +287,7 @@ class KeplerElements(Generic[_T], Tabled):
     def __len__(self) -> int:
         shape = np.broadcast_shapes(*(np.shape(getattr(self, name)) for name in ("a", "e", *_ANGLES)))
         if not shape:
-            raise TypeError("these are the elements of one orbit, not an array of them")
+            raise TypeError("the elements are those of one orbit and have no length; expected arrays of elements")
         return int(shape[0])
 
     def __getitem__(self, index: Any) -> KeplerElements[Any]:
@@ -296,14 +298,14 @@ class KeplerElements(Generic[_T], Tabled):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, KeplerElements):
             return NotImplemented
-        # Frames of astropy of different kinds cannot be compared with ==.
+        # Astropy cannot compare frames of different kinds with ==.
         frames_agree = type(self.frame) is type(other.frame) and bool(self.frame == other.frame)
         return frames_agree and all(same(getattr(self, n), getattr(other, n)) for n in ("a", "e", *_ANGLES))
 
     __hash__ = None  # type: ignore[assignment]
 
     def _tables(self) -> tuple[Table, ...]:
-        """Elements: a value, or where there are many the first, last, least and greatest; angles in degrees."""
+        """Return a table of the elements: one value each, or the first, last, least and greatest; angles in degrees."""
         rows: list[Sequence[str]] = []
         many = 0
         for name in ("a", "e", "i", "Omega", "omega", "M"):
@@ -339,11 +341,11 @@ def _length_number(a: Any) -> Any:
 
 
 def _mu_and_units(length: Any, mu: Any, what: str) -> tuple[float, Any, Any]:
-    """Mu as a number, and the units of length and of inverse time that it is in; ``None`` for plain numbers."""
+    """Return mu as a number, and its units of length and of inverse time, which are ``None`` for plain numbers."""
     mu = gathered(mu, "mu")
     system = units_of(mu)
     if not is_quantity(length) and system is not None:
-        # Plain numbers are in the units of the system that the mu is of.
+        # Plain numbers are in the units of the system to which mu belongs.
         return float(mu.value), system.unit("length"), 1 / system.unit("time")
     if is_quantity(length) != is_quantity(mu):
         given, unit, plain = (what, length.unit, "mu") if is_quantity(length) else ("mu", mu.unit, what)
@@ -354,7 +356,7 @@ def _mu_and_units(length: Any, mu: Any, what: str) -> tuple[float, Any, Any]:
 
     strip_to(length, u.m, what)
     strip_to(mu, u.m**3 / u.s**2, "mu")
-    # The time that mu is given in, so that results come in the caller's units.
+    # Results are in the unit of time in which mu is given.
     times = [
         base for base, power in zip(mu.unit.bases, mu.unit.powers, strict=True) if base.is_equivalent(u.s) and power
     ]
@@ -363,5 +365,5 @@ def _mu_and_units(length: Any, mu: Any, what: str) -> tuple[float, Any, Any]:
 
 
 def _in(unit: Any, value: Any, what: str) -> Any:
-    """Numbers in a unit; plain ones are taken to be in it already."""
+    """Return a value as numbers in a unit; plain numbers are taken to be in it already."""
     return strip_to(value, unit, what) if is_quantity(value) else numbers(value, what)

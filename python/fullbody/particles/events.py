@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.arguments import integer, named_options, place
-from ..base.values import ScalarFields
+from ..base.values import ScalarFields, UnstoredFunction
 from ..errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -125,13 +125,7 @@ def rebuilt(described: dict[str, Any]) -> ParticleEvent:
     options = dict(described)
     kind = options.pop("kind")
     if kind == "Function":
-        name = options.pop("name")
-
-        def missing(*_: Any) -> float:
-            raise InvalidInput(f"the function {name} is not in the file")
-
-        missing.__name__ = str(name)
-        return Function(missing, **options)
+        return Function(UnstoredFunction(str(options.pop("name")), "give it in events= of another flight"), **options)
     if kind not in ("Shadow", "Periapsis"):
         raise InvalidInput(f"event is {kind!r}; expected one of Function, Periapsis, Shadow")
     event: ParticleEvent = {"Shadow": Shadow, "Periapsis": Periapsis}[kind](**options)

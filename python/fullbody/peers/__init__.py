@@ -1,4 +1,4 @@
-"""Other programs: their input files and objects, as systems and states."""
+"""Conversion of other programs' input files and objects to systems and states."""
 
 from .gubas import read_gubas
 from .rebound import from_rebound, to_rebound

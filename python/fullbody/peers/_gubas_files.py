@@ -1,4 +1,4 @@
-"""The two layouts of GUBAS's input, read as one start in km, s, kg."""
+"""Reading of GUBAS's input in its two layouts, as a start in km, s, kg."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _Shape = Ellipsoid | Sphere | Polyhedron
 
 @dataclass
 class Start:
-    """A relative state along the primary's axes, and spins along each body's own; km, s, kg, rad."""
+    """A relative state along the primary's axes, with spins along each body's own axes, in km, s, kg, rad."""
 
     G: float
     shapes: tuple[_Shape, _Shape]
@@ -46,16 +46,16 @@ class Start:
 
 
 _TWO_SUNS = "the file asks for a heliocentric orbit and for the Sun of Hill's problem; expected one of the two"
-#: Units of an angle in a comment, and not of a rate.
+#: The units of an angle in a comment, which are not part of the unit of a rate.
 _ANGLES = re.compile(r"\b(deg|rad)(?:rees?|ians?)?\b(?!\s*/|\s+per\b)", re.IGNORECASE)
 
 
 class _Config(Text):
-    """A ``.cfg``: numbers by section and option."""
+    """A ``.cfg`` file: numbers by section and option."""
 
     def __init__(self, path: Any) -> None:
         super().__init__(path)
-        # No interpolation: a per cent sign in a case name means nothing.
+        # Interpolation is switched off, since a per cent sign in a case name has no meaning.
         self._parser = ConfigParser(interpolation=None, inline_comment_prefixes=("#", ";"))
         try:
             self._parser.read_string("\n".join(self.lines))
@@ -66,7 +66,8 @@ class _Config(Text):
         except ParsingError as error:
             line = error.errors[0][0]
             self.fail(line, f"{self.lines[line - 1].strip()!r} is no 'name: value'")
-        #: Lines by section and option, and units of angles in the comments by section: the parser keeps neither.
+        #: Line numbers by section and option, and units of angles in the comments by section, neither of which the
+        #: parser keeps.
         self._places: dict[tuple[str, str], int] = {}
         self._angles: dict[str, set[str]] = {}
         section = ""
@@ -80,43 +81,43 @@ class _Config(Text):
                 self._angles.setdefault(section, set()).update(map(str.lower, _ANGLES.findall(comment[1])))
 
     def line(self, section: str, option: str) -> int:
-        """The line of an option, 0 if there is none."""
+        """Return the line of an option, 0 if there is none."""
         return self._places.get((section, option.lower()), 0)
 
     def has(self, section: str, option: str) -> bool:
-        """Whether an option is there."""
+        """Return whether there is an option of this name."""
         return self._parser.has_option(section, option)
 
     def value(self, section: str, option: str, kind: str = NUMBER) -> float:
-        """A number of a section."""
+        """Return a number of a section."""
         if not self.has(section, option):
             self.fail(None, f"no {option!r} in the section [{section}]")
         return self.number(self.line(section, option), self._parser.get(section, option), option, kind)
 
     def flag(self, section: str, option: str, allowed: tuple[int, ...]) -> int:
-        """A whole number out of a few."""
+        """Return a whole number that must be one of a few."""
         value = self.value(section, option)
         if value not in allowed:
             self.fail(self.line(section, option), f"{option} is {value:g}; expected one of {allowed}")
         return int(value)
 
     def place(self, section: str, option: str) -> tuple[int, str]:
-        """The line and the text of an option that names a file."""
+        """Return the line and the text of an option that names a file."""
         if not self.has(section, option):
             self.fail(None, f"no {option!r} in the section [{section}]")
         return self.line(section, option), self._parser.get(section, option).strip()
 
     def on(self, section: str, option: str) -> bool:
-        """Whether a switch is on; without the option it is off."""
+        """Return whether a switch is on; without the option it is off."""
         return self.has(section, option) and self.flag(section, option, (0, 1)) == 1
 
     def angles(self, section: str) -> set[str]:
-        """The units, "deg" or "rad", that the comments of a section name."""
+        """Return the units, "deg" or "rad", that the comments of a section mention."""
         return self._angles.get(section, set())
 
 
 def read_config(path: Any, euler: str | None) -> tuple[Start, str | None]:
-    """Read a ``.cfg``; a warning about the unit of its angles comes with it."""
+    """Read a ``.cfg``, and return the start with a warning about the unit of its angles, if there is one."""
     cfg = _Config(path)
     start, body = "Initial Conditions", "Body Model Definitions"
     if cfg.on(start, "Fahnestock Input File Flag"):
@@ -131,7 +132,7 @@ def read_config(path: Any, euler: str | None) -> tuple[Start, str | None]:
     def shape(name: str, flag: int) -> _Shape:
         if flag == 2:
             return _mesh(cfg, *(cfg.place(body, f"{name} {part} File") for part in ("Tetrahedron", "Vertex")))
-        # Only the first axis of a sphere counts.
+        # Only the first axis of a sphere is used.
         axes = [
             cfg.value(body, f"{name} Semi-{size} Axis", POSITIVE if flag or size == "Major" else NUMBER) / 1000.0
             for size in ("Major", "Intermediate", "Minor")
@@ -168,7 +169,7 @@ def read_config(path: Any, euler: str | None) -> tuple[Start, str | None]:
 
 
 def _outside(cfg: _Config) -> Outside:
-    """The forces that are switched on; only their numbers are looked for."""
+    """Return the forces that are switched on; only their numbers are read."""
     section = "Additional Forces and Perturbations"
     switches = ("Flyby", "Heliocentric Orbit", "Solar Gravity", "Tidal Torque")
     flyby, helio, hill, tides = (cfg.on(section, name) for name in switches)
@@ -193,7 +194,7 @@ def _outside(cfg: _Config) -> Outside:
     if flyby:
         found.flyby = value("Planetary Mass", POSITIVE), orbit("", "Flyby Time")
     if helio:
-        # The program takes this mass here, though the option stands in the part on the circular orbit.
+        # The program uses this mass here, although the option belongs to the section on the circular orbit.
         found.sun = value("Solar Mass", POSITIVE), orbit("Heliocentric ", "Time of periapsis passage")
     if hill:
         distance = value("Solar Orbit Radius", POSITIVE) * value("AU Definition", POSITIVE) / 1000.0
@@ -205,9 +206,9 @@ def _outside(cfg: _Config) -> Outside:
 
 
 def _mesh(file: Text, faces: tuple[int, str], vertices: tuple[int, str]) -> Polyhedron:
-    """A polyhedron of two tables beside the file: vertices in metres after their number, and faces, counted from one.
+    """Return a polyhedron from two tables beside the file: vertices in metres and faces, numbered from one.
 
-    The program takes the tetrahedra from the origin without their signs, so that faces may be turned anyhow.
+    The program adds the tetrahedra from the origin without their signs, so that faces may have any orientation.
     """
     tables = []
     for line, name in (vertices, faces):
@@ -230,7 +231,7 @@ def _mesh(file: Text, faces: tuple[int, str], vertices: tuple[int, str]) -> Poly
 
 
 def _turn(cfg: _Config, section: str, name: str) -> _Array:
-    """A rotation matrix (3, 3), or Euler angles (3,)."""
+    """Return a rotation matrix (3, 3), or Euler angles (3,)."""
     if cfg.flag(section, f"{name} Euler Flag", (0, 1)):
         return np.array([cfg.value(section, f"{name} Euler {i} {axis}") for i, axis in ((1, "X"), (2, "Y"), (3, "Z"))])
     entries = [[cfg.value(section, f"{name} ({i},{j})") for j in (1, 2, 3)] for i in (1, 2, 3)]
@@ -238,7 +239,7 @@ def _turn(cfg: _Config, section: str, name: str) -> _Array:
 
 
 def _rotation(file: Text, line: int, name: str, matrix: _Array) -> _Array:
-    # Files written with a handful of digits are welcome.
+    # The tolerance accepts files with only a few digits.
     if not rotations.is_rotation(matrix, 1e-4):
         file.fail(line, f"{name} is no rotation matrix: {matrix.tolist()}; expected one to 1e-4")
     return matrix
@@ -258,16 +259,16 @@ def _unit_of_angles(cfg: _Config, section: str) -> tuple[str, str | None]:
 
 
 def _from_angles(angles: _Array, unit: str | None) -> _Array:
-    """Turns about x, then the new y, then the new z."""
+    """Return the rotation by angles about x, then about the new y, then about the new z."""
     x, y, z = np.radians(angles) if unit == "degree" else angles
     turns = [rotations.turn(axis, angle) for axis, angle in enumerate((x, y, z))]
     return rotations.matrices(rotations.product(*turns))
 
 
-#: Lines of ``ic_input.txt``: numbers, file names, the state, then settings whose number tells the layout.
+#: Lines of ``ic_input.txt``: numbers, file names, the state, and then settings, whose count identifies the layout.
 _BEFORE, _FILES, _STATE = 16, 8, 30
-#: Switches of each layout after four settings of the integrator, by the number of lines after the state. Then come the
-#: numbers of those that are orbits (seven each), then those of the others.
+#: The switches of each layout, by the number of lines after the state; they follow four settings of the integrator.
+#: After them come the numbers of the forces that are orbits (seven each), and then those of the others.
 _TOGGLES = {
     15: ("hill", "tides"),
     23: ("flyby", "hill", "tides"),
@@ -276,7 +277,7 @@ _TOGGLES = {
 
 
 def read_numbers(path: Any) -> Start:
-    """An ``ic_input.txt``."""
+    """Read an ``ic_input.txt``."""
     file = Text(path)
     lines = file.lines
     while lines and not lines[-1].strip():
@@ -339,7 +340,7 @@ def read_numbers(path: Any) -> Start:
         if shapes[body] == 2:
             places = (_BEFORE + 4 + 2 * body, _BEFORE + 5 + 2 * body)
             return _mesh(file, *((index + 1, lines[index].strip()) for index in places))
-        # Only the first axis of a sphere counts.
+        # Only the first axis of a sphere is used.
         kinds = [POSITIVE if shapes[body] or k == 0 else NUMBER for k in range(3)]
         axes = [value(4 + 3 * body + k, "a semi-axis", kind) / 1000.0 for k, kind in enumerate(kinds)]
         with naming(path):
@@ -353,7 +354,7 @@ def read_numbers(path: Any) -> Start:
         position=state[0:3],
         velocity=state[3:6],
         spin_a=state[6:9],
-        # The secondary's spin is written along the primary's axes here.
+        # In this file the secondary's spin is along the primary's axes.
         spin_b=b_to_a.T @ state[9:12],
         a_to_n=a_to_n,
         b_to_a=b_to_a,

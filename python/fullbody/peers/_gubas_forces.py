@@ -1,4 +1,4 @@
-"""The forces beside gravity that GUBAS's input asks for."""
+"""The forces besides mutual gravity in GUBAS's input."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from ..orbit.elements import KeplerElements
 
 __all__ = ["Deformed", "Orbit", "Outside"]
 
-#: Elements of an orbit in the order of a file: semi-major axis, eccentricity, inclination, node, argument of periapsis,
-#: time of periapsis.
+#: The elements of an orbit in the order of a file: semi-major axis, eccentricity, inclination, node, argument of
+#: periapsis, time of periapsis.
 Orbit = tuple[float, float, float, float, float, float]
 _LEFT_OUT = "GUBAS leaves out its torques, which are computed here"
 _DISPLACED = (
@@ -26,7 +26,7 @@ _DISPLACED = (
 
 @dataclass
 class Deformed:
-    """A body's tide: Love's number, radius in km, lag angle in radians."""
+    """The tide of a body: its Love number, radius in km and lag angle in radians."""
 
     k2: float
     radius: float
@@ -35,16 +35,16 @@ class Deformed:
 
 @dataclass
 class Outside:
-    """The forces that a file asks for; ``None`` for one that is switched off. Masses in kg, lengths in km."""
+    """The forces in a file, each ``None`` if it is switched off; masses are in kg and lengths in km."""
 
     flyby: tuple[float, Orbit] | None = None
     sun: tuple[float, Orbit] | None = None
-    #: Mass and distance of a Sun on a circle.
+    #: The mass and the distance of a Sun on a circular orbit.
     circular: tuple[float, float] | None = None
     tides: tuple[Deformed, Deformed] | None = None
 
     def forces(self, start: float, relative: npt.NDArray[Any], spins: npt.NDArray[Any]) -> list[Force]:
-        """The forces; the tides need the relative position and velocity (2, 3) and the spins (2, 3), all inertial."""
+        """Return the forces; tides need the relative position, velocity (2, 3) and spins (2, 3), all inertial."""
         found: list[Force] = []
         for name, third in (("flyby", self.flyby), ("Sun", self.sun)):
             if third is not None:
@@ -60,14 +60,14 @@ class Outside:
             orbital = np.cross(position, velocity) / (position @ position)
             names = ("primary", "secondary")
             for k, tide in enumerate(self.tides):
-                # The fastest of the body's tides has the shortest lag.
+                # The tide with the highest frequency has the shortest lag.
                 frequency = max(2.0 * np.linalg.norm(spins[k] - orbital), np.linalg.norm(orbital))
                 lag = float(np.sin(2.0 * tide.angle) / frequency)
                 found.append(Tide(names[k], names[1 - k], tide.k2, lag, radius=tide.radius))
         return found
 
     def input_warnings(self) -> Iterator[str]:
-        """Warnings of input for which GUBAS's own result differs from the one here."""
+        """Return warnings of input for which GUBAS's own result differs from the result of this package."""
         if self.flyby is not None:
             yield f"a flyby: {_LEFT_OUT}, and {_DISPLACED}"
         if self.sun is not None:

@@ -1,4 +1,4 @@
-"""Polyhedra of other programs' input files: their own axes beside the body frame."""
+"""Conversion of states of polyhedra from the axes of other programs' input files to body frames."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ from ..model.bodies import Body
 __all__ = ["along_body_axes"]
 
 _Array = npt.NDArray[np.float64]
-#: Angles, and shares of the size, by which a shape may be off its principal frame without a word: files are rounded.
+#: The angle in radians, and the distance relative to the size, by which a shape may differ from its principal frame
+#: without a warning, since files are rounded.
 _OFF = 1e-3
 
 
 def along_body_axes(path: Any, bodies: Sequence[Body], attitude: _Array, spin: _Array) -> tuple[_Array, _Array]:
-    """Quaternions (N, 4) and spins (N, 3) of the body frames, from those of the axes that shapes are given in.
+    """Return quaternions (N, 4) and spins (N, 3) of the body frames, from those of the axes of the given shapes.
 
-    The programs put a body where its centre of mass is, and take the axes of its vertices as its own.
+    The programs' positions are those of the centres of mass, and their attitudes those of the axes of the vertices.
     """
     attitude, spin = attitude.copy(), spin.copy()
     for k, body in enumerate(bodies):

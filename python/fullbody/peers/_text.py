@@ -1,4 +1,4 @@
-"""Text files of numbers, with errors that name file and line."""
+"""Reading of text files of numbers, with errors that name file and line."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Any, NoReturn
 from ..base.atomic import content
 from ..errors import InvalidInput
 
-#: Kinds of numbers, as errors call them.
+#: The kinds of numbers in the words of error messages.
 NUMBER, POSITIVE, NOT_NEGATIVE = "a number", "a number above zero", "a number, zero or above"
 
 
 @contextmanager
 def naming(path: Any) -> Iterator[None]:
-    """A context in which errors about the content of a file name it."""
+    """Context manager that makes errors about the content of a file name the file."""
     try:
         yield
     except InvalidInput as error:
@@ -24,12 +24,12 @@ def naming(path: Any) -> Iterator[None]:
 
 
 class Text:
-    """The lines of a file, which are counted from one.
+    """The lines of a file, numbered from one.
 
     Raises
     ------
     FileNotFoundError, InvalidInput
-        The latter for a file that is not text.
+        If there is no such file, or if it is not text.
     """
 
     def __init__(self, path: Any) -> None:
@@ -45,7 +45,7 @@ class Text:
         raise InvalidInput(f"{where}: {message}")
 
     def number(self, line: int, text: str, what: str, kind: str = NUMBER) -> float:
-        """A finite number of a line, of one of the three kinds."""
+        """Return a finite number of a line, which must be of one of the three kinds."""
         try:
             value = float(text)
         except ValueError:

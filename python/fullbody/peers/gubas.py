@@ -1,4 +1,4 @@
-"""Input files of GUBAS and GUBAS-RS."""
+"""Reading of input files of GUBAS and GUBAS-RS."""
 
 from __future__ import annotations
 
@@ -32,38 +32,40 @@ def read_gubas(
     units: bool = False,
     **options: Any,
 ) -> tuple[System, State]:
-    """A system and its state from an input file of GUBAS: its ``.cfg``, or the numeric ``ic_input.txt``.
+    """Read a system and its state from an input file of GUBAS: its ``.cfg``, or the numeric ``ic_input.txt``.
 
     In both, the relative position and velocity are components along the primary's axes, and "A into N" turns them into
-    the inertial frame. The secondary's spin is along its own axes in the ``.cfg``, and along the primary's in
-    ``ic_input.txt``; a density is g/cm^3 in the former and kg/km^3 in the latter, which writes semi-axes in metres
-    beside a state in kilometres. The barycentre is put at rest at the origin. ``ic_input.txt`` is read in its three
-    published layouts: without fly-by, with it, and with fly-by and heliocentric orbit.
+    the inertial frame. The secondary's spin is along its own axes in the ``.cfg``, and along the primary's axes in
+    ``ic_input.txt``. Densities are in g/cm^3 in the ``.cfg`` and in kg/km^3 in ``ic_input.txt``, whose semi-axes are in
+    metres while its state is in kilometres. The barycentre is placed at rest at the origin. ``ic_input.txt`` is read in
+    its three published layouts: without fly-by, with it, and with fly-by and heliocentric orbit.
 
-    A polyhedron's tables of vertices and faces are looked for beside the file. Its state is that of its centre of mass
-    and its principal axes; where the tables are not in these already, as that program takes them, a warning tells.
+    A polyhedron's tables of vertices and faces are searched for beside the file. Its state is that of its centre of
+    mass and its principal axes. GUBAS takes the tables as given in these axes; a warning says if they are not.
 
-    What is switched on beside gravity becomes forces of the system, computed rightly where GUBAS errs (see the
-    warnings). "Flyby" and "Heliocentric Orbit" are a :class:`fullbody.forces.ThirdBody` each, named flyby and Sun.
-    They go round the binary on the given elements, as there: elements of the binary about the Sun put the Sun opposite,
-    where it has the same tide but for the odd orders. The Sun's mass is the option "Solar Mass". "Solar Gravity" is
-    a Sun on a circular orbit in the plane z = 0, which is on the -x axis at the start. "Tidal Torque" is a
-    :class:`fullbody.forces.Tide` on each body. The lag angle eps is turned into a lag by sin(2 eps) = f lag, where f is
-    the larger one of 2 abs(omega - n) and n at the start, omega the body's spin and n the orbit's rate.
+    Effects that are switched on besides mutual gravity become forces of the system, which are computed correctly where
+    GUBAS errs (see the warnings). "Flyby" and "Heliocentric Orbit" are a :class:`fullbody.forces.ThirdBody` each, named
+    flyby and Sun. As in GUBAS, they move about the binary on the given elements. If the elements are those of the
+    binary about the Sun, this places the Sun on the opposite side, where its tide is the same except for the odd
+    orders. The Sun's mass is the option "Solar Mass". "Solar Gravity" is a Sun on a circular orbit in the plane z = 0,
+    which is on the -x axis at the start. "Tidal Torque" is a :class:`fullbody.forces.Tide` on each body. The lag angle
+    eps is converted to a time lag by sin(2 eps) = f lag, where f is the larger of 2 abs(omega - n) and n at the start,
+    omega is the body's spin and n the orbit's rate.
 
     Parameters
     ----------
     path : str or Path
-        A name that ends in ``.cfg`` is read as the former, others as the latter.
+        A file whose name ends in ``.cfg`` is read as such; other files are read as ``ic_input.txt``.
     euler : {"degree", "radian"}, optional
-        What the Euler angles of a ``.cfg`` are. Both programs take radians, and the comments in the files that come
-        with them say degrees or radians: without this argument angles other than zero are taken as the comments of the
-        file say, with a warning where these are degrees, and in radians with a warning where they say nothing.
+        The unit of the Euler angles in a ``.cfg``. Both programs take radians, but comments in the files that come with
+        them say degrees or radians. Without this argument, angles other than zero are taken in the unit that the
+        comments state, with a warning if it is degrees; if the comments state none, they are taken as radians with a
+        warning.
     units : bool
-        Whether the system gives Quantities. Numbers are km, s, kg either way.
+        Whether the system returns Quantities. Numbers are in km, s, kg in either case.
     **options
-        Passed to :class:`fullbody.System`. The exact gravity is the default; ``gravity="multipole:4"`` and others
-        truncate the expansion as those programs do.
+        Options that are passed to :class:`fullbody.System`. The default is the exact gravity; ``gravity="multipole:4"``
+        and others truncate the expansion as those programs do.
 
     Returns
     -------
@@ -73,16 +75,16 @@ def read_gubas(
     Raises
     ------
     InvalidInput
-        For what is not there, and for what is no number, not above zero or no rotation, with the file's line; for
-        angles beside comments of both units; for two Suns; for a polyhedron with a bad face; and for what this
-        package does not have: the separate file of initial conditions (Fahnestock's).
+        For missing input; for values that are not numbers, not above zero or not a rotation, where the message names
+        the line; for angles with comments of both units; for two Suns; for a polyhedron with an invalid face; and for
+        Fahnestock's separate file of initial conditions, which is not supported.
 
     Warns
     -----
     UserWarning
-        For Euler angles whose unit is in doubt, and for forces where GUBAS's own result differs: it leaves out the
+        For Euler angles whose unit is in doubt, and for forces for which GUBAS's own result differs: GUBAS omits the
         torques of third bodies and displaces the secondary in their pull, its tides add energy, and its "Solar Gravity"
-        is that of a fixed direction.
+        has a fixed direction.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""REBOUND's simulations, imported only when asked for: that package is optional and under the GPL."""
+"""Conversion from and to simulations of REBOUND, an optional package under the GPL, which is imported when needed."""
 
 from __future__ import annotations
 
@@ -18,33 +18,34 @@ from ..motion.system import System
 __all__ = ["from_rebound", "to_rebound"]
 
 
-#: Units of rebound that have a name in astropy too.
+#: The units of rebound that have a name in astropy too.
 _NAMED = (
     ("m", "cm", "km", "au", "pc"),
     ("s", "hour", "day", "yr", "kyr", "Myr", "Gyr"),
     ("kg", "g", "solMass", "earthMass", "jupiterMass"),
 )
-#: How far the same unit may differ between the two; masses of celestial bodies follow from GM with either's own G.
+#: The relative difference that a unit may have between the two packages. Masses of celestial bodies differ more, since
+#: they follow from GM with each package's own G.
 _ALIKE = (1e-9, 1e-9, 1e-4)
 _KINDS = ("length", "time", "mass")
 
 
 @named_options
 def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System, State]:
-    """A system and its state from a ``rebound.Simulation``.
+    """Convert a ``rebound.Simulation`` to a system and its state.
 
-    Particles with a radius become spheres, others points; all in the simulation's own units, with its G. Attitudes are
-    the identity and spins zero: particles have none.
+    Particles with a radius become spheres, others become points. Numbers are in the simulation's own units, with its G.
+    Attitudes are the identity and spins are zero, since particles have none.
 
     Parameters
     ----------
     sim : rebound.Simulation
     units : (length, time, mass) or bool, optional
-        What the simulation's numbers are in; nothing is converted. ``True`` for the units it carries (``sim.units``),
-        or for km, hour, kg where it carries none. Results are then Quantities; without this argument they are plain
-        numbers, whether or not it carries units.
+        The units of the simulation's numbers, which are not converted; ``True`` for the simulation's own
+        (``sim.units``), or for km, hour, kg if it has none. Results are then Quantities; without this argument they are
+        plain numbers, whether or not the simulation has units.
     **options
-        Passed to :class:`fullbody.System`.
+        Options that are passed to :class:`fullbody.System`.
 
     Returns
     -------
@@ -54,13 +55,13 @@ def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System
     Raises
     ------
     InvalidInput
-        For massless particles and for test particles that have a mass (those from ``N_active`` on), which this package
-        does not have, for a simulation without particles, and for units other than those it carries.
+        For massless particles and for test particles with a mass (those from ``N_active`` on), which this package does
+        not have; for a simulation without particles; and for units other than the simulation's own.
 
     Warns
     -----
     UserWarning
-        For a simulation with additional forces or operators, such as those of REBOUNDx, which are left out.
+        If the simulation has additional forces or operators, such as those of REBOUNDx, which are left out.
 
     Examples
     --------
@@ -72,7 +73,7 @@ def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System
     >>> fullbody.to_rebound(system, state).particles[1].a
     1.0
     """
-    # Whoever has a simulation has imported the package.
+    # A caller who has a simulation has imported the package.
     rebound = sys.modules.get("rebound")
     if rebound is None or not isinstance(sim, rebound.Simulation):
         raise InvalidInput(f"sim is {sim!r}; expected a rebound.Simulation")
@@ -84,7 +85,7 @@ def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System
     for index, particle in enumerate(particles):
         if not particle.m > 0.0:
             raise InvalidInput(f"particle {index} has the mass {particle.m}; expected a mass above zero")
-        # Where all are active, the number is below zero, or one beyond all counts.
+        # If all particles are active, N_active is negative or larger than the number of particles.
         if 0 <= sim.N_active <= index:
             raise InvalidInput(
                 f"particle {index} has the mass {particle.m} and is a test particle, for N_active is {sim.N_active}; "
@@ -110,7 +111,7 @@ def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System
 
 
 def _units(sim: Any, units: Any) -> Any:
-    """Units for the system, refused where they are not the simulation's own."""
+    """Return the units for the system, or raise an error if they are not the simulation's own."""
     if units is None or units is False:
         return None
     own = tuple(sim.units[kind] for kind in _KINDS)
@@ -135,7 +136,7 @@ def _units(sim: Any, units: Any) -> Any:
 
 
 def _named(own: str, size: float, names: tuple[str, ...], within: float) -> str:
-    """Astropy's name of a unit of rebound, from its size in SI."""
+    """Return astropy's name of a unit of rebound, which is found by its size in SI."""
     from astropy import units as u
 
     for name in names:
@@ -149,11 +150,11 @@ def _named(own: str, size: float, names: tuple[str, ...], within: float) -> str:
 
 @named_options
 def to_rebound(system: System, state: State) -> Any:
-    """A ``rebound.Simulation`` of the bodies as point masses.
+    """Convert a system and its state to a ``rebound.Simulation`` of point masses.
 
-    Radii are those of the spheres of equal volume. The numbers are in the system's own units, with its G; attitudes
-    and spins are left out, and so are external forces.
-    Particles have the bodies' names where rebound knows names, from its version 5 on.
+    Radii are those of the spheres of equal volume. The numbers are in the system's own units, with its G; attitudes,
+    spins and external forces are left out. Particles have the bodies' names if rebound supports names, from its version
+    5 on.
 
     Parameters
     ----------
@@ -167,14 +168,14 @@ def to_rebound(system: System, state: State) -> Any:
     Raises
     ------
     InvalidInput
-        For a state of another number of bodies.
+        If the state has another number of bodies.
     ModuleNotFoundError
-        Without the package ``rebound``.
+        If the package ``rebound`` is missing.
 
     Warns
     -----
     UserWarning
-        For a system with external forces.
+        If the system has external forces.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Input files of SIANS, the program of the paper's authors."""
+"""Reading of input files of SIANS, the program of the paper's authors."""
 
 from __future__ import annotations
 
@@ -24,18 +24,19 @@ from ._text import POSITIVE, Text, naming
 
 __all__ = ["read_sians"]
 
-#: The program's own constant, m^3 kg^-1 s^-2, and its mass of the Sun, in the file's unit of mass.
+#: The program's own gravitational constant in m^3 kg^-1 s^-2, and its mass of the Sun in the file's unit of mass.
 _G_SI = 6.67408e-11
 _SUN = 1.989e30
-#: SIANS's names of units: (length, time, mass), G in them, and its periods in them (it takes "kms" periods as seconds).
+#: SIANS's names of units, with (length, time, mass), G in these units, and the unit of periods (which is seconds for
+#: "kms").
 _UNITS: dict[str | None, tuple[tuple[str, str, str], float, float]] = {
     "SI": (("m", "s", "kg"), _G_SI, 86400.0),
     "kmhr": (("km", "hour", "kg"), _G_SI * 3600.0**2 / 1000.0**3, 24.0),
     "kms": (("km", "s", "kg"), _G_SI / 1000.0**3, 1.0),
 }
 _SETTINGS = ("t_end", "N", "ntol", "iabstol", "ireltol", "quadval", "quadnode", "hmax", "hmin", "t_start", "pmdist")
-#: What decides on the meaning of the rest, and its values. Without ``sun`` there is none, without ``density`` the
-#: section of masses has masses.
+#: The switches that determine the meaning of the other input, with their values. Without ``sun`` there is no Sun;
+#: without ``density`` the section of masses contains masses.
 _SWITCHES = {"kepler": (0, 1, 2), "sun": (0, 1), "density": (0, 1)}
 _PI = {"pi": pi, "-pi": -pi, "+pi": pi}
 _SECTIONS = ("masses", "semi-axes", "positions", "velocities", "angles", "angular velocities", "binary ids", "names")
@@ -43,29 +44,30 @@ _SECTIONS = ("masses", "semi-axes", "positions", "velocities", "angles", "angula
 
 @named_options
 def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, State]:
-    """A system and its state from an input file of SIANS (``initial_values/*.txt``).
+    """Read a system and its state from an input file of SIANS (``initial_values/*.txt``).
 
-    Bodies are ellipsoids, points where all semi-axes are zero, or polyhedra in OBJ files beside the input file or in
-    the folder above, with a factor of their size. A polyhedron's state is that of its centre of mass and its principal
-    axes; a warning tells where the file is in other axes. Angles are degrees, as that program takes them
-    (a comment in its example file says radians), and angular velocities are along the body axes, per unit time.
-    With ``kepler: 2`` (semi-major axis, eccentricity, inclination; node, argument of periapsis, mean anomaly) and
-    ``kepler: 1`` (period, eccentricity, inclination; node, argument of periapsis, mean longitude counted from the
-    node) the first body rests at the origin and the second carries the whole relative state, as there.
+    Bodies are ellipsoids, points if all semi-axes are zero, or polyhedra in OBJ files beside the input file or in the
+    folder above, with a factor of their size. A polyhedron's state is that of its centre of mass and its principal
+    axes; a warning says if the file is in other axes. Angles are in degrees, as in that program (a comment in its
+    example file says radians), and angular velocities are along the body axes, per unit time. With ``kepler: 2``
+    (semi-major axis, eccentricity, inclination; node, argument of periapsis, mean anomaly) and ``kepler: 1`` (period,
+    eccentricity, inclination; node, argument of periapsis, mean longitude counted from the node) the first body rests
+    at the origin and the second body has the whole relative state, as in that program.
 
-    With ``sun: 1`` positions and velocities count from the Sun, and Kepler elements of the first body are those of its
-    orbit about the Sun. The Sun of 1.989e30 (kg, or the file's unit) becomes a :class:`fullbody.forces.ThirdBody`, and
-    the state counts from the barycentre.
+    With ``sun: 1`` positions and velocities are relative to the Sun, and the Kepler elements of the first body are
+    those of its orbit about the Sun. The Sun, of mass 1.989e30 (in kg, or the file's unit), becomes a
+    :class:`fullbody.forces.ThirdBody`, and the state is relative to the barycentre.
 
     Parameters
     ----------
     path : str or Path
     units : {None, "SI", "kmhr", "kms"} or (length, time, mass)
-        The program's option ``-units``, which the file itself does not record: G = 1, or its G = 6.67408e-11 in m s kg,
-        km h kg or km s kg, and results are plain numbers. Three units, such as ``("km", "hour", "kg")``: the same G in
-        them, and results are Quantities. With ``kepler: 1`` periods are days (seconds with "kms").
+        The program's option ``-units``, which the file does not record. With ``None`` G is 1; with a name G is
+        6.67408e-11 in SI, converted to m s kg, km h kg or km s kg; results are plain numbers. With three units, such as
+        ``("km", "hour", "kg")``, the same G is converted to them and results are Quantities. With ``kepler: 1`` periods
+        are in days (in seconds with "kms").
     **options
-        Passed to :class:`fullbody.System`.
+        Options that are passed to :class:`fullbody.System`.
 
     Returns
     -------
@@ -75,19 +77,20 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     Raises
     ------
     InvalidInput
-        For what is not a number, with the file's line, or not there (``kepler`` decides whether positions are elements
-        and has no default); for a polyhedron with a bad face; and for what this package does not have:
-        Kepler elements of more than two bodies.
+        For values that are not numbers, where the message names the line; for missing input (``kepler``, which decides
+        whether positions are elements, has no default); for a polyhedron with an invalid face; and for Kepler elements
+        of more than two bodies, which are not supported.
 
     Warns
     -----
     UserWarning
-        For a file with the Sun: SIANS's pulls on the bodies' centres alone, here it also turns the bodies.
+        If the file has a Sun: in SIANS it acts only on the bodies' centres, while here it also exerts torques on the
+        bodies.
 
     Notes
     -----
-    The file's integration settings (``t_end``, ``ntol``, ...) are read and not used. The program solves Kepler's
-    equation by a series to the third order in e; here it is solved exactly.
+    The file's integration settings (``t_end``, ``ntol``, ...) are read but not used. The program solves Kepler's
+    equation by a series to third order in e; here it is solved exactly.
 
     References
     ----------
@@ -163,7 +166,7 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
 
 
 def _scale(units: Any) -> tuple[tuple[str, str, str] | None, float, float | None]:
-    """Units of results, G, and days in units of time."""
+    """Return the units of results, G, and the length of a day in units of time."""
     if units is None:
         return None, 1.0, None
     if isinstance(units, str):
@@ -179,12 +182,12 @@ def _scale(units: Any) -> tuple[tuple[str, str, str] | None, float, float | None
 
 
 class _File(Text):
-    """Switches, and sections of rows of words."""
+    """An input file: switches, and sections of rows of words."""
 
     def __init__(self, path: Any) -> None:
         super().__init__(path)
         self.switches = {"sun": 0, "density": 0}
-        #: The line of its head, and (line, words) of each row.
+        #: For each section the line of its head, and (line, words) of each row.
         self._sections: list[tuple[int, list[tuple[int, list[str]]]]] = []
         for line, text in enumerate(self.lines, start=1):
             words = text.split("#")[0].split()
@@ -201,7 +204,7 @@ class _File(Text):
         if "kepler" not in self.switches:
             values = " or ".join(f"'kepler: {value}'" for value in _SWITCHES["kepler"])
             self.fail(None, f"no parameter 'kepler'; expected a line {values} before the first section")
-        # Only Kepler elements need to know which body goes about which.
+        # Only Kepler elements need the section that says which body orbits which.
         needed = _SECTIONS[: 7 if self.switches["kepler"] else 6]
         missing = needed[len(self._sections) :]
         if missing:
@@ -222,11 +225,11 @@ class _File(Text):
             self.switches[name] = int(value)
 
     def head(self, name: str) -> int:
-        """The line of the head of a section."""
+        """Return the line of the head of a section."""
         return self._sections[_SECTIONS.index(name)][0]
 
     def rows(self, name: str, count: int | None = None) -> list[tuple[int, list[str]]]:
-        """The rows of a section, one a body; an error for another number of them than the count."""
+        """Return the rows of a section, one per body, or raise an error if their number differs from the count."""
         index = _SECTIONS.index(name)
         if index >= len(self._sections):
             return []
@@ -238,7 +241,7 @@ class _File(Text):
         return rows
 
     def product(self, line: int, text: str, what: str) -> float:
-        """A number, or products with one division, of numbers and pi: ``(3*pi)/(2*2)``."""
+        """Return the value of a number, or of products of numbers and pi with one division: ``(3*pi)/(2*2)``."""
         factors = re.sub("[()]", "", text).split("/")
         if len(factors) > 2:
             self.fail(line, f"{what} is {text!r}; expected at most one division")
@@ -251,7 +254,7 @@ class _File(Text):
         return above / below
 
     def vectors(self, name: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """A section of three numbers a body (N, 3)."""
+        """Return a section with three numbers per body as an array (N, 3)."""
         rows = self.rows(name, len(self.rows("masses")))
         for line, words in rows:
             if len(words) != 3:
@@ -273,7 +276,7 @@ def _bodies(file: _File) -> list[Body]:
         value = file.product(line, words[0], "mass")
         try:
             shape = _shape(file, axes_line, axes)
-            # The program multiplies a density by the volume too.
+            # The program, too, multiplies a density by the volume.
             bodies.append(Body(shape, **{"density" if file.switches["density"] else "mass": value}, name=name))
         except InvalidInput as error:
             file.fail(axes_line if "axis" in str(error) else line, str(error))
@@ -281,11 +284,11 @@ def _bodies(file: _File) -> list[Body]:
 
 
 def _shape(file: _File, line: int, words: list[str]) -> Ellipsoid | PointMass | Polyhedron:
-    """Semi-axes, or the file of a polyhedron and a factor of its size."""
+    """Return the shape that a row describes by semi-axes, or by the file of a polyhedron and a factor of its size."""
     if len(words) == 3:
         sizes = [file.product(line, axis, "a semi-axis") for axis in words]
         return Ellipsoid(*sizes) if any(sizes) else PointMass()
-    # The program runs in the folder above that of its input files.
+    # The program runs in the folder above the folder of its input files.
     folder = as_path(file.path).parent
     places = [place for place in (folder / words[0], folder.parent / words[0]) if place.exists()]
     if not places:
@@ -307,7 +310,7 @@ def _names(file: _File, count: int) -> list[str | None]:
 
 
 def _from_elements(file: _File, G: float, masses: Any, day: float | None) -> Any:
-    """Positions and velocities (2, 2, 3) from the first body, or where there is the Sun from that."""
+    """Return positions and velocities (2, 2, 3) relative to the first body, or to the Sun if there is one."""
     if len(masses) > 2:
         file.fail(None, "the file gives Kepler elements for more than two bodies, which fullbody does not read")
     file.rows("binary ids", 2)
@@ -318,7 +321,7 @@ def _from_elements(file: _File, G: float, masses: Any, day: float | None) -> Any
 
 
 def _orbit(file: _File, body: int, mu: float, day: float | None) -> Any:
-    """Position and velocity (2, 3) by the elements in the rows of a body."""
+    """Return position and velocity (2, 3) from the elements in the rows of a body."""
     (node, periapsis, angle), (size, e, inclination) = (
         file.vectors(name)[body] for name in ("positions", "velocities")
     )
@@ -336,9 +339,9 @@ def _orbit(file: _File, body: int, mu: float, day: float | None) -> Any:
 
 
 def _about_sun(file: _File, motion: Any, G: float, masses: Any) -> tuple[Any, Any]:
-    """Positions and velocities (2, N, 3) from the barycentre, and its orbit about the Sun."""
+    """Return positions and velocities (2, N, 3) from the barycentre, and its orbit about the Sun."""
     shares = masses / masses.sum()
-    # By way of the first body, which loses no digits.
+    # The vectors are first made relative to the first body, which loses no digits.
     from_first = motion - motion[:, :1]
     barycentre = np.einsum("n,knx->kx", shares, from_first)
     try:

@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from ..motion.system import System
     from .displaced import FunctionDerivatives
 
-__all__ = ["Differentiated", "EventDerivatives", "departures"]
+__all__ = ["Differentiated", "EventDerivatives", "tangent_labels"]
 
 _KINDS = ("position", "velocity", "rotation", "spin")
 
 
-def departures(names: tuple[str, ...]) -> list[str]:
+def tangent_labels(names: tuple[str, ...]) -> list[str]:
     """Return the labels of the components of a tangent vector, 12 for each body."""
     return [f"{name} {kind} {axis}" for name in names for kind in _KINDS for axis in "xyz"]
 
@@ -70,18 +70,18 @@ class Differentiated:
     _parameters: tuple[str, ...] = ()
 
     @property
-    def departure_units(self) -> tuple[Any, ...] | None:
+    def tangent_units(self) -> tuple[Any, ...] | None:
         """The units of the 12 N components of a tangent vector, or ``None`` for a system without units.
 
-        The element (i, j) of a transition matrix has the unit ``departure_units[i] / departure_units[j]``. The element
-        i of a sensitivity has the unit ``departure_units[i]`` divided by that of the parameter, which is the system's
+        The element (i, j) of a transition matrix has the unit ``tangent_units[i] / tangent_units[j]``. The element
+        i of a sensitivity has the unit ``tangent_units[i]`` divided by that of the parameter, which is the system's
         own.
 
         Examples
         --------
         >>> import fullbody
         >>> system, state = fullbody.systems.kw4(units=True)
-        >>> units = system.integrate(state, "1 hour", derivatives=True).departure_units
+        >>> units = system.integrate(state, "1 hour", derivatives=True).tangent_units
         >>> [str(unit) for unit in units[:12:3]]
         ['km', 'km / h', 'rad', 'rad / h']
         """
@@ -95,7 +95,7 @@ class Differentiated:
     def transition(self) -> npt.NDArray[np.float64]:
         """Transition matrices (K, 12 N, 12 N), which map a tangent vector at the start of the run to that at a sample.
 
-        They are numbers in the system's own units (:attr:`departure_units`), per body for position, velocity, rotation
+        They are numbers in the system's own units (:attr:`tangent_units`), per body for position, velocity, rotation
         vector in the body frame and spin. The nominal barycentre moves with the start, and the paths of third bodies
         with it.
 
@@ -120,7 +120,7 @@ class Differentiated:
     def sensitivity(self) -> dict[str, npt.NDArray[np.float64]]:
         """Derivatives (K, 12 N) of the samples by parameters of the system, by their names, at a fixed start.
 
-        They are numbers in the system's own units: :attr:`departure_units` divided by the unit of the parameter.
+        They are numbers in the system's own units: :attr:`tangent_units` divided by the unit of the parameter.
 
         Examples
         --------
@@ -178,17 +178,17 @@ class Differentiated:
         core = self.system._strip(happened.state)
         condition = happened.event._condition(self.system)
         names = list(self._parameters)
-        slopes, by_time, direct, own = condition.derivatives(self.system._core, core, names)
+        gradient, by_time, direct, own = condition.derivatives(self.system._core, core, names)
         flow = self.system._core.jacobian(core, [])[3]
-        rate = slopes @ flow + by_time
+        rate = gradient @ flow + by_time
         if rate == 0.0:
             raise InvalidInput(
                 f"the function of {happened.event!r} does not change along the run; expected one that does"
             )
-        time = -(slopes @ transition) / rate
+        time = -(gradient @ transition) / rate
         fixed = dict(zip(names, sensitivity, strict=True)) | {name: np.zeros_like(flow) for name, _ in own}
         known = dict(zip(names, direct, strict=True)) | dict(own)
-        times = {name: float(-(slopes @ values + known[name]) / rate) for name, values in fixed.items()}
+        times = {name: float(-(gradient @ values + known[name]) / rate) for name, values in fixed.items()}
         return EventDerivatives(
             time,
             transition + np.outer(flow, time),

@@ -164,8 +164,8 @@ def binary(
     warn_above = _tolerance(mismatch_warning, "mismatch_warning")
     found = _found(known, warn_above, _tolerance(mismatch_error, "mismatch_error"))
     system = System(_bodies(components, found.masses, convert), G=gravity, units=convert.names, **options)
-    for doubtful in input_warnings.of_binary(system, components, synchronous, found.semi_major_axis):
-        caution(doubtful)
+    for text in input_warnings.of_binary(system, components, synchronous, found.semi_major_axis):
+        caution(text)
     start = Start.of(system, components, found, orbit, swing if synchronous else None, at_rest)
     start.refuse_overlap(system, start.separation)
     if elements == "mean":

@@ -1,4 +1,4 @@
-"""A run in 3D in the browser: one self-contained page of WebGL, without server or network."""
+"""An interactive picture of a run in 3D: one self-contained page with WebGL, without server or network."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["View"]
 
-#: Most particles that are shown, and most of their places in all, which make a page of some 12 megabytes.
+#: The largest number of particles that are shown, and of their positions in all, which make a page of 12 megabytes.
 _PARTICLES, _NUMBERS = 2000, 750_000
 
 
@@ -34,24 +34,25 @@ _PARTICLES, _NUMBERS = 2000, 750_000
 class View:
     """An interactive picture of a run; see :meth:`fullbody.Run.view`.
 
-    Drag to turn, wheel to zoom, keys or buttons to play; the camera follows the barycentre or a body.
+    Drag the mouse to turn, use the wheel to zoom, and keys or buttons to play; the camera follows the barycentre or a
+    body.
 
     Parameters
     ----------
     run : Run
     flight : Flight, optional
-        Particles to be shown as dots with their trails.
+        A flight whose particles are shown as dots with their trails.
     samples : int
-        The largest number of times in the run.
+        The largest number of times of the run that are shown.
     height : int
-        The height of the frame in Jupyter, pixels.
+        The height of the frame in Jupyter, in pixels.
     geometry : fullbody.observing.Geometry, optional
-        Lights the bodies by its Sun.
+        The geometry whose Sun lights the bodies.
 
     Raises
     ------
     InvalidInput
-        For a run without samples, a flight with less than two or of another system.
+        For a run without samples, and for a flight of another system or with fewer than two samples.
     """
 
     def __init__(
@@ -91,7 +92,7 @@ class View:
         }
         if geometry is not None:
             self._data["sun"] = _pack(directions(run, geometry, times), "<f4")
-            # Matrices by columns, as WebGL takes them.
+            # WebGL takes matrices by columns.
             self._data["casts"] = [
                 [
                     {"inverse": inverse.T.ravel().tolist(), "position": place.tolist()}
@@ -118,12 +119,12 @@ class View:
     __hash__ = None  # type: ignore[assignment]
 
     def to_html(self) -> str:
-        """The page."""
+        """Return the page as text."""
         page = resources.files(__package__).joinpath("page.html").read_text(encoding="utf-8")
         script = resources.files(__package__).joinpath("viewer.js").read_text(encoding="utf-8")
         # A body's name may contain "</", which would end the script element.
         data = json.dumps(self._data).replace("</", "<\\/").replace("<!--", "<\\!--")
-        # Pieces in the order of the page, so that no body's name can be mistaken for a place to fill.
+        # The page is filled piece by piece in its order, so that no body's name can be taken for a placeholder.
         pieces: list[str] = []
         for place, text in (("@TITLE@", html.escape(self._title)), ("@SCRIPT@", script), ("@DATA@", data)):
             before, _, page = page.partition(place)
@@ -136,17 +137,17 @@ class View:
         Parameters
         ----------
         path : str or Path
-            Ending in ``.html`` or ``.htm``.
+            A name that ends in ``.html`` or ``.htm``.
 
         Returns
         -------
         Path
-            The file.
+            The path of the file.
 
         Raises
         ------
         InvalidInput
-            For another ending.
+            If the name ends differently.
         """
         check_suffix(path, (".html", ".htm"))
         with replacing(path) as temporary:
@@ -155,7 +156,7 @@ class View:
 
     def _repr_html_(self) -> str:
         page = html.escape(self.to_html(), quote=True)
-        # A notebook that is not trusted shows the text alone; in a trusted one the picture covers it.
+        # A notebook that is not trusted shows only the text; in a trusted one the picture covers it.
         return (
             '<div style="height:1.6em;line-height:1.6em">Interactive view: run this cell, or trust the notebook.</div>'
             f'<iframe srcdoc="{page}" sandbox="allow-scripts" title="{html.escape(self._title)}" '
@@ -168,5 +169,5 @@ class View:
 
 
 def _pack(values: Any, kind: str) -> str:
-    """Numbers as base64, little-endian."""
+    """Return numbers as little-endian bytes in base64."""
     return base64.b64encode(np.ascontiguousarray(values).astype(kind).tobytes()).decode("ascii")

@@ -79,8 +79,9 @@ pub enum Condition<'a> {
         /// The index of the third body among the forces.
         force: usize,
     },
-    /// A body's outline and that of another one in front of it touch, as seen from a distant point: the observer, or the Sun. The
-    /// function is the gap of the outlines, or how far the body behind reaches out of the other's outline.
+    /// A body's outline and that of another one in front of it touch, as seen from a distant point: the
+    /// observer, or the Sun. The function is the gap of the outlines, or how far the body behind reaches out
+    /// of the other's outline.
     Occultation {
         /// The body behind.
         body: usize,
@@ -95,15 +96,16 @@ pub enum Condition<'a> {
     Function(Box<StateFunction<'a>>),
 }
 
-/// A distant point on its way, with the light between it and the bodies.
+/// The path of a distant point, with the speed of the light between it and the bodies.
 #[derive(Debug, Clone)]
 pub struct Toward {
-    /// Its place from the barycentre by time.
+    /// Its position from the barycentre as a function of time.
     pub path: Spline<3>,
-    /// Whether times beyond the path are refused. Otherwise its ends are continued.
+    /// Whether times outside of the path are refused; otherwise the path is extrapolated.
     pub bounded: bool,
-    /// Time by length that light takes: above zero for light to the point, which leaves nearer bodies later; below zero for light
-    /// from there, which passes them earlier; zero where bodies are taken at one time.
+    /// The time that light takes per unit length: positive for light to the point, which leaves nearer bodies
+    /// later; negative for light from there, which passes nearer bodies earlier; zero if all bodies are taken
+    /// at one time.
     pub slowness: f64,
 }
 
@@ -169,7 +171,7 @@ impl Condition<'_> {
         }
     }
 
-    /// How many times the work of other conditions it takes to evaluate the function.
+    /// Returns the work of evaluating the function, in units of that of most conditions.
     pub(super) fn weight(&self) -> u64 {
         if matches!(self, Self::Occultation { .. }) { 30 } else { 1 }
     }
@@ -291,7 +293,7 @@ fn contact(at: &EvaluationPoint, first: usize, second: usize) -> Result<f64> {
     let (r, _) = at.relative(first, second);
     let bodies = at.system().bodies();
     let rotations = [&at.rotation(first), &at.rotation(second)];
-    // Bodies too thin for a sign that rounding does not decide are an error.
+    // Bodies so thin that rounding decides the sign are an error.
     let interrupt = &mut InterruptCheck::never();
     Ok(Proximity::of([&bodies[first], &bodies[second]], &r, rotations, at.time, interrupt)?.factor - 1.0)
 }
@@ -311,7 +313,8 @@ fn alignment(at: &EvaluationPoint, body: usize, other: usize) -> f64 {
     long.dot(&line) * (long_rate.dot(&line) + long.dot(&line_rate))
 }
 
-/// The distant point is given by its direction and the time by length that light takes to it or from there.
+/// Evaluates the function of an occultation, where the distant point is given by its path and the slowness of
+/// light.
 fn occultation(
     at: &EvaluationPoint,
     body: usize,
@@ -325,7 +328,7 @@ fn occultation(
     let centre = |index: usize, late: f64| at.position(index) + (at.velocity(index) - drift) * late;
     let separation = centre(by, late_front) - centre(body, late_behind);
     let bodies = [&at.system().bodies()[body], &at.system().bodies()[by]];
-    // Far from an occultation a bound does.
+    // Far from an occultation a bound suffices.
     let (size, behind) = (bodies[0].circumradius() + bodies[1].circumradius(), -separation.dot(&direction));
     if behind > size {
         return behind;

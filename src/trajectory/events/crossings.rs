@@ -11,15 +11,15 @@ use crate::trajectory::Dense;
 /// The zeros of a condition's function along a part of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Crossings {
-    /// The function at the start of the piece of the run in which the span begins.
+    /// The value of the function at the start of the piece of the run in which the span begins.
     pub at_start: f64,
-    /// Times of the zeros in the order of the run; the function changes its sign at each.
+    /// The times of the zeros in the order of the run; the function changes its sign at each.
     pub times: Vec<f64>,
 }
 
 impl Dense {
-    /// The zeros of the functions of conditions in the pieces of a run that have a part of the span in them, found as events are
-    /// found while a run is integrated.
+    /// Returns the zeros of the functions of conditions in the pieces of a run that contain a part of the
+    /// span. They are found like the events of a run that is being integrated.
     pub fn crossings(
         &self,
         system: &System,

@@ -1,7 +1,6 @@
 //! The derivatives of a condition's function at a state.
-//!
-//! The functions are of many kinds, a caller's among them. They are smooth there, and their differences of
-//! eighth order have some thirteen digits.
+//! The functions are of many kinds, including functions of the caller. They are smooth at an event, so that
+//! differences of eighth order are accurate to about thirteen digits.
 
 use super::Condition;
 use super::condition::EvaluationPoint;

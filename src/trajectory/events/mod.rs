@@ -31,11 +31,13 @@ impl<'a> Event<'a> {
     }
 
     /// Restricts the event to one direction.
+    #[must_use]
     pub fn directed(self, direction: i8) -> Self {
         Self { direction, ..self }
     }
 
     /// Makes the event end the run.
+    #[must_use]
     pub fn terminal(self) -> Self {
         Self { terminal: true, ..self }
     }

@@ -1,16 +1,18 @@
 //! Outlines of bodies seen along a direction: how far two are apart, and whether one is inside another.
 //!
-//! A body reaches h(n) from its centre along a unit vector n. Where n is across the line of sight that is how far its outline
-//! reaches, which for an ellipsoid is an ellipse with h(n)^2 = n.R diag(a^2) R^T n, and for a polyhedron the convex hull of its
-//! vertices. With r from one centre to the other, two outlines are apart by the maximum over n of
+//! A body reaches h(n) from its centre along a unit vector n. Where n is across the line of sight that is how
+//! far its outline reaches, which for an ellipsoid is an ellipse with h(n)^2 = n.R diag(a^2) R^T n, and for a
+//! polyhedron the convex hull of its vertices. With r from one centre to the other, two outlines are apart by
+//! the maximum over n of
 //!
 //!   n.r - h_A(n) - h_B(-n),
 //!
-//! which is below zero where they overlap; and the outline of B is within that of A, all around, by the minimum of
+//! which is below zero where they overlap; and the outline of B is within that of A, all around, by the
+//! minimum of
 //!
 //!   h_A(n) - h_B(n) - n.r.
-//!
-//! Both are sought in the angle of n: from places all around, then to the last digits near the best ones.
+//! Both are functions of the angle of n, which are first sampled all around and then refined to the last
+//! digits near the best samples.
 
 use crate::integrate::extremum;
 use crate::math::{Mat3, Vec3};
@@ -18,7 +20,8 @@ use crate::shape::{Body, Part, Shape};
 use std::convert::Infallible;
 use std::f64::consts::TAU;
 
-/// Angles of n at which the functions are sampled. Ellipses up to some thirty times as long as wide have no peak between them.
+/// The number of angles of n at which the functions are sampled. For ellipses up to about thirty times as
+/// long as wide no maximum is missed.
 const SAMPLES: usize = 64;
 
 /// Two bodies and the direction along which they are seen.
@@ -26,16 +29,17 @@ const SAMPLES: usize = 64;
 pub(super) struct Sighting<'a> {
     /// The bodies.
     pub bodies: [&'a Body; 2],
-    /// From the first centre to the second.
+    /// The vector from the first centre to the second.
     pub separation: &'a Vec3,
-    /// From the bodies' frames into that of the separation.
+    /// The rotations from the bodies' frames into that of the separation.
     pub rotations: [&'a Mat3; 2],
-    /// Along the line of sight, of length one.
+    /// The unit vector along the line of sight.
     pub direction: &'a Vec3,
 }
 
 impl Sighting<'_> {
-    /// How far the outlines are apart; below zero where they overlap. Between bodies of several parts it is that of the nearest two.
+    /// Returns the distance of the outlines; negative where they overlap. For bodies of several parts it is
+    /// the distance of the nearest two parts.
     pub fn gap(&self) -> f64 {
         let [first, second] = self.outlines();
         let apart = |a: &Outline, b: &Outline| {
@@ -46,8 +50,9 @@ impl Sighting<'_> {
         pairs.fold(f64::INFINITY, f64::min)
     }
 
-    /// How far the outline of the first body reaches out of that of the second; below zero where it is inside. Of bodies of several
-    /// parts each part of the first has to be inside one of the second: what only several parts cover together counts as seen.
+    /// Returns how far the outline of the first body extends beyond that of the second; negative where it is
+    /// inside. For bodies of several parts each part of the first body has to be inside one part of the
+    /// second: a region that only several parts cover together counts as visible.
     pub fn excess(&self) -> f64 {
         let [first, second] = self.outlines();
         let outside = |a: &Outline, b: &Outline| {
@@ -78,16 +83,16 @@ impl Sighting<'_> {
 /// The outline of a part in the plane across the line of sight.
 struct Outline {
     centre: [f64; 2],
-    /// A length that the outline does not exceed.
+    /// An upper bound of the outline's reach.
     size: f64,
     form: Form,
 }
 
 enum Form {
     Dot,
-    /// The vectors whose lengths along n make h(n).
+    /// The vectors whose components along n give h(n).
     Ellipse([Vec3; 2]),
-    /// Points about the centre.
+    /// The points of the hull relative to the centre.
     Hull(Vec<[f64; 2]>),
 }
 
@@ -106,7 +111,7 @@ impl Outline {
         Self { centre: plane.map(|axis| axis.dot(centre)), size: shape.circumradius(), form }
     }
 
-    /// How far it reaches from its centre along a unit vector.
+    /// Returns how far the outline reaches from its centre along a unit vector.
     fn reach(&self, n: [f64; 2]) -> f64 {
         match &self.form {
             Form::Dot => 0.0,
@@ -118,7 +123,7 @@ impl Outline {
     }
 }
 
-/// The maximum over all unit vectors of a function whose changes are of the size of `size`.
+/// Returns the maximum over all unit vectors of a function whose variation is of the size of `size`.
 fn maximum(size: f64, function: impl Fn([f64; 2]) -> f64) -> f64 {
     let at = |angle: f64| {
         let (sin, cos) = angle.sin_cos();
@@ -133,7 +138,8 @@ fn maximum(size: f64, function: impl Fn([f64; 2]) -> f64) -> f64 {
         value
     });
     let best = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    // Between two samples a peak rises by less than the square of their distance, times the function's second derivative.
+    // Between two samples a peak rises by less than the square of their distance, times the function's second
+    // derivative.
     let reach = 4.0 * step * step * (size + best.abs());
     let mut found = best;
     for (k, value) in values.iter().enumerate() {

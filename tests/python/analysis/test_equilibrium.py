@@ -167,8 +167,8 @@ def test_curvature_is_that_of_the_energy(ellipsoids, locked):
     assert locked.energetically_stable
 
 
-def test_energy_of_departures_is_conserved(locked):
-    # A^T Q + Q A = 0 for the rates A and the energy Q of departures; with bodies that spin as well.
+def test_energy_of_deviations_is_conserved(locked):
+    # A^T Q + Q A = 0 for the rates A and the energy Q of deviations; with bodies that spin as well.
     spinning = fullbody.System(
         [
             fullbody.Body(fullbody.Ellipsoid(1.0, 1.0, 0.8), mass=1.0, name="A"),

@@ -309,7 +309,7 @@ def test_progress_bar(capsys, known):
     assert capsys.readouterr() == ("", "")
 
 
-def test_doubtful_starts_are_told_of_once():
+def test_warnings_about_starts_are_given_once():
     fast = spheres(1e3)
     with pytest.warns(fullbody.InconsistentInput) as caught:
         runs = integrate_many([(SYSTEM, STATE), fast, (SYSTEM, STATE), fast, fast], 1e-3)

@@ -278,7 +278,7 @@ def test_a_damaged_chunk_is_named(begun):
 def test_a_foreign_chunk_is_named(begun, tmp_path):
     swept(tmp_path / "other", until=0.4)
     shutil.copy(tmp_path / "other" / "00000002.npz", begun)
-    with pytest.raises(InvalidInput, match=r"00000002.npz cannot be used: it belongs to another sweep"):
+    with pytest.raises(InvalidInput, match=r"00000002.npz cannot be used: the chunk belongs to another sweep"):
         swept(begun)
     np.savez(begun / "00000002.npz", x=1.0)
     with pytest.raises(InvalidInput, match=r"00000002.npz is truncated or damaged"):
@@ -300,9 +300,9 @@ def test_what_is_not_a_store_stays_as_it_is(tmp_path, monkeypatch):
     changed.to_netcdf(tmp_path / "changed.nc", engine="h5netcdf")
     before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
     for name, text in {
-        "run.nc": "run.nc is no map of a sweep: it is something else",
-        "text.nc": "text.nc is no map of a sweep: it is not a NetCDF file",
-        "changed.nc": "changed.nc is no map of a sweep: another program wrote it, or changed it",
+        "run.nc": "run.nc is no map of a sweep: the file has no attribute fullbody_sweep",
+        "text.nc": "text.nc is no map of a sweep: the file is not a NetCDF file",
+        "changed.nc": "changed.nc is no map of a sweep: another program wrote or changed the file",
         "file": "file is a file; expected a folder, or a name that ends in .nc",
         "folder": "folder has notes.txt, but no sweep; expected a new or empty folder",
     }.items():

@@ -174,7 +174,7 @@ def test_a_damaged_file_is_told_once(written, tmp_path, monkeypatch):
 def test_a_file_that_is_not_there(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"^no file .*missing\.nc$"):
         fullbody.load(tmp_path / "missing.nc")
-    with pytest.raises(fullbody.InvalidInput, match="it is a folder"):
+    with pytest.raises(fullbody.InvalidInput, match="the file is a folder"):
         fullbody.load(tmp_path)
 
 

@@ -135,7 +135,7 @@ def test_a_function_is_missed_only_in_a_run(tmp_path):
     assert "drag" in repr(again.system.forces)
     assert np.array_equal(again.work["drag"], run.work["drag"])
     assert again.energy_drift.shape == (3,)
-    with pytest.raises(fullbody.ForceFailed, match="the function of drag is not in the file") as raised:
+    with pytest.raises(fullbody.ForceFailed, match="the function drag is not in the file") as raised:
         again.system.integrate(again[-1], 20.0)
     assert raised.value.force == "drag"
     given = [forces.Function(drag), again.system.forces[1]]

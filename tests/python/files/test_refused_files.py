@@ -31,16 +31,16 @@ def classic(path):
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda path: path.write_bytes(b""), "it is empty"),
-        (lambda path: path.write_text("time,x,y,z\n0,1,2,3\n"), "it is not a NetCDF file"),
+        (lambda path: path.write_bytes(b""), "the file is empty"),
+        (lambda path: path.write_text("time,x,y,z\n0,1,2,3\n"), "the file is not a NetCDF file"),
         (
             lambda path: xr.Dataset({"x": ("t", [1.0])}).to_netcdf(path, engine="h5netcdf"),
-            "it has no attribute",
+            "the file has no attribute",
         ),
-        (classic, "it is NetCDF of the classic kind; runs are NetCDF-4"),
+        (classic, "the file is NetCDF of the classic kind; runs are NetCDF-4"),
         (
             lambda path: fullbody.Simulation(*fullbody.systems.case1()).save(path),
-            r"it is a simulation; fullbody\.Simulation\.load reads it",
+            r"the file is a simulation; fullbody\.Simulation\.load reads it",
         ),
     ],
     ids=["empty", "text", "foreign", "classic", "simulation"],
@@ -79,8 +79,11 @@ def turned(dataset):
 
 
 CONTENT = {
-    "no variable": (lambda d: d.drop_vars("spin"), "it has no variable spin"),
-    "no system": (lambda d: d.drop_attrs().assign_attrs(fullbody_format=1), "it has no attribute fullbody_system"),
+    "no variable": (lambda d: d.drop_vars("spin"), "the file has no variable spin"),
+    "no system": (
+        lambda d: d.drop_attrs().assign_attrs(fullbody_format=1),
+        "the file has no attribute fullbody_system",
+    ),
     "cut system": (described('"mass"', '"ma'), "attribute fullbody_system is no JSON"),
     "other system": (attribute("fullbody_system", '{"bodies": []}'), "attribute fullbody_system has no entry"),
     "list for system": (attribute("fullbody_system", "[1]"), "attribute fullbody_system: "),
@@ -95,13 +98,16 @@ CONTENT = {
         attribute("fullbody_integrator", '{"name": "Euler"}'),
         "attribute fullbody_integrator: integrator is 'Euler'",
     ),
-    "no format": (lambda d: d.drop_attrs(), "it has no attribute fullbody_format"),
-    "other format": (attribute("fullbody_format", 5), "its format is 5, by its attribute fullbody_format; expected 1"),
+    "no format": (lambda d: d.drop_attrs(), "the file has no attribute fullbody_format"),
+    "other format": (
+        attribute("fullbody_format", 5),
+        "the file's format is 5, by its attribute fullbody_format; expected 1",
+    ),
     "text for format": (
         attribute("fullbody_format", "junk{"),
-        "its format is junk{, by its attribute fullbody_format; expected 1",
+        "the file's format is junk{, by its attribute fullbody_format; expected 1",
     ),
-    "many formats": (attribute("fullbody_format", [1, 1]), r"its format is \[1 1\], by its"),
+    "many formats": (attribute("fullbody_format", [1, 1]), r"the file's format is \[1 1\], by its"),
     "junk statistics": (attribute("fullbody_statistics", "junk{"), "attribute fullbody_statistics is no JSON"),
     "odd statistics": (
         attribute("fullbody_statistics", '["a", 1, 2]'),

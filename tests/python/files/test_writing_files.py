@@ -379,7 +379,7 @@ def test_devices_are_not_read(tmp_path):
     for read in (fullbody.Simulation.load, fullbody.read_toml, fullbody.read_sians, fullbody.read_gubas):
         with pytest.raises(fullbody.InvalidInput, match="/dev/zero is a device; expected a file"):
             read("/dev/zero")
-    with pytest.raises(fullbody.InvalidInput, match="it is not a NetCDF file"):
+    with pytest.raises(fullbody.InvalidInput, match="the file is not a NetCDF file"):
         fullbody.load("/dev/zero")
 
 

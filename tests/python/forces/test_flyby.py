@@ -24,7 +24,7 @@ def passage(periapsis, e=1.5, mu=1e6, reach=6.0):
 def test_a_prescribed_planet_equals_a_massive_body(periapsis):
     """The pair with the planet as a third body of the system: orbits, spins and attitudes after the passage.
 
-    There the planet also moves by what the pair's shape does to it: by a millionth of the departure of the pair.
+    There the planet also moves by what the pair's shape does to it: by a millionth of the deviation of the pair.
     """
     planet, _, until = passage(periapsis)
     system, state = pair()

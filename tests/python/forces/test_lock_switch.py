@@ -130,7 +130,7 @@ def test_backwards_it_comes_back(reference):
 
 
 def moved(state, body, kind, axis, by):
-    """A state with one number of a departure changed."""
+    """A state with one number of a deviation changed."""
     arrays = {name: getattr(state, name).copy() for name in ("position", "velocity", "attitude", "spin")}
     if kind == 2:
         w, x, y, z = arrays["attitude"][body]
@@ -150,7 +150,7 @@ def ends(run):
 
 
 def numbers_of(column):
-    """Position, velocity and spin of a departure (12 N,)."""
+    """Position, velocity and spin of a deviation (12 N,)."""
     return column.reshape(-1, 12)[:, [0, 1, 2, 3, 4, 5, 9, 10, 11]]
 
 

@@ -72,7 +72,7 @@ def test_the_sun_on_kw4_at_a_circle_of_0_64_au():
     own = system.with_forces([Function(pull)]).integrate(state, 20.0, output=[20.0])
     effect = (relative(run) - free)[0, :3]
     assert np.linalg.norm(effect) == pytest.approx(0.306e-3, abs=0.0005e-3)
-    # The force on the quadrupoles is left out there: 1e-16 of the rest, and 2e-8 of the barycentre's departure.
+    # The force on the quadrupoles is left out there: 1e-16 of the rest, and 2e-8 of the barycentre's deviation.
     np.testing.assert_allclose(relative(own) - relative(run), 0, atol=3e-12)
     np.testing.assert_allclose(own.spin, run.spin, rtol=0, atol=1e-12)
 
@@ -268,8 +268,8 @@ def test_spheres_and_points_get_no_torque():
         assert np.abs(loads.force).max() < 1e-16
 
 
-@pytest.mark.parametrize(("rows", "doubted"), [(6, True), (12, False)])
-def test_tables_too_coarse_for_their_spline_are_warned_of(rows, doubted, recwarn):
+@pytest.mark.parametrize(("rows", "warned"), [(6, True), (12, False)])
+def test_tables_too_coarse_for_their_spline_are_warned_of(rows, warned, recwarn):
     # The error of a cubic spline on a circle with n rows a turn: (2 pi/n)^4/384, 3e-3 and 2e-4.
     turns = 2 * np.pi * np.arange(-rows, 3 * rows) / rows
     circle = np.stack([40 * np.cos(turns), 40 * np.sin(turns), 0 * turns], axis=1)
@@ -280,7 +280,7 @@ def test_tables_too_coarse_for_their_spline_are_warned_of(rows, doubted, recwarn
     found = [str(warning.message) for warning in recwarn]
     middle = np.pi / rows
     wrong = np.linalg.norm(system.third_body("Moon", middle)[0] - 40 * np.array([np.cos(middle), np.sin(middle), 0]))
-    if doubted:
+    if warned:
         assert len(found) == 1
         assert "positions of Moon are so far apart" in found[0]
         told = float(found[0].split("wrong by about ")[1].split()[0])

@@ -3,7 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
-from flows import central_of_state, departed, inertia, rates, scales, tumbling
+from flows import central_of_state, displaced, inertia, rates, scales, tumbling
 from support import points, reference, worst
 
 PAIRS = reference("derivatives")["pairs"]
@@ -86,7 +86,7 @@ def by_differences(system, state):
     for k in range(12 * len(system)):
         place = (k // 12, k % 12 // 3, k % 3)
         columns.append(
-            central_of_state(lambda by, place=place: rates(system, departed(state, *place, by)), 1e-3 * size[k])
+            central_of_state(lambda by, place=place: rates(system, displaced(state, *place, by)), 1e-3 * size[k])
         )
     return np.transpose(columns)
 
@@ -130,7 +130,7 @@ def test_three_bodies_and_a_composite():
     # The torque on the composite against differences of it.
     for axis in range(3):
         change = central_of_state(
-            lambda by, axis=axis: system.interactions(departed(state, 2, 2, axis, by)).torque.ravel(), 1e-3
+            lambda by, axis=axis: system.interactions(displaced(state, 2, 2, axis, by)).torque.ravel(), 1e-3
         )
         assert worst(jacobian.torque_by_rotation[:, :, 2, axis].ravel(), change) < 1e-9
 
@@ -189,7 +189,7 @@ def beside(axes, distance, mu=50.0):
     return fullbody.System(bodies, G=1.0, forces=[sun]), state
 
 
-def slopes_of_sun(axes, distance, axis):
+def derivatives_beside_sun(axes, distance, axis):
     """What a semi-axis does to the third body's share in the acceleration of B and in the rate of its spin."""
     system, state = beside(axes, distance)
     name = f"semi-axis {axis} of B"
@@ -215,7 +215,7 @@ def test_semi_axes_beside_a_third_body_by_differences(axes, distance):
         step = 2e-3 * axes[k]
         weights = ((1, 0.8), (2, -0.2), (3, 4 / 105), (4, -1 / 280))
         pairs = [(w, changed(m * step), changed(-m * step)) for m, w in weights]
-        for which, actual in enumerate(slopes_of_sun(axes, distance, axis)):
+        for which, actual in enumerate(derivatives_beside_sun(axes, distance, axis)):
             expected = sum(w * (above[which] - below[which]) for w, above, below in pairs) / step
             # The force is mostly that on a point, in whose rounding the differences end.
             rounding = 1e-14 * np.abs(sunlit(axes, distance)[which]).max() / step

@@ -78,6 +78,17 @@ def test_repr_tells_what_it_is():
     assert "nan" not in repr(State([[5e-324, 0, 0]], [[0, 0, 0]]))
 
 
+def test_the_table_names_the_bodies_that_are_known():
+    system, state = example()
+    run = system.integrate(state, 1.0, output="ends")
+    for named in (state, run[1], state.kick("Beta", [0.0, 0.0, 1e-6]), pickle.loads(pickle.dumps(state))):
+        assert ">Alpha<" in named._repr_html_()
+        assert ">Beta<" in named._repr_html_()
+    page = State(state.position, state.velocity)._repr_html_()
+    assert ">0<" in page
+    assert "Alpha" not in page
+
+
 def test_defaults():
     state = State([[1, 2, 3]], [[4, 5, 6]])
     assert state.time == 0.0

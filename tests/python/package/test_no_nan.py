@@ -6,7 +6,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-#: Garbage is doubtful as well.
+#: Random input also causes warnings.
 pytestmark = pytest.mark.filterwarnings("ignore::fullbody.InconsistentInput")
 
 #: Any double, with the troublemakers often.

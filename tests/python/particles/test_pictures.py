@@ -90,7 +90,7 @@ def test_trails_follow_the_orbit_and_end_on_the_ground():
     grains = fullbody.Particles([[2, 0, 0], [2, 0, 0]], [[0, np.sqrt(0.5), 0], [0, 0, 0]])
     turn = 2 * np.pi * np.sqrt(8.0)
     flight = run.fly(grains, output=turn / 6)
-    shown = run.view(flight=flight)._data["particles"]
+    shown = data_of(run.view(flight=flight).to_html())[0]["particles"]
     times = np.frombuffer(base64.b64decode(shown["time"]))
     places = np.frombuffer(base64.b64decode(shown["position"]), dtype="<f4").reshape(2, len(times), 3)
     assert len(times) > 6 * len(flight.time)

@@ -5,7 +5,7 @@ from typing import Any
 
 import fullbody
 import numpy as np
-from flows import departed, departure, scales
+from flows import deviation, displaced, scales
 from meshes import box, octahedron
 from support import worst
 
@@ -141,7 +141,7 @@ def errors(case):
     place = (case.column // 12, case.column % 12 // 3, case.column % 3)
 
     def moved(by):
-        return end(state=departed(state, *place, by))[-1]
+        return end(state=displaced(state, *place, by))[-1]
 
     def error(column, ends, step):
         try:
@@ -170,11 +170,11 @@ def errors(case):
 
 def differences(end, step):
     """Of sixth order."""
-    by = [departure(end(-k * step), end(k * step)) / (2 * k * step) for k in (1, 2, 3)]
+    by = [deviation(end(-k * step), end(k * step)) / (2 * k * step) for k in (1, 2, 3)]
     return 1.5 * by[0] - 0.6 * by[1] + 0.1 * by[2]
 
 
 def one_sided(end, here, step):
     """Of fifth order, from the end of a parameter's range on."""
     weights = [5.0, -5.0, 10.0 / 3.0, -5.0 / 4.0, 1.0 / 5.0]
-    return sum(w * departure(here, end(k * step)) for k, w in enumerate(weights, 1)) / step
+    return sum(w * deviation(here, end(k * step)) for k, w in enumerate(weights, 1)) / step

@@ -3,7 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
-from flows import departed, departure, scales
+from flows import deviation, displaced, scales
 
 
 def moon(out_of_round, e):
@@ -40,7 +40,7 @@ def test_regular_motion():
     system, state, period = moon(0.01, 0.0)
     run = system.integrate(state, 200 * period, output=50 * period, integrator=FAST, chaos=True)
     assert abs(run.megno[-1] - 2.0) < 0.1
-    # The departure grows with the time, not with its exponential.
+    # The deviation grows with the time, not with its exponential.
     assert run.fast_lyapunov[-1] < 12.0
 
 
@@ -57,15 +57,15 @@ def test_neighbouring_runs_part_as_fast(tumbling_moon):
     # Two runs 1e-8 apart, in natural sizes; the second is brought back to that distance after every orbit.
     system, state, period, run = tumbling_moon
     size, total, now = scales(system, state), 0.0, state
-    neighbour = departed(state, 1, 2, 0, 1e-8)
+    neighbour = displaced(state, 1, 2, 0, 1e-8)
     for k in range(1, 61):
         now, neighbour = (system.integrate(s, k * period, output="ends", integrator=FAST)[-1] for s in (now, neighbour))
-        apart = departure(now, neighbour) / size
+        apart = deviation(now, neighbour) / size
         total += np.log(np.linalg.norm(apart) / 1e-8)
-        back = departure(now, neighbour) * (1e-8 / np.linalg.norm(apart))
+        back = deviation(now, neighbour) * (1e-8 / np.linalg.norm(apart))
         neighbour = now
         for j in range(24):
-            neighbour = departed(neighbour, j // 12, j % 12 // 3, j % 3, back[j])
+            neighbour = displaced(neighbour, j // 12, j % 12 // 3, j % 3, back[j])
     assert 0.8 < total / (60 * period) / run.lyapunov[-1] < 1.25
 
 
@@ -103,7 +103,7 @@ def test_sweeps_measure_chaos():
 
 @pytest.mark.parametrize("spin", [[0.0, 0.0, 0.0], [0.3, -0.2, 0.1]])
 def test_free_motion_whose_steps_have_no_bound(spin):
-    # A departure that grows in proportion to the time has a MEGNO of 2, within ln(t)/t.
+    # A deviation that grows in proportion to the time has a MEGNO of 2, within ln(t)/t.
     system = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)], G=1.0)
     state = fullbody.State(position=[[0.0, 0.0, 0.0]], velocity=[[0.0, 0.0, 0.0]], spin=[spin])
     run = system.integrate(state, 1e6, output="ends", chaos=True)

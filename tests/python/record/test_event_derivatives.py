@@ -6,7 +6,7 @@ import astropy.units as u
 import fullbody
 import numpy as np
 import pytest
-from flows import TIGHT, departed, departure, scales, tumbling
+from flows import TIGHT, deviation, displaced, scales, tumbling
 from meshes import octahedron
 from support import worst
 
@@ -25,7 +25,7 @@ def test_every_event_of_a_run(until):
     run = system.integrate(state, until, derivatives=["G", "semi-axis a of A"], **options)
     assert len({type(happened.event) for happened in run.events}) == 3
     step = 1e-4 * size[13]
-    moved = {k: system.integrate(departed(state, 1, 0, 1, k * step), until, **options).events for k in (-2, -1, 1, 2)}
+    moved = {k: system.integrate(displaced(state, 1, 0, 1, k * step), until, **options).events for k in (-2, -1, 1, 2)}
     by_g = 1e-4
     heavy = {
         k: fullbody.System(system.bodies, G=1.0 + k * by_g).integrate(state, until, **options).events
@@ -41,7 +41,7 @@ def test_every_event_of_a_run(until):
             assert (
                 worst(time, (4 * differences[0] - differences[1]) / 3, np.abs(end.time * size).max() / size[13]) < 1e-7
             )
-            states = [departure(runs[-j][k].state, runs[j][k].state) / (2 * j * small) for j in (1, 2)]
+            states = [deviation(runs[-j][k].state, runs[j][k].state) / (2 * j * small) for j in (1, 2)]
             assert worst(whole / size, (4 * states[0] - states[1]) / 3 / size) < 1e-6
 
 
@@ -75,7 +75,7 @@ def test_own_parameters_of_events(event, name, changed):
     both = {k: first(k * step)[1] for k in (-2, -1, 1, 2)}
     times = [(both[k].time - both[-k].time) / (2 * k * step) for k in (1, 2)]
     assert worst(end.time_sensitivity[name], (4 * times[0] - times[1]) / 3) < 1e-7
-    states = [departure(both[-k].state, both[k].state) / (2 * k * step) for k in (1, 2)]
+    states = [deviation(both[-k].state, both[k].state) / (2 * k * step) for k in (1, 2)]
     assert worst(end.sensitivity[name] / size, (4 * states[0] - states[1]) / 3 / size) < 1e-6
 
 
@@ -121,7 +121,7 @@ def test_functions_of_a_run():
         place = (column // 12, column % 12 // 3, column % 3)
         step = 1e-4 * size[column]
         ends = {
-            k: measures(system.integrate(departed(state, *place, k * step), 70.0, **options)) for k in (-2, -1, 1, 2)
+            k: measures(system.integrate(displaced(state, *place, k * step), 70.0, **options)) for k in (-2, -1, 1, 2)
         }
         change = [(ends[k] - ends[-k]) / (2 * k * step) for k in (1, 2)]
         assert (

@@ -199,7 +199,8 @@ def test_integrators_compare_print_and_come_back():
     for integrator in family(0.25, 1e-9):
         assert pickle.loads(pickle.dumps(integrator)) == integrator
         assert eval(repr(integrator), vars(integrators)) == integrator
-        assert integrators.rebuild(integrator._describe(float)) == integrator
+        # A simulation's bytes hold a description of its integrator.
+        assert pickle.loads(pickle.dumps(fullbody.Simulation(*CASE1, integrator))).integrator == integrator
         with pytest.raises((AttributeError, TypeError)):
             integrator.rtol = 1.0
     with pytest.raises(fullbody.InvalidInput, match="integrator is 'Euler'; expected one of DormandPrince54, "):

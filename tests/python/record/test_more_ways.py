@@ -8,8 +8,8 @@ from flows import (
     central,
     central_of_state,
     cross,
-    departed,
-    departure,
+    deviation,
+    displaced,
     energy_gradient,
     momentum_gradients,
     rates,
@@ -34,7 +34,7 @@ def test_series(gravity):
     actual = system.jacobian(state)
     for k in (0, 4, 7, 14, 20):
         place = (k // 12, k % 12 // 3, k % 3)
-        change = central_of_state(lambda by, place=place: rates(system, departed(state, *place, by)), 1e-3 * size[k])
+        change = central_of_state(lambda by, place=place: rates(system, displaced(state, *place, by)), 1e-3 * size[k])
         if place[1] == 2:
             change[12 * place[0] + 6 : 12 * place[0] + 9] -= np.cross(state.spin[place[0]], np.eye(3)[place[2]])
         assert worst(actual.rates[:, k] / size, change / size) < 1e-9
@@ -77,7 +77,7 @@ def test_fixed_steps_have_their_own_tangent_map(integrator):
 
     # It is the derivative of these very steps, which differ from the motion by far more.
     def moved(place, by):
-        return system.integrate(departed(state, *place, by), 2.0, output="ends", integrator=integrator)[-1]
+        return system.integrate(displaced(state, *place, by), 2.0, output="ends", integrator=integrator)[-1]
 
     for place in ((0, 0, 1), (1, 1, 0), (0, 2, 2), (1, 3, 1)):
         column = 12 * place[0] + 3 * place[1] + place[2]
@@ -137,7 +137,7 @@ def test_forces_from_outside():
     run = system.integrate(state, 5.0, output="ends", integrator=TIGHT, derivatives=wanted)
 
     def moved(place, by):
-        return system.integrate(departed(state, *place, by), 5.0, output="ends", integrator=TIGHT)[-1]
+        return system.integrate(displaced(state, *place, by), 5.0, output="ends", integrator=TIGHT)[-1]
 
     for place in ((0, 0, 0), (1, 1, 2), (0, 2, 1), (1, 2, 0), (0, 3, 0)):
         column = 12 * place[0] + 3 * place[1] + place[2]
@@ -172,7 +172,7 @@ def test_radiation():
     actual = (system.jacobian(state).rates - bare)[9:12]
     for k in range(6, 12):
         change = central_of_state(
-            lambda by, k=k: yorp_rate(system, departed(state, 0, k // 3, k % 3, by)), 1e-3 * size[k]
+            lambda by, k=k: yorp_rate(system, displaced(state, 0, k // 3, k % 3, by)), 1e-3 * size[k]
         )
         assert worst(actual[:, k], change, np.abs(actual[:, 6:12]).max()) < 1e-7
 
@@ -207,7 +207,7 @@ def test_times_of_events(event):
     size = scales(system, state)
 
     def ended(place, by):
-        return system.integrate(departed(state, *place, by), 30.0, integrator=TIGHT, events=[event], output="ends")
+        return system.integrate(displaced(state, *place, by), 30.0, integrator=TIGHT, events=[event], output="ends")
 
     for place in ((0, 0, 1), (1, 1, 1), (0, 2, 0)):
         column = 12 * place[0] + 3 * place[1] + place[2]
@@ -216,7 +216,7 @@ def test_times_of_events(event):
         times = [float(runs[k].time[-1] - runs[-k].time[-1]) / (2 * k * step) for k in (1, 2)]
         scale = np.abs(end.time * size).max() / size[column]
         assert worst(end.time[column], (4 * times[0] - times[1]) / 3, scale) < 1e-8
-        states = [departure(runs[-k][-1], runs[k][-1]) / (2 * k * step) for k in (1, 2)]
+        states = [deviation(runs[-k][-1], runs[k][-1]) / (2 * k * step) for k in (1, 2)]
         change = (4 * states[0] - states[1]) / 3
         assert worst(end.transition[:, column] / size, change / size) < 1e-7
     assert "mass of B" in end.time_sensitivity
@@ -248,7 +248,7 @@ def test_functions_of_events_that_know_the_parameter(event, velocity, name):
     end = run.at_event()
     one, two = (float(ended(h).time[-1] - ended(-h).time[-1]) / (2 * h) for h in (1e-5, 2e-5))
     assert worst(end.time_sensitivity[name], (4 * one - two) / 3) < 1e-7
-    moved = departure(ended(-1e-5)[-1], ended(1e-5)[-1]) / 2e-5
+    moved = deviation(ended(-1e-5)[-1], ended(1e-5)[-1]) / 2e-5
     assert worst(end.sensitivity[name], moved) < 1e-4
 
 

@@ -6,8 +6,8 @@ import pytest
 from flows import (
     TIGHT,
     central_of_state,
-    departed,
-    departure,
+    deviation,
+    displaced,
     energy_gradient,
     momentum_gradients,
     scales,
@@ -68,7 +68,7 @@ def test_jacobians_are_those_of_the_loads(first, second, distance):
     for k in (0, 4, 7, 14, 20):
         place = (k // 12, k % 12 // 3, k % 3)
         step = 2e-3 * min(distance - 1.0, 1.0) * size[k]
-        change = central_of_state(lambda by, place=place: flow(system, departed(state, *place, by)), step)
+        change = central_of_state(lambda by, place=place: flow(system, displaced(state, *place, by)), step)
         if place[1] == 2:
             change[12 * place[0] + 6 : 12 * place[0] + 9] -= np.cross(state.spin[place[0]], np.eye(3)[place[2]])
         assert worst(actual.rates[:, k] / size, change / size) < 1e-7
@@ -91,7 +91,7 @@ def test_series_of_polyhedra(first, second, gravity):
     assert worst(actual.flow, flow(system, state)) < 1e-13
     for k in (0, 4, 7, 14, 20):
         place = (k // 12, k % 12 // 3, k % 3)
-        change = central_of_state(lambda by, place=place: flow(system, departed(state, *place, by)), 1e-3 * size[k])
+        change = central_of_state(lambda by, place=place: flow(system, displaced(state, *place, by)), 1e-3 * size[k])
         if place[1] == 2:
             change[12 * place[0] + 6 : 12 * place[0] + 9] -= np.cross(state.spin[place[0]], np.eye(3)[place[2]])
         assert worst(actual.rates[:, k] / size, change / size) < 1e-9
@@ -223,7 +223,7 @@ def test_a_third_body_pulls_a_polyhedron():
     system, size = system.with_forces([sun]), scales(system, state)
     run = system.integrate(state, 1.0, output="ends", integrator=TIGHT, derivatives=["scale of A"])
     again = [
-        system.with_forces([sun]).integrate(departed(state, 0, 2, 1, by), 1.0, output="ends", integrator=TIGHT)[-1]
+        system.with_forces([sun]).integrate(displaced(state, 0, 2, 1, by), 1.0, output="ends", integrator=TIGHT)[-1]
         for by in (-1e-4, 1e-4)
     ]
-    assert worst(run.transition[1][:, 7] / size, departure(*again) / 2e-4 / size) < 1e-7
+    assert worst(run.transition[1][:, 7] / size, deviation(*again) / 2e-4 / size) < 1e-7

@@ -208,10 +208,10 @@ def test_damaged_starts_are_refused(fault, tmp_path):
             said = r"start_time\[\] is nan; expected finite numbers"
         case "all":
             dataset = dataset.drop_vars(["start_time", "start_energy", "start_angular_momentum"])
-            said = "it has no variable start_time"
+            said = "the file has no variable start_time"
         case _:
             dataset = dataset.drop_vars(fault)
-            said = "it has no variable start_energy"
+            said = "the file has no variable start_energy"
     dataset.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
     with pytest.raises(fullbody.InvalidInput, match=said):
         fullbody.load(tmp_path / "run.nc")

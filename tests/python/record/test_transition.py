@@ -6,7 +6,7 @@ import pytest
 from flows import (
     TIGHT,
     central,
-    departed,
+    displaced,
     energy_gradient,
     momentum_gradients,
     rates,
@@ -40,7 +40,7 @@ def test_the_motion_has_the_same_bits():
 
 
 def test_maps_rates_to_rates(tumble):
-    # A departure along the motion stays one.
+    # A deviation along the motion stays one.
     system, run = tumble
     for k in (1, 2):
         size = scales(system, run[0])
@@ -138,7 +138,7 @@ def test_neighbouring_runs(tumble, body, kind, axis):
     column = 12 * body + 3 * kind + axis
 
     def moved(by):
-        return system.integrate(departed(run[0], body, kind, axis, by), 12.0, output="ends", integrator=TIGHT)[-1]
+        return system.integrate(displaced(run[0], body, kind, axis, by), 12.0, output="ends", integrator=TIGHT)[-1]
 
     differences = central(moved, 1e-4 * size[column])
     assert worst(run.transition[2][:, column] / size, differences / size) < 1e-8
@@ -198,13 +198,13 @@ def test_files_keep_derivatives(tumble, tmp_path):
     assert run[1:].transition.shape == (2, 24, 24)
 
 
-def test_units_of_a_departure():
+def test_units_of_a_tangent_vector():
     """An element of the matrix is a number of its row's unit by its column's: seen by the same run in other units."""
     system, state = fullbody.systems.kw4(units=True)
-    assert fullbody.systems.kw4()[0].integrate(fullbody.systems.kw4()[1], 1.0).departure_units is None
+    assert fullbody.systems.kw4()[0].integrate(fullbody.systems.kw4()[1], 1.0).tangent_units is None
     other = fullbody.System(system.bodies, system.G, units=("m", "min", "kg"))
     runs = [one.integrate(state, "2 h", output="ends", derivatives=True) for one in (system, other)]
-    first, second = (run.departure_units for run in runs)
+    first, second = (run.tangent_units for run in runs)
     assert [str(unit) for unit in first[12:24:3]] == ["km", "km / h", "rad", "rad / h"]
     factors = [(one / two).decompose().scale for one, two in zip(first, second, strict=True)]
     scaled = runs[0].transition[-1] * np.outer(factors, 1.0 / np.array(factors))

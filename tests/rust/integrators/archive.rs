@@ -129,7 +129,7 @@ fn a_written_file_is_read() {
     assert_eq!(again.notes, simulation.notes);
 }
 
-/// Every number of the set-up stands once in an archive, as text: nothing can disagree with it.
+/// Every number of the description stands once in an archive, as text: nothing can disagree with it.
 #[test]
 fn one_description() {
     let shape = Shape::ellipsoid([0.41, 0.352, 0.3003]).unwrap();

@@ -18,7 +18,7 @@ START = State(POSITION, VELOCITY)
 HIDDEN = np.ma.array(POSITION, mask=[[0, 0, 0], [1, 0, 0]])
 
 
-def doubts(call):
+def input_warnings(call):
     """The messages of the warnings that a call gives, all of one kind and told at this file."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -88,12 +88,12 @@ def test_functions_that_are_infinite_are_named():
 
 def test_quaternions_that_are_not_of_length_one():
     turned = [np.sqrt(0.5), 0, 0, np.sqrt(0.5)]
-    (text,) = doubts(lambda: State(POSITION, VELOCITY, [[1, 0, 0, 0], 2 * np.array(turned)]))
+    (text,) = input_warnings(lambda: State(POSITION, VELOCITY, [[1, 0, 0, 0], 2 * np.array(turned)]))
     assert text.startswith("attitude of body 1 is [1.414")
     assert "of length 2, and is scaled to 1; expected a unit quaternion [w, x, y, z]" in text
     # Three digits of each component, or single precision.
     for near in (np.round(turned, 3), np.float32(turned)):
-        assert doubts(lambda near=near: State(POSITION, VELOCITY, [near, near])) == []
+        assert input_warnings(lambda near=near: State(POSITION, VELOCITY, [near, near])) == []
 
 
 def test_rotations_of_scipy():
@@ -140,7 +140,7 @@ def thrown(way, **options):
 )
 def test_angles_that_look_like_degrees(call, what, turns):
     def given(value):
-        return doubts(lambda: call(np.array([0, 0, value]) if what.startswith("angles") else value))
+        return input_warnings(lambda: call(np.array([0, 0, value]) if what.startswith("angles") else value))
 
     (text,) = given(turns)
     assert text.startswith(f"{what} {turns:g} radians in size, {turns / (2 * np.pi):.3g} turns; give degrees")
@@ -152,11 +152,12 @@ def test_angles_that_look_like_degrees(call, what, turns):
 def test_angles_that_have_gone_on_for_turns_are_let_be():
     """Integrated angles and mean anomalies have all their digits."""
     assert (
-        doubts(lambda: State.from_tait_bryan(POSITION, VELOCITY, [[0, 0, 0], [0.01, 0.02, 113.63912345678901]])) == []
+        input_warnings(lambda: State.from_tait_bryan(POSITION, VELOCITY, [[0, 0, 0], [0.01, 0.02, 113.63912345678901]]))
+        == []
     )
-    assert doubts(lambda: KeplerElements(1, 0, 0, 0, 0, np.linspace(0.0, 100.0 * np.pi, 50))) == []
+    assert input_warnings(lambda: KeplerElements(1, 0, 0, 0, 0, np.linspace(0.0, 100.0 * np.pi, 50))) == []
     # That of a hyperbola is no angle.
-    assert doubts(lambda: KeplerElements(-1, 1.3, 0, 0, 0, -30)) == []
+    assert input_warnings(lambda: KeplerElements(-1, 1.3, 0, 0, 0, -30)) == []
 
 
 def escape(mass, distance):
@@ -169,22 +170,22 @@ def test_starts_that_are_far_from_bound():
     limit = 10 * escape(4.0, 5.0)
     for times, expected in ((0.99, 0), (1.01, 1), (1000.0, 1)):
         state = State(POSITION, [[0, 0, 0], [0, 0, times * limit]])
-        texts = doubts(lambda state=state: fullbody.Simulation(system, state))
+        texts = input_warnings(lambda state=state: fullbody.Simulation(system, state))
         assert len(texts) == expected
         for text in texts:
             assert text.startswith(f"body 0 and body 1 start at {times * limit:.4g} relative to each other, ")
             assert f"{10 * times:.3g} times the speed of escape there, {escape(4.0, 5.0):.4g};" in text
     # Without attraction nothing is bound or not.
-    assert doubts(lambda: fullbody.Simulation(points(3.0, 1.0, G=0.0), State(POSITION, 100 * VELOCITY))) == []
+    assert input_warnings(lambda: fullbody.Simulation(points(3.0, 1.0, G=0.0), State(POSITION, 100 * VELOCITY))) == []
 
 
 def test_one_of_three_that_is_far_from_bound():
     """The others are a pair at rest at the origin's two sides; the third has the units of the pair."""
     system, state = fullbody.systems.sn263_2001(units=True)
-    assert doubts(lambda: fullbody.Simulation(system, state)) == []
+    assert input_warnings(lambda: fullbody.Simulation(system, state)) == []
     wrong = state.velocity.copy()
     wrong[1] *= 3600
-    (text,) = doubts(lambda: fullbody.Simulation(system, state.replace(velocity=wrong)))
+    (text,) = input_warnings(lambda: fullbody.Simulation(system, state.replace(velocity=wrong)))
     assert text.startswith(f"{system.names[1]} starts at ")
     assert "km / h relative to the barycentre of the others" in text
 
@@ -202,7 +203,7 @@ def test_heavy_bodies_far_away(distance, digits):
     """Positions are counted from the barycentre, which is with the heavy body."""
     far = 2.5 * distance
     system, state = pair_and_sun(far, 1e-4 * far**3)
-    (text,) = doubts(lambda: fullbody.Simulation(system, state))
+    (text,) = input_warnings(lambda: fullbody.Simulation(system, state))
     assert text.startswith(f"body 2 is {far:.4g} from body 0 and body 1, which are 2.5 apart, and so heavy")
     step = 2.0 ** (np.floor(np.log2(far)) - 52)
     assert f"round at {step:.2g}, {step / 2.5:.2g} of their distance" in text
@@ -211,19 +212,19 @@ def test_heavy_bodies_far_away(distance, digits):
     assert "or body 2 as a fullbody.forces.ThirdBody on a prescribed path" in text
     # Whoever does is told nothing more; steps of a fixed size are not adapted, but lose as much.
     tolerance = float(digits)
-    assert doubts(lambda: fullbody.Simulation(system, state, fullbody.Verner98(tolerance, tolerance))) == []
-    (text,) = doubts(lambda: fullbody.Simulation(system, state, fullbody.SymplecticSplitting(0.1)))
+    assert input_warnings(lambda: fullbody.Simulation(system, state, fullbody.Verner98(tolerance, tolerance))) == []
+    (text,) = input_warnings(lambda: fullbody.Simulation(system, state, fullbody.SymplecticSplitting(0.1)))
     assert "Every step loses that much" in text
     assert text.endswith("or body 2 as a fullbody.forces.ThirdBody on a prescribed path, which costs no digits")
     # Nearer, or light: the barycentre stays with the pair.
-    assert doubts(lambda: fullbody.Simulation(*pair_and_sun(0.95e3 * 2.5, 1e18))) == []
-    assert doubts(lambda: fullbody.Simulation(*pair_and_sun(far, 1e-6 / distance))) == []
+    assert input_warnings(lambda: fullbody.Simulation(*pair_and_sun(0.95e3 * 2.5, 1e18))) == []
+    assert input_warnings(lambda: fullbody.Simulation(*pair_and_sun(far, 1e-6 / distance))) == []
 
 
 def test_the_advice_for_a_heavy_body_far_away_holds():
     """With the tolerance named steps are about as many as without the third body, with a thousandth many."""
     system, state = pair_and_sun(2.5e6, 1e14)
-    (text,) = doubts(lambda: fullbody.Simulation(system, state))
+    (text,) = input_warnings(lambda: fullbody.Simulation(system, state))
     advised = float(text.partition("rtol and atol of ")[2].split()[0])
 
     def steps(system, state, tolerance):
@@ -247,7 +248,7 @@ def test_the_advised_third_body_moves_the_pair_as_the_body_does():
     at, moving = (array[2] - shares @ array[:2] for array in (state.position, state.velocity))
     orbit = KeplerElements.from_cartesian(-at, -moving, 1e11 + 1.0)
     third = pair.with_forces([ThirdBody(mass=1e11, orbit=orbit, of="system", name="Sun")])
-    assert doubts(lambda: fullbody.Simulation(third, start)) == []
+    assert input_warnings(lambda: fullbody.Simulation(third, start)) == []
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", InconsistentInput)
         heavy = system.integrate(state, 20.0, output=[20.0], integrator=fullbody.Verner98(1e-10, 1e-10))
@@ -265,9 +266,9 @@ def test_binaries_that_are_too_wide():
         secondary = Component(diameter=size / 10, density="2 g/cm3", name="S")
         return lambda: fullbody.binary(primary, secondary, semi_major_axis=3 * u.km, units=True, **options)
 
-    assert doubts(make(1 * u.km)) == []
-    assert doubts(make(30.1 * u.m)) == []
-    (text,) = doubts(make(1 * u.m))
+    assert input_warnings(make(1 * u.km)) == []
+    assert input_warnings(make(30.1 * u.m)) == []
+    (text,) = input_warnings(make(1 * u.m))
     assert text.startswith(
         "the semi-major axis, 3 km, is 6000 times the longest semi-axis of the primary 'P', 0.0005 km;"
     )
@@ -276,7 +277,7 @@ def test_binaries_that_are_too_wide():
 
 def test_systems_in_units_tell_their_numbers_with_them():
     system, state = fullbody.systems.kw4(units=True)
-    (text,) = doubts(lambda: system.integrate(state.replace(velocity=state.velocity * 3600), 0.001))
+    (text,) = input_warnings(lambda: system.integrate(state.replace(velocity=state.velocity * 3600), 0.001))
     speed = np.linalg.norm(3600 * (state.velocity[1] - state.velocity[0])).to_value("km/h")
     assert text.startswith(f"Alpha and Beta start at {speed:.4g} km / h relative to each other")
     assert System(system.bodies, units=True).integrate(state, 0.001)

@@ -1,0 +1,47 @@
+"""Executes notebooks and stores their pictures with 256 colours, in a third of the space: ``make notebooks``.
+
+Arguments are the notebooks to execute; without any, all are executed.
+"""
+
+import base64
+import io
+import sys
+from pathlib import Path
+
+import nbclient
+import nbformat
+from PIL import Image
+
+
+def main() -> None:
+    """Execute the notebooks and write them."""
+    folder = Path(__file__).parents[1] / "notebooks"
+    for path in [Path(name) for name in sys.argv[1:]] or sorted(folder.glob("*.ipynb")):
+        notebook = nbformat.read(path, as_version=4)
+        client = nbclient.NotebookClient(notebook, timeout=3600, kernel_name="python3", record_timing=False)
+        client.execute()
+        shrink(notebook)
+        nbformat.write(notebook, path)
+        print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB", flush=True)
+
+
+def shrink(notebook: nbformat.NotebookNode) -> None:
+    """Replace the pictures of a notebook by pictures with a palette."""
+    for cell in notebook.cells:
+        for output in cell.get("outputs", []):
+            data = output.get("data", {})
+            if "image/png" in data:
+                data["image/png"] = with_palette(data["image/png"])
+
+
+def with_palette(picture: str) -> str:
+    """Return a PNG in base64 with a palette of 256 colours, or the picture itself if that is smaller."""
+    image = Image.open(io.BytesIO(base64.b64decode(picture))).convert("RGBA")
+    opaque = Image.alpha_composite(Image.new("RGBA", image.size, "white"), image).convert("RGB")
+    written = io.BytesIO()
+    opaque.quantize(256, dither=Image.Dither.NONE).save(written, "PNG", optimize=True)
+    return min(base64.b64encode(written.getvalue()).decode() + "\n", picture, key=len)
+
+
+if __name__ == "__main__":
+    main()
