@@ -25,8 +25,9 @@ __all__ = ["fit"]
 
 _Array = npt.NDArray[np.float64]
 
-#: Where the solver stops: relative changes of chi2 and of the parameters, and the slope of chi2 / 2 over an error.
-_FTOL, _XTOL, _GTOL = 1e-12, 1e-10, 1e-7
+#: The distance from the minimum in errors at which the solver stops; and the relative changes of chi2 and of
+#: the parameters at which it does where noise hides that.
+_CLOSE, _FTOL, _XTOL = 1e-6, 1e-9, 1e-9
 #: Two fits are at the same minimum if no parameter differs by more than this part of its error.
 _SAME = 0.1
 
@@ -152,6 +153,10 @@ class _Solution:
     iterations: int
 
 
+class _Converged(Exception):
+    """The solver is at a minimum."""
+
+
 class _Solver:
     """The residuals of a problem as scipy's solver takes them, which keeps the best values so far."""
 
@@ -186,10 +191,11 @@ class _Solver:
                 return np.asarray(found * scale)
 
             bounds = (self._parameters.lower - start) / scale, (self._parameters.upper - start) / scale
-            found = least_squares(
-                residuals, np.zeros(len(start)), slopes, bounds, ftol=_FTOL, xtol=_XTOL, gtol=_GTOL, x_scale="jac"
-            )
+            options = {"ftol": _FTOL, "xtol": _XTOL, "gtol": 1e-15, "x_scale": "jac"}
+            found = least_squares(residuals, np.zeros(len(start)), slopes, bounds, **options)
             message = "" if found.status > 0 else f"stopped after {found.nfev} proposals, the limit"
+        except _Converged:
+            message = ""
         except KeyboardInterrupt:
             self.interrupted = True
             message = "interrupted: the values are the best so far, not those of a minimum"
@@ -237,7 +243,19 @@ class _Solver:
         rows = slopes.rows.copy()
         rows[: len(pulls)] *= weights[:, None]
         prior = np.diag(1.0 / self._parameters.sigma)[self._priors]
-        return np.concatenate([rows, prior])
+        matrix = np.concatenate([rows, prior])
+        if self._is_close(values, matrix, self._vector(point)):
+            raise _Converged
+        return matrix
+
+    def _is_close(self, values: _Array, matrix: _Array, vector: _Array) -> bool:
+        """Whether the step to the minimum of the linearised problem is short in units of errors, away from bounds."""
+        known = self._parameters
+        near = 1e-6 * np.array([known.size(k, value) for k, value in enumerate(values)])
+        free = (values - known.lower > near) & (known.upper - values > near) & matrix.any(axis=0)
+        scaled = matrix[:, free] / np.linalg.norm(matrix[:, free], axis=0)
+        step = np.linalg.lstsq(scaled, vector, rcond=1e-12)[0]
+        return bool(np.linalg.norm(scaled @ step) < _CLOSE)
 
     def _show(self) -> None:
         if self._report is not None and self._best is not None:

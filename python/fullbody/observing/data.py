@@ -123,6 +123,7 @@ class Observations(Tabled):
         self.rows = rows.kept
         self.missing = rows.missing
         self.geometry = geometry
+        self._clocks: dict[Any, _Array] = {}
         #: The observations without the jitter that these have.
         self._given: Self | None = None
 
@@ -146,12 +147,18 @@ class Observations(Tabled):
         return system._units.attach(self._emission(system), "time")
 
     def _emission(self, system: System) -> _Array:
-        return self.geometry._of(system).emission(in_system(self.times, system, f"times of {self._what()}"))
+        return self.geometry._of(system).emission(self._clock(system))
+
+    def _clock(self, system: System) -> _Array:
+        """The times of the observations as numbers of a system's clock, converted once for each epoch and unit."""
+        key = system._options["epoch"], system.units
+        if key not in self._clocks:
+            self._clocks[key] = in_system(self.times, system, f"times of {self._what()}")
+        return self._clocks[key]
 
     def _seen(self, system: System, states: dict[str, _Array], masses: Any = None) -> Seen:
         """The bodies as they are seen at the times of the observations; with other masses about another barycentre."""
-        geometry, times = self.geometry._of(system), in_system(self.times, system, f"times of {self._what()}")
-        return Seen(geometry, times, system._masses if masses is None else masses, states)
+        return Seen(self.geometry._of(system), self._clock(system), system._masses if masses is None else masses, states)
 
     def _model(self, system: System, states: dict[str, _Array], masses: Any = None) -> _Array:
         """Return predictions (K, C) in plain numbers from the states at the times of emission."""
