@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..model.state import State
     from ..motion.system import System
 
-__all__ = ["Made", "SetupDerivatives", "derivatives_of_setup", "rotation_between"]
+__all__ = ["Chain", "Made", "SetupDerivatives", "rotation_between"]
 
 _Array = npt.NDArray[np.float64]
 
@@ -139,112 +139,137 @@ class SetupDerivatives:
     undifferentiable: dict[str, str]
 
 
-def derivatives_of_setup(
-    make: Callable[[_Array], Made], values: _Array, names: Sequence[str], sizes: _Array
-) -> SetupDerivatives:
-    """Differentiate a setup at values (P,) of its parameters.
+class Chain:
+    """The derivatives of what a setup makes of parameters, wherever they are taken in a fit.
 
-    Raises
-    ------
-    InvalidInput
-        For a setup whose results do not change evenly with a parameter.
+    Steps of differences are sought once, and so is which numbers of the system are its parameters themselves.
+
+    Parameters
+    ----------
+    make : callable
+        Takes values (P,), gives what the setup makes of them.
+    names : sequence of str
     """
-    base = make(values)
-    tangent = len(base.core.position) * 12
-    scale = np.concatenate([base.sizes(), np.abs(base.numbers)])
-    groups = np.concatenate([_groups(tangent), np.arange(len(base.numbers)) + 5])
-    columns = np.zeros((len(scale), len(values)))
-    found: dict[str, str] = {}
-    for k, name in enumerate(names):
-        other: list[str] = []
 
-        def shifted(by: float, k: int = k, other: list[str] = other) -> _Array:
+    def __init__(self, make: Callable[[_Array], Made], names: Sequence[str]) -> None:
+        self._make, self._names = make, tuple(names)
+        self._steps: list[dict[str, float]] = [{} for _ in names]
+        self._system = _SystemChain()
+
+    def at(self, values: _Array, sizes: _Array) -> SetupDerivatives:
+        """Differentiate at values (P,), which have sizes (P,) over which the setup is smooth.
+
+        Raises
+        ------
+        InvalidInput
+            For a setup whose results do not change evenly with a parameter.
+        """
+        base = self._make(values)
+        tangent = len(base.core.position) * 12
+        columns = np.zeros((tangent + 1 + len(base.numbers), len(values)))
+        found: dict[str, str] = {}
+        for k, name in enumerate(self._names):
+            other: list[str] = []
+            try:
+                column = self._column(base, values, k, sizes[k], other)
+            except InvalidInput as error:
+                raise InvalidInput(f"setup cannot be differentiated by {name} at {values[k]:.9g}: {error}") from error
+            if other:
+                found[name] = other[0]
+            elif column is None:
+                raise InvalidInput(
+                    f"the results of setup do not change evenly with {name} near {values[k]:.9g}; expected a function "
+                    "without jumps and random numbers"
+                )
+            else:
+                columns[:, k] = column
+        start, times, numbers = columns[:tangent], columns[tangent], columns[tangent + 1 :]
+        if times.any():
+            # A start that comes later by dt is one that is f dt behind, with f the rates of change.
+            start = start - np.outer(base.system._core.jacobian(base.core, [])[3], times)
+        system, left = self._system.solve(base, numbers)
+        for name, place in zip(self._names, left, strict=True):
+            if place is not None:
+                found.setdefault(name, place)
+        return SetupDerivatives(start, system, found)
+
+    def _column(self, base: Made, values: _Array, k: int, size: float, other: list[str]) -> _Array | None:
+        """Derivatives of the start, its time and the system's numbers; ``other`` receives what else has changed."""
+        scale = np.concatenate([base.sizes(), np.abs(base.numbers)])
+        start = np.append(np.tile(np.repeat(np.arange(4), 3), len(base.core.position)), 4)
+        groups = np.concatenate([start, np.arange(len(base.numbers)) + 5])
+
+        def shifted(by: float) -> _Array:
             moved = values.copy()
             moved[k] += by
-            made = make(moved)
+            made = self._make(moved)
             if (place := base.difference(made)) is not None:
                 other.append(place)
-            if len(made.core.position) != len(base.core.position) or len(made.numbers) != len(base.numbers):
                 return np.zeros(len(scale))
             return np.concatenate([base.moved(made), made.numbers - base.numbers])
 
+        return slope(shifted, size, scale, groups, self._steps[k])
+
+
+class _SystemChain:
+    """Which parameters of a system have changed, from the changes of the numbers that describe it."""
+
+    def __init__(self) -> None:
+        self._steps: dict[str, dict[str, float]] = {}
+        #: The derivatives of the numbers by parameters that are one of them, which are the same everywhere.
+        self._own: dict[str, _Array] = {}
+
+    def solve(self, base: Made, numbers: _Array) -> tuple[dict[str, _Array], list[str | None]]:
+        """Solve for the derivatives of a system's parameters from those (D, P) of the numbers that describe it.
+
+        Returns them by name, and for each of P the place of a number that no parameter of the system changes so.
+        """
+        left: list[str | None] = [None] * numbers.shape[1]
+        rows = numbers.any(axis=1)
+        if not rows.any():
+            return {}, left
+        known = {name: found for name in base.system.parameters if (found := self._changes(base, name)) is not None}
+        columns = np.stack(list(known.values()), axis=1) if known else np.zeros((len(rows), 0))
+        scale = np.abs(base.numbers)
+        scale = np.where(scale > 0.0, scale, np.maximum(np.abs(columns).max(axis=1, initial=0.0), 1e-300))
+        used: dict[str, _Array] = {}
+        for name, column in zip(known, (columns / scale[:, None]).T, strict=True):
+            # Of several parameters that make the same change one is enough.
+            if column[rows].any() and not any(_parallel(column, other) for other in used.values()):
+                used[name] = column
+        scaled = np.stack(list(used.values()), axis=1) if used else np.zeros((len(rows), 0))
+        width = np.abs(scaled).max(axis=0, initial=1e-300)
+        wanted = numbers / scale[:, None]
+        solved = np.linalg.lstsq(scaled / width, wanted, rcond=1e-10)[0] if used else np.zeros((0, len(left)))
+        remaining = np.abs(wanted - scaled / width @ solved)
+        for k in range(len(left)):
+            if remaining[:, k].max() > _LEFT * np.abs(wanted[:, k]).max():
+                left[k] = base.places[int(np.argmax(remaining[:, k]))]
+        solved = np.where(np.abs(solved) > 1e-9 * np.abs(solved).max(axis=0, initial=1e-300), solved, 0.0)
+        return {name: row for name, row in zip(used, solved / width[:, None], strict=True) if row.any()}, left
+
+    def _changes(self, base: Made, name: str) -> _Array | None:
+        """Return the derivatives (D,) of the numbers that describe a system by one of its parameters.
+
+        It is ``None`` where motions of this system cannot be differentiated by it.
+        """
+        if (own := self._own.get(name)) is not None and len(own) == len(base.numbers):
+            return own
+        system = base.system
         try:
-            column = slope(shifted, sizes[k], scale, groups)
-        except InvalidInput as error:
-            raise InvalidInput(f"setup cannot be differentiated by {name} at {values[k]:.9g}: {error}") from error
-        if other:
-            found[name] = other[0]
-        elif column is None:
-            raise InvalidInput(
-                f"the results of setup do not change evenly with {name} near {values[k]:.9g}; expected a function without "
-                "jumps and random numbers"
-            )
-        else:
-            columns[:, k] = column
-    start, times, numbers = columns[:tangent], columns[tangent], columns[tangent + 1 :]
-    if times.any():
-        # A start that comes later by dt is one that is f dt behind, with f the rates of change.
-        start = start - np.outer(base.system._core.jacobian(base.core, [])[3], times)
-    system, left = _parameters_of(base, numbers)
-    for k, name in enumerate(names):
-        if left[k] is not None:
-            found.setdefault(name, str(left[k]))
-    return SetupDerivatives(start, system, found)
+            system._core.jacobian(base.core, [name])
+            size = system._changed(name, 0.0)[1]
 
+            def shifted(by: float) -> _Array:
+                return _described(system._changed(name, by)[0])[0] - base.numbers
 
-def _groups(tangent: int) -> npt.NDArray[np.intp]:
-    """Positions, velocities, attitudes and spins are groups, and so is the time."""
-    return np.append(np.tile(np.repeat(np.arange(4), 3), tangent // 12), 4)
-
-
-def _parameters_of(base: Made, numbers: _Array) -> tuple[dict[str, _Array], list[str | None]]:
-    """Solve for the derivatives of a system's parameters from those (D, P) of the numbers that describe it.
-
-    Returns them by name, and for each of P the place of a number that no parameter of the system changes so.
-    """
-    left: list[str | None] = [None] * numbers.shape[1]
-    rows = np.flatnonzero(numbers.any(axis=1))
-    if not rows.size:
-        return {}, left
-    known = {name: column for name in base.system.parameters if (column := _changes(base, name)) is not None}
-    columns = np.stack(list(known.values()), axis=1) if known else np.zeros((len(base.numbers), 0))
-    scale = np.abs(base.numbers)
-    scale = np.where(scale > 0.0, scale, np.maximum(np.abs(columns).max(axis=1, initial=0.0), 1e-300))
-    used: dict[str, _Array] = {}
-    for name, column in zip(known, (columns / scale[:, None]).T, strict=True):
-        # Of several parameters that make the same change one is enough.
-        if column[rows].any() and not any(_parallel(column, other) for other in used.values()):
-            used[name] = column
-    scaled = np.stack(list(used.values()), axis=1) if used else np.zeros((len(scale), 0))
-    width = np.where(scaled.any(axis=0), np.abs(scaled).max(axis=0, initial=0.0), 1.0)
-    wanted = numbers / scale[:, None]
-    solved = np.linalg.lstsq(scaled / width, wanted, rcond=1e-10)[0] if used else np.zeros((0, numbers.shape[1]))
-    remaining = np.abs(wanted - scaled / width @ solved)
-    for k in range(numbers.shape[1]):
-        largest = np.abs(wanted[:, k]).max()
-        if remaining[:, k].max() > _LEFT * largest:
-            left[k] = base.places[int(np.argmax(remaining[:, k]))]
-    solved = np.where(np.abs(solved) > 1e-10 * np.abs(solved).max(axis=0, initial=1e-300), solved, 0.0)
-    values = solved / width[:, None]
-    return {name: row for name, row in zip(used, values, strict=True) if row.any()}, left
-
-
-def _changes(base: Made, name: str) -> _Array | None:
-    """Return the derivatives (D,) of the numbers that describe a system by one of its parameters.
-
-    It is ``None`` where motions of this system cannot be differentiated by it.
-    """
-    system = base.system
-    try:
-        system._core.jacobian(base.core, [name])
-        size = system._changed(name, 0.0)[1]
-
-        def shifted(by: float) -> _Array:
-            return _described(system._changed(name, by)[0])[0] - base.numbers
-
-        return slope(shifted, size, np.abs(base.numbers), np.arange(len(base.numbers)))
-    except InvalidInput:
-        return None
+            groups = np.arange(len(base.numbers))
+            found = slope(shifted, size, np.abs(base.numbers), groups, self._steps.setdefault(name, {}))
+        except InvalidInput:
+            return None
+        if found is not None and np.count_nonzero(found) == 1 and abs(found.max() - 1.0) < 1e-9:
+            self._own[name] = found
+        return found
 
 
 def _parallel(first: _Array, second: _Array) -> bool:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import copy
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -108,6 +109,15 @@ class Parameters:
 
     def __len__(self) -> int:
         return len(self.names)
+
+    def only(self, names: Sequence[str]) -> Parameters:
+        """Return those of the parameters that have these names, which are in the same order."""
+        found = copy.copy(self)
+        places = [self.names.index(name) for name in names]
+        found.names, found.units = tuple(names), tuple(self.units[k] for k in places)
+        for what in ("start", "lower", "upper", "mean", "sigma"):
+            setattr(found, what, getattr(self, what)[places])
+        return found
 
     def named(self, values: _Array) -> dict[str, Any]:
         """Values (P,), or columns (P, n), by their names with their units."""

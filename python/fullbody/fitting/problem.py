@@ -15,8 +15,8 @@ from ..errors import InvalidInput
 from ..model.state import State
 from ..motion.samples import chosen, joined
 from ..motion.system import System
-from .chain import Made, derivatives_of_setup
-from .differences import slope
+from .chain import Chain, Made
+from .differences import REFUSALS, slope
 from .free import Parameters
 
 if TYPE_CHECKING:
@@ -127,12 +127,17 @@ class Problem:
                 f"parameters has {unused[0]!r}, which neither the setup nor observations take; "
                 f"{suggestion(unused[0], arguments, 'some')}"
             )
+        own = parameters.only(self.of_setup)
+        self._chain = Chain(lambda values: self._make(own.named(values)), self.of_setup)
+        self._steps: list[dict[str, float]] = [{} for _ in names]
         self.runs = self.differentiated = self.refused = 0
         self.reason = ""
 
     def make(self, values: _Array) -> Made:
         """Call the setup."""
-        named = self.parameters.named(values)
+        return self._make(self.parameters.named(values))
+
+    def _make(self, named: dict[str, Any]) -> Made:
         found = self.setup(**{name: named[name] for name in self.of_setup})
         try:
             system, state = found
@@ -158,7 +163,7 @@ class Problem:
         """
         try:
             return self._point(values)
-        except (ValueError, ArithmeticError, RuntimeError) as error:
+        except REFUSALS as error:
             self.refused += 1
             self.reason = f"{type(error).__name__}: {error}"
             raise Refused(self.reason) from error
@@ -213,13 +218,7 @@ class Problem:
         mine = [k for k, name in enumerate(names) if name in self.of_setup]
         differenced: dict[str, str] = {}
         if mine:
-
-            def make(part: _Array) -> Made:
-                whole = values.copy()
-                whole[mine] = part
-                return self.make(whole)
-
-            made = derivatives_of_setup(make, values[mine], [names[k] for k in mine], sizes[mine])
+            made = self._chain.at(values[mine], sizes[mine])
             differenced |= {
                 name: f"it changes {place}, by which motions are not differentiated"
                 for name, place in made.undifferentiable.items()
@@ -272,7 +271,7 @@ class Problem:
 
         rows = point.rows
         scale = np.full(len(rows), max(1.0, float(np.abs(rows).max(initial=0.0))))
-        found = slope(shifted, size, scale, np.zeros(len(rows), dtype=int))
+        found = slope(shifted, size, scale, np.zeros(len(rows), dtype=int), self._steps[k])
         if found is None:
             raise InvalidInput(
                 f"the observations do not change evenly with {self.parameters.names[k]} near {point.values[k]:.9g}"
@@ -287,7 +286,7 @@ class Problem:
             values[k] += by
             try:
                 return self._point(values).rows - point.rows
-            except (ValueError, ArithmeticError, RuntimeError):
+            except REFUSALS:
                 return None
 
         step = _FIRST * size

@@ -27,7 +27,7 @@ _Array = npt.NDArray[np.float64]
 
 #: The distance from the minimum in errors at which the solver stops; and the relative changes of chi2 and of
 #: the parameters at which it does where noise hides that.
-_CLOSE, _FTOL, _XTOL = 1e-6, 1e-9, 1e-9
+_CLOSE, _FTOL, _XTOL = 3e-5, 1e-9, 1e-9
 #: Two fits are at the same minimum if no parameter differs by more than this part of its error.
 _SAME = 0.1
 
