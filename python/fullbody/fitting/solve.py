@@ -269,8 +269,8 @@ def check_count(problem: Problem, point: Point) -> None:
     if data < len(problem.parameters) + solved:
         also = f" and {solved} zero points" if solved else ""
         raise InvalidInput(
-            f"parameters has {len(problem.parameters)} parameters{also}, and there are {data} numbers of data and priors; "
-            "expected no more parameters than data"
+            f"parameters has {len(problem.parameters)} parameters{also}, and there are {data} numbers of data and "
+            "priors; expected no more parameters than data"
         )
 
 
@@ -342,5 +342,3 @@ def _same(one: Fit, other: Fit) -> bool:
             apart[k] = getattr(difference, "value", difference)
     errors = np.sqrt(np.diag(other.covariance))
     return bool((np.abs(apart) <= _SAME * errors).all())
-
-
