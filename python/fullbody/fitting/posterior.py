@@ -13,12 +13,11 @@ from ..errors import InvalidInput
 if TYPE_CHECKING:
     import xarray
 
-    from .result import Fit
 
 __all__ = ["sample"]
 
 
-def sample(fit: Fit, sampler: Any, steps: Any, walkers: Any, seed: Any, progress: bool) -> xarray.Dataset:
+def sample(fit: Any, sampler: Any, steps: Any, walkers: Any, seed: Any, progress: bool) -> xarray.Dataset:
     """Sample the posterior distribution; see :meth:`fullbody.fitting.Fit.sample`."""
     if sampler != "emcee":
         raise InvalidInput(f"sampler is {sampler!r}; expected 'emcee'")
