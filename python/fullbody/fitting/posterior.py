@@ -32,8 +32,8 @@ def sample(fit: Any, sampler: Any, steps: Any, walkers: Any, seed: Any, progress
     if count is None or count < 2 * len(fit.names):
         raise InvalidInput(f"walkers is {walkers!r}; expected at least {2 * len(fit.names)}, two for each parameter")
     ensemble = emcee.EnsembleSampler(count, len(fit.names), fit.log_posterior)
-    state = np.random.RandomState(seed).get_state()
-    ensemble.run_mcmc(fit.draws_as_array(count, seed), length, progress=progress, rstate0=state)
+    state = emcee.State(fit.draws_as_array(count, seed), random_state=np.random.RandomState(seed).get_state())
+    ensemble.run_mcmc(state, length, progress=progress)
     chain = np.moveaxis(ensemble.get_chain(), 0, 1)
     dimensions = ("chain", "draw")
     found: dict[str, Any] = {}

@@ -90,7 +90,8 @@ def test_derivatives_of_pulls_are_those_of_the_run_displaced():
     radar = observing.Radar(times, range=zero * u.km, sigma=10 * u.m, body="Dimorphos", geometry=geometry)
     offsets = {"body": "Dimorphos", "about": "Didymos", "geometry": geometry}
     sky = observing.Astrometry(times, zero * u.mas, zero * u.mas, 1 * u.mas, photocentre=True, **offsets)
-    for data in (light, radar, sky):
+    # Ranges of 0.05 au are rounded to 1 um, of which the differences take some hundreds apart.
+    for data, rounding in ((light, 1e-6), (radar, 1e-2), (sky, 1e-6)):
         run = system.integrate(state, 20.0, data.emission(system), derivatives=names)
         exact, differenced = data.derivatives(run), run.derivative_of(data.pulls)
         np.testing.assert_array_equal(exact.value, differenced.value)
@@ -98,10 +99,10 @@ def test_derivatives_of_pulls_are_those_of_the_run_displaced():
         kinds = differenced.start.reshape(-1, 2, 4, 3)
         size = np.abs(kinds).max(axis=(0, 1, 3))[:, None]
         off = np.abs(exact.start.reshape(kinds.shape) - kinds) / np.where(size > 1e-9 * size.max(), size, 1.0)
-        assert off.max() < 2e-6
+        assert off.max() < rounding
         for name in names:
             size = np.abs(differenced.by_parameter[name]).max()
-            np.testing.assert_allclose(exact.by_parameter[name], differenced.by_parameter[name], atol=2e-6 * size)
+            np.testing.assert_allclose(exact.by_parameter[name], differenced.by_parameter[name], atol=rounding * size)
 
 
 def test_a_start_that_moves_in_time_is_differentiated():
