@@ -52,7 +52,7 @@ def noisy(rng, system, state, times, hours):
     )
 
 
-def dimorphos(b=0.87, c=0.66, longitude=310.0, latitude=-80.0, period=11.92, phase=0.0):
+def dimorphos(b=0.87, c=0.66, longitude=310.0, latitude=-80.0, period=11.92, phase=0.0, **options):
     """Didymos with a moon of the semi-axes 1 : b : c in a circle; its pole in degrees of the ecliptic.
 
     The period of the orbit, in h, is that of a circle about a point.
@@ -60,7 +60,7 @@ def dimorphos(b=0.87, c=0.66, longitude=310.0, latitude=-80.0, period=11.92, pha
     a = 0.0885
     moon = fullbody.Body(fullbody.Ellipsoid(a, a * b, a * c), density=2.4e12, name="Dimorphos")
     didymos = fullbody.Body(fullbody.Ellipsoid(0.394, 0.394, 0.29), density=2.8e12, name="Didymos")
-    system = fullbody.System([didymos, moon], G=G, units=("km", "hour", "kg"), frame="ecliptic")
+    system = fullbody.System([didymos, moon], G=G, units=("km", "hour", "kg"), frame="ecliptic", **options)
     total = float(system.masses.sum().value)
     rate = 2 * np.pi / period
     apart = (G * total / rate**2) ** (1 / 3)

@@ -356,7 +356,7 @@ class Fit(Tabled):
         if self.unconstrained is not None:
             about.append(("not constrained", self.unconstrained))
         if self.message:
-            about.append(("stopped", self.message))
+            about.append(("ended", self.message))
         about += [(f"{name} differenced", reason) for name, reason in self.differenced.items()]
         tables = [Table("Fit", head, rows), Table("Quality", (), about)]
         if len(self.minima) > 1:

@@ -27,7 +27,7 @@ _Array = npt.NDArray[np.float64]
 
 #: The distance from the minimum in errors at which the solver stops; and the relative changes of chi2 and of
 #: the parameters at which it does where noise hides that.
-_CLOSE, _FTOL, _XTOL = 3e-5, 1e-9, 1e-9
+_CLOSE, _FTOL, _XTOL = 3e-5, 1e-9, 1e-13
 #: The distance at which a solver that makes no way any more is not at a minimum.
 _FAR = 0.03
 #: Two fits are at the same minimum if no parameter differs by more than this part of its error.
@@ -184,18 +184,20 @@ class _Solver:
             norms = np.linalg.norm(jacobian, axis=0)
             sizes = np.array([self._parameters.size(k, value) for k, value in enumerate(start)])
             scale = np.where(norms > 0.0, 1.0 / np.where(norms > 0.0, norms, 1.0), sizes)
+            # The first region of trust is as large as this: changes by all of the parameters' sizes.
+            begin = sizes / scale
             first_jacobian: list[_Array] = [jacobian]
 
             def residuals(x: _Array) -> _Array:
-                return self._residuals(start + scale * x)
+                return self._residuals(start + scale * (x - begin))
 
             def slopes(x: _Array) -> _Array:
-                found = first_jacobian.pop() if first_jacobian else self._jacobian(start + scale * x)
+                found = first_jacobian.pop() if first_jacobian else self._jacobian(start + scale * (x - begin))
                 return np.asarray(found * scale)
 
-            bounds = (self._parameters.lower - start) / scale, (self._parameters.upper - start) / scale
+            bounds = tuple((one - start) / scale + begin for one in (self._parameters.lower, self._parameters.upper))
             options = {"ftol": _FTOL, "xtol": _XTOL, "gtol": 1e-15, "x_scale": "jac"}
-            found = least_squares(residuals, np.zeros(len(start)), slopes, bounds, **options)
+            found = least_squares(residuals, begin, slopes, bounds, **options)
             message = "" if found.status > 0 else f"stopped after {found.nfev} proposals, the limit"
             if found.status > 0 and self._distance > _FAR:
                 why = f"; the last proposal refused: {self._problem.reason}" if self._problem.refused else ""

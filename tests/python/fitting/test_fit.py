@@ -168,22 +168,30 @@ def test_an_unconstrained_combination_is_named(radar):
         fullbody.fit(lambda a, colour: pair(a=a), {"a": 2.545, "colour": 1.0}, radar)
 
 
-def test_refused_proposals_are_shortened_and_counted(radar):
-    """From far off the solver proposes masses that the setup refuses."""
-
+def limited(least, most):
     def setup(mass, a):
-        if not 2.2 < mass < 2.41:
-            raise ValueError(f"mass is {mass}; expected a mass that the author likes")
+        if not least < mass < most:
+            raise ValueError(f"mass is {mass}; expected one that the author likes")
         return pair(mass=mass, a=a)
 
-    found = fullbody.fit(setup, {"mass": 2.405, "a": 2.40}, radar)
-    assert found.refused > 0
-    assert "that the author likes" in found.last_refusal
-    assert "refused" in repr(found)
-    best = fullbody.fit(pair, START, radar)
-    assert found.chi2 == pytest.approx(best.chi2, rel=1e-6)
+    return setup
+
+
+def test_refused_proposals_are_shortened_and_counted(radar, found):
+    far = fullbody.fit(limited(2.2, 2.5), {"mass": 2.4, "a": 2.45}, radar)
+    assert far.refused > 0
+    assert "that the author likes" in far.last_refusal
+    assert f"{far.refused} proposals refused" in repr(far)
+    assert far.chi2 == pytest.approx(found.chi2, rel=1e-8)
     with pytest.raises(fullbody.InvalidInput, match=r"start of the fit is refused.*that the author likes"):
-        fullbody.fit(setup, {"mass": 3.0, "a": 2.5}, radar)
+        fullbody.fit(limited(2.2, 2.5), {"mass": 3.0, "a": 2.5}, radar)
+
+
+def test_a_fit_that_is_held_off_its_minimum_says_so(radar):
+    with pytest.warns(fullbody.InconsistentInput, match=r"errors away from .* refused: ValueError: mass is 2\.36"):
+        held = fullbody.fit(limited(2.369, 2.5), {"mass": 2.4, "a": 2.5}, radar)
+    assert "errors away" in repr(held)
+    assert held.minima[0].message
 
 
 def test_robust_losses_withstand_outliers(radar):
