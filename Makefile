@@ -13,7 +13,7 @@ REPORT ?= out/reproduce
 FUZZ_MINUTES ?= 60
 FUZZ_PARTS   := fuzz-python fuzz-archive fuzz-pairs
 FUZZ_SHARE    = $(shell expr $(FUZZ_MINUTES) / $(words $(FUZZ_PARTS)))
-RUST   := Cargo.toml Cargo.lock $(shell find src -name '*.rs')
+RUST   := Cargo.toml Cargo.lock bindings/Cargo.toml $(shell find src bindings/src -name '*.rs')
 # The files on which the report depends, which uses the whole package for its figures and numbers.
 SOURCES := $(shell find python/fullbody reproduction -type f -not -name '*.so' -not -path '*/__pycache__/*')
 # Folders with Python code.
@@ -62,14 +62,15 @@ kw4: $(VENV)/.built  ## one year of 1999 KW4 beside the paper's numbers, into ou
 
 test: test-rust test-python  ## all tests
 
+# They run what the extension has been built from. `cargo test` alone builds it with checks of overflow, and in parts.
 test-rust:
-	cargo test --locked --no-default-features
+	cargo test --locked --release --workspace
 
 # This needs Debian's packages qemu-user and libc6-arm64-cross.
 test-arm: $(VENV)/.wheel  ## the Rust tests on 64-bit ARM, emulated by QEMU
 	rustup target add aarch64-unknown-linux-gnu
 	CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER='qemu-aarch64 -L /usr/aarch64-linux-gnu' \
-		$(BIN)/cargo-zigbuild test --no-default-features --target aarch64-unknown-linux-gnu --test rust
+		$(BIN)/cargo-zigbuild test --target aarch64-unknown-linux-gnu --test rust
 
 # Bytecode is written, since tests start many interpreters that reuse it.
 test-python: $(VENV)/.dev
@@ -92,7 +93,7 @@ test-lowest:  ## the Python tests with the lowest supported versions of all depe
 	out/lowest/bin/python -m pytest -n auto
 
 licences: $(VENV)/.built  ## the licences of the crates that the extension contains, into THIRD_PARTY_LICENCES.yml
-	cargo bundle-licenses --features python --previous THIRD_PARTY_LICENCES.yml --format yaml --output THIRD_PARTY_LICENCES.yml --prefer MIT
+	cd bindings && cargo bundle-licenses --previous ../THIRD_PARTY_LICENCES.yml --format yaml --output ../THIRD_PARTY_LICENCES.yml --prefer MIT
 
 test-wheel: wheel  ## installs the wheel in an environment without Rust, and the source distribution, and runs 1999 KW4 from both
 	$(BIN)/python tests/installed.py dist
@@ -102,7 +103,7 @@ browser: $(VENV)/.built  ## a page on which 1999 KW4 runs in the browser, into o
 	$(BIN)/python browser/build.py out/browser
 
 crate: $(MATURIN)  ## packs the crate, and builds it from the package
-	RUSTDOCFLAGS='-D warnings' cargo doc --no-deps --no-default-features
+	RUSTDOCFLAGS='-D warnings' cargo doc --no-deps
 	cargo package --allow-dirty
 
 lint: $(VENV)/.dev  ## formats, lints and types of Python, formats of Rust: the checks of each commit
@@ -112,8 +113,7 @@ lint: $(VENV)/.dev  ## formats, lints and types of Python, formats of Rust: the 
 	$(BIN)/mypy
 
 check: lint  ## lint, and the lints of Rust and the stubs
-	cargo clippy --locked --no-default-features --all-targets -- -D warnings
-	cargo clippy --locked --features python -- -D warnings
+	cargo clippy --locked --workspace --all-targets -- -D warnings
 	$(BIN)/python -m mypy.stubtest fullbody._core
 
 fmt:  ## formats everything
@@ -122,7 +122,7 @@ fmt:  ## formats everything
 	$(BIN)/ruff check --fix $(PYTHONS)
 
 docs: $(VENV)/.docs $(REPORT)/numbers.json  ## the documentation, into out/docs/; warnings are errors, examples are run
-	cargo doc --locked --no-deps --no-default-features
+	cargo doc --locked --no-deps
 	FULLBODY_REPORT=$(REPORT) $(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
 
 notebooks: $(VENV)/.dev  ## execute the notebooks and store their outputs; NOTEBOOKS= names some of them

@@ -33,9 +33,7 @@ def main() -> None:
     if shutil.which("valgrind") is None:
         print("valgrind is not installed; no instructions counted")
         return
-    subprocess.run(
-        ["cargo", "build", "--quiet", "--release", "--no-default-features", "--example", PROGRAM[-1]], check=True
-    )
+    subprocess.run(["cargo", "build", "--quiet", "--release", "--example", PROGRAM[-1]], check=True)
     print("instructions of one interaction (force and both torques), 1999 KW4, tolerance 1e-14")
     for method in METHODS:
         for path in ("portable", "avx2") if method in ("focal", "surface") else ("portable",):

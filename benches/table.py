@@ -115,7 +115,7 @@ def main() -> None:
     print(f"  {numpy_time * 1e6:10.2f} us; the forces differ by {difference:.1e}, relative")
 
     # The core is timed by a program of its own: what a user calls carries no stopwatch.
-    build = ["cargo", "build", "--quiet", "--release", "--no-default-features", "--example", PROGRAM[-1]]
+    build = ["cargo", "build", "--quiet", "--release", "--example", PROGRAM[-1]]
     subprocess.run(build, check=True)
     print("\ntime of one interaction (force and both torques), within the core")
     print(f"  {'method':<14}{'tolerance':>10}{'path':>10}{'nodes':>7}{'us':>10}{'numpy / this':>14}")

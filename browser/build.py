@@ -32,9 +32,9 @@ def extension() -> Path:
         "PYO3_CROSS_PYTHON_VERSION": "3.11",
     }
     environment = {name: value for name, value in os.environ.items() if name != "PYO3_PYTHON"} | settings
-    command = ["cargo", "rustc", "--lib", "--crate-type", "cdylib", "--profile", "browser", "--features", "python"]
-    subprocess.run([*command, "--target", TARGET], cwd=ROOT, env=environment, check=True)
-    return ROOT / "target" / TARGET / "browser" / "fullbody.wasm"
+    command = ["cargo", "rustc", "--package", "fullbody-python", "--profile", "browser", "--target", TARGET]
+    subprocess.run(command, cwd=ROOT, env=environment, check=True)
+    return ROOT / "target" / TARGET / "browser" / "_core.wasm"
 
 
 def wheel(path: Path, module: Path) -> None:

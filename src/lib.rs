@@ -21,7 +21,6 @@
 //! - [`particles`]: massless particles among moving bodies: flight, contacts, fates.
 //! - [`photometry`]: brightness of bodies in sunlight, with mutual occultations and eclipses.
 //! - [`ensemble`]: many simulations in parallel.
-//! - `py`: the Python bindings, without mathematics.
 
 #![deny(unsafe_code)]
 
@@ -46,5 +45,3 @@ pub mod trajectory;
 pub mod particles;
 pub mod photometry;
 pub mod ensemble;
-#[cfg(feature = "python")]
-mod py;

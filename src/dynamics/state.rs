@@ -109,6 +109,19 @@ impl State {
         Self::new(time, position, velocity, attitude, spin)
     }
 
+    /// Makes a state from positions and attitudes alone, for what depends on them only: velocities and spins
+    /// are NaN.
+    ///
+    /// # Errors
+    /// The errors are those of [`Self::new`].
+    #[doc(hidden)]
+    pub fn of_places(time: f64, position: Vec<Vec3>, attitude: Vec<[f64; 4]>) -> Result<Self> {
+        let zeros = vec![Vec3::zeros(); position.len()];
+        let state = Self::new(time, position, zeros.clone(), attitude, zeros)?;
+        let unknown = vec![Vec3::from_element(f64::NAN); state.bodies()];
+        Ok(Self { velocity: unknown.clone(), spin: unknown, ..state })
+    }
+
     /// Returns the state at another time.
     ///
     /// # Errors

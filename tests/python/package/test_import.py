@@ -88,7 +88,7 @@ def locked(folder):
 def test_one_version_is_told_everywhere():
     told = {
         "the package": version("fullbody"),
-        "Cargo.toml": tomllib.loads((ROOT / "Cargo.toml").read_text())["package"]["version"],
+        "Cargo.toml": tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"],
         "Cargo.lock": locked("."),
         "fuzz/Cargo.lock": locked("fuzz"),
     }

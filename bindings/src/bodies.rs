@@ -2,8 +2,9 @@
 
 use super::arrays::array;
 use super::polyhedra::PyPolyhedron;
-use crate::error::Error;
-use crate::shape::{Body, GivenPart, Shape};
+use crate::errors::Result;
+use fullbody::error::Error;
+use fullbody::shape::{Body, GivenPart, Shape};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
@@ -23,11 +24,12 @@ pub enum PyShape<'py> {
 }
 
 impl<'py> PyShape<'py> {
-    fn of(py: Python<'py>, shape: &Shape) -> PyResult<Self> {
+    fn of(py: Python<'py>, shape: &Shape) -> Result<Self> {
         Ok(match shape {
             Shape::Ellipsoid(e) => Self::Axes(Some(e.semi_axes())),
             Shape::Polyhedron(p) => Self::Polyhedron(Bound::new(py, PyPolyhedron::from(p.clone()))?),
             Shape::Point => Self::Axes(None),
+            other => return Err(Error::invalid("shape", format!("{other:?}"), "one that Python has").into()),
         })
     }
 
@@ -49,7 +51,7 @@ pub struct PyBody {
 impl PyBody {
     #[new]
     #[pyo3(signature = (name, shape, mass=None, density=None))]
-    fn new(name: String, shape: PyShape<'_>, mass: Option<f64>, density: Option<f64>) -> Result<Self, Error> {
+    fn new(name: String, shape: PyShape<'_>, mass: Option<f64>, density: Option<f64>) -> Result<Self> {
         let shape = shape.shape()?;
         let inner = match (mass, density) {
             (Some(mass), None) => Body::with_mass(name, shape, mass),
@@ -64,13 +66,13 @@ impl PyBody {
 
     #[getter]
     fn mass(&self) -> f64 {
-        self.inner.mass
+        self.inner.mass()
     }
 
     /// Makes a body of several parts, each (shape, mass, density, position, attitude) with either a mass or a
     /// density.
     #[staticmethod]
-    fn composite(name: String, parts: Vec<New<'_>>) -> Result<Self, Error> {
+    fn composite(name: String, parts: Vec<New<'_>>) -> Result<Self> {
         let given =
             parts.into_iter().enumerate().map(|(index, (shape, mass, density, position, attitude))| {
                 let what = format!("part {index} of {name}");
@@ -94,7 +96,7 @@ impl PyBody {
 
     /// The parts of a composite as they were given, in its working frame; empty for an ordinary body.
     #[getter]
-    fn given<'py>(&self, py: Python<'py>) -> PyResult<Vec<Given<'py>>> {
+    fn given<'py>(&self, py: Python<'py>) -> Result<Vec<Given<'py>>> {
         let of =
             |part: &GivenPart| Ok((PyShape::of(py, &part.shape)?, part.mass, part.position, part.attitude));
         self.inner.given().iter().map(of).collect()
@@ -102,7 +104,7 @@ impl PyBody {
 
     /// All parts in the body frame.
     #[getter]
-    fn parts<'py>(&self, py: Python<'py>) -> PyResult<Vec<Placed<'py>>> {
+    fn parts<'py>(&self, py: Python<'py>) -> Result<Vec<Placed<'py>>> {
         let parts = self.inner.parts().iter();
         parts
             .map(|part| {
@@ -132,7 +134,7 @@ impl PyBody {
     }
 
     #[getter]
-    fn inertia<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+    fn inertia<'py>(&self, py: Python<'py>) -> Result<Array<'py>> {
         array(py, self.inner.inertia().as_slice().to_vec(), &[3])
     }
 }

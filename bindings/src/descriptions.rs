@@ -1,15 +1,15 @@
 //! Descriptions of settings, integrators and simulations as Python dicts. They pass through JSON, so that the
 //! core's types alone define the names and values.
 
-use super::errors::InvalidInput;
-use crate::error::require_finite;
+use crate::errors::{InvalidInput, Result};
+use fullbody::error::require_finite;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// Returns the value that a dict describes.
-pub fn from_python<T: DeserializeOwned>(described: &Bound<'_, PyDict>) -> PyResult<T> {
+pub fn from_python<T: DeserializeOwned>(described: &Bound<'_, PyDict>) -> Result<T> {
     for (name, value) in described {
         // JSON cannot represent infinities and NaN, which are refused here.
         if let Ok(number) = value.extract::<f64>() {
@@ -22,11 +22,11 @@ pub fn from_python<T: DeserializeOwned>(described: &Bound<'_, PyDict>) -> PyResu
     // sees.
     let value = serde_json::from_str::<serde_json::Value>(&text);
     let found = value.and_then(serde_json::from_value);
-    found.map_err(|error| InvalidInput::new_err(error.to_string()))
+    Ok(found.map_err(|error| InvalidInput::new_err(error.to_string()))?)
 }
 
 /// Returns the dict that describes a value.
-pub fn to_python<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
+pub fn to_python<'py>(py: Python<'py>, value: &impl Serialize) -> Result<Bound<'py, PyAny>> {
     let text = serde_json::to_string(value).map_err(|error| InvalidInput::new_err(error.to_string()))?;
-    py.import("json")?.call_method1("loads", (text,))
+    Ok(py.import("json")?.call_method1("loads", (text,))?)
 }

@@ -37,7 +37,7 @@ mod _core {
     #[pymodule_export]
     use super::particles::{fly, surface, visible};
     #[pymodule_export]
-    const LARGEST_OF_PARTICLE: f64 = crate::particles::LARGEST;
+    const LARGEST_OF_PARTICLE: f64 = fullbody::particles::LARGEST;
     #[pymodule_export]
     use super::photometry::PyPhotometer;
     #[pymodule_export]

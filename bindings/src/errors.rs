@@ -1,7 +1,8 @@
 //! The crate's errors as the exception classes of `fullbody.errors`.
 
-use crate::error::Error;
-use pyo3::exceptions::PyKeyboardInterrupt;
+use fullbody::error::Error;
+use numpy::AsSliceError;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 
 pyo3::import_exception!(fullbody.errors, BodiesOverlap);
@@ -11,10 +12,36 @@ pyo3::import_exception!(fullbody.errors, InvalidInput);
 pyo3::import_exception!(fullbody.errors, NotConverged);
 pyo3::import_exception!(fullbody.errors, StepSizeTooSmall);
 
-impl From<Error> for PyErr {
+/// An exception that is raised in Python. Functions that Python calls return it, so that `?` applies to the
+/// crate's errors and to Python's own alike.
+#[derive(Debug)]
+pub struct Raised(PyErr);
+
+/// What a function that Python calls returns.
+pub type Result<T, E = Raised> = std::result::Result<T, E>;
+
+impl From<PyErr> for Raised {
+    fn from(error: PyErr) -> Self {
+        Self(error)
+    }
+}
+
+impl From<AsSliceError> for Raised {
+    fn from(error: AsSliceError) -> Self {
+        Self(error.into())
+    }
+}
+
+impl From<Raised> for PyErr {
+    fn from(raised: Raised) -> Self {
+        raised.0
+    }
+}
+
+impl From<Error> for Raised {
     fn from(error: Error) -> Self {
         let text = error.to_string();
-        match error {
+        Self(match error {
             Error::InvalidInput { .. } => InvalidInput::new_err(text),
             Error::BodiesOverlap { first, second, time } => {
                 BodiesOverlap::new_err((text, (first, second), time))
@@ -26,6 +53,7 @@ impl From<Error> for PyErr {
                 ForceFailed::new_err((text, force, time, answer))
             }
             Error::Interrupted { .. } => PyKeyboardInterrupt::new_err(text),
-        }
+            _ => PyRuntimeError::new_err(text),
+        })
     }
 }

@@ -5,8 +5,9 @@ use super::events::{Watched, events};
 use super::listening::Listener;
 use super::runs::{Sampling, TangentRequest, arrays};
 use super::systems::{PyState, PySystem};
-use crate::ensemble::{Member, MemberOutcome, run_within};
-use crate::workers::{JobProgress, JobSource, WorkerThread};
+use crate::errors::{Raised, Result};
+use fullbody::ensemble::{Member, MemberOutcome, run_within};
+use fullbody::workers::{JobProgress, JobSource, WorkerThread};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator};
 use std::cell::Cell;
@@ -42,7 +43,7 @@ pub fn integrate_many(
     take: Py<PyAny>,
     report: Option<Py<PyAny>>,
     threads: Option<NonZeroUsize>,
-) -> PyResult<()> {
+) -> Result<()> {
     let (listener, stopped) = (Listener::default(), Cell::new(false));
     let mut source = PyJobSource { members: members.unbind(), take, report, listener, stopped };
     // Each thread is known to Python as one, which otherwise would be a new one in each function that it
@@ -50,7 +51,7 @@ pub fn integrate_many(
     let life = |life: WorkerThread| Python::attach(|py| py.detach(|| life.run()));
     let outcome = py.detach(|| run_within(&mut source, threads, life));
     match source.listener.raised() {
-        Some(error) => Err(error),
+        Some(error) => Err(error.into()),
         None => Ok(outcome?),
     }
 }
@@ -68,8 +69,8 @@ struct PyJobSource {
 
 impl PyJobSource {
     /// Calls into Python; an exception stops all runs.
-    fn ask<T>(&self, what: impl FnOnce(Python<'_>) -> PyResult<T>) -> Option<T> {
-        let stop = |error| {
+    fn ask<T>(&self, what: impl FnOnce(Python<'_>) -> Result<T>) -> Option<T> {
+        let stop = |error: Raised| {
             self.stopped.set(true);
             self.listener.keep(error);
         };
@@ -90,7 +91,7 @@ impl JobSource for PyJobSource {
         while !self.stopped.get() {
             let found = self.ask(|py| {
                 let Some(given) = self.members.bind(py).clone().next().transpose()? else { return Ok(None) };
-                let found = member(py, &given);
+                let found = member(py, &given).map_err(PyErr::from);
                 if let Err(error) = &found {
                     let none = py.None();
                     self.take.call1(py, (given.get_item(0)?, &none, &none, &none, error.value(py)))?;
@@ -116,7 +117,8 @@ impl JobSource for PyJobSource {
                     (Some(arrays(py, ran.record)?), Some(counts), Some(ran.time), error)
                 }
             };
-            self.take.call1(py, (tag, record, counts, time, error)).map(drop)
+            self.take.call1(py, (tag, record, counts, time, error))?;
+            Ok(())
         });
         self.flow()
     }
@@ -124,14 +126,16 @@ impl JobSource for PyJobSource {
     fn proceed(&mut self, progress: JobProgress) -> ControlFlow<()> {
         self.ask(|py| {
             py.check_signals()?;
-            let report = self.report.as_ref();
-            report.map_or(Ok(()), |report| report.call1(py, (progress.done, progress.under_way)).map(drop))
+            if let Some(report) = &self.report {
+                report.call1(py, (progress.done, progress.under_way))?;
+            }
+            Ok(())
         });
         self.flow()
     }
 }
 
-fn member(py: Python<'_>, given: &Bound<'_, PyAny>) -> PyResult<(Tag, Member)> {
+fn member(py: Python<'_>, given: &Bound<'_, PyAny>) -> Result<(Tag, Member)> {
     let (tag, system, state, integrator, until, output, watched, dense, tangent_options): Given<'_> =
         given.extract()?;
     let listener = Arc::new(Listener::default());

@@ -1,7 +1,8 @@
 //! numpy arrays in and out, C order.
 
-use crate::error::Error;
-use crate::math::Vec3;
+use crate::errors::Result;
+use fullbody::error::Error;
+use fullbody::math::Vec3;
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
@@ -21,15 +22,11 @@ pub fn vectors(what: &str, array: &PyReadonlyArrayDyn<'_, f64>) -> Result<Vec<Ve
 }
 
 /// Makes an array of any shape from numbers in C order.
-pub fn array<'py>(
-    py: Python<'py>,
-    values: Vec<f64>,
-    shape: &[usize],
-) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-    PyArray1::from_vec(py, values).reshape(shape)
+pub fn array<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> Result<Bound<'py, PyArrayDyn<f64>>> {
+    Ok(PyArray1::from_vec(py, values).reshape(shape)?)
 }
 
 /// Makes a (N, 3) array.
-pub fn from_vectors<'py>(py: Python<'py>, vectors: &[Vec3]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+pub fn from_vectors<'py>(py: Python<'py>, vectors: &[Vec3]) -> Result<Bound<'py, PyArrayDyn<f64>>> {
     array(py, vectors.iter().flat_map(|v| [v.x, v.y, v.z]).collect(), &[vectors.len(), 3])
 }

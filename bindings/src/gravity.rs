@@ -3,13 +3,14 @@
 use super::arrays::{rows, vectors};
 use super::bodies::PyBody;
 use super::listening::listening;
-use crate::error::Error;
-use crate::gravity::{Attractor, BodyField, Points, Wanted};
-use crate::interrupt::InterruptCheck;
-use crate::math::Vec3;
-use crate::math::lanes::VectorPath;
-use crate::math::rotation;
-use crate::names::Named;
+use crate::errors::Result;
+use fullbody::error::Error;
+use fullbody::gravity::{Attractor, BodyField, Points, Wanted};
+use fullbody::interrupt::InterruptCheck;
+use fullbody::math::Vec3;
+use fullbody::math::lanes::VectorPath;
+use fullbody::math::rotation;
+use fullbody::names::Named;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn, PyReadwriteArrayDyn};
 use pulp::Arch;
 use pyo3::prelude::*;
@@ -44,7 +45,7 @@ impl PyAttraction {
         bodies: Vec<PyRef<'_, PyBody>>,
         gravitational_constant: f64,
         vector_path: &str,
-    ) -> PyResult<Self> {
+    ) -> Result<Self> {
         // A path that the machine lacks has been refused with the system.
         let arch = VectorPath::named(vector_path)?.arch().unwrap_or(Arch::Scalar);
         let bodies: Vec<_> = bodies.iter().map(|body| body.inner.clone()).collect();
@@ -69,7 +70,7 @@ impl PyAttraction {
         shape: Vec<usize>,
         body: Option<usize>,
         mut out: Vec<PyReadwriteArrayDyn<'_, f64>>,
-    ) -> PyResult<()> {
+    ) -> Result<()> {
         let points = points.as_slice()?;
         let states = states.as_ref().map(|states| states.as_slice()).transpose()?;
         let (positions, attitudes) = (vectors("positions", &positions)?, rows::<4>("attitudes", &attitudes)?);

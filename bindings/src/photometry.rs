@@ -4,9 +4,10 @@ use super::arrays::{array, rows, vectors};
 use super::bodies::PyBody;
 use super::descriptions::from_python;
 use super::listening::listening;
-use crate::error::Error;
-use crate::math::Vec3;
-use crate::photometry::{Law, Partials, Photometer, Surface, View};
+use crate::errors::Result;
+use fullbody::error::Error;
+use fullbody::math::Vec3;
+use fullbody::photometry::{Law, Partials, Photometer, Surface, View};
 use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -84,15 +85,15 @@ impl PyPhotometer {
         albedo: Vec<f64>,
         mutual: bool,
         sun_radius: f64,
-    ) -> PyResult<Self> {
+    ) -> Result<Self> {
         let bodies = bodies.iter().map(|body| body.inner.clone()).collect();
-        let laws = laws.iter().map(from_python::<Law>).collect::<PyResult<Vec<_>>>()?;
+        let laws = laws.iter().map(from_python::<Law>).collect::<Result<Vec<_>>>()?;
         let surfaces = laws.into_iter().zip(albedo).map(|(law, albedo)| Surface { law, albedo }).collect();
         Ok(Self { inner: Photometer::new(bodies, surfaces, mutual, sun_radius)? })
     }
 
     /// The brightness (K, N) of each body.
-    fn brightness<'py>(&self, py: Python<'py>, epochs: Epochs<'py>) -> PyResult<Array<'py>> {
+    fn brightness<'py>(&self, py: Python<'py>, epochs: Epochs<'py>) -> Result<Array<'py>> {
         let count = self.inner.bodies().len();
         let taken = epochs.take(count)?;
         let all = listening(py, |interrupt| {
@@ -107,7 +108,7 @@ impl PyPhotometer {
         &self,
         py: Python<'py>,
         epochs: Epochs<'py>,
-    ) -> PyResult<(Array<'py>, Array<'py>, Array<'py>)> {
+    ) -> Result<(Array<'py>, Array<'py>, Array<'py>)> {
         let count = self.inner.bodies().len();
         let taken = epochs.take(count)?;
         let all =

@@ -3,11 +3,12 @@
 use super::arrays::array;
 use super::listening::{Listener, listening};
 use super::systems::{PyState, PySystem};
-use crate::dynamics::{Parameter, State};
-use crate::error::Error;
-use crate::math::Vec3;
-use crate::math::spline::Spline;
-use crate::trajectory::{Condition, ConditionDerivatives, Event, Toward};
+use crate::errors::{Raised, Result};
+use fullbody::dynamics::{Parameter, State};
+use fullbody::error::Error;
+use fullbody::math::Vec3;
+use fullbody::math::spline::Spline;
+use fullbody::trajectory::{Condition, ConditionDerivatives, Event, Toward};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -38,7 +39,7 @@ impl PyToward {
     /// Makes the path through positions (T, 3) from the barycentre at times (T,), with the time that light
     /// takes per unit length.
     #[new]
-    fn new(times: Vec<f64>, places: Vec<[f64; 3]>, slowness: f64, bounded: bool) -> Result<Self, Error> {
+    fn new(times: Vec<f64>, places: Vec<[f64; 3]>, slowness: f64, bounded: bool) -> Result<Self> {
         let path = Spline::new("times of Occultation", &times, &places)?;
         Ok(Self { inner: Toward { path, slowness, bounded } })
     }
@@ -71,7 +72,7 @@ impl PyCondition {
         system: &PySystem,
         state: &PyState,
         parameters: Vec<String>,
-    ) -> PyResult<FunctionDerivatives<'py>> {
+    ) -> Result<FunctionDerivatives<'py>> {
         let raised = Arc::new(Listener::default());
         let mut condition = self.condition(py, &raised);
         let named = parameters.iter().map(|name| Parameter::named(name, &system.inner));
@@ -79,7 +80,7 @@ impl PyCondition {
         let found =
             listening(py, |interrupt| condition.derivatives(&system.inner, &state.inner, &named, interrupt));
         let ConditionDerivatives { by_state, by_time, by_parameters, by_own } =
-            found.map_err(|error| raised.raised().unwrap_or(error))?;
+            found.map_err(|error| raised.raised().map_or(error, Raised::from))?;
         let count = by_state.len();
         Ok((array(py, by_state, &[count])?, by_time, by_parameters, by_own))
     }

@@ -6,12 +6,13 @@ use super::events::{PyCondition, Watched, events};
 use super::forces::{Function, call};
 use super::listening::{Listener, listening};
 use super::systems::{PyState, PySystem};
-use crate::dynamics::{Parameter, Quadrature, State, System, TANGENT_SIZE};
-use crate::error::Error;
-use crate::forces::WORK_AND_IMPULSE;
-use crate::integrate::Tolerance;
-use crate::math::Vec3;
-use crate::trajectory::{
+use crate::errors::{Raised, Result};
+use fullbody::dynamics::{Parameter, Quadrature, State, System, TANGENT_SIZE};
+use fullbody::error::Error;
+use fullbody::forces::WORK_AND_IMPULSE;
+use fullbody::integrate::Tolerance;
+use fullbody::math::Vec3;
+use fullbody::trajectory::{
     Dense, INDICATORS, Occurrence, Output, Progress, Run, Simulation, StopReason, TangentOptions, Trajectory,
 };
 use numpy::{PyArrayDyn, PyReadonlyArray1};
@@ -73,7 +74,7 @@ impl PySimulation {
         state: &PyState,
         integrator: &Bound<'_, PyDict>,
         notes: String,
-    ) -> PyResult<Self> {
+    ) -> Result<Self> {
         let integrator = from_python(integrator)?;
         let (system, state) = (&system.inner, &state.inner);
         let mut inner = listening(py, |interrupt| Simulation::begin(system, state, integrator, interrupt))?;
@@ -83,7 +84,7 @@ impl PySimulation {
 
     /// Reads the simulation that `to_bytes` wrote, with the functions of its forces by their names.
     #[staticmethod]
-    fn from_bytes(py: Python<'_>, bytes: &[u8], functions: BTreeMap<String, Function>) -> PyResult<Self> {
+    fn from_bytes(py: Python<'_>, bytes: &[u8], functions: BTreeMap<String, Function>) -> Result<Self> {
         let calls: BTreeMap<_, _> = functions.iter().map(|(name, function)| (name, call(function))).collect();
         let given = |name: &str| calls.get(&name.to_owned()).cloned().flatten();
         let inner = listening(py, |interrupt| Simulation::from_bytes_with(bytes, given, interrupt))?;
@@ -92,12 +93,12 @@ impl PySimulation {
 
     /// Returns the description of the simulation in such bytes, and the text that is kept with it.
     #[staticmethod]
-    fn described<'py>(py: Python<'py>, bytes: &[u8]) -> PyResult<(Bound<'py, PyAny>, String)> {
+    fn described<'py>(py: Python<'py>, bytes: &[u8]) -> Result<(Bound<'py, PyAny>, String)> {
         let (description, notes) = Simulation::described(bytes)?;
         Ok((to_python(py, &description)?, notes))
     }
 
-    fn to_bytes<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>, Error> {
+    fn to_bytes<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>> {
         Ok(PyBytes::new(py, &self.inner.to_bytes()?))
     }
 
@@ -125,7 +126,7 @@ impl PySimulation {
 
     /// The conserved quantities at the present state: time, four energies, angular momentum.
     #[getter]
-    fn invariants(&mut self, py: Python<'_>) -> PyResult<[f64; 8]> {
+    fn invariants(&mut self, py: Python<'_>) -> Result<[f64; 8]> {
         listening(py, |interrupt| Ok(self.inner.invariants(interrupt)?.numbers()))
     }
 
@@ -136,7 +137,7 @@ impl PySimulation {
         self.inner.work_and_impulse().to_vec()
     }
 
-    fn set_state(&mut self, py: Python<'_>, state: &PyState) -> PyResult<()> {
+    fn set_state(&mut self, py: Python<'_>, state: &PyState) -> Result<()> {
         listening(py, |interrupt| self.inner.set_state(&state.inner, interrupt))
     }
 
@@ -158,7 +159,7 @@ impl PySimulation {
         self.inner.dynamics().quadratures_at(&self.inner.state()).into_iter().map(row).collect()
     }
 
-    fn step(&mut self, py: Python<'_>, end: f64) -> PyResult<()> {
+    fn step(&mut self, py: Python<'_>, end: f64) -> Result<()> {
         listening(py, |interrupt| self.inner.step(end, interrupt))
     }
 
@@ -178,7 +179,7 @@ impl PySimulation {
         progress: Option<Py<PyAny>>,
         autosave: Option<(f64, Py<PyAny>)>,
         tangent_options: TangentRequest,
-    ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
+    ) -> Result<(Bound<'py, PyDict>, Option<PyErr>)> {
         let output = output.into();
         let tangent_options = tangent_options.checked(self.inner.system())?;
         let listener = Arc::new(Listener::default());
@@ -198,10 +199,11 @@ impl PySimulation {
                         {
                             saved = Instant::now();
                             let bytes = PyBytes::new(py, &simulation.to_bytes()?);
-                            save.call1(py, (bytes,)).map(drop)
+                            save.call1(py, (bytes,))?;
                         }
-                        _ => Ok(()),
+                        _ => {}
                     }
+                    Ok(())
                 })
             };
             let run = Run { output: &output, events: &mut events, dense, tangent_options: &tangent_options };
@@ -232,28 +234,24 @@ impl PyDense {
         self.inner.bytes()
     }
 
-    fn state(&self, time: f64) -> Result<PyState, Error> {
+    fn state(&self, time: f64) -> Result<PyState> {
         Ok(PyState { inner: self.inner.state(time)? })
     }
 
     /// Returns positions, velocities, attitudes and spins at times (K,).
-    fn states<'py>(
-        &self,
-        py: Python<'py>,
-        times: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<Bound<'py, PyDict>> {
+    fn states<'py>(&self, py: Python<'py>, times: PyReadonlyArray1<'py, f64>) -> Result<Bound<'py, PyDict>> {
         let times = times.as_array().to_vec();
         let states = listening(py, |interrupt| self.inner.states(&times, interrupt))?;
         let (k, n) = (states.len(), states.first().map_or(0, State::bodies));
-        let vectors = |f: fn(&State) -> &Vec<Vec3>| {
+        let vectors = |f: fn(&State) -> &[Vec3]| {
             states.iter().flat_map(|s| f(s).iter().flat_map(|v| [v.x, v.y, v.z])).collect::<Vec<f64>>()
         };
-        let attitude: Vec<f64> = states.iter().flat_map(|s| s.attitude.concat()).collect();
+        let attitude: Vec<f64> = states.iter().flat_map(|s| s.attitude().concat()).collect();
         let dict = PyDict::new(py);
-        dict.set_item("position", array(py, vectors(|s| &s.position), &[k, n, 3])?)?;
-        dict.set_item("velocity", array(py, vectors(|s| &s.velocity), &[k, n, 3])?)?;
+        dict.set_item("position", array(py, vectors(State::position), &[k, n, 3])?)?;
+        dict.set_item("velocity", array(py, vectors(State::velocity), &[k, n, 3])?)?;
         dict.set_item("attitude", array(py, attitude, &[k, n, 4])?)?;
-        dict.set_item("spin", array(py, vectors(|s| &s.spin), &[k, n, 3])?)?;
+        dict.set_item("spin", array(py, vectors(State::spin), &[k, n, 3])?)?;
         Ok(dict)
     }
 
@@ -265,12 +263,12 @@ impl PyDense {
         system: &PySystem,
         conditions: Vec<Bound<'_, PyCondition>>,
         span: [f64; 2],
-    ) -> PyResult<Vec<(f64, Vec<f64>)>> {
+    ) -> Result<Vec<(f64, Vec<f64>)>> {
         let raised = Arc::new(Listener::default());
         let conditions = conditions.iter().map(|one| one.get().condition(py, &raised)).collect();
         let found =
             listening(py, |interrupt| self.inner.crossings(&system.inner, conditions, span, interrupt));
-        let found = found.map_err(|error| raised.raised().unwrap_or(error))?;
+        let found = found.map_err(|error| raised.raised().map_or(error, Raised::from))?;
         Ok(found.into_iter().map(|one| (one.at_start, one.times)).collect())
     }
 }
@@ -278,13 +276,13 @@ impl PyDense {
 /// Returns the tolerances (rtol, atol) that the integrators work with: rtol is raised where their sum is
 /// below what doubles can resolve.
 #[pyfunction]
-pub fn tolerance(rtol: f64, atol: f64) -> Result<(f64, f64), Error> {
+pub fn tolerance(rtol: f64, atol: f64) -> Result<(f64, f64)> {
     let tolerance = Tolerance::new(rtol, atol)?;
     Ok((tolerance.relative, tolerance.absolute))
 }
 
 /// Returns the record as arrays by their names.
-pub fn arrays(py: Python<'_>, record: Trajectory) -> PyResult<Bound<'_, PyDict>> {
+pub fn arrays(py: Python<'_>, record: Trajectory) -> Result<Bound<'_, PyDict>> {
     let (k, n, f) = (record.len(), record.bodies, record.switched_off.len());
     let dict = PyDict::new(py);
     let shaped: [(&str, Vec<f64>, &[usize]); 7] = [
@@ -330,11 +328,11 @@ pub fn arrays(py: Python<'_>, record: Trajectory) -> PyResult<Bound<'_, PyDict>>
         let derivatives = e.derivatives.map(|found| {
             let parameters = found.sensitivity.len() / size;
             let sensitivity = array(py, found.sensitivity, &[parameters, size])?;
-            PyResult::Ok((array(py, found.transition, &[size, size])?, sensitivity))
+            Ok::<_, Raised>((array(py, found.transition, &[size, size])?, sensitivity))
         });
-        PyResult::Ok((e.event, e.time, PyState { inner: e.state }, derivatives.transpose()?))
+        Ok::<_, Raised>((e.event, e.time, PyState { inner: e.state }, derivatives.transpose()?))
     };
-    let events = record.events.into_iter().map(event).collect::<PyResult<Vec<_>>>()?;
+    let events = record.events.into_iter().map(event).collect::<Result<Vec<_>>>()?;
     dict.set_item("events", events)?;
     dict.set_item("dense", record.dense.map(|inner| PyDense { inner }))?;
     let (reason, event) = match record.stop_reason {
@@ -342,6 +340,9 @@ pub fn arrays(py: Python<'_>, record: Trajectory) -> PyResult<Bound<'_, PyDict>>
         StopReason::End => ("end", None),
         StopReason::Event(index) => ("event", Some(index)),
         StopReason::Interrupted => ("interrupted", None),
+        other => {
+            return Err(Error::invalid("stop reason", format!("{other:?}"), "one that Python has").into());
+        }
     };
     dict.set_item("stop_reason", (reason, event))?;
     Ok(dict)

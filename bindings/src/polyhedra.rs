@@ -2,8 +2,9 @@
 
 use super::arrays::{array, from_vectors, vectors};
 use super::listening::listening;
-use crate::error::{Error, require_positive};
-use crate::shape::Polyhedron;
+use crate::errors::Result;
+use fullbody::error::{Error, require_positive};
+use fullbody::shape::Polyhedron;
 use numpy::{PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArray2, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
@@ -28,7 +29,7 @@ impl PyPolyhedron {
         py: Python<'_>,
         vertices: PyReadonlyArrayDyn<'_, f64>,
         faces: PyReadonlyArray2<'_, i64>,
-    ) -> PyResult<Self> {
+    ) -> Result<Self> {
         let vertices = vectors("vertices", &vertices)?;
         let faces = indices(&faces)?;
         let inner = listening(py, |interrupt| Polyhedron::new(&vertices, &faces, interrupt))?;
@@ -37,26 +38,26 @@ impl PyPolyhedron {
 
     /// Vertices (V, 3) as they were given, in the working frame.
     #[getter]
-    fn given<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+    fn given<'py>(&self, py: Python<'py>) -> Result<Array<'py>> {
         from_vectors(py, &self.inner.given().collect::<Vec<_>>())
     }
 
     /// Vertices (V, 3) in the polyhedron's own frame.
     #[getter]
-    fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+    fn vertices<'py>(&self, py: Python<'py>) -> Result<Array<'py>> {
         from_vectors(py, &self.inner.vertices().collect::<Vec<_>>())
     }
 
     /// Triangles (F, 3) as indices of vertices.
     #[getter]
-    fn faces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i64>>> {
+    fn faces<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray2<i64>>> {
         let faces = self.inner.faces();
         let indices: Vec<i64> = faces.iter().flatten().map(|&v| i64::from(v)).collect();
-        numpy::PyArray1::from_vec(py, indices).reshape([faces.len(), 3])
+        Ok(numpy::PyArray1::from_vec(py, indices).reshape([faces.len(), 3])?)
     }
 
     /// Returns the polyhedron with all lengths multiplied by a factor.
-    fn scaled(&self, factor: f64) -> Result<Self, Error> {
+    fn scaled(&self, factor: f64) -> Result<Self> {
         require_positive("factor", factor)?;
         Ok(self.inner.scaled(factor).into())
     }
@@ -75,7 +76,7 @@ impl PyPolyhedron {
 
     /// Principal moments of inertia of unit mass (3,).
     #[getter]
-    fn inertia_per_mass<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+    fn inertia_per_mass<'py>(&self, py: Python<'py>) -> Result<Array<'py>> {
         array(py, self.inner.inertia_per_mass().as_slice().to_vec(), &[3])
     }
 

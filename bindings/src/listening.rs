@@ -1,7 +1,8 @@
 //! Long calls that release the GIL and check for Ctrl-C.
 
-use crate::error::Error;
-use crate::interrupt::InterruptCheck;
+use crate::errors::{Raised, Result};
+use fullbody::error::Error;
+use fullbody::interrupt::InterruptCheck;
 use pyo3::prelude::*;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
@@ -14,8 +15,12 @@ pub struct Listener {
 
 impl Listener {
     /// Checks for signals and then calls `and`; breaks at an exception.
-    pub fn ask(&self, and: impl FnOnce(Python<'_>) -> PyResult<()>) -> ControlFlow<()> {
-        match Python::attach(|py| py.check_signals().and_then(|()| and(py))) {
+    pub fn ask(&self, and: impl FnOnce(Python<'_>) -> Result<()>) -> ControlFlow<()> {
+        let checked = |py: Python<'_>| {
+            py.check_signals()?;
+            and(py)
+        };
+        match Python::attach(checked) {
             Ok(()) => ControlFlow::Continue(()),
             Err(error) => {
                 self.keep(error);
@@ -25,15 +30,15 @@ impl Listener {
     }
 
     /// Keeps an exception, unless there is one.
-    pub fn keep(&self, error: PyErr) {
+    pub fn keep(&self, error: impl Into<PyErr>) {
         if let Ok(mut slot) = self.raised.lock() {
-            slot.get_or_insert(error);
+            slot.get_or_insert_with(|| error.into());
         }
     }
 
     /// Returns the exception of a call that failed: the one that was kept, or that of the error.
     pub fn explain(&self, error: Error) -> PyErr {
-        self.raised().unwrap_or_else(|| error.into())
+        self.raised().unwrap_or_else(|| Raised::from(error).into())
     }
 
     /// Takes the exception that was kept.
@@ -46,8 +51,8 @@ impl Listener {
 pub fn listening<T: Send>(
     py: Python<'_>,
     work: impl FnOnce(&mut InterruptCheck) -> Result<T, Error> + Send,
-) -> PyResult<T> {
+) -> Result<T> {
     let listener = Listener::default();
     let outcome = py.detach(|| work(&mut InterruptCheck::new(&mut || listener.ask(|_| Ok(())))));
-    outcome.map_err(|error| listener.explain(error))
+    Ok(outcome.map_err(|error| listener.explain(error))?)
 }

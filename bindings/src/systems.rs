@@ -6,14 +6,14 @@ use super::descriptions::{from_python, to_python};
 use super::forces::{Function, forces};
 use super::listening::listening;
 use super::rotations::matrices;
-use crate::dynamics::{FAR, FAST, Parameter, State, System, TANGENT_SIZE};
-use crate::error::Error;
-use crate::forces::Load;
-use crate::gravity::BodyPull;
-use crate::math::Vec3;
-use crate::math::lanes::VectorPath;
-use crate::math::rotation;
-use crate::names::Named;
+use crate::errors::Result;
+use fullbody::dynamics::{FAR, FAST, Parameter, State, System, TANGENT_SIZE};
+use fullbody::forces::Load;
+use fullbody::gravity::BodyPull;
+use fullbody::math::Vec3;
+use fullbody::math::lanes::VectorPath;
+use fullbody::math::rotation;
+use fullbody::names::Named;
 use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -38,7 +38,7 @@ impl PyState {
         velocity: PyReadonlyArrayDyn<'_, f64>,
         attitude: PyReadonlyArrayDyn<'_, f64>,
         spin: PyReadonlyArrayDyn<'_, f64>,
-    ) -> Result<Self, Error> {
+    ) -> Result<Self> {
         let inner = State::new(
             time,
             vectors("position", &position)?,
@@ -56,7 +56,7 @@ impl PyState {
         velocity: PyReadonlyArrayDyn<'_, f64>,
         angles: PyReadonlyArrayDyn<'_, f64>,
         spin: PyReadonlyArrayDyn<'_, f64>,
-    ) -> Result<Self, Error> {
+    ) -> Result<Self> {
         let inner = State::from_tait_bryan(
             time,
             vectors("position", &position)?,
@@ -73,49 +73,45 @@ impl PyState {
         time: f64,
         position: PyReadonlyArrayDyn<'_, f64>,
         attitude: PyReadonlyArrayDyn<'_, f64>,
-    ) -> Result<Self, Error> {
-        let position = vectors("position", &position)?;
-        let zeros = vec![Vec3::zeros(); position.len()];
-        let mut inner = State::new(time, position, zeros.clone(), rows::<4>("attitude", &attitude)?, zeros)?;
-        for unknown in [&mut inner.velocity, &mut inner.spin] {
-            unknown.fill(Vec3::from_element(f64::NAN));
-        }
+    ) -> Result<Self> {
+        let inner =
+            State::of_places(time, vectors("position", &position)?, rows::<4>("attitude", &attitude)?)?;
         Ok(Self { inner })
     }
 
     #[getter]
     fn time(&self) -> f64 {
-        self.inner.time
+        self.inner.time()
     }
 
     #[getter]
-    fn position<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        from_vectors(py, &self.inner.position)
+    fn position<'py>(&self, py: Python<'py>) -> Result<Array<'py>> {
+        from_vectors(py, self.inner.position())
     }
 
     #[getter]
-    fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        from_vectors(py, &self.inner.velocity)
+    fn velocity<'py>(&self, py: Python<'py>) -> Result<Array<'py>> {
+        from_vectors(py, self.inner.velocity())
     }
 
     #[getter]
-    fn attitude<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        array(py, self.inner.attitude.concat(), &[self.inner.bodies(), 4])
+    fn attitude<'py>(&self, py: Python<'py>) -> Result<Array<'py>> {
+        array(py, self.inner.attitude().concat(), &[self.inner.bodies(), 4])
     }
 
     #[getter]
-    fn spin<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        from_vectors(py, &self.inner.spin)
+    fn spin<'py>(&self, py: Python<'py>) -> Result<Array<'py>> {
+        from_vectors(py, self.inner.spin())
     }
 
     #[getter]
-    fn rotation_matrix<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        matrices(py, &self.inner.attitude)
+    fn rotation_matrix<'py>(&self, py: Python<'py>) -> Result<Array<'py>> {
+        matrices(py, self.inner.attitude())
     }
 
     #[getter]
-    fn tait_bryan<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let values = self.inner.attitude.iter().flat_map(|&q| rotation::to_tait_bryan(q)).collect();
+    fn tait_bryan<'py>(&self, py: Python<'py>) -> Result<Array<'py>> {
+        let values = self.inner.attitude().iter().flat_map(|&q| rotation::to_tait_bryan(q)).collect();
         array(py, values, &[self.inner.bodies(), 3])
     }
 }
@@ -136,7 +132,7 @@ impl PySystem {
         settings: &Bound<'_, PyDict>,
         described: Vec<Bound<'_, PyDict>>,
         functions: BTreeMap<String, Function>,
-    ) -> PyResult<Self> {
+    ) -> Result<Self> {
         let bodies: Vec<_> = bodies.iter().map(|body| body.inner.clone()).collect();
         if !described.is_empty() {
             listening(py, |interrupt| bodies.iter().try_for_each(|body| BodyPull::moments(body, interrupt)))?;
@@ -147,18 +143,18 @@ impl PySystem {
 
     /// The descriptions of the bodies.
     #[getter]
-    fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn bodies<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
         to_python(py, &self.inner.bodies())
     }
 
     /// The descriptions of the external forces.
     #[getter]
-    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn forces<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
         to_python(py, &self.inner.forces())
     }
 
     /// Returns forces (F, N, 3) and torques (F, N, 3) of each external force.
-    fn external_loads<'py>(&self, py: Python<'py>, state: &PyState) -> PyResult<(Array<'py>, Array<'py>)> {
+    fn external_loads<'py>(&self, py: Python<'py>, state: &PyState) -> Result<(Array<'py>, Array<'py>)> {
         let loads = listening(py, |interrupt| self.inner.external_loads(&state.inner, interrupt))?;
         let shape = [self.inner.forces().len(), self.inner.bodies().len(), 3];
         let all = |of: fn(&Load) -> Vec3| {
@@ -178,7 +174,7 @@ impl PySystem {
         py: Python<'py>,
         force: usize,
         times: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<(Array<'py>, Array<'py>)> {
+    ) -> Result<(Array<'py>, Array<'py>)> {
         let force_model = self.inner.force_model();
         let times = times.as_array();
         let places = times.iter().map(|&time| force_model.third_body(force, time));
@@ -189,13 +185,13 @@ impl PySystem {
 
     /// Masses (N,).
     #[getter]
-    fn masses<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+    fn masses<'py>(&self, py: Python<'py>) -> Result<Array<'py>> {
         array(py, self.inner.masses(), &[self.inner.bodies().len()])
     }
 
     /// The description of the settings.
     #[getter]
-    fn settings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    fn settings<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
         to_python(py, self.inner.settings())
     }
 
@@ -204,7 +200,7 @@ impl PySystem {
         &self,
         py: Python<'py>,
         state: &PyState,
-    ) -> PyResult<(Array<'py>, Array<'py>, f64, f64)> {
+    ) -> Result<(Array<'py>, Array<'py>, f64, f64)> {
         let result = listening(py, |interrupt| self.inner.interactions(&state.inner, interrupt))?;
         let (force, torque) = (from_vectors(py, &result.force)?, from_vectors(py, &result.torque)?);
         Ok((force, torque, result.potential_energy, result.truncation_error))
@@ -217,7 +213,7 @@ impl PySystem {
         py: Python<'py>,
         state: &PyState,
         parameters: Vec<String>,
-    ) -> PyResult<(Array<'py>, Array<'py>, Array<'py>, Array<'py>)> {
+    ) -> Result<(Array<'py>, Array<'py>, Array<'py>, Array<'py>)> {
         let named = parameters.iter().map(|name| Parameter::named(name, &self.inner));
         let named: Vec<_> = named.collect::<Result<_, _>>()?;
         let jacobian = listening(py, |interrupt| self.inner.jacobian(&state.inner, &named, interrupt))?;
@@ -243,7 +239,7 @@ impl PySystem {
         py: Python<'py>,
         parameter: &str,
         by: f64,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, f64, f64)> {
+    ) -> Result<(Bound<'py, PyAny>, Bound<'py, PyAny>, f64, f64)> {
         let named = Parameter::named(parameter, &self.inner)?;
         let changed = named.changed(&self.inner, by)?;
         let (bodies, forces) = (to_python(py, &changed.bodies())?, to_python(py, &changed.forces())?);
@@ -262,21 +258,21 @@ impl PySystem {
     }
 
     /// Returns the total, translational, rotational and potential energy.
-    fn energy(&self, py: Python<'_>, state: &PyState) -> PyResult<[f64; 4]> {
+    fn energy(&self, py: Python<'_>, state: &PyState) -> Result<[f64; 4]> {
         let e = listening(py, |interrupt| self.inner.energy(&state.inner, interrupt))?;
         Ok([e.total, e.translational, e.rotational, e.potential])
     }
 
-    fn momentum<'py>(&self, py: Python<'py>, state: &PyState) -> PyResult<Array<'py>> {
+    fn momentum<'py>(&self, py: Python<'py>, state: &PyState) -> Result<Array<'py>> {
         vector(py, listening(py, |interrupt| self.inner.momentum(&state.inner, interrupt))?)
     }
 
-    fn angular_momentum<'py>(&self, py: Python<'py>, state: &PyState) -> PyResult<Array<'py>> {
+    fn angular_momentum<'py>(&self, py: Python<'py>, state: &PyState) -> Result<Array<'py>> {
         vector(py, listening(py, |interrupt| self.inner.angular_momentum(&state.inner, interrupt))?)
     }
 }
 
-fn vector<'py>(py: Python<'py>, v: Vec3) -> PyResult<Array<'py>> {
+fn vector<'py>(py: Python<'py>, v: Vec3) -> Result<Array<'py>> {
     array(py, v.as_slice().to_vec(), &[3])
 }
 

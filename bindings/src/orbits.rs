@@ -1,8 +1,9 @@
 //! Kepler elements, many at a time.
 
 use super::arrays::{array, from_vectors, rows, vectors};
-use crate::error::Error;
-use crate::orbit::KeplerElements;
+use crate::errors::Result;
+use fullbody::error::Error;
+use fullbody::orbit::KeplerElements;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 
@@ -19,7 +20,7 @@ pub fn elements_to_cartesian<'py>(
     py: Python<'py>,
     values: PyReadonlyArrayDyn<'py, f64>,
     mu: f64,
-) -> PyResult<(Array<'py>, Array<'py>)> {
+) -> Result<(Array<'py>, Array<'py>)> {
     let (mut positions, mut velocities) = (Vec::new(), Vec::new());
     for row in rows::<6>("elements", &values)? {
         let (r, v) = elements(row)?.to_cartesian(mu)?;
@@ -36,7 +37,7 @@ pub fn cartesian_to_elements<'py>(
     position: PyReadonlyArrayDyn<'py, f64>,
     velocity: PyReadonlyArrayDyn<'py, f64>,
     mu: f64,
-) -> PyResult<Array<'py>> {
+) -> Result<Array<'py>> {
     let (position, velocity) = (vectors("position", &position)?, vectors("velocity", &velocity)?);
     if position.len() != velocity.len() {
         let expected = format!("{}, as of positions", position.len());
@@ -59,7 +60,7 @@ pub fn cartesian_to_elements<'py>(
 
 /// Returns orbital periods (K,) for elements (K, 6).
 #[pyfunction]
-pub fn period<'py>(py: Python<'py>, values: PyReadonlyArrayDyn<'py, f64>, mu: f64) -> PyResult<Array<'py>> {
+pub fn period<'py>(py: Python<'py>, values: PyReadonlyArrayDyn<'py, f64>, mu: f64) -> Result<Array<'py>> {
     let values = rows::<6>("elements", &values)?;
     let periods = values.into_iter().map(|row| elements(row)?.period(mu)).collect::<Result<Vec<_>, _>>()?;
     let count = periods.len();

@@ -1,7 +1,8 @@
 //! External forces: their descriptions, and the functions that callers give.
 
 use super::descriptions::from_python;
-use crate::forces::{Call, Force};
+use crate::errors::Result;
+use fullbody::forces::{Call, Force};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::BTreeMap;
@@ -22,10 +23,7 @@ pub fn call((function, data, success, owner): &Function) -> Option<Call> {
 }
 
 /// Makes forces from their descriptions, with the functions by the names of the forces.
-pub fn forces(
-    described: &[Bound<'_, PyDict>],
-    functions: &BTreeMap<String, Function>,
-) -> PyResult<Vec<Force>> {
+pub fn forces(described: &[Bound<'_, PyDict>], functions: &BTreeMap<String, Function>) -> Result<Vec<Force>> {
     let force = |described| {
         let mut force: Force = from_python(described)?;
         if let Force::Function(function) = &mut force {
@@ -38,7 +36,7 @@ pub fn forces(
 
 /// Returns an error for the description of a force whose numbers are invalid in any system.
 #[pyfunction]
-pub fn check_force(described: &Bound<'_, PyDict>) -> PyResult<()> {
+pub fn check_force(described: &Bound<'_, PyDict>) -> Result<()> {
     let force: Force = from_python(described)?;
     Ok(force.check()?)
 }

@@ -5,13 +5,14 @@ use super::descriptions::from_python;
 use super::listening::{Listener, listening};
 use super::runs::{PyDense, Sampling};
 use super::systems::{PyState, PySystem};
-use crate::error::Error;
-use crate::math::Vec3;
-use crate::particles::{
+use crate::errors::Result;
+use fullbody::error::Error;
+use fullbody::math::Vec3;
+use fullbody::particles::{
     ContactResponse, Escape, Fate, FlightPlan, FlightRecord, Particle, ParticleCondition, ParticleEvent,
     ParticleFunction, Radiation, Rules, Surface, visible_from,
 };
-use crate::trajectory::{Integrator, Output, Progress};
+use fullbody::trajectory::{Integrator, Output, Progress};
 use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -55,7 +56,7 @@ pub fn fly<'py>(
     watched: Vec<Watched<'py>>,
     threads: Option<NonZeroUsize>,
     progress: Option<Py<PyAny>>,
-) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
+) -> Result<(Bound<'py, PyDict>, Option<PyErr>)> {
     let integrator: Integrator = from_python(integrator)?;
     let Some((tableau, tolerance)) = integrator.pair() else {
         let expected = "one with step control, such as Verner98";
@@ -80,8 +81,7 @@ pub fn fly<'py>(
     };
     let radiation = radiation.map(|(by, strength, radius)| Radiation { by, strength, radius });
     let listener = Arc::new(Listener::default());
-    let watches =
-        watched.into_iter().map(|watched| watch(watched, &listener)).collect::<PyResult<Vec<_>>>()?;
+    let watches = watched.into_iter().map(|watched| watch(watched, &listener)).collect::<Result<Vec<_>>>()?;
     let mut flying: Vec<Particle> = positions
         .iter()
         .zip(&velocities)
@@ -102,9 +102,11 @@ pub fn fly<'py>(
     };
     let outcome = py.detach(|| {
         let mut hook = |p: Progress| {
-            listener.ask(|py| match &progress {
-                Some(progress) => progress.call1(py, (p.start, p.time, p.end)).map(drop),
-                None => Ok(()),
+            listener.ask(|py| {
+                if let Some(progress) = &progress {
+                    progress.call1(py, (p.start, p.time, p.end))?;
+                }
+                Ok(())
             })
         };
         plan.fly(&mut flying, &mut record, &mut hook)
@@ -121,13 +123,13 @@ pub fn surface<'py>(
     system: &PySystem,
     body: usize,
     directions: PyReadonlyArrayDyn<'py, f64>,
-) -> PyResult<(Array<'py>, Array<'py>)> {
+) -> Result<(Array<'py>, Array<'py>)> {
     let body = &system.inner.bodies()[body];
     let surface = Surface::new(body);
     let place = |direction: &Vec3| {
         surface.outermost(direction).ok_or_else(|| {
             let expected = "a body with a surface in all directions from its centre";
-            Error::invalid("body", format!("{:?}", body.name), expected)
+            Error::invalid("body", format!("{:?}", body.name()), expected)
         })
     };
     let directions = vectors("directions", &directions)?;
@@ -144,7 +146,7 @@ pub fn visible<'py>(
     state: &PyState,
     radiation: (String, f64, f64),
     points: PyReadonlyArrayDyn<'py, f64>,
-) -> PyResult<Array<'py>> {
+) -> Result<Array<'py>> {
     let (by, strength, radius) = radiation;
     let (radiation, points) = (Radiation { by, strength, radius }, vectors("points", &points)?);
     let parts =
@@ -159,14 +161,14 @@ fn arrays<'py>(
     particles: &[Particle],
     record: FlightRecord,
     output: &[f64],
-) -> PyResult<Bound<'py, PyDict>> {
+) -> Result<Bound<'py, PyDict>> {
     let (p, k) = (particles.len(), output.len());
     let dict = PyDict::new(py);
     dict.set_item("time", array(py, output.to_vec(), &[k])?)?;
     dict.set_item("samples", array(py, record.samples, &[p, k, 6])?)?;
     let each = |number: &dyn Fn(&Particle) -> f64| particles.iter().map(number).collect::<Vec<f64>>();
-    let of = |name: &str, number: &dyn Fn(&Particle) -> f64| -> PyResult<()> {
-        dict.set_item(name, array(py, each(number), &[p])?)
+    let of = |name: &str, number: &dyn Fn(&Particle) -> f64| -> Result<()> {
+        Ok(dict.set_item(name, array(py, each(number), &[p])?)?)
     };
     of("fate_time", &|particle| particle.end.time)?;
     of("longitude", &|particle| particle.end.longitude)?;
@@ -188,7 +190,7 @@ fn arrays<'py>(
     dict.set_item("strikes", numpy::PyArray1::from_vec(py, strikes))?;
     let happened = record.happened;
     let n = happened.len();
-    let vectors = |f: fn(&crate::particles::ParticleOccurrence) -> &Vec3| {
+    let vectors = |f: fn(&fullbody::particles::ParticleOccurrence) -> &Vec3| {
         happened.iter().map(f).flat_map(|v| [v.x, v.y, v.z]).collect::<Vec<f64>>()
     };
     dict.set_item("event", happened.iter().map(|h| h.watch).collect::<Vec<_>>())?;
@@ -201,7 +203,7 @@ fn arrays<'py>(
 }
 
 /// Makes the core's event. The first exception of a function goes to `listener`.
-fn watch((kind, what, direction): Watched<'_>, listener: &Arc<Listener>) -> PyResult<ParticleEvent> {
+fn watch((kind, what, direction): Watched<'_>, listener: &Arc<Listener>) -> Result<ParticleEvent> {
     let condition = match kind.as_str() {
         "shadow" => ParticleCondition::Shadow { visible: what.extract()? },
         "periapsis" => ParticleCondition::Periapsis { body: what.extract()? },
