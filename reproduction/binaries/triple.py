@@ -9,12 +9,34 @@ import fullbody
 import numpy as np
 import numpy.typing as npt
 from astropy.time import Time
+from fullbody.frames import rotation
 
 from .pair import G, UNITS
 
-__all__ = ["nested", "place"]
+__all__ = ["ORBIT", "elements", "nested", "on_equator", "place"]
 
 _Array = npt.NDArray[np.float64]
+
+#: The parameters of an orbit about a given mass.
+ORBIT = ("period", "e", "i", "node", "periapsis", "longitude")
+
+
+def on_equator(
+    a: float, e: float, i: float, node: float, argument: float, anomaly: float, mu: float
+) -> tuple[_Array, _Array]:
+    """Return position and velocity (3,) on the equator of J2000, from elements on its ecliptic in km and degrees."""
+    axes = rotation("ecliptic", "equatorial")
+    r, v = fullbody.KeplerElements(a, e, *np.radians([i, node, argument, anomaly])).to_cartesian(mu)
+    return axes @ r, axes @ v
+
+
+def elements(r: _Array, v: _Array, mu: float) -> dict[str, float]:
+    """Return ``a`` and the elements of ``ORBIT`` from position and velocity."""
+    orbit = fullbody.KeplerElements.from_cartesian(r, v, mu)
+    i, node, argument, anomaly = np.degrees([orbit.i, orbit.Omega, orbit.omega, orbit.M])
+    period = 2.0 * np.pi * np.sqrt(orbit.a**3 / mu)
+    values = (orbit.a, period, orbit.e, i, node, node + argument, node + argument + anomaly)
+    return {name: float(value) for name, value in zip(("a", *ORBIT), values, strict=True)}
 
 
 def place(
