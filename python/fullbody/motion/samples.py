@@ -20,9 +20,12 @@ def joined(later: Run, earlier: Run) -> Run:
 
     It has the statistics of both, no events and no continuous solution.
     """
-    parts = ((earlier._record[name][::-1], later._record[name]) for name in later._record)
-    run = copy.copy(later)
-    run._record = {name: np.concatenate(part) for name, part in zip(later._record, parts, strict=True)}
+    # A run without samples keeps no derivatives.
+    run = copy.copy(later if len(later) else earlier)
+    run._record = {
+        name: np.concatenate([values[::-1], later._record.get(name, values[:0])])
+        for name, values in earlier._record.items()
+    }
     counts = (astuple(one.statistics) for one in (later, earlier))
     run.statistics = Statistics(*(sum(both) for both in zip(*counts, strict=True)))
     run.events, run.dense, run._drifts = [], None, {}

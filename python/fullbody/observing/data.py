@@ -65,7 +65,7 @@ class Seen:
     ----------
     times : ndarray, (K,)
         Times when the light arrives.
-    observer, observer_velocity : ndarray, (K, 3)
+    observer : ndarray, (K, 3)
         From the system's barycentre.
     centre, velocity : ndarray, (K, N, 3)
         From the system's barycentre and relative to it; complex numbers pass through.
@@ -76,13 +76,18 @@ class Seen:
 
     def __init__(self, geometry: SystemGeometry, times: _Array, masses: _Array, states: dict[str, _Array]) -> None:
         weights = masses / masses.sum()
-        self.times, self.light_speed = times, geometry.light_speed
-        self.observer, self.observer_velocity = geometry.observer(times), geometry.observer_velocity(times)
+        self.times, self.light_speed, self._geometry = times, geometry.light_speed, geometry
+        self.observer = geometry.observer(times)
         position, self.velocity = (
             states[name] - np.einsum("n,knx->kx", weights, states[name])[:, None] for name in ("position", "velocity")
         )
         self.delay = geometry.delays(self.observer, position, self.velocity)
         self.centre = position + self.velocity * self.delay[..., None]
+
+    @property
+    def observer_velocity(self) -> _Array:
+        """Velocity (K, 3) of the observer from the system's barycentre, which needs rows that are dense in time."""
+        return self._geometry.observer_velocity(self.times)
 
     def attitude(self, attitude: _Array, spin: _Array) -> _Array:
         """Return attitudes (K, N, 4) when the light left the bodies, from those when it left the barycentre."""

@@ -1,0 +1,128 @@
+"""Lempo, Hiisi and Paha: three points, the errors with and without their correlation, and the J2 of Lempo."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import fullbody
+import numpy as np
+from astropy.time import Time
+from fullbody.fitting import Fit, Free
+
+from . import moons
+from .judging import Verdict, compared
+from .pair import G
+from .shapes import oblate, upright
+from .triple import ORBIT, elements, nested, on_equator
+
+__all__ = ["Lempo", "study", "verdicts"]
+
+EPOCH = Time(2453880.0, format="jd", scale="utc")
+#: A fit of the same files as three points by a program that shares nothing with this one: masses in 1e18 kg.
+INDEPENDENT = {"lempo": (5.75, 0.25), "hiisi": (7.71, 0.34), "paha": (0.22, 0.07)}
+INDEPENDENT_CHI2 = 47.4
+#: Benecchi et al. (2010): the mass of all three in 1e18 kg, the period and a of the inner orbit, the radius of Lempo.
+WHOLE, PERIOD, SEMI_MAJOR, RADIUS = (12.75, 0.06), 1.9, 867.0, 143.0
+#: Near the minimum, on the ecliptic: semi-major axis, e, and i, node, argument of periapsis and mean anomaly in degrees.
+INNER = (854.0, 0.105, 68.1, 325.4, 82.5, 169.3)
+OUTER = (7605.0, 0.2905, 59.4, 324.65, 358.5, 190.6)
+START = {"lempo": 5.8, "hiisi": 7.8, "paha": 0.1}
+NAMES = ("Lempo", "Hiisi", "Paha")
+INTEGRATOR = fullbody.Verner98(rtol=1e-8, atol=1e-8)
+
+
+@dataclass(frozen=True)
+class Lempo:
+    """The fits.
+
+    Attributes
+    ----------
+    points : Fit
+        Of three points.
+    uncorrelated : Fit
+        The same with the errors as the collection has them, without their correlation.
+    heavy : Fit
+        With the mass of Paha that the independent fit has.
+    spheroid : Fit
+        With a free J2 of Lempo, which turns once a period of the inner orbit about the normal of that orbit.
+    """
+
+    points: Fit
+    uncorrelated: Fit
+    heavy: Fit
+    spheroid: Fit
+
+
+def study() -> Lempo:
+    """Fit everything."""
+    data = moons.lempo()
+    inner, outer = (
+        elements(*on_equator(*orbit, mu), mu)
+        for orbit, mu in (
+            (INNER, G * 1e18 * (START["lempo"] + START["hiisi"])),
+            (OUTER, G * 1e18 * sum(START.values())),
+        )
+    )
+    orbits = {f"{name}_{moon}": orbit[name] for moon, orbit in (("hiisi", inner), ("paha", outer)) for name in ORBIT}
+    paha = Free(START["paha"], lower=1e-4)
+    found = fullbody.fit(_points, {**START, "paha": paha, **orbits}, data, integrator=INTEGRATOR)
+    best = {**found.values, "paha": paha}
+    without = fullbody.fit(_points, best, moons.lempo(as_collected=True), integrator=INTEGRATOR)
+    free = {name: value for name, value in found.values.items() if name != "paha"}
+    heavy = fullbody.fit(_heavy, free, data, integrator=INTEGRATOR)
+    spheroid = fullbody.fit(_spheroid, {"J2": 0.05, **best}, data, integrator=INTEGRATOR)
+    return Lempo(found, without, heavy, spheroid)
+
+
+def _points(lempo: float, hiisi: float, paha: float, **orbits: float) -> tuple[fullbody.System, fullbody.State]:
+    return nested(NAMES, (lempo * 1e18, hiisi * 1e18, paha * 1e18), *_orbits(orbits), EPOCH)
+
+
+def _heavy(lempo: float, hiisi: float, **orbits: float) -> tuple[fullbody.System, fullbody.State]:
+    return _points(lempo, hiisi, INDEPENDENT["paha"][0], **orbits)
+
+
+def _spheroid(
+    J2: float, lempo: float, hiisi: float, paha: float, **orbits: float
+) -> tuple[fullbody.System, fullbody.State]:
+    inner, outer = _orbits(orbits)
+    axis = upright(orbits["i_hiisi"], orbits["node_hiisi"])
+    masses = lempo * 1e18, hiisi * 1e18, paha * 1e18
+    return nested(NAMES, masses, inner, outer, EPOCH, oblate(RADIUS, J2), axis, 2.0 * np.pi / orbits["period_hiisi"])
+
+
+def _orbits(orbits: dict[str, float]) -> tuple[list[float], list[float]]:
+    inner, outer = ([orbits[f"{name}_{moon}"] for name in ORBIT] for moon in ("hiisi", "paha"))
+    return inner, outer
+
+
+def verdicts(found: Lempo) -> list[Verdict]:
+    """Compare with the fit by another program, and with the paper."""
+    fit, rows = found.points, []
+    at_zero = (
+        f"chi2 is smallest where Paha has no mass; at {INDEPENDENT['paha'][0]}e18 kg it is "
+        f"{found.heavy.chi2 - fit.chi2:.2f} larger. The data give an upper limit and no mass."
+    )
+    for name, published in INDEPENDENT.items():
+        ours = fit.values[name], fit.sigma[name]
+        rows.append(compared("Lempo", f"mass of {name.title()} [1e18 kg], by another program", published, ours, at_zero))
+    chi2 = found.uncorrelated.chi2
+    rows.append(
+        Verdict(
+            "Lempo",
+            "chi2 of three points, by another program",
+            f"{INDEPENDENT_CHI2}",
+            f"{chi2:.2f}; {fit.chi2:.2f} where the errors keep their correlation",
+            None,
+            "holds" if chi2 <= INDEPENDENT_CHI2 else "differs",
+        )
+    )
+    whole = float(sum(fit.values[name] for name in START))
+    places = [fit.names.index(name) for name in START]
+    error = float(np.sqrt(fit.covariance[np.ix_(places, places)].sum()))
+    why = (
+        "That mass is from the orbit of Paha about one point. The inner pair widens the mean gravity, and makes the orbit "
+        "precess, so that its osculating period is not the one that repeats."
+    )
+    rows.append(compared("Lempo", "mass of all three [1e18 kg], Benecchi et al. (2010)", WHOLE, (whole, error), why))
+    return rows

@@ -1,0 +1,80 @@
+"""The astrometry of Lempo and Haumea, which its collectors turned from the equator to the ecliptic."""
+
+from __future__ import annotations
+
+import astropy.units as u
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+from astropy.time import Time
+from fullbody import observing
+from fullbody.frames import rotation
+
+from .observations import FOLDER
+
+__all__ = ["haumea", "lempo"]
+
+_Array = npt.NDArray[np.float64]
+
+
+def lempo(as_collected: bool = False) -> list[observing.Astrometry]:
+    """Hiisi and Paha about Lempo, nine epochs (Benecchi et al. 2010); times are less light time.
+
+    Parameters
+    ----------
+    as_collected : bool
+        Offsets along the ecliptic whose errors have lost their correlation, instead of those on the equator.
+    """
+    return [_read("lempo", name, False, as_collected) for name in ("Hiisi", "Paha")]
+
+
+def haumea(east: int = 1, as_collected: bool = False) -> list[observing.Astrometry]:
+    """Namaka and Hi'iaka about Haumea (Ragozzine & Brown 2009, Proudfoot et al. 2024).
+
+    Parameters
+    ----------
+    east : {1, -1}
+        The sign of the offsets in right ascension, relative to the table.
+    as_collected : bool
+    """
+    return [_read("haumea", name, True, as_collected, east) for name in ("Namaka", "Hiiaka")]
+
+
+def _read(system: str, moon: str, light_time: bool, as_collected: bool, east: int = 1) -> observing.Astrometry:
+    table = pd.read_csv(FOLDER / f"{system}.csv")
+    place = pd.read_csv(FOLDER / f"{system}_geocentric.csv")[["x", "y", "z"]].to_numpy()
+    kept = table[f"DeltaLat_{moon}"].notna().to_numpy()
+    table, place = table[kept], place[kept]
+    offsets, sigma = (table[[f"Delta{axis}_{moon}{end}" for axis in ("Long", "Lat")]].to_numpy() for end in ("", "_err"))
+    if not as_collected:
+        offsets, sigma = _on_equator(table, offsets, sigma)
+    dates = Time(table["time"].to_numpy(), format="jd", scale="utc")
+    return observing.Astrometry(
+        dates,
+        east * offsets[:, 0] * u.arcsec,
+        offsets[:, 1] * u.arcsec,
+        sigma * u.arcsec,
+        body=moon,
+        about=system.title(),
+        geometry=observing.Geometry(dates, to_observer=-place * u.km, frame="ecliptic", light_time=light_time),
+        frame="ecliptic" if as_collected else "equatorial",
+    )
+
+
+def _on_equator(table: pd.DataFrame, offsets: _Array, sigma: _Array) -> tuple[_Array, _Array]:
+    """Turn offsets and errors (K, 2) back about the direction (longitude, latitude) that the table has.
+
+    The errors were independent on the equator. Those along the ecliptic are roots of mixtures of their squares, which
+    are solved for them.
+    """
+    lon, lat = np.radians(table[["Long_Prim", "Lat_Prim"]].to_numpy()).T
+    axes = rotation("ecliptic", "equatorial")
+    away = np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=1) @ axes.T
+    along = np.stack([-np.sin(lon), np.cos(lon), np.zeros_like(lon)], axis=1) @ axes.T
+    cosine = (along[:, 1] * away[:, 0] - along[:, 0] * away[:, 1]) / np.hypot(away[:, 0], away[:, 1])
+    sine = along[:, 2] / np.hypot(away[:, 0], away[:, 1])
+    x, y = offsets.T
+    turned = np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=1)
+    c, s = cosine[:, None] ** 2, sine[:, None] ** 2
+    squares = (c * sigma**2 - s * sigma[:, ::-1] ** 2) / (c - s)
+    return turned, np.sqrt(squares)
