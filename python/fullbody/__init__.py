@@ -61,8 +61,9 @@ from .setups.component import Component
 from .setups.toml import Configuration, read_toml
 
 if _typing.TYPE_CHECKING:
-    from . import analysis, fields, observing, plots, spice, view
+    from . import analysis, fields, fitting, observing, plots, spice, view
     from .ensembles.sweep import sweep
+    from .fitting import fit
     from .peers import from_rebound, read_gubas, read_sians, to_rebound
 
     __version__: str
@@ -74,10 +75,12 @@ else:
         # Most sessions need none of these.
         from importlib import import_module
 
-        if name in ("analysis", "fields", "observing", "plots", "spice", "view"):
+        if name in ("analysis", "fields", "fitting", "observing", "plots", "spice", "view"):
             return import_module(f".{name}", __name__)
         if name in ("from_rebound", "read_gubas", "read_sians", "to_rebound"):
             return getattr(import_module(".peers", __name__), name)
+        if name == "fit":
+            return import_module(".fitting", __name__).fit
         if name == "sweep":
             return import_module(".ensembles.sweep", __name__).sweep
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
@@ -140,6 +143,8 @@ __all__ = [
     "ensembles",
     "events",
     "fields",
+    "fit",
+    "fitting",
     "forces",
     "frames",
     "from_rebound",

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ..base.arguments import named_options
 from ..errors import InvalidInput
-from .columns import Rows, column, in_columns, positive_rows, read_table
+from .columns import Rows, column, in_columns, jitter_of, positive_rows, read_table
 from .data import Observations
 from .photocentre import photocentre, semi_axes
 from .vectors import Vectors, turn
@@ -250,6 +250,11 @@ class Astrometry(Observations):
         from astropy import units as u
 
         return (values * u.rad).to(self.unit)
+
+    def _widen(self, jitter: Any) -> None:
+        wide = np.hypot(self._sigma, jitter_of(jitter, "rad"))
+        self._correlation = self._correlation * np.prod(self._sigma / wide, axis=1)
+        self._sigma = wide
 
     def _covariance(self, system: Any) -> _Array:
         matrix = self._sigma[:, :, None] * self._sigma[:, None, :]

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.units import gathered, is_quantity, need, numbers, strip_to
+from ..base.units import gathered, is_quantity, need, numbers, scalar, strip_to
 from ..errors import InconsistentInput, InvalidInput, caution
 from .times import are_dates
 
-__all__ = ["Rows", "column", "in_columns", "positive_rows", "read_table"]
+__all__ = ["Rows", "column", "in_columns", "jitter_of", "positive_rows", "read_table"]
 
 _Array = npt.NDArray[np.float64]
 
@@ -114,6 +114,14 @@ def positive_rows(values: _Array, what: str) -> _Array:
     if not (values > 0.0).all():
         raise InvalidInput(f"{what} has the value {float(values.min())}; expected standard errors above zero")
     return values
+
+
+def jitter_of(given: Any, unit: Any) -> float:
+    """Return a jitter as a number in a unit, after checking that it is zero or above."""
+    value = scalar(column(given, "jitter", unit)[0], "jitter")
+    if not value >= 0.0:
+        raise InvalidInput(f"jitter is {given!r}; expected a standard deviation, zero or above")
+    return value
 
 
 def in_columns(columns: Mapping[str, Any], meta: dict[str, Any]) -> Any:

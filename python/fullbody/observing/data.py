@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import copy
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from ..base.tables import Table, Tabled
 from ..errors import InvalidInput
+from ..record.displaced import FunctionDerivatives
 from .columns import Rows
 from .times import in_system
 from .vectors import SystemGeometry, Vectors
@@ -22,6 +25,8 @@ __all__ = ["Observations", "Seen", "states_at"]
 _Array = npt.NDArray[np.float64]
 #: The step of a derivative along the imaginary axis, which has no difference of nearly equal numbers.
 _STEP = 1e-100
+#: The step of a difference, over the natural size of a parameter.
+_SHARE = 1e-5
 
 
 def states_at(run: Run, times: _Array, what: str) -> dict[str, _Array]:
@@ -36,12 +41,18 @@ def states_at(run: Run, times: _Array, what: str) -> dict[str, _Array]:
         raise InvalidInput(
             f"{what} needs the state at time {when}, which the run, from {first} to {last}, does not cover"
         )
+    place = _samples_at(run, times, what)
+    return {name: run._record[name][place] for name in ("position", "velocity", "attitude", "spin")}
+
+
+def _samples_at(run: Run, times: _Array, what: str) -> npt.NDArray[np.intp]:
+    """Return the indices of the samples of a run at times (K,)."""
     known = run._record["time"]
     order = np.argsort(known, kind="stable")
     place = order[np.clip(np.searchsorted(known[order], times), 0, len(known) - 1)] if len(known) else np.array([], int)
     if not len(known) or not np.array_equal(known[place], times):
         raise InvalidInput(f"{what} needs states between the samples of the run; integrate with dense=True")
-    return {name: run._record[name][place] for name in ("position", "velocity", "attitude", "spin")}
+    return place
 
 
 class Seen:
@@ -112,6 +123,9 @@ class Observations(Tabled):
         self.rows = rows.kept
         self.missing = rows.missing
         self.geometry = geometry
+        self._clocks: dict[Any, _Array] = {}
+        #: The observations without the jitter that these have.
+        self._given: Self | None = None
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -133,12 +147,19 @@ class Observations(Tabled):
         return system._units.attach(self._emission(system), "time")
 
     def _emission(self, system: System) -> _Array:
-        return self.geometry._of(system).emission(in_system(self.times, system, f"times of {self._what()}"))
+        return self.geometry._of(system).emission(self._clock(system))
+
+    def _clock(self, system: System) -> _Array:
+        """The times of the observations as numbers of a system's clock, converted once for each epoch and unit."""
+        key = system._options["epoch"], system.units
+        if key not in self._clocks:
+            self._clocks[key] = in_system(self.times, system, f"times of {self._what()}")
+        return self._clocks[key]
 
     def _seen(self, system: System, states: dict[str, _Array], masses: Any = None) -> Seen:
         """The bodies as they are seen at the times of the observations; with other masses about another barycentre."""
-        geometry, times = self.geometry._of(system), in_system(self.times, system, f"times of {self._what()}")
-        return Seen(geometry, times, system._masses if masses is None else masses, states)
+        known = system._masses if masses is None else masses
+        return Seen(self.geometry._of(system), self._clock(system), known, states)
 
     def _model(self, system: System, states: dict[str, _Array], masses: Any = None) -> _Array:
         """Return predictions (K, C) in plain numbers from the states at the times of emission."""
@@ -160,11 +181,14 @@ class Observations(Tabled):
         """Return whether predictions depend on the attitudes of bodies."""
         return False
 
-    def _partials(self, system: System, states: dict[str, _Array]) -> _Array:
-        """Return derivatives (K, C, 12 N) of the predictions by the states, in the components of tangent vectors.
+    def _partials(
+        self, system: System, states: dict[str, _Array], parameters: Sequence[str] = ()
+    ) -> tuple[_Array, dict[str, _Array]]:
+        """Return derivatives of the predictions by the states, and by parameters of the system at given states.
 
-        The predictions are analytic functions of the states: a step along the imaginary axis gives their
-        derivatives to the last digits.
+        The former are (K, C, 12 N), in the components of tangent vectors. The predictions are analytic functions of the
+        states: a step along the imaginary axis gives their derivatives to the last digits. The latter are (K, C) by
+        the names of the parameters.
         """
         count = len(system)
         found = np.zeros((*self._model(system, states).shape, 12 * count))
@@ -180,20 +204,23 @@ class Observations(Tabled):
                 turned["attitude"] = states["attitude"].astype(np.complex128)
                 turned["attitude"][:, body] += 0.5j * _STEP * _times_axis(states["attitude"][:, body], axis)
                 found[..., 12 * body + 6 + axis] = self._model(system, turned).imag / _STEP
-        return found
+        return found, {name: self._partial(system, states, name) for name in parameters}
 
-    def _partials_by_masses(self, system: System, states: dict[str, _Array]) -> _Array:
-        """Return derivatives (K, C, N) of the predictions by the masses at given states, through the barycentre."""
-        found = np.zeros((*self._model(system, states).shape, len(system)))
-        for body in range(len(system)):
+    def _partial(self, system: System, states: dict[str, _Array], parameter: str) -> _Array:
+        """Return derivatives (K, C) of the predictions by a parameter of the system at given states.
+
+        A mass acts through the barycentre, along the imaginary axis; what else changes the bodies is differenced.
+        """
+        kind, _, body = parameter.partition(" of ")
+        if kind == "mass" and body in system.names:
             masses = system._masses.astype(np.complex128)
-            masses[body] += 1j * _STEP
-            found[..., body] = self._model(system, states, masses).imag / _STEP
-        return found
-
-    def _partials_by_semi_axes(self, system: System, states: dict[str, _Array]) -> _Array:
-        """Return derivatives (K, C, N, 3) of the predictions by the semi-axes of the bodies at given states."""
-        return np.zeros((*self._model(system, states).shape, len(system), 3))
+            masses[system.names.index(body)] += 1j * _STEP
+            return np.asarray(self._model(system, states, masses).imag / _STEP)
+        step = _SHARE * system._changed(parameter, 0.0)[1]
+        first, second = (system._changed(parameter, sign * step)[0] for sign in (-1.0, 1.0))
+        if first._core.bodies == second._core.bodies:
+            return np.zeros(self._observed(system).shape)
+        return (self._model(second, states) - self._model(first, states)) / (2.0 * step)
 
     def _project(self, values: _Array) -> _Array:
         """Derivatives (K, C, ...) of the predictions, with whatever is solved for at each prediction."""
@@ -247,6 +274,73 @@ class Observations(Tabled):
     def chi2(self, run: Run) -> float:
         """Sum of the squares of the :meth:`pulls`."""
         return float(np.sum(self.pulls(run) ** 2))
+
+    def derivatives(self, run: Run) -> FunctionDerivatives:
+        """Compute the derivatives of the :meth:`pulls` by the start of a run and by its parameters.
+
+        Parameters
+        ----------
+        run : Run
+            A run that was integrated with ``derivatives=`` and has samples at the times :meth:`emission`.
+
+        Returns
+        -------
+        FunctionDerivatives
+            The same as ``run.derivative_of(data.pulls)``, but from the partial derivatives of the predictions instead
+            of differences: (K, C, 12 N) by the start, (K, C) by each parameter.
+        """
+        system = run.system
+        place = _samples_at(run, self._emission(system), self._what())
+        states = {name: run._record[name][place] for name in ("position", "velocity", "attitude", "spin")}
+        by_state, direct = self._partials(system, states, run._parameters)
+
+        def of_pulls(values: _Array) -> _Array:
+            return -self._whiten(self._project(values), system)
+
+        moved = {name: by_state @ values[place][:, :, None] for name, values in run.sensitivity.items()}
+        by_parameter = {name: of_pulls(values[..., 0] + direct[name]) for name, values in moved.items()}
+        return FunctionDerivatives(self.pulls(run), of_pulls(by_state @ run.transition[place]), by_parameter)
+
+    @property
+    def free_zeros(self) -> int:
+        """Number of zero points that are solved for, which count as parameters of a fit."""
+        return 0
+
+    def with_jitter(self, jitter: Any) -> Self:
+        """Return the observations with a further error of the same size in each row, independent of the others.
+
+        Parameters
+        ----------
+        jitter : float or Quantity
+            Its standard deviation, zero or above; its square is added to the variances. For a :class:`Radar` with both
+            ranges and range rates, a pair.
+
+        Returns
+        -------
+        Observations
+            A copy that knows how much wider its errors are, so that a fit can free the jitter.
+        """
+        wider = copy.copy(self)
+        wider._given = self if self._given is None else self._given
+        wider._widen(jitter)
+        return wider
+
+    def _widen(self, jitter: Any) -> None:
+        """Add a jitter to the standard errors."""
+        raise NotImplementedError
+
+    def widening(self, system: System) -> _Array:
+        """Logarithms (K, C) of the factors by which jitter widens the variances, along the axes of the error ellipses.
+
+        Their sum is the logarithm of the ratio of the determinants of the covariances, to which minus twice the
+        logarithm of the likelihood is proportional beside chi2.
+        """
+        if self._given is None:
+            return np.zeros(self._observed(system).shape)
+        factor = np.linalg.cholesky(self._given._covariance(system))
+        added = np.linalg.solve(factor, self._covariance(system) - self._given._covariance(system))
+        added = np.linalg.solve(factor, np.swapaxes(added, 1, 2))
+        return np.log1p(np.maximum(np.linalg.eigvalsh(added), 0.0))
 
     def _tables(self) -> tuple[Table, ...]:
         rows = [("observations", str(len(self)))]

@@ -12,9 +12,11 @@ from ..base.arguments import named_options
 from ..base.tables import Table, Tabled
 from ..base.units import gathered, is_quantity, numbers, strip_to
 from ..errors import InvalidInput
+from .times import in_system
 
 if TYPE_CHECKING:
     from ..motion.run import Run
+    from ..motion.system import System
 
 __all__ = ["Measured"]
 
@@ -33,6 +35,9 @@ class Measured(Tabled):
     value : float, Quantity or array_like, () or (C,)
     sigma : float, Quantity or array_like, () or (C,)
         Standard errors.
+    times : astropy Time, or array_like or Quantity, (K,), optional
+        When a fit samples the run that it gives to the function: dates, or times since the system's epoch. It may be
+        empty for a function of the system alone.
 
     Raises
     ------
@@ -50,11 +55,12 @@ class Measured(Tabled):
     (1,)
     """
 
-    def __init__(self, name: str, function: Callable[[Run], Any], value: Any, sigma: Any) -> None:
+    def __init__(self, name: str, function: Callable[[Run], Any], value: Any, sigma: Any, times: Any = None) -> None:
         if not callable(function):
             raise InvalidInput(f"function of {name!r} is {function!r}; expected a function of a run")
         self.name = name
         self.function = function
+        self.times = times
         value, sigma = gathered(value, f"value of {name}"), gathered(sigma, f"sigma of {name}")
         self.unit = value.unit if is_quantity(value) else None
         self._value = np.atleast_1d(self._plain(value, "value"))
@@ -76,6 +82,18 @@ class Measured(Tabled):
         if self.unit is not None:
             return strip_to(value, self.unit, f"{what} of {self.name}")
         return numbers(value, f"{what} of {self.name}")
+
+    def emission(self, system: System) -> Any:
+        """The times (K,) of a system's clock at which the function needs samples, in their order.
+
+        Raises
+        ------
+        InvalidInput
+            If the value has none.
+        """
+        if self.times is None:
+            raise InvalidInput(f"{self.name} has no times; give Measured(..., times=) to say when its run is sampled")
+        return system._units.attach(np.sort(in_system(self.times, system, f"times of {self.name}").ravel()), "time")
 
     @property
     def value(self) -> Any:

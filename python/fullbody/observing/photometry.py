@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -12,7 +12,7 @@ from ..base.arguments import named_options
 from ..base.units import is_quantity
 from ..errors import InvalidInput
 from .brightness import Photometer
-from .columns import Rows, column, in_columns, positive_rows, read_table
+from .columns import Rows, column, in_columns, jitter_of, positive_rows, read_table
 from .data import Observations, Seen
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
@@ -201,6 +201,9 @@ class Photometry(Observations):
     def _attach(self, values: _Array, system: System) -> _Array:
         return values[:, 0]
 
+    def _widen(self, jitter: Any) -> None:
+        self.sigma = np.hypot(self.sigma, jitter_of(jitter, "mag" if is_quantity(jitter) else None))
+
     def _photometer(self, system: System) -> Photometer:
         return Photometer(system, self.law, self.albedo, self.mutual, self.sun_radius)
 
@@ -223,11 +226,14 @@ class Photometry(Observations):
             )
         return np.asarray(total)
 
-    def _partials(self, system: System, states: dict[str, _Array]) -> _Array:
-        """Derivatives (K, 1, 12 N) by the states.
+    def _partials(
+        self, system: System, states: dict[str, _Array], parameters: Sequence[str] = ()
+    ) -> tuple[_Array, dict[str, _Array]]:
+        """Derivatives (K, 1, 12 N) by the states, and (K, 1) by parameters.
 
-        The derivatives by poses are the photometer's. With e the unit vector from a body to the observer, u its
-        velocity and d its delay, c d' = e.(r' + d u' + u d'): a change r' of a position also changes the light's time.
+        The derivatives by poses and semi-axes are the photometer's. With e the unit vector from a body to the observer,
+        u its velocity and d its delay, c d' = e.(r' + d u' + u d'): a change r' of a position also changes the light's
+        time.
         """
         seen = self._seen(system, states)
         found = self._photometer(system).derivatives(*self._view(system, states, seen))
@@ -246,17 +252,13 @@ class Photometry(Observations):
             rotation + np.cross(delay * states["spin"], rotation),
             spin,
         ]
-        return np.concatenate(parts, axis=-1).reshape(len(self), 1, -1)
-
-    def _partials_by_masses(self, system: System, states: dict[str, _Array]) -> _Array:
-        # The barycentre moves all bodies alike, and light depends on their relative places.
-        return np.zeros((len(self), 1, len(system)))
-
-    def _partials_by_semi_axes(self, system: System, states: dict[str, _Array]) -> _Array:
-        view = self._view(system, states, self._seen(system, states))
-        found = self._photometer(system).derivatives(*view)
-        factor = -2.5 / np.log(10.0) / self._total(found.brightness)
-        return np.asarray(factor[:, None, None, None] * found.semi_axes.sum(axis=1)[:, None])
+        axes = {
+            f"semi-axis {axis} of {body}": factor[:, None] * found.semi_axes.sum(axis=1)[:, place, [k]]
+            for place, body in enumerate(system.names)
+            for k, axis in enumerate("abc")
+        }
+        direct = {name: axes[name] if name in axes else self._partial(system, states, name) for name in parameters}
+        return np.concatenate(parts, axis=-1).reshape(len(self), 1, -1), direct
 
     def _described(self) -> list[tuple[str, str]]:
         return [("nights", str(len(self.nights))), ("zero point", str(self.zero)), ("law", repr(self.law))]

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..base.arguments import named_options
 from ..base.units import is_quantity
 from ..errors import InvalidInput
-from .columns import Rows, column, in_columns, positive_rows, read_table
+from .columns import Rows, column, in_columns, jitter_of, positive_rows, read_table
 from .data import Observations
 from .vectors import Vectors
 
@@ -174,6 +174,15 @@ class Radar(Observations):
 
     def _in_system(self, name: str, values: _Array, system: System) -> _Array:
         return system._units.strip(self._united(name, values), _KINDS[name][0], f"{name} of Radar")
+
+    def _widen(self, jitter: Any) -> None:
+        both = jitter if len(self._values) == 2 else (jitter,)
+        if not isinstance(both, tuple | list) or len(both) != len(self._values):
+            raise InvalidInput("jitter is not a pair; expected one for the ranges and one for the range rates")
+        self._sigma = {
+            name: np.hypot(self._sigma[name], jitter_of(one, _KINDS[name][1] if is_quantity(one) else None))
+            for name, one in zip(self._values, both, strict=True)
+        }
 
     def _observed(self, system: System) -> _Array:
         return np.stack([self._in_system(name, values, system) for name, values in self._values.items()], axis=1)

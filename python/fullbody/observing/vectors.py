@@ -59,7 +59,8 @@ class Vectors:
         self._sun = self._vectors(given["to_sun"], "to_sun", order) if to_sun is not None else None
         #: Ends of the span along the axis; builders of tables have rows beyond it.
         self._ends = (float(self._times[0]), float(self._times[-1]))
-        self._splines: dict[Any, Any] = {}
+        #: What is computed once: splines, whether there was a warning, and geometries of systems.
+        self._known: dict[Any, Any] = {}
 
     def _axis(self, times: Any, first: bool = False) -> _Array:
         """Times as numbers along the spline: seconds since the first date, seconds, or plain numbers."""
@@ -171,12 +172,12 @@ class Vectors:
         if len(self._times) == 1:
             found = np.broadcast_to(table[0] if derivative == 0 else np.zeros(3), (*axis.shape, 3))
             return np.array(found, dtype=np.float64)
-        spline = self._splines.get(id(table))
+        spline = self._known.get(id(table))
         if spline is None:
             with need("observing", "a geometry"):
                 from scipy.interpolate import CubicSpline
 
-            spline = self._splines[id(table)] = CubicSpline(self._times, table, axis=0)
+            spline = self._known[id(table)] = CubicSpline(self._times, table, axis=0)
         after = np.clip(np.searchsorted(self._times, axis), 1, len(self._times) - 1)
         apart = np.minimum(np.abs(axis - self._times[after - 1]), np.abs(axis - self._times[after]))
         if derivative or np.any(apart > slack):
@@ -189,9 +190,9 @@ class Vectors:
         The cubic through the two rows before a row and the two after it misses it by 64 times the spline's error where
         the rows are even.
         """
-        if len(table) < 5 or ("warned", id(table)) in self._splines:
+        if len(table) < 5 or ("warned", id(table)) in self._known:
             return
-        self._splines["warned", id(table)] = True
+        self._known["warned", id(table)] = True
         t, count = self._times, len(self._times) - 4
         near = {k: t[k : k + count] for k in range(5)}
         there = np.zeros((count, 3))
@@ -210,7 +211,11 @@ class Vectors:
 
     def _of(self, system: System) -> SystemGeometry:
         """The geometry in the time, units and axes of a system."""
-        return SystemGeometry(self, system)
+        key = ("system", system._options["epoch"], system.units, system.frame)
+        if key not in self._known:
+            self._known[key] = SystemGeometry(self, system)
+        found: SystemGeometry = self._known[key]
+        return found
 
     def __eq__(self, other: object) -> bool:
         return values.same(self._parts(), other._parts()) if isinstance(other, Vectors) else NotImplemented
@@ -223,7 +228,7 @@ class Vectors:
         return (*scales, self._times, self._observer, self._sun)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_splines": {}}
+        return {**self.__dict__, "_known": {}}
 
     def __repr__(self) -> str:
         first, last = self.span

@@ -164,7 +164,7 @@ def test_partial_derivatives_are_differences(nights, run, geometry):
     data = observing.Photometry(times * u.h, np.zeros(4), 0.01, geometry=geometry)
     system = run.system
     states = run.dense._core.states(data._emission(system))
-    partials = data._partials(system, states)
+    partials = data._partials(system, states)[0]
     turn = {"position": 1e-6, "velocity": 1e-2, "spin": 1.0}
 
     def model(body, name, axis, step):

@@ -1,0 +1,20 @@
+"""Fits: parameters of systems and starts from observations, with their covariance.
+
+:func:`fullbody.fit` takes a setup, as :func:`fullbody.sweep` does, starts of its parameters, and observations of
+:mod:`fullbody.observing`. :class:`Free` gives a parameter bounds and a prior. The result is a :class:`Fit`.
+
+Install the dependencies with the extra ``fit``.
+"""
+
+from __future__ import annotations
+
+from .free import Free
+from .losses import Outliers
+from .result import Fit, Minimum
+from .solve import fit
+
+__all__ = ["Fit", "Free", "Minimum", "Outliers", "fit"]
+
+
+def __dir__() -> list[str]:
+    return __all__

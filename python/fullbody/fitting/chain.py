@@ -1,0 +1,279 @@
+"""What a setup makes of the parameters of a fit, and its derivatives: of the start, and of the system's parameters.
+
+A setup integrates nothing, so that it is differenced. The system is compared as the numbers that describe it. Which of
+its own parameters have changed, and by how much, is solved from the changes of these numbers; a change that none of
+the parameters makes is one by which motions cannot be differentiated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import InvalidInput
+from .differences import slope
+
+if TYPE_CHECKING:
+    from ..model.state import State
+    from ..motion.system import System
+
+__all__ = ["Chain", "Made", "SetupDerivatives", "rotation_between"]
+
+_Array = npt.NDArray[np.float64]
+
+#: The part of a change of the system, relative to it, that may be left when its parameters have been solved for.
+_LEFT = 1e-6
+#: What numbers are rounded by, relative to them.
+_ROUNDING = 1e-13
+
+
+class Made:
+    """A system and a state that a setup has made, in plain numbers.
+
+    Attributes
+    ----------
+    system : System
+    state : State
+    numbers : ndarray, (D,)
+        The numbers that describe bodies, forces and G; ``places`` says what each is.
+    rest : dict
+        Everything else that describes the system, by its place.
+    """
+
+    def __init__(self, system: System, state: State) -> None:
+        self.system, self.state = system, state
+        self.core = system._strip(state)
+        self.numbers, self.places, self.rest = _described(system)
+        self.functions = system._functions()
+
+    def moved(self, other: Made) -> _Array:
+        """Return the tangent vector (12 N,) from this state to another one, and the change of its time, (12 N + 1,)."""
+        turn = rotation_between(self.core.attitude, other.core.attitude)
+        parts = [
+            other.core.position - self.core.position,
+            other.core.velocity - self.core.velocity,
+            turn,
+            other.core.spin - self.core.spin,
+        ]
+        return np.append(np.stack(parts, axis=1).ravel(), other.core.time - self.core.time)
+
+    def sizes(self) -> _Array:
+        """Return sizes (12 N + 1,) of the components of the start, relative to which they are rounded."""
+        core = self.core
+        largest = [np.abs(core.position).max(), np.abs(core.velocity).max(), 1.0, np.abs(core.spin).max()]
+        return np.append(np.tile(np.repeat(largest, 3), len(core.position)), abs(core.time))
+
+    def difference(self, other: Made) -> str | None:
+        """Return the place of what differs between the descriptions beside numbers, or ``None``."""
+        if self.functions != other.functions:
+            names = [force.name for force in (*self.functions, *other.functions)]
+            return f"the function of the force {names[0]}"
+        return next(
+            (
+                place
+                for place in (*self.rest, *other.rest)
+                if self.rest.get(place, _ABSENT) != other.rest.get(place, _ABSENT)
+            ),
+            None,
+        )
+
+
+_ABSENT = object()
+
+
+def rotation_between(first: _Array, second: _Array) -> _Array:
+    """Return the rotation vectors (N, 3), in the frame of the first, from attitudes (N, 4) to others."""
+    w, v = first[:, :1], -first[:, 1:]
+    scalar = w * second[:, :1] - np.sum(v * second[:, 1:], axis=1, keepdims=True)
+    vector = w * second[:, 1:] + second[:, :1] * v + np.cross(v, second[:, 1:])
+    vector = np.where(scalar < 0.0, -vector, vector)
+    sine = np.linalg.norm(vector, axis=1, keepdims=True)
+    angle = 2.0 * np.arctan2(sine, np.abs(scalar))
+    return np.asarray(vector * np.divide(angle, sine, out=np.full_like(sine, 2.0), where=sine > 0.0))
+
+
+def _described(system: System) -> tuple[_Array, list[str], dict[str, Any]]:
+    """Return the numbers of a system's description, where each is, and everything else by its place."""
+    described = system._describe()
+    notes = {name: value for name, value in described.pop("notes").items() if name not in ("bodies", "forces")}
+    found: list[float] = []
+    places: list[str] = []
+    rest: dict[str, Any] = {}
+
+    def walk(node: Any, place: str) -> None:
+        if isinstance(node, dict):
+            for name, value in node.items():
+                walk(value, f"{place} {name}".strip())
+        elif isinstance(node, list | tuple | np.ndarray):
+            rest[f"number of {place}"] = len(node)
+            for index, value in enumerate(node):
+                walk(value, f"{place}[{index}]")
+        elif isinstance(node, float) and not place.startswith("settings"):
+            found.append(node)
+            places.append(place)
+        else:
+            rest[place] = node
+
+    walk(described | {"notes": notes}, "")
+    return np.array(found), places, rest
+
+
+@dataclass
+class SetupDerivatives:
+    """Derivatives of what a setup makes of P parameters.
+
+    Attributes
+    ----------
+    start : ndarray, (12 N, P)
+        Of the start of the run, as tangent vectors, at the time of the start.
+    system : dict of ndarray, (P,)
+        Of the parameters of the system that change, by their names.
+    undifferentiable : dict of str
+        The parameters that change what motions cannot be differentiated by, with what that is.
+    """
+
+    start: _Array
+    system: dict[str, _Array]
+    undifferentiable: dict[str, str]
+
+
+class Chain:
+    """The derivatives of what a setup makes of parameters, wherever they are taken in a fit.
+
+    Steps of differences are sought once, and so is which numbers of the system are its parameters themselves.
+
+    Parameters
+    ----------
+    make : callable
+        Takes values (P,), gives what the setup makes of them.
+    names : sequence of str
+    """
+
+    def __init__(self, make: Callable[[_Array], Made], names: Sequence[str]) -> None:
+        self._make, self._names = make, tuple(names)
+        self._steps: list[dict[str, float]] = [{} for _ in names]
+        self._system = _SystemChain()
+
+    def at(self, values: _Array, sizes: _Array) -> SetupDerivatives:
+        """Differentiate at values (P,), which have sizes (P,) over which the setup is smooth.
+
+        Raises
+        ------
+        InvalidInput
+            For a setup whose results do not change evenly with a parameter.
+        """
+        base = self._make(values)
+        tangent = len(base.core.position) * 12
+        columns = np.zeros((tangent + 1 + len(base.numbers), len(values)))
+        found: dict[str, str] = {}
+        for k, name in enumerate(self._names):
+            other: list[str] = []
+            try:
+                column = self._column(base, values, k, sizes[k], other)
+            except InvalidInput as error:
+                raise InvalidInput(f"setup cannot be differentiated by {name} at {values[k]:.9g}: {error}") from error
+            if other:
+                found[name] = other[0]
+            elif column is None:
+                raise InvalidInput(
+                    f"the results of setup do not change evenly with {name} near {values[k]:.9g}; expected a function "
+                    "without jumps and random numbers"
+                )
+            else:
+                columns[:, k] = column
+        start, times, numbers = columns[:tangent], columns[tangent], columns[tangent + 1 :]
+        if times.any():
+            # A start that comes later by dt is one that is f dt behind, with f the rates of change.
+            start = start - np.outer(base.system._core.jacobian(base.core, [])[3], times)
+        system, left = self._system.solve(base, numbers)
+        for name, place in zip(self._names, left, strict=True):
+            if place is not None:
+                found.setdefault(name, place)
+        return SetupDerivatives(start, system, found)
+
+    def _column(self, base: Made, values: _Array, k: int, size: float, other: list[str]) -> _Array | None:
+        """Derivatives of the start, its time and the system's numbers; ``other`` receives what else has changed."""
+        noise = _ROUNDING * np.concatenate([base.sizes(), np.abs(base.numbers)])
+        start = np.append(np.tile(np.repeat(np.arange(4), 3), len(base.core.position)), 4)
+        groups = np.concatenate([start, np.arange(len(base.numbers)) + 5])
+
+        def shifted(by: float) -> _Array:
+            moved = values.copy()
+            moved[k] += by
+            made = self._make(moved)
+            if (place := base.difference(made)) is not None:
+                other.append(place)
+                return np.zeros(len(noise))
+            return np.concatenate([base.moved(made), made.numbers - base.numbers])
+
+        return slope(shifted, size, noise, groups, self._steps[k])
+
+
+class _SystemChain:
+    """Which parameters of a system have changed, from the changes of the numbers that describe it."""
+
+    def __init__(self) -> None:
+        self._steps: dict[str, dict[str, float]] = {}
+        #: The derivatives of the numbers by parameters that are one of them, which are the same everywhere.
+        self._own: dict[str, _Array] = {}
+
+    def solve(self, base: Made, numbers: _Array) -> tuple[dict[str, _Array], list[str | None]]:
+        """Solve for the derivatives of a system's parameters from those (D, P) of the numbers that describe it.
+
+        Returns them by name, and for each of P the place of a number that no parameter of the system changes so.
+        """
+        left: list[str | None] = [None] * numbers.shape[1]
+        rows: npt.NDArray[np.bool_] = np.asarray(numbers.any(axis=1))
+        if not rows.any():
+            return {}, left
+        known = {name: found for name in base.system.parameters if (found := self._changes(base, name)) is not None}
+        columns = np.stack(list(known.values()), axis=1) if known else np.zeros((len(rows), 0))
+        scale = np.abs(base.numbers)
+        scale = np.where(scale > 0.0, scale, np.maximum(np.abs(columns).max(axis=1, initial=0.0), 1e-300))
+        used: dict[str, _Array] = {}
+        for name, column in zip(known, (columns / scale[:, None]).T, strict=True):
+            # Of several parameters that make the same change one is enough.
+            if column[rows].any() and not any(_parallel(column, other) for other in used.values()):
+                used[name] = column
+        scaled = np.stack(list(used.values()), axis=1) if used else np.zeros((len(rows), 0))
+        width = np.abs(scaled).max(axis=0, initial=1e-300)
+        wanted = numbers / scale[:, None]
+        solved = np.linalg.lstsq(scaled / width, wanted, rcond=1e-10)[0] if used else np.zeros((0, len(left)))
+        remaining = np.abs(wanted - scaled / width @ solved)
+        for k in range(len(left)):
+            if remaining[:, k].max() > _LEFT * np.abs(wanted[:, k]).max():
+                left[k] = base.places[int(np.argmax(remaining[:, k]))]
+        solved = np.where(np.abs(solved) > 1e-9 * np.abs(solved).max(axis=0, initial=1e-300), solved, 0.0)
+        return {name: row for name, row in zip(used, solved / width[:, None], strict=True) if row.any()}, left
+
+    def _changes(self, base: Made, name: str) -> _Array | None:
+        """Return the derivatives (D,) of the numbers that describe a system by one of its parameters.
+
+        It is ``None`` where motions of this system cannot be differentiated by it.
+        """
+        if (own := self._own.get(name)) is not None and len(own) == len(base.numbers):
+            return own
+        system = base.system
+        try:
+            system._core.jacobian(base.core, [name])
+            size = system._changed(name, 0.0)[1]
+
+            def shifted(by: float) -> _Array:
+                return _described(system._changed(name, by)[0])[0] - base.numbers
+
+            groups = np.arange(len(base.numbers))
+            found = slope(shifted, size, _ROUNDING * np.abs(base.numbers), groups, self._steps.setdefault(name, {}))
+        except InvalidInput:
+            return None
+        if found is not None and np.count_nonzero(found) == 1 and abs(found.max() - 1.0) < 1e-9:
+            self._own[name] = found
+        return found
+
+
+def _parallel(first: _Array, second: _Array) -> bool:
+    product = abs(float(first @ second))
+    return product >= (1.0 - 1e-12) * float(np.linalg.norm(first) * np.linalg.norm(second))

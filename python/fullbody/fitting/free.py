@@ -1,0 +1,152 @@
+"""The parameters of a fit: their starts, units, bounds and priors."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.arguments import named_options, suggestion
+from ..base.units import gathered, is_quantity, numbers, scalar, strip_to
+from ..errors import InvalidInput
+
+__all__ = ["Free", "Parameters"]
+
+_Array = npt.NDArray[np.float64]
+
+
+@named_options
+@dataclass(frozen=True)
+class Free:
+    """A parameter of a fit: where it starts, and what is known of it beside the observations.
+
+    Parameters
+    ----------
+    start : float, Quantity or text with a unit
+    lower, upper : float or Quantity, optional
+        Bounds; none unless given.
+    prior : (mean, sigma), optional
+        A normal distribution, which enters as one more residual.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> fullbody.fitting.Free(0.1, lower=0.0, upper=1.0)
+    Free(start=0.1, lower=0.0, upper=1.0, prior=None)
+    """
+
+    start: Any
+    lower: Any = None
+    upper: Any = None
+    prior: Any = None
+
+
+class Parameters:
+    """Parameters as arrays (P,) of plain numbers, each in the unit of its start.
+
+    Attributes
+    ----------
+    names : tuple of str
+    units : tuple
+        Units, ``None`` for plain numbers.
+    start, lower, upper : ndarray, (P,)
+        Bounds are infinite where there are none.
+    mean, sigma : ndarray, (P,)
+        The priors; sigma is infinite where there is none.
+    """
+
+    def __init__(self, given: Any) -> None:
+        if not isinstance(given, Mapping) or not given:
+            raise InvalidInput(f"parameters is {given!r}; expected a dict of names to starts, one or more")
+        for name in given:
+            if not isinstance(name, str) or not name.isidentifier():
+                raise InvalidInput(
+                    f"parameters has the name {name!r}; expected one that an argument of a function may have"
+                )
+        free = [value if isinstance(value, Free) else Free(value) for value in given.values()]
+        self.names = tuple(given)
+        starts = [gathered(one.start, f"start of {name}") for name, one in zip(self.names, free, strict=True)]
+        self.units = tuple(value.unit if is_quantity(value) else None for value in starts)
+        self.start = np.array([self._number(k, value, "start") for k, value in enumerate(starts)])
+        self.lower, self.upper, self.mean, self.sigma = (np.empty(len(free)) for _ in range(4))
+        for k, one in enumerate(free):
+            self.lower[k] = -np.inf if one.lower is None else self._number(k, one.lower, "lower bound")
+            self.upper[k] = np.inf if one.upper is None else self._number(k, one.upper, "upper bound")
+            if not self.lower[k] < self.upper[k]:
+                raise InvalidInput(f"bounds of {self.names[k]} are {one.lower} and {one.upper}; expected lower < upper")
+            if not self.lower[k] <= self.start[k] <= self.upper[k]:
+                raise InvalidInput(
+                    f"start of {self.names[k]} is {one.start}; expected one between {one.lower} and {one.upper}"
+                )
+            self.mean[k], self.sigma[k] = self._prior(k, one.prior)
+
+    def _number(self, k: int, value: Any, what: str) -> float:
+        what, unit = f"{what} of {self.names[k]}", self.units[k]
+        value = gathered(value, what)
+        if is_quantity(value) != (unit is not None):
+            expected = "a plain number" if unit is None else f"a unit such as {unit}"
+            raise InvalidInput(f"{what} is {value!r}; expected {expected}, as its start has")
+        plain = scalar(numbers(value, what) if unit is None else strip_to(value, unit, what), what)
+        if not np.isfinite(plain):
+            raise InvalidInput(f"{what} is {value!r}; expected a finite number")
+        return plain
+
+    def _prior(self, k: int, prior: Any) -> tuple[float, float]:
+        if prior is None:
+            return 0.0, np.inf
+        try:
+            mean, sigma = prior
+        except (TypeError, ValueError) as error:
+            raise InvalidInput(f"prior of {self.names[k]} is {prior!r}; expected (mean, sigma)") from error
+        found = self._number(k, mean, "mean of the prior"), self._number(k, sigma, "sigma of the prior")
+        if not found[1] > 0.0:
+            raise InvalidInput(f"sigma of the prior of {self.names[k]} is {sigma}; expected a number above zero")
+        return found
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def only(self, names: Sequence[str]) -> Parameters:
+        """Return those of the parameters that have these names, which are in the same order."""
+        found = copy.copy(self)
+        places = [self.names.index(name) for name in names]
+        found.names, found.units = tuple(names), tuple(self.units[k] for k in places)
+        for what in ("start", "lower", "upper", "mean", "sigma"):
+            setattr(found, what, getattr(self, what)[places])
+        return found
+
+    def named(self, values: _Array) -> dict[str, Any]:
+        """Values (P,), or columns (P, n), by their names with their units."""
+        plain = (float(value) if np.ndim(value) == 0 else value for value in values)
+        return {
+            name: value if unit is None else value * unit
+            for name, unit, value in zip(self.names, self.units, plain, strict=True)
+        }
+
+    def numbers(self, values: Any) -> _Array:
+        """The plain numbers (P,) of values by their names, or of an array in the order of the names."""
+        if not isinstance(values, Mapping):
+            found = numbers(values, "values")
+            if found.shape != (len(self),) or not np.isfinite(found).all():
+                raise InvalidInput(f"values is {values!r}; expected {len(self)} finite numbers, or a dict by names")
+            return found
+        for name in values:
+            if name not in self.names:
+                raise InvalidInput(f"values has {name!r}; {suggestion(str(name), self.names, 'all')}")
+        if missing := [name for name in self.names if name not in values]:
+            raise InvalidInput(f"values has no {missing[0]!r}; expected all of {', '.join(self.names)}")
+        return np.array([self._number(k, values[name], "value") for k, name in enumerate(self.names)])
+
+    def size(self, k: int, value: float) -> float:
+        """A length over which the results of a setup change evenly, as far as it is known."""
+        sizes = (abs(value), abs(self.start[k]), self.sigma[k] if np.isfinite(self.sigma[k]) else 0.0)
+        width = self.upper[k] - self.lower[k]
+        return next((size for size in sizes if size > 0.0), float(width) if np.isfinite(width) else 1.0)
+
+    def shown(self, k: int, value: float) -> str:
+        """A parameter's value as text, with its unit."""
+        return f"{value:.8g}" if self.units[k] is None else f"{value:.8g} {self.units[k]}"

@@ -1,0 +1,134 @@
+"""Loss functions: how strongly a residual counts that is larger than its error makes likely."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.arguments import named_options
+from ..errors import InvalidInput
+
+__all__ = ["Loss", "Outliers", "loss_of"]
+
+_Array = npt.NDArray[np.float64]
+
+
+@named_options
+@dataclass(frozen=True)
+class Outliers:
+    """A loss by which some of the observations are wrong: a mixture of two normal distributions.
+
+    With z the residual over its error, the likelihood is proportional to
+    (1 - f) exp(-z^2 / 2) + f / w exp(-z^2 / 2 w^2).
+
+    Parameters
+    ----------
+    fraction : float
+        The part f of the observations that is wrong, above 0 and below 1.
+    width : float
+        How many times larger, w, the errors of these are, above 1.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> fullbody.fitting.Outliers(fraction=0.05, width=10.0)
+    Outliers(fraction=0.05, width=10.0)
+    """
+
+    fraction: float = 0.05
+    width: float = 10.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.fraction < 1.0:
+            raise InvalidInput(f"fraction is {self.fraction!r}; expected a number above 0 and below 1")
+        if not 1.0 < self.width < np.inf:
+            raise InvalidInput(f"width is {self.width!r}; expected a finite number above 1")
+
+    def __call__(self, z: _Array) -> _Array:
+        """The loss (3, ...) of squares z (...) of residuals, with its first and second derivatives."""
+        w2 = self.width**-2
+        both = np.log(1.0 - self.fraction) - 0.5 * z, np.log(self.fraction / self.width) - 0.5 * z * w2
+        top = np.logaddexp(np.log(1.0 - self.fraction), np.log(self.fraction / self.width))
+        whole = np.logaddexp(*both)
+        right = np.exp(both[0] - whole)
+        first = right + (1.0 - right) * w2
+        second = -0.5 * right * (1.0 - right) * (1.0 - w2) ** 2
+        return np.stack([2.0 * (top - whole), first, second])
+
+
+def _huber(z: _Array) -> _Array:
+    root = np.sqrt(np.maximum(z, 1.0))
+    return np.stack([np.where(z <= 1.0, z, 2.0 * root - 1.0), 1.0 / root, np.where(z <= 1.0, 0.0, -0.5 * root**-3)])
+
+
+#: Losses of scipy's ``least_squares`` with their derivatives.
+_KNOWN: dict[str, Callable[[_Array], _Array]] = {
+    "linear": lambda z: np.stack([z, np.ones_like(z), np.zeros_like(z)]),
+    "soft_l1": lambda z: np.stack([2.0 * z / (1.0 + np.sqrt(1.0 + z)), (1.0 + z) ** -0.5, -0.5 * (1.0 + z) ** -1.5]),
+    "huber": _huber,
+    "cauchy": lambda z: np.stack([np.log1p(z), 1.0 / (1.0 + z), -((1.0 + z) ** -2)]),
+    "arctan": lambda z: np.stack([np.arctan(z), 1.0 / (1.0 + z * z), -2.0 * z / (1.0 + z * z) ** 2]),
+}
+
+
+class Loss:
+    """A loss function applied to pulls, each of which becomes the signed root of its loss.
+
+    The sum of the squares of these is the sum of the losses, so that a solver of least squares takes them.
+    """
+
+    def __init__(self, given: Any, function: Callable[[_Array], Any]) -> None:
+        self.given = given
+        self._function = function
+        #: Whether pulls stay as they are.
+        self.linear = given == "linear"
+
+    def _of(self, pulls: _Array) -> _Array:
+        found = np.asarray(self._function(pulls**2), dtype=np.float64)
+        if found.shape != (3, *pulls.shape) or not np.isfinite(found).all() or (found[0] < 0.0).any():
+            raise InvalidInput(
+                f"loss is {self.given!r}, which gives {found!r}; expected rho >= 0 and its first and second "
+                "derivatives (3, ...), finite, for squares (...) of residuals"
+            )
+        return found
+
+    def roots(self, pulls: _Array) -> tuple[_Array, _Array]:
+        """Return the signed roots (M,) of the losses of pulls (M,), and their derivatives by the pulls."""
+        if self.linear:
+            return pulls, np.ones_like(pulls)
+        rho, slope, _ = self._of(pulls)
+        root = np.sqrt(rho)
+        small = np.abs(pulls) < 1e-8
+        safe = np.where(small, 1.0, root)
+        return np.sign(pulls) * root, np.where(small, np.sqrt(slope), slope * np.abs(pulls) / safe)
+
+    def inflation(self, pulls: _Array, free: int) -> float:
+        """The factor of the covariance of an M-estimator over that of its weights' least squares.
+
+        With psi half the derivative of the loss, it is the mean of psi^2 over the square of the mean of psi', and the
+        information is that of the unweighted residuals (Huber & Ronchetti 2009, Robust Statistics, Eq. 7.82).
+        """
+        _, slope, curvature = self._of(pulls)
+        psi, change = slope * pulls, slope + 2.0 * curvature * pulls**2
+        steep = float(change.mean())
+        if not steep > 0.0 or len(pulls) <= free:
+            raise InvalidInput(
+                f"loss is {self.given!r}, which takes most residuals for outliers; expected larger errors or "
+                "another loss"
+            )
+        return float((psi**2).sum() / (len(pulls) - free) / steep**2)
+
+
+def loss_of(given: Any) -> Loss:
+    """The loss of a name, of :class:`Outliers`, or of a function as scipy's ``least_squares`` takes it."""
+    if callable(given):
+        return Loss(given, given)
+    if given not in _KNOWN:
+        raise InvalidInput(
+            f"loss is {given!r}; expected one of {', '.join(_KNOWN)}, fullbody.fitting.Outliers(...), or a function"
+        )
+    return Loss(given, _KNOWN[given])
