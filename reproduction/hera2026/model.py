@@ -1,0 +1,189 @@
+"""Didymos and Dimorphos from the moment after the impact of DART, made from the numbers that are uncertain."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+from fullbody import Body, Ellipsoid, State, System, forces, systems
+from fullbody.base import rotations
+from fullbody.frames import pole_vector
+
+from .inputs import INPUTS
+
+__all__ = ["DAY", "ORBIT", "beta", "masses", "planar", "setup"]
+
+#: Hours; km^3/(kg h^2); km/h in a mm/s.
+DAY: Final = 24.0
+G: Final = 6.6743e-11 * 1e-9 * 3600.0**2
+MM_S: Final = 1e-6 * 3600.0
+#: The mean motion before the impact, and that of Didymos' rotation, rad/h.
+ORBIT: Final = 2.0 * np.pi / INPUTS["period_before"].value
+SPIN: Final = 2.0 * np.pi / INPUTS["rotation"].value
+Q: Final = 10.0
+#: The figure of Dimorphos before the impact, as ratios of axes.
+BEFORE: Final = (177.0 / 174.0, 174.0 / 116.0)
+
+
+def ellipsoid(diameter: float, a_b: float, b_c: float) -> Ellipsoid:
+    """An ellipsoid by the diameter of its volume and the ratios of its axes; km."""
+    b = diameter / 2 * (b_c / a_b) ** (1 / 3)
+    return Ellipsoid(b * a_b, b, b / b_c)
+
+
+def masses(separation: float, equatorial: float, polar: float, diameter: float, density: float) -> tuple[float, float]:
+    """Masses of Didymos and Dimorphos, kg, from metres and kg/m3.
+
+    The relative acceleration at the distance is that of the circular orbit of the period before the impact. It is linear
+    in both masses, and the mass of Dimorphos is its density times its volume.
+    """
+    small = density * np.pi / 6 * diameter**3
+    place = State([[0.0, 0.0, 0.0], [separation / 1e3, 0.0, 0.0]], np.zeros((2, 3)))
+    shapes = Ellipsoid(equatorial / 1e3, equatorial / 1e3, polar / 1e3), ellipsoid(diameter / 1e3, *BEFORE)
+    pair = System([Body(shape, mass=1.0) for shape in shapes], G=1.0)
+    attraction = -pair.interactions(place).force[1, 0]
+    return ORBIT**2 * separation / 1e3 / (G * attraction) - small, small
+
+
+def setup(
+    separation: float,
+    equatorial: float,
+    polar: float,
+    diameter: float,
+    density: float,
+    along: float,
+    radial: float,
+    normal: float,
+    miss_radial: float,
+    miss_normal: float,
+    a_b: float,
+    b_c: float,
+    yaw: float,
+    log_k2_q: float,
+    log_k2_q_primary: float,
+    byorp: float,
+) -> tuple[System, State]:
+    """Make the system and its state just after the impact, km, hours and kg, from the numbers of the table of inputs.
+
+    Time zero is the impact. The frame is the ecliptic of J2000.
+    """
+    bodies, state = start(
+        separation, equatorial, polar, diameter, density, along, radial, normal, miss_radial, miss_normal, a_b, b_c, yaw
+    )
+    system = System(
+        bodies,
+        G=G,
+        gravity="multipole:4",
+        forces=_slow(log_k2_q, log_k2_q_primary, byorp),
+        epoch=systems.published("didymos_after_dart").epoch,
+        frame="ecliptic",
+    )
+    return system, _turned(state)
+
+
+def planar(
+    separation: float,
+    equatorial: float,
+    polar: float,
+    diameter: float,
+    density: float,
+    along: float,
+    radial: float,
+    miss_radial: float,
+    a_b: float,
+    b_c: float,
+    yaw: float,
+) -> tuple[System, State]:
+    """Make the system in the axes of its orbit, in which a motion without anything across the plane stays in it.
+
+    The forces are left out, which do next to nothing within months.
+    """
+    bodies, state = start(
+        separation, equatorial, polar, diameter, density, along, radial, 0.0, miss_radial, 0.0, a_b, b_c, yaw
+    )
+    return System(bodies, G=G, gravity="multipole:4"), state
+
+
+def start(
+    separation: float,
+    equatorial: float,
+    polar: float,
+    diameter: float,
+    density: float,
+    along: float,
+    radial: float,
+    normal: float,
+    miss_radial: float,
+    miss_normal: float,
+    a_b: float,
+    b_c: float,
+    yaw: float,
+) -> tuple[list[Body], State]:
+    """The bodies and their state just after the impact: x from Didymos to Dimorphos, z along the orbit's pole."""
+    big, small = masses(separation, equatorial, polar, diameter, density)
+    bodies = [
+        Body(Ellipsoid(equatorial / 1e3, equatorial / 1e3, polar / 1e3), mass=big, name="Didymos"),
+        Body(ellipsoid(diameter / 1e3, a_b, b_c), mass=small, name="Dimorphos"),
+    ]
+    change = np.array([radial, along, normal]) * MM_S
+    share = small / (big + small)
+    position = np.array([[-share, 0.0, 0.0], [1.0 - share, 0.0, 0.0]]) * separation / 1e3
+    velocity = ORBIT * np.stack([-position[:, 1], position[:, 0], position[:, 2]], axis=1)
+    velocity[1] += change
+    velocity -= share * change
+    turned = np.deg2rad(yaw)
+    attitude = np.array([[1.0, 0.0, 0.0, 0.0], [np.cos(turned / 2), 0.0, 0.0, np.sin(turned / 2)]])
+    # An impulse m dv at a place off the centre turns the body.
+    impulse = np.cross([miss_radial / 1e3, 0.0, miss_normal / 1e3], small * change)
+    x, y = np.array([np.cos(turned), np.sin(turned), 0.0]), np.array([-np.sin(turned), np.cos(turned), 0.0])
+    own = np.array([x @ impulse, y @ impulse, impulse[2]])
+    spin = np.array([[0.0, 0.0, SPIN], np.array([0.0, 0.0, ORBIT]) + own / bodies[1].inertia])
+    return bodies, State(position, velocity, attitude, spin)
+
+
+def beta(along: float, density: float, diameter: float) -> float:
+    """The momentum enhancement along the motion: that of Dimorphos over the spacecraft's, in the numbers of `setup`."""
+    momentum = INPUTS["dart_mass"].value * INPUTS["dart_speed"].value
+    return -along * 1e-3 * density * np.pi / 6 * diameter**3 / momentum
+
+
+def _slow(log_k2_q: float, log_k2_q_primary: float, byorp: float) -> list[forces.Force]:
+    lag = forces.lag_from_quality_factor(Q, ORBIT, "libration")
+    lag_primary = forces.lag_from_quality_factor(Q, ORBIT, "semidiurnal", spin=SPIN)
+    sun, pressure = _sunlight()
+    return [
+        sun,
+        forces.Tide(on="Dimorphos", by="Didymos", k2=Q * 10.0**log_k2_q, lag=lag),
+        forces.Tide(on="Didymos", by="Dimorphos", k2=Q * 10.0**log_k2_q_primary, lag=lag_primary),
+        forces.Byorp(
+            on="Dimorphos",
+            about="Didymos",
+            coefficient=byorp,
+            normalization="jacobson_scheeres_2011",
+            pressure=pressure,
+        ),
+    ]
+
+
+@lru_cache(maxsize=1)
+def _sunlight() -> tuple[forces.Force, float]:
+    """The Sun as in the published system, and the mean pressure of its light, kg/(km h^2)."""
+    published = systems.published("didymos_after_dart")
+    a, e = published["heliocentric orbit (a, e, i, Omega, omega, M), ecliptic"][:2]
+    system, _ = systems.didymos_after_dart(sun=True)
+    return system.forces[0], forces.solar_pressure(f"{a} au", e).to_value("kg / (km h2)")
+
+
+def _turned(state: State) -> State:
+    """Turn a state from the axes of the orbit into the ecliptic of J2000: x along the node of the orbit."""
+    longitude, latitude = (np.deg2rad(INPUTS[f"pole_{name}"].value) for name in ("longitude", "latitude"))
+    z = pole_vector(longitude, latitude)
+    x = np.array([-np.sin(longitude), np.cos(longitude), 0.0])
+    matrix = np.stack([x, np.cross(z, x), z], axis=1)
+    turning = rotations.quaternion(matrix)
+    return state.replace(
+        position=state.position @ matrix.T,
+        velocity=state.velocity @ matrix.T,
+        attitude=np.array([rotations.product(turning, q) for q in state.attitude]),
+    )
