@@ -203,7 +203,7 @@ def _checked(
     threads: int | None,
     seed: Any,
 ) -> tuple[Plan, Job]:
-    """The rows of a sweep and what is done with each, or an error before any work."""
+    """Return the rows of a sweep and the job of each, or raise an error before any work."""
     if not callable(setup):
         raise InvalidInput(f"setup is {setup!r}; expected a function")
     measures = tuple(measure) if isinstance(measure, list | tuple) else (measure,)
@@ -241,7 +241,7 @@ def _checked(
 
 
 def _chunk_size(chunk: Any, executor: Any, width: int | None) -> int:
-    """The number of rows in a chunk."""
+    """Return the number of rows in a chunk."""
     usual = max(_LEAST, _OF_THREAD * (width or os.cpu_count() or 1)) if executor is None else _OF_WORKER
     size = usual if chunk is None else integer(chunk)
     if size is None or size < 1:

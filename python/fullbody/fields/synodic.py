@@ -104,7 +104,7 @@ class Synodic(Frame):
         )
 
     def zero_velocity(self, level: Any, extent: Any = None, count: int = 801) -> list[Array]:
-        """The curves of a Jacobi constant in the plane z = 0, which particles with it do not cross.
+        """Return the curves of a Jacobi constant in the plane z = 0, which particles with that constant do not cross.
 
         Parameters
         ----------
@@ -127,7 +127,7 @@ class Synodic(Frame):
         return [self._units.attach(np.asarray(curve), "length") for curve in curves]
 
     def roche_lobe(self, body: int | str, *, rows: int = 90) -> RocheLobe:
-        """The surface of a body's Roche lobe: of the Jacobi constant of the point between the bodies.
+        """Return the surface of a body's Roche lobe, which has the Jacobi constant of the point between the bodies.
 
         Parameters
         ----------

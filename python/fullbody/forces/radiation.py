@@ -247,15 +247,16 @@ class Byorp(Force):
 
     Notes
     -----
-    See Cuk & Burns (2005), McMahon & Scheeres (2010): a circular orbit drifts by da/dt = 2 F / (m n), where m is the
-    secondary's mass. A coefficient f means, with P the pressure and R the secondary's radius,
+    According to Cuk & Burns (2005) and McMahon & Scheeres (2010), a circular orbit drifts by da/dt = 2 F / (m n), where
+    m is the secondary's mass and n the mean motion. With P the pressure and R the secondary's radius, a coefficient f
+    means
 
     - ``"jacobson_scheeres_2011"``, ``"quillen_2022"``: F = f P R^2;
     - ``"steinberg_sari_2011"``, ``"wang_hou_2021"``: F = (2 pi / 3) f P R^2.
 
-    Where a definition is that of a torque, it is F times the distance of the two centres: about the centre of the other
-    body. The drift that Jacobson & Scheeres (2011) print is larger than 2 F / (m n) by sqrt(1 + q), with q the ratio of
-    the masses, for they take the mean motion of a secondary without mass.
+    If an author defines a torque, it is taken about the centre of the other body: F times the distance of the two
+    centres. The drift printed by Jacobson & Scheeres (2011) is larger than 2 F / (m n) by sqrt(1 + q), with q the ratio
+    of the masses, since they take the mean motion of a massless secondary.
 
     Examples
     --------
@@ -308,7 +309,7 @@ class Byorp(Force):
         }
 
     def _strength(self, system: Context, on: int) -> float:
-        """The force as a number."""
+        """Return the force as a number."""
         if self.normalization is None:
             return system.units.number(self.force, "force", f"force of {self.name}")
         what = f"coefficient of {self.name}"

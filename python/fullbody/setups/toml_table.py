@@ -57,28 +57,28 @@ class Table:
         return value
 
     def choice(self, key: str, choices: tuple[str, ...]) -> str:
-        """One of these texts; the first if none is given."""
+        """Return the text of an entry, which must be one of these; by default the first one."""
         value = self.content[key] if key in self else choices[0]
         if value not in choices:
             raise self.fault(key, f"is {value!r}; expected one of {', '.join(map(repr, choices))}")
         return str(value)
 
     def one_of(self, *keys: str) -> str | None:
-        """The key of these that is given, if any; an error for more than one."""
+        """Return which one of these keys is given, or ``None``; more than one is an error."""
         given = [key for key in keys if key in self]
         if len(given) > 1:
             raise self.fault("", f"has {' and '.join(given)}; expected one of {', '.join(keys)}")
         return given[0] if given else None
 
     def table(self, key: str, required: bool = True) -> Table:
-        """A table below this one."""
+        """Return a table below this one."""
         value = self.take(key, "a table") if required else self.content.get(key, {})
         if not isinstance(value, dict):
             raise self.fault(key, f"is {value!r}; expected a table")
         return Table(self.path, f"{self.place}.{key}" if self.place else key, value, self.units)
 
     def tables(self, key: str) -> list[Table]:
-        """The tables of an array such as ``[[body]]``."""
+        """Return the tables of an array such as ``[[body]]``."""
         place = f"{self.place}.{key}" if self.place else key
         value = self.take(key, f"at least one [[{place}]]")
         if not isinstance(value, list) or not value or not all(isinstance(item, dict) for item in value):
@@ -86,11 +86,11 @@ class Table:
         return [Table(self.path, f"{place}[{k}]", item, self.units) for k, item in enumerate(value)]
 
     def number(self, key: str, dimension: str | None) -> float:
-        """A number, or a text with a unit, in the table's units; a pure number without a dimension."""
+        """Return a number, or a text with a unit, in the table's units; without a dimension it is a pure number."""
         return self._plain(key, self.take(key, _expected("a number", dimension)), "a number", dimension)
 
     def vector(self, key: str, dimension: str | None, count: int | None = None) -> npt.NDArray[np.float64]:
-        """A list of such numbers, of any length unless there is a count."""
+        """Return a list of such numbers, of any length unless a count is given."""
         what = f"{count or 'a list of'} numbers"
         items = self.take(key, _expected(what, dimension))
         if not isinstance(items, list) or (count and len(items) != count):
@@ -98,7 +98,7 @@ class Table:
         return np.array([self._plain(key, item, what, dimension) for item in items])
 
     def array(self, key: str, dimension: str | None) -> Any:
-        """A number, or a list of such, or a list of lists."""
+        """Return a number, a list of numbers, or a list of lists of them."""
 
         def plain(item: Any) -> Any:
             if isinstance(item, list):

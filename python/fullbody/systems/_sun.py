@@ -27,7 +27,7 @@ _AU = 149597870.7
 
 
 def heliocentric(elements: tuple[float, ...], epoch: float) -> dict[str, Value]:
-    """A heliocentric orbit in au and degrees, and the Julian date of its mean anomaly."""
+    """Return a heliocentric orbit in au and degrees, and the Julian date of its mean anomaly."""
     return {ELEMENTS: Value(elements, "au, deg", "", "JPL"), EPOCH: Value(epoch, "JD TDB", "", "JPL")}
 
 
