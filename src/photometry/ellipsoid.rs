@@ -5,14 +5,13 @@
 //! it, X = x + reach d, count with the normal N at X: where they move, the level of the outline at x changes by
 //! 2 N.(dx + reach dd - dX), the terms of the way itself being across N.
 
+use super::contour::{Contour, Moments};
 use super::kernel::{Kernel, PARTIALS};
 use super::law::Law;
 use super::lune::Lune;
 use super::outline::{Hiding, Light, Outline};
 use super::rule::Rule;
-use super::strips::{Moments, Strips};
 use crate::math::{Mat3, Vec3};
-use std::f64::consts::FRAC_PI_2;
 
 /// An ellipsoid at its place.
 #[derive(Debug, Clone, Copy)]
@@ -87,7 +86,7 @@ impl<'a> Lit<'a> {
                 centre: placed.rotation.tr_mul(&(from - direction * from.dot(direction))),
                 body: other.body,
             };
-            let outline = Outline::new(&lune, &placed.semi_axes, &one);
+            let outline = Outline::new(&lune, &placed.semi_axes, &one, from.norm());
             if !outline.misses() {
                 outlines.push(outline);
                 hiding.push(Hiding { centre: placed.rotation.tr_mul(&from), ..one });
@@ -105,6 +104,7 @@ impl<'a> Lit<'a> {
             rule: self.rule,
             constant: self.law.constant().filter(|_| !self.lune.is_thin()),
             scale: self.lune.size(),
+            start: self.lune.antiderivative(self.lune.terminator()),
         };
         kernel.scale *= kernel.factor(self.lune.centre(), 0.0, 1.0).abs();
         kernel
@@ -116,12 +116,9 @@ impl<'a> Lit<'a> {
             return 0.0;
         }
         let kernel = self.kernel();
-        let over = match (kernel.constant, self.outlines.is_empty()) {
-            // Over the parallels rho^2 has the integral of cos^2 b.
-            (Some(_), true) => FRAC_PI_2 * kernel.between(self.lune.terminator(), self.lune.limb(), 0.0, 1.0),
-            _ => Strips { kernel: &kernel, outlines: &self.outlines }.brightness(),
-        };
-        over * self.placed.semi_axes.product()
+        let over = Contour { kernel: &kernel, outlines: &self.outlines }.brightness();
+        // Rounding leaves less than nothing of a body that is hidden.
+        over.max(0.0) * self.placed.semi_axes.product()
     }
 
     /// The brightness; its derivatives are added.
@@ -130,17 +127,8 @@ impl<'a> Lit<'a> {
             return 0.0;
         }
         let kernel = self.kernel();
-        let (sums, moments) = match (kernel.constant, self.outlines.is_empty()) {
-            (Some(_), true) => {
-                let all = kernel.partials_between(self.lune.terminator(), self.lune.limb(), 0.0, 1.0);
-                // The integral of z is that of an odd function.
-                (all.map(|value| value * FRAC_PI_2), Vec::new())
-            }
-            _ => {
-                let strips = Strips { kernel: &kernel, outlines: &self.outlines };
-                strips.partials(&self.hiding, &self.lights)
-            }
-        };
+        let contour = Contour { kernel: &kernel, outlines: &self.outlines };
+        let (sums, moments) = contour.partials(&self.hiding, &self.lights);
         let volume = self.placed.semi_axes.product();
         self.add_own(&sums, volume, partials);
         for (hiding, moments) in self.hiding.iter().zip(&moments) {
