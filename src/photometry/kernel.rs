@@ -28,6 +28,8 @@ pub struct Kernel<'a> {
     pub scale: f64,
     /// The lune's antiderivative at the terminator.
     pub start: f64,
+    /// The lune's squares there, where derivatives are asked for.
+    pub start_squares: [[f64; 3]; 2],
 }
 
 impl Kernel<'_> {
@@ -131,7 +133,7 @@ impl Kernel<'_> {
     pub fn partials_below(&self, l: Longitude, z: f64, rho: f64) -> [f64; PARTIALS] {
         let lune = self.lune;
         if let Some(constant) = self.constant {
-            let (low, high) = (lune.squares(lune.terminator()), lune.squares(l));
+            let (low, high) = (&self.start_squares, lune.squares(l));
             let mut all = [0.0; PARTIALS];
             all[0] = self.below(l, z, rho);
             for k in 0..2 {

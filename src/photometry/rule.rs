@@ -2,18 +2,18 @@
 //!
 //! The values at the nodes give the coefficients of Legendre's series. Those of a smooth function fall like a power of their
 //! degree, and the rule has the error of the coefficient of twice its number of nodes. That one is estimated from the last
-//! coefficients and from those of two thirds their degree. Several are looked at, since those of even functions alternate with zeros,
-//! and where they oscillate one alone may be small by chance.
+//! coefficients and from those of two thirds their degree. Several are looked at, since those of even functions
+//! alternate with zeros, and where they oscillate one alone may be small by chance.
 
 use crate::math::gauss::legendre;
 use gauss_quad::GaussLegendre;
 use std::num::NonZeroUsize;
 
 /// Nodes of the rule.
-const NODES: usize = 24;
+const NODES: usize = 32;
 
 /// Coefficients in each of the two groups.
-const GROUP: usize = 3;
+const GROUP: usize = 4;
 /// Degree of the first coefficient of each group.
 const FIRST: [usize; 2] = [2 * NODES / 3 - GROUP, NODES - GROUP];
 
@@ -86,7 +86,7 @@ impl Rule {
             self.coefficients.each_ref().map(|group| group.iter().map(of).fold(0.0, f64::max));
         // What is not a number ends the search: whoever asks for the sum sees it.
         let fall = (last / before.max(f64::MIN_POSITIVE)).min(1.0);
-        if CAUTION * last * fall * fall <= tolerance {
+        if CAUTION * last * fall <= tolerance {
             return true;
         }
         // Rounding has coefficients of any order.
