@@ -56,30 +56,65 @@ pub fn root<E>(
     Ok(b)
 }
 
-/// Finds the simple roots from -1 to 1, in increasing order, of a polynomial of degree eight at most, from
-/// the roots of its derivative.
+/// Intervals between the roots of a polynomial are halved at most so often: nearer roots are taken for a double one.
+const HALVINGS: u32 = 44;
+
+/// Finds the simple roots above -1 and up to 1, in rising order, of a polynomial of the eighth degree at most.
+///
+/// The roots are separated by Descartes' rule: in an interval there are no more of them than changes of sign in Bernstein's
+/// coefficients, and one for one change. Other intervals are halved.
 pub fn polynomial_roots(polynomial: &[f64], found: &mut dyn FnMut(f64)) {
-    let degree = polynomial.iter().rposition(|c| *c != 0.0).unwrap_or(0);
-    let polynomial = &polynomial[..=degree];
-    let value = |t: f64| polynomial.iter().rev().fold(0.0, |sum, c| sum * t + c);
-    let (mut ends, mut count) = ([-1.0; 10], 1);
-    if degree > 1 {
-        let mut slope = [0.0; 8];
-        for (k, out) in slope[..degree].iter_mut().enumerate() {
-            *out = (k + 1) as f64 * polynomial[k + 1];
+    let n = polynomial.iter().rposition(|c| *c != 0.0).unwrap_or(0);
+    // (1 + v)^n p((v - 1) / (v + 1)) has Bernstein's coefficients, times the binomial ones.
+    let (mut sum, mut power) = ([0.0; 9], [0.0; 9]);
+    (sum[0], power[0]) = (polynomial[n], 1.0);
+    for k in 1..=n {
+        let c = polynomial[n - k];
+        for j in (1..=k).rev() {
+            power[j] += power[j - 1];
+            sum[j] = sum[j - 1] - sum[j] + c * power[j];
         }
-        polynomial_roots(&slope[..degree], &mut |t| {
-            ends[count] = t;
-            count += 1;
-        });
+        sum[0] = c - sum[0];
     }
-    ends[count] = 1.0;
-    for pair in ends[..=count].windows(2) {
-        let [a, b] = [(pair[0], value(pair[0])), (pair[1], value(pair[1]))];
-        if a.1 * b.1 < 0.0 || (b.1 == 0.0 && a.1 != 0.0) {
-            let Ok(t) = root(|t| Ok::<_, std::convert::Infallible>(value(t)), a, b);
-            found(t);
+    (0..=n).for_each(|j| sum[j] /= power[j]);
+    separate(&polynomial[..=n], &sum, (-1.0, 1.0), HALVINGS, found);
+    if sum[n] == 0.0 && sum[0] != 0.0 {
+        found(1.0);
+    }
+}
+
+/// Finds the roots within an interval, for which the polynomial has these coefficients of Bernstein.
+fn separate(
+    polynomial: &[f64],
+    b: &[f64; 9],
+    (low, high): (f64, f64),
+    left: u32,
+    found: &mut dyn FnMut(f64),
+) {
+    let n = polynomial.len() - 1;
+    let (mut changes, mut before) = (0, b[0]);
+    for c in &b[1..=n] {
+        changes += u32::from(before * c < 0.0);
+        before = if *c == 0.0 { before } else { *c };
+    }
+    if changes == 1 && b[0] * b[n] < 0.0 {
+        let value = |t: f64| {
+            Ok::<_, std::convert::Infallible>(polynomial.iter().rev().fold(0.0, |sum, c| sum * t + c))
+        };
+        let Ok(t) = root(value, (low, b[0]), (high, b[n]));
+        found(t);
+    } else if changes > 0 && left > 0 {
+        let (mut first, mut second) = ([0.0; 9], *b);
+        for k in 0..=n {
+            first[k] = second[0];
+            (0..n - k).for_each(|j| second[j] = 0.5 * (second[j] + second[j + 1]));
         }
+        let middle = 0.5 * (low + high);
+        separate(polynomial, &first, (low, middle), left - 1, found);
+        if second[0] == 0.0 {
+            found(middle);
+        }
+        separate(polynomial, &second, (middle, high), left - 1, found);
     }
 }
 

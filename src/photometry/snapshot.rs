@@ -87,8 +87,8 @@ impl Photometer {
 
     /// The brightness of each body.
     pub fn brightness(&self, view: &View<'_>, interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
-        let all = self.each(view, interrupt, |lit, _| lit.brightness())?;
-        Ok(all.into_iter().map(|(brightness, _)| brightness).collect())
+        let all = self.each(view, interrupt, |_: &mut (), lit, _, _| lit.brightness())?;
+        Ok(all.into_iter().map(|(brightness, ())| brightness).collect())
     }
 
     /// The brightness of each body and its derivatives. That by the albedo is the brightness over the albedo.
@@ -103,7 +103,14 @@ impl Photometer {
                 return Err(Error::invalid(what, "above zero", "zero, with which there are derivatives"));
             }
         }
-        self.each(view, interrupt, |lit, partials| lit.partials(partials))
+        let none = || Partials { by_body: vec![ByBody::default(); self.bodies.len()], ..Partials::default() };
+        self.each(view, interrupt, |sums: &mut Option<Partials>, lit, factor, directions| {
+            let mut part = none();
+            let brightness = lit.partials(&mut part);
+            sums.get_or_insert_with(none).add(&part, factor, directions);
+            brightness
+        })
+        .map(|all| all.into_iter().map(|(value, sums)| (value, sums.unwrap_or_else(none))).collect())
     }
 
     /// Does something for each view, and gives the answers in order. Short views run many at a time over the threads of the
@@ -139,18 +146,18 @@ impl Photometer {
         self.sun.len() as u64 * self.surfaces.iter().map(of).sum::<u64>().max(1)
     }
 
-    fn each(
+    /// The brightness of each body, and what `of` gathers from it under the light from each place on the Sun's disc: with the factor of
+    /// that place, and the directions to the observer and to the Sun's centre, and to the observer and to the place.
+    fn each<T: Default>(
         &self,
         view: &View<'_>,
         interrupt: &mut InterruptCheck,
-        of: impl Fn(&Lit<'_>, &mut Partials) -> f64,
-    ) -> Result<Vec<(f64, Partials)>> {
+        of: impl Fn(&mut T, &Lit<'_>, f64, [&[Vec3; 2]; 2]) -> f64,
+    ) -> Result<Vec<(f64, T)>> {
         let snapshot = Snapshot::new(self, view, interrupt)?;
-        let count = self.bodies.len();
-        let mut all = Vec::with_capacity(count);
+        let mut all = Vec::with_capacity(self.bodies.len());
         for (index, surface) in self.surfaces.iter().enumerate() {
-            let mut partials = Partials { by_body: vec![ByBody::default(); count], ..Partials::default() };
-            let mut total = 0.0;
+            let (mut total, mut gathered) = (0.0, T::default());
             for (weight, directions) in &snapshot.suns {
                 interrupt.charge(WORK, view.time)?;
                 let factor = weight * surface.albedo;
@@ -159,22 +166,15 @@ impl Photometer {
                     continue;
                 }
                 let Some(placed) = &snapshot.placed[index] else { continue };
-                let lit = Lit::new(
-                    placed,
-                    &surface.law,
-                    &self.rule,
-                    *directions,
-                    snapshot.before(index, directions),
-                );
-                let mut part = Partials { by_body: vec![ByBody::default(); count], ..Partials::default() };
-                total += factor * of(&lit, &mut part);
-                partials.add(&part, factor, &snapshot.suns[0].1, directions);
+                let before = snapshot.before(index, directions);
+                let lit = Lit::new(placed, &surface.law, &self.rule, *directions, before);
+                total += factor * of(&mut gathered, &lit, factor, [&snapshot.centre, directions]);
             }
             if !total.is_finite() {
                 let what = format!("brightness of {} at time {}", self.bodies[index].name, view.time);
                 return Err(Error::invalid(what, total, "a finite number from the scattering law"));
             }
-            all.push((total, partials));
+            all.push((total, gathered));
         }
         Ok(all)
     }
@@ -187,6 +187,8 @@ struct Snapshot<'a> {
     rotations: Vec<Mat3>,
     /// Of each body that is one ellipsoid.
     placed: Vec<Option<Placed>>,
+    /// Directions to the observer and to the Sun's centre.
+    centre: [Vec3; 2],
     /// Weights of the places on the Sun's disc, and directions to the observer and to them.
     suns: Vec<(f64, [Vec3; 2])>,
     /// Bodies whose spheres overlap; for two ellipsoids the normal of a plane between them, from the first to the second.
@@ -208,7 +210,8 @@ impl<'a> Snapshot<'a> {
         };
         let placed = bodies.iter().enumerate().map(place).collect();
         let suns = photometer.suns(&s).map(|(weight, sun)| (weight, [e, sun])).collect();
-        let mut snapshot = Self { photometer, view, rotations, placed, suns, near: Vec::new() };
+        let mut snapshot =
+            Self { photometer, view, rotations, placed, centre: [e, s], suns, near: Vec::new() };
         if photometer.mutual {
             snapshot.look_between(interrupt)?;
         }
@@ -356,7 +359,7 @@ impl Photometer {
 impl Partials {
     /// Adds derivatives times a factor; those by the direction to a place on the Sun's disc count as by that to its centre, with
     /// which the disc turns.
-    fn add(&mut self, part: &Self, factor: f64, centre: &[Vec3; 2], place: &[Vec3; 2]) {
+    fn add(&mut self, part: &Self, factor: f64, [centre, place]: [&[Vec3; 2]; 2]) {
         for (sum, by) in self.by_body.iter_mut().zip(&part.by_body) {
             sum.position += by.position * factor;
             sum.rotation += by.rotation * factor;
