@@ -295,14 +295,14 @@ impl ForceModel {
         let ForceTerm { name, kind } = &mut self.terms[force];
         match kind {
             ForceTermKind::ThirdBody(pull) => {
-                let derivatives = pull.path_derivatives(snapshot.time)?;
+                let (place, derivatives) = pull.path_derivatives(snapshot.time)?;
                 let (change, mu) = match parameter {
                     ForceParameter::Element(which) => (derivatives[which], 0.0),
                     ForceParameter::Mass => (derivatives[7] * gravitational_constant, gravitational_constant),
                     _ => (derivatives[7], 1.0),
                 };
                 pull.loads.iter().for_each(|load| to(load, mu / pull.mu));
-                pull.along(name, snapshot, &change)?.iter().for_each(|load| to(load, 1.0));
+                pull.along(name, snapshot, place, &change)?.iter().for_each(|load| to(load, 1.0));
             }
             ForceTermKind::Tide(tide) => tide.by_parameter(snapshot, parameter, to),
             ForceTermKind::Yorp(turn) => turn.by_parameter(snapshot, parameter, to),
@@ -327,8 +327,8 @@ impl ForceModel {
             && by != 0.0
         {
             let by = by + if pull.by_mass { of_g * pull.mu } else { 0.0 };
-            let change = pull.path_derivatives(snapshot.time)?[7] * by;
-            pull.along(name, snapshot, &change)?.iter().for_each(|load| to(load, 1.0));
+            let (place, derivatives) = pull.path_derivatives(snapshot.time)?;
+            pull.along(name, snapshot, place, &(derivatives[7] * by))?.iter().for_each(|load| to(load, 1.0));
         }
         Ok(())
     }

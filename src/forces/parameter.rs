@@ -2,17 +2,17 @@
 //!
 //! Where loads are proportional to a number, their derivative is the loads with that number set to one. The
 //! loads of a third body act through its position p too, which its orbit gives: dp/dq of each element is in
-//! closed form, and the derivative of the loads along dp is a difference of eighth order of the loads
-//! themselves, which lose no digits at any distance. The positions of a composite's parts and the scale of a
-//! polyhedron are treated in the same way.
+//! closed form, as is the derivative of the pull on a point along dp. That of what a body's extent adds is a
+//! difference of eighth order, which loses no digits at any distance, as the sum itself. The positions of a
+//! composite's parts and the scale of a polyhedron are treated in the same way.
 
-use super::third_body::ThirdBodyPull;
+use super::third_body::{BattinFactors, ThirdBodyPull, inside};
 use super::{Force, ForceParameter, Load, Path, Snapshot};
 use crate::error::Result;
 use crate::gravity::BodyChange;
 use crate::math::Vec3;
-use crate::math::difference::{STEP, WEIGHTS};
-use crate::math::rotation::turned;
+use crate::math::difference::{STEP, steps};
+use crate::math::rotation::{turned, turned_back};
 use crate::orbit::OrbitPosition;
 
 /// The names of the numbers of an orbit, in the order of [`crate::orbit::OrbitPath::derivatives`].
@@ -106,39 +106,57 @@ impl Force {
 impl ThirdBodyPull {
     /// Computes the derivative of the loads at a snapshot along a change of the third body's position, one
     /// for every body. Allocates nothing.
-    pub fn along(&mut self, name: &str, snapshot: Snapshot, change: &Vec3) -> Result<&[Load]> {
-        self.changes.iter_mut().for_each(|load| (load.force, load.torque) = (Vec3::zeros(), Vec3::zeros()));
-        let length = change.norm();
-        if length > 0.0 {
-            let (place, _) = self.place(snapshot.time)?;
-            let step = STEP * place.norm() / length;
-            for (k, weight) in (1..).zip(WEIGHTS) {
-                for sign in [1.0, -1.0] {
-                    self.load_from(
-                        name,
-                        snapshot,
-                        OrbitPosition::from(place + change * (sign * f64::from(k) * step)),
-                    )?;
-                    for (sum, load) in self.changes.iter_mut().zip(&self.loads) {
-                        sum.force += load.force * (sign * weight / step);
-                        sum.torque += load.torque * (sign * weight / step);
-                    }
+    ///
+    /// In the notation of [`super::third_body`] the acceleration K |d|^-3 (r + f p) changes with |d|^-3 by
+    /// 3 |d|^-5 (p - r).dp, with f by 3/2 sqrt(1 + q) dq, where dq = -2 (r.dp + q p.dp)/|p|^2, and with p.
+    pub fn along(&mut self, name: &str, snapshot: Snapshot, place: Vec3, change: &Vec3) -> Result<&[Load]> {
+        let OrbitPosition { position: p, inverse_square, inverse_cube } = OrbitPosition::from(place);
+        for (index, (body, load)) in self.bodies.iter_mut().zip(&mut self.changes).enumerate() {
+            let r = snapshot.place(index);
+            let from = p - r;
+            let q = r.dot(&(r - 2.0 * p)) * inverse_square;
+            let BattinFactors { f, square, cube } = BattinFactors::of(q);
+            let by_f = -3.0 * (1.0 + q).sqrt() * (r.dot(change) + q * p.dot(change)) * inverse_square;
+            let by_distance = -3.0 * from.dot(change) * (inverse_square * square);
+            let strength = -self.mu * body.mass;
+            load.force =
+                ((r + f * p) * by_distance + p * by_f + f * change) * (inverse_cube * cube * strength);
+            let length = change.norm();
+            if let Some(extended) = body.extended.as_mut().filter(|_| length > 0.0) {
+                let turn = &snapshot.rotation[index];
+                let (x, along) = (turned_back(turn, &from), turned_back(turn, change));
+                load.torque = Vec3::zeros();
+                for (by, weight) in steps(STEP * from.norm() / length) {
+                    let OrbitPosition { position, inverse_square, inverse_cube } =
+                        OrbitPosition::from(x + along * by);
+                    let pulled = extended.at(&position, inverse_square, inverse_cube, strength);
+                    let (excess, moment) = pulled.ok_or_else(|| inside(name, snapshot.time, &body.name))?;
+                    load.force += turned(turn, &excess) * weight;
+                    load.torque += moment * weight;
                 }
             }
-            self.load_from(name, snapshot, OrbitPosition::from(place))?;
         }
         Ok(&self.changes)
     }
 
-    /// Returns the derivatives of the position by the numbers of the orbit, and by mu; zero for a table.
-    pub fn path_derivatives(&self, time: f64) -> Result<[Vec3; 8]> {
-        self.orbit().map_or(Ok([Vec3::zeros(); 8]), |(orbit, epoch)| orbit.derivatives(time - epoch))
+    /// Returns the position, and its derivatives by the numbers of the orbit and by mu; these are zero for a
+    /// table.
+    pub fn path_derivatives(&mut self, time: f64) -> Result<(Vec3, [Vec3; 8])> {
+        if let Some((_, known)) = self.path_derivatives.filter(|(at, _)| *at == time) {
+            return Ok(known);
+        }
+        let known = match self.orbit() {
+            Some((orbit, epoch)) => orbit.derivatives(time - epoch)?,
+            None => (self.place(time)?.0, [Vec3::zeros(); 8]),
+        };
+        self.path_derivatives = Some((time, known));
+        Ok(known)
     }
 
     /// Returns the derivatives of force (inertial) and torque (in the body's frame) on a body whose own field
     /// changes, at its mass.
     pub fn by_change(&mut self, snapshot: Snapshot, body: usize, change: &BodyChange) -> Result<[Vec3; 2]> {
-        let (place, _) = self.place(snapshot.time)?;
+        let (place, _) = self.path_derivatives(snapshot.time)?;
         let [force, torque] = self.excess_by_change(snapshot, body, change, &OrbitPosition::from(place));
         Ok([turned(&snapshot.rotation[body], &force), torque])
     }

@@ -221,11 +221,10 @@ impl YorpTorque {
             ForceParameter::Across => [0.0, 1.0],
             _ => return self.loads.iter().for_each(|load| to(load, 1.0)),
         };
-        let own = std::mem::replace(&mut self.torque, TorqueTable::Constant(one));
+        let own = (std::mem::replace(&mut self.torque, TorqueTable::Constant(one)), self.loads);
         self.load(snapshot);
         self.loads.iter().for_each(|load| to(load, 1.0));
-        self.torque = own;
-        self.load(snapshot);
+        (self.torque, self.loads) = own;
     }
 }
 
@@ -391,11 +390,10 @@ impl ByorpForce {
 
     /// Passes the derivative of the load by the force to the sink.
     pub fn by_strength(&mut self, snapshot: Snapshot, to: &mut impl FnMut(&Load, f64)) {
-        let own = std::mem::replace(&mut self.force, 1.0);
+        let own = (std::mem::replace(&mut self.force, 1.0), self.loads);
         self.load(snapshot);
         self.loads.iter().for_each(|load| to(load, 1.0));
-        self.force = own;
-        self.load(snapshot);
+        (self.force, self.loads) = own;
     }
 
     /// Adds the derivatives of the force f t, with t along w = v - r (r.v) / r^2.

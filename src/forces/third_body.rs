@@ -114,6 +114,7 @@ impl ThirdBody {
             mu: self.mu,
             by_mass: self.mass.is_some(),
             motion,
+            path_derivatives: None,
             largest: bodies.iter().map(|body| body.circumradius()).fold(0.0, f64::max),
             loads: loads.clone(),
             changes: loads,
@@ -134,9 +135,11 @@ pub(super) struct ThirdBodyPull {
     pub mu: f64,
     pub by_mass: bool,
     motion: PathEvaluator,
+    /// What [`Self::path_derivatives`] returned last, with its time.
+    pub path_derivatives: Option<(f64, (Vec3, [Vec3; 8]))>,
     /// The largest circumradius of a body.
     largest: f64,
-    bodies: Vec<PulledBody>,
+    pub bodies: Vec<PulledBody>,
     pub loads: Vec<Load>,
     /// The buffers for the derivatives of the loads.
     pub changes: Vec<Load>,
@@ -144,11 +147,11 @@ pub(super) struct ThirdBodyPull {
 
 /// A body on which the third body acts.
 #[derive(Debug, Clone)]
-struct PulledBody {
-    name: String,
-    mass: f64,
+pub(super) struct PulledBody {
+    pub name: String,
+    pub mass: f64,
     radius: f64,
-    extended: Option<BodyPull>,
+    pub extended: Option<BodyPull>,
 }
 
 impl PulledBody {
@@ -231,14 +234,8 @@ impl ThirdBodyPull {
 
     #[inline(always)]
     pub fn load<S: Simd>(&mut self, simd: S, name: &str, snapshot: Snapshot) -> Result<()> {
-        let place = self.position(simd, snapshot.time)?;
-        self.load_from(name, snapshot, place)
-    }
-
-    /// Computes the loads for a position of the third body.
-    #[inline(always)]
-    pub fn load_from(&mut self, name: &str, snapshot: Snapshot, place: OrbitPosition) -> Result<()> {
-        let OrbitPosition { position: p, inverse_square, inverse_cube } = place;
+        let OrbitPosition { position: p, inverse_square, inverse_cube } =
+            self.position(simd, snapshot.time)?;
         if !inverse_square.is_finite() {
             return Err(failed(name, snapshot.time, AT_BARYCENTRE));
         }
@@ -255,12 +252,12 @@ impl ThirdBodyPull {
             if let Some(extended) = &mut body.extended {
                 let pulled = extended.at(&turned_back(turn, &from), inverse_square, cube, strength);
                 let Some((excess, moment)) = pulled else {
-                    return Err(inside(name, snapshot.time, body));
+                    return Err(inside(name, snapshot.time, &body.name));
                 };
                 force += turned(turn, &excess);
                 load.torque = moment;
             } else if inverse_square * body.radius * body.radius > 1.0 {
-                return Err(inside(name, snapshot.time, body));
+                return Err(inside(name, snapshot.time, &body.name));
             }
             load.force = force;
         }
@@ -351,8 +348,8 @@ fn failed(name: &str, time: f64, detail: &str) -> Error {
 }
 
 #[cold]
-fn inside(name: &str, time: f64, body: &PulledBody) -> Error {
-    failed(name, time, &format!("it comes inside {}", body.name))
+pub(super) fn inside(name: &str, time: f64, body: &str) -> Error {
+    failed(name, time, &format!("it comes inside {body}"))
 }
 
 /// Functions of 1 + q.

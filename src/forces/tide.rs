@@ -61,14 +61,12 @@ impl Tide {
         place_to_turn(name, "on", &self.on, bodies)?;
         self.check()?;
         let mass = bodies[by].mass;
-        let strength = 3.0 * self.k2 * gravitational_constant * mass * mass * self.radius.powi(5) * self.lag;
         let unit = 3.0 * gravitational_constant * mass * mass * self.radius.powi(5);
-        let by_parameters = [unit * self.lag, unit * self.k2];
         Ok(TidalForce {
             on,
             by,
-            strength,
-            by_parameters,
+            strength: unit * self.k2 * self.lag,
+            by_parameters: [unit * self.lag, unit * self.k2],
             loads: [Load::none(of, on, true), Load::none(of, by, false)],
         })
     }
@@ -110,11 +108,10 @@ impl TidalForce {
     ) {
         let [by_k2, by_lag] = self.by_parameters;
         let one = if parameter == ForceParameter::Lag { by_lag } else { by_k2 };
-        let own = std::mem::replace(&mut self.strength, one);
+        let own = (std::mem::replace(&mut self.strength, one), self.loads);
         self.load(snapshot);
         self.loads.iter().for_each(|load| to(load, 1.0));
-        self.strength = own;
-        self.load(snapshot);
+        (self.strength, self.loads) = own;
     }
 
     /// Adds the derivatives. With b the bracket and k = strength / r^8, the force is F = -k b, and the torque

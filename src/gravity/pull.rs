@@ -3,7 +3,7 @@
 use super::{FarCut, FarSeries, FieldKernel, LayerPull, Near};
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
-use crate::math::difference::{STEP, WEIGHTS};
+use crate::math::difference::{STEP, steps};
 use crate::math::lanes::Lanes;
 use crate::math::matrix::{cross_times, times, transposed_times};
 use crate::math::rotation::{turned, turned_back};
@@ -117,7 +117,8 @@ impl ExtendedPull {
             Some(cut) => semi_axis_derivatives_at(self.series.cut(cut), lanes),
             None => semi_axis_derivatives_at(Near::new(&self.ellipsoid, 0.0), lanes),
         };
-        let by = transposed_times(&canonical, &(Mat3::from_diagonal(&Vec3::new(a, b, c)) * rows));
+        // A semi-axis has no sign, unlike the direction of its axis.
+        let by = transposed_times(&canonical.abs(), &(Mat3::from_diagonal(&Vec3::new(a, b, c)) * rows));
         let by = times(&by, &canonical);
         [0, 1, 2].map(|axis| by.row(axis).transpose())
     }
@@ -290,35 +291,31 @@ impl BodyPull {
         inverse_square: f64,
         inverse_cube: f64,
     ) -> [Vec3; 2] {
-        let step = STEP * change.size();
         let mut sums = [Vec3::zeros(); 2];
-        for (k, weight) in (1..).zip(WEIGHTS) {
-            for sign in [1.0, -1.0] {
-                let by = sign * f64::from(k) * step;
-                let changed = match (change, &mut *self) {
-                    (BodyChange::Scale, pull) => {
-                        // The change is in units of the length that grows.
-                        let s = 1.0 + by;
-                        pull.at(&(x / s), inverse_square * s * s, inverse_cube * s * s * s, 1.0)
-                            .map(|(excess, moment)| (excess / (s * s), moment / s))
+        for (by, weight) in steps(STEP * change.size()) {
+            let changed = match (change, &mut *self) {
+                (BodyChange::Scale, pull) => {
+                    // The change is in units of the length that grows.
+                    let s = 1.0 + by;
+                    pull.at(&(x / s), inverse_square * s * s, inverse_cube * s * s * s, 1.0)
+                        .map(|(excess, moment)| (excess / (s * s), moment / s))
+                }
+                (BodyChange::Part(derivative), Self::Composite(parts)) => {
+                    let mut sum = Some((Vec3::zeros(), Vec3::zeros()));
+                    for (index, part) in parts.iter_mut().enumerate() {
+                        let own = (part.place, part.share);
+                        (part.place, part.share) = derivative.changed(index, &own.0, own.1, mass, by);
+                        let share = part.at(x, inverse_square, inverse_cube);
+                        (part.place, part.share) = own;
+                        sum = sum.zip(share).map(|(a, b)| (a.0 + b.0, a.1 + b.1));
                     }
-                    (BodyChange::Part(derivative), Self::Composite(parts)) => {
-                        let mut sum = Some((Vec3::zeros(), Vec3::zeros()));
-                        for (index, part) in parts.iter_mut().enumerate() {
-                            let own = (part.place, part.share);
-                            (part.place, part.share) = derivative.changed(index, &own.0, own.1, mass, by);
-                            let share = part.at(x, inverse_square, inverse_cube);
-                            (part.place, part.share) = own;
-                            sum = sum.zip(share).map(|(a, b)| (a.0 + b.0, a.1 + b.1));
-                        }
-                        sum
-                    }
-                    (BodyChange::Part(_), Self::Ordinary(_)) => None,
-                };
-                let (excess, moment) = changed.unwrap_or_default();
-                sums[0] += excess * (sign * weight / step);
-                sums[1] += moment * (sign * weight / step);
-            }
+                    sum
+                }
+                (BodyChange::Part(_), Self::Ordinary(_)) => None,
+            };
+            let (excess, moment) = changed.unwrap_or_default();
+            sums[0] += excess * weight;
+            sums[1] += moment * weight;
         }
         sums
     }

@@ -56,8 +56,14 @@ impl OrbitPath {
 
     /// Returns position and velocity at a time after that of the elements.
     pub fn after(&self, time: f64) -> Result<(Vec3, Vec3)> {
-        let mean = self.mean_anomaly + self.mean_motion * time;
-        let place = EccentricAnomaly::from_mean(mean, self.eccentricity)?;
+        self.at(&self.anomaly(time)?)
+    }
+
+    fn anomaly(&self, time: f64) -> Result<EccentricAnomaly> {
+        EccentricAnomaly::from_mean(self.mean_anomaly + self.mean_motion * time, self.eccentricity)
+    }
+
+    fn at(&self, place: &EccentricAnomaly) -> Result<(Vec3, Vec3)> {
         // Lengths are in units of |a|. Every sum but that of `x` has terms of one sign, and `x` is never
         // larger than `radius`.
         let radius = self.gap + self.eccentricity * place.versine;
@@ -70,20 +76,19 @@ impl OrbitPath {
         Ok((position, velocity))
     }
 
-    /// Returns the derivatives of the position at a time after the epoch of the elements: by a, e, i, Omega,
+    /// Returns the position at a time after the epoch of the elements, and its derivatives: by a, e, i, Omega,
     /// omega, M, the epoch, and mu.
     ///
     /// At a fixed mean anomaly the eccentric anomaly has dE/de = sin E / (1 - e cos E), and on a hyperbola
     /// dH/de = -sinh H / (e cosh H - 1). The mean motion is sqrt(mu / |a|^3).
-    pub fn derivatives(&self, time: f64) -> Result<[Vec3; 8]> {
-        let mean = self.mean_anomaly + self.mean_motion * time;
-        let place = EccentricAnomaly::from_mean(mean, self.eccentricity)?;
-        let (position, velocity) = self.after(time)?;
+    pub fn derivatives(&self, time: f64) -> Result<(Vec3, [Vec3; 8])> {
+        let place = self.anomaly(time)?;
+        let (position, velocity) = self.at(&place)?;
         let sign = if self.eccentricity < 1.0 { 1.0 } else { -1.0 };
         let turned = sign * place.sine / (self.gap + self.eccentricity * place.versine);
         let along = -place.sine * turned - sign;
         let aside = self.width * place.cosine * turned - sign * self.eccentricity / self.width * place.sine;
-        Ok([
+        let derivatives = [
             (position - velocity * (1.5 * time)) / (sign * self.size),
             (self.to_periapsis * along + self.across * aside) * self.size,
             self.node.cross(&position),
@@ -92,7 +97,8 @@ impl OrbitPath {
             velocity / self.mean_motion,
             -velocity,
             velocity * (0.5 * time / (self.speed * self.speed * self.size)),
-        ])
+        ];
+        Ok((position, derivatives))
     }
 
     /// Returns half of the time over which a polynomial of [`OrbitCells::TERMS`] terms follows the orbit to

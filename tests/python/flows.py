@@ -12,7 +12,9 @@ def cross(v):
 
 
 def inertia(body):
-    """Principal moments (b^2 + c^2, ...) m / 5 of a homogeneous ellipsoid; none of a point."""
+    """Principal moments (b^2 + c^2, ...) m / 5 of a homogeneous ellipsoid; none of a point; those of other bodies."""
+    if isinstance(body.shape, (fullbody.Composite, fullbody.Polyhedron)):
+        return body.inertia
     squares = np.square([getattr(body.shape, axis, 0.0) for axis in "abc"])
     return body.mass / 5.0 * (squares.sum() - squares)
 

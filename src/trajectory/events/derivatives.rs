@@ -7,7 +7,7 @@ use super::condition::EvaluationPoint;
 use crate::dynamics::{BarycentricFrame, Parameter, State, System, TANGENT_SIZE};
 use crate::error::{Error, Result};
 use crate::interrupt::InterruptCheck;
-use crate::math::difference::{STEP, WEIGHTS};
+use crate::math::difference::{STEP, steps};
 use crate::math::{Vec3, rotation};
 use crate::shape::Shape;
 
@@ -150,15 +150,13 @@ impl Condition<'_> {
 /// Returns the derivative of a function of a change, for a number of this natural size.
 fn central_difference(size: f64, mut function: impl FnMut(f64) -> Result<f64>) -> Result<f64> {
     let mut sum = 0.0;
-    for (k, weight) in (1..).zip(WEIGHTS) {
-        let by = f64::from(k) * STEP * size;
-        sum += weight * (function(by)? - function(-by)?);
+    for (by, weight) in steps(STEP * size) {
+        sum += weight * function(by)?;
     }
-    let derivative = sum / (STEP * size);
-    if derivative.is_finite() {
-        return Ok(derivative);
+    if sum.is_finite() {
+        return Ok(sum);
     }
-    Err(Error::invalid("derivative of an event's function", derivative, "a function that is smooth there"))
+    Err(Error::invalid("derivative of an event's function", sum, "a function that is smooth there"))
 }
 
 /// Returns a state with one of its numbers changed.

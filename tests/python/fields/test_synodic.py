@@ -146,6 +146,14 @@ def test_roche_lobes(q, name):
     assert levels == pytest.approx(np.full(levels.shape, lobe.jacobi), rel=1e-9)
 
 
+def test_meshes_of_roche_lobes_miss_of_the_volume_what_they_say():
+    """The error goes with 1/rows^2: two meshes give the volume itself."""
+    pair = circling(0.2, separation=1.0, shape=PointMass())
+    volumes = [pair.roche_lobe("B", rows=rows).volume for rows in (30, 60)]
+    whole = (4.0 * volumes[1] - volumes[0]) / 3.0
+    assert (1.0 - volumes[1] / whole) * 60**2 == pytest.approx(3.7, rel=0.1)
+
+
 def test_zero_velocity_curves():
     """Of two points, by the formula; they close about the bodies above the level of L1 and join below."""
     light, pair = 0.2, circling(0.2, separation=1.0, G=1.0 / 3.0, shape=PointMass())

@@ -205,7 +205,7 @@ def sunlit(axes, distance):
 
 
 @pytest.mark.parametrize("distance", [5.0, 40.0])
-@pytest.mark.parametrize("axes", [(0.5, 0.4, 0.3), (0.3, 0.5, 0.4), (0.4, 0.4, 0.4)])
+@pytest.mark.parametrize("axes", [(0.5, 0.4, 0.3), (0.3, 0.5, 0.4), (0.4, 0.5, 0.3), (0.4, 0.4, 0.4)])
 def test_semi_axes_beside_a_third_body_by_differences(axes, distance):
     for k, axis in enumerate("abc"):
 

@@ -204,6 +204,12 @@ def test_same_input_same_bits():
     assert SYSTEM.integrate(STATE, 20.0) == SYSTEM.integrate(STATE, 20.0)
 
 
+@pytest.mark.parametrize("name", ["energy_drift", "energy_drift_orbital", "angular_momentum_drift"])
+def test_drifts_are_computed_once(name):
+    run = SYSTEM.integrate(STATE, 5.0, output=1.0)
+    assert getattr(run, name) is getattr(run, name)
+
+
 def test_repr():
     text = repr(SYSTEM.integrate(STATE, 5.0, output=1.0))
     for word in ("6 samples", "0.0", "5.0", "steps", "focal"):

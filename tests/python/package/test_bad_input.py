@@ -253,6 +253,10 @@ def test_output(output, words):
     refused(lambda: SYSTEM.integrate(START, 1.0, output=output), "output", *words)
 
 
+def test_an_end_that_is_too_far_for_a_spacing_is_named_beside_it():
+    refused(lambda: SYSTEM.integrate(START, 1e300, output=0.1), "until", "1e+300", "output is 0.1", "samples; expected")
+
+
 def test_not_a_state_not_a_system():
     refused(lambda: SYSTEM.integrate("here", 1.0), "state", "'here'", "State")
     refused(lambda: SYSTEM.interactions(3), "state", "3", "State")

@@ -1,14 +1,19 @@
 """Random systems of all kinds, and differences of complete runs for comparison with a run's derivatives."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import fullbody
 import numpy as np
-from flows import deviation, displaced, scales
+from flows import displaced, deviation, scales, symplectic_form
 from meshes import box, octahedron
+from scipy.linalg import null_space
+from scipy.spatial.transform import Rotation
 from support import worst
 
+#: The largest error of a derivative, over its scale.
+TOLERANCE = 1e-6
 PAIRS = {
     "verner98": lambda: fullbody.Verner98(rtol=1e-13, atol=1e-13),
     "verner87": lambda: fullbody.Verner87(rtol=1e-13, atol=1e-13),
@@ -19,6 +24,7 @@ PAIRS = {
 FIXED = {
     "lie": lambda: fullbody.LieGroupVariational(step=0.05),
     "splitting": lambda: fullbody.SymplecticSplitting(step=0.1),
+    "leapfrog": lambda: fullbody.SymplecticSplitting(step=0.1, scheme="leapfrog"),
 }
 
 
@@ -30,9 +36,32 @@ class Case:
     state: Any
     until: float
     integrator: Any
+    event: Any
     column: int
     names: list[str]
     label: str
+
+    @property
+    def is_hamiltonian(self):
+        return all(isinstance(force, fullbody.forces.ThirdBody) for force in self.system.forces)
+
+    @property
+    def is_of_second_order(self):
+        return (
+            isinstance(self.integrator, fullbody.LieGroupVariational)
+            or getattr(self.integrator, "scheme", None) == "leapfrog"
+        )
+
+    def ended(self, wanted=False, **given):
+        given = {"system": self.system, "state": self.state, "event": self.event} | given
+        system, state, event = given.values()
+        return system.integrate(
+            state, self.until, output="ends", integrator=self.integrator, events=[event], derivatives=wanted
+        )
+
+    @cached_property
+    def run(self):
+        return self.ended(wanted=self.names or True)
 
 
 def shape(rng, kind, factor=1.0):
@@ -42,6 +71,9 @@ def shape(rng, kind, factor=1.0):
         return fullbody.Sphere(factor * rng.uniform(0.3, 0.9))
     if kind == "ellipsoid":
         return fullbody.Ellipsoid(*(factor * rng.uniform(0.3, 1.0, 3)))
+    if kind == "spheroid":
+        equator, polar = factor * rng.uniform(0.3, 1.0, 2)
+        return fullbody.Ellipsoid(equator, equator, polar)
     sides = factor * rng.uniform(0.4, 1.0, 3)
     return octahedron(*sides) if rng.random() < 0.5 else box(*(1.2 * sides))
 
@@ -60,13 +92,24 @@ def body(rng, kind, name, mass):
         )
         for k, part in enumerate(kinds)
     ]
+    if rng.random() < 0.5:
+        # A void.
+        empty = shape(rng, str(rng.choice(["ellipsoid", "sphere"])), 0.3)
+        parts.append(fullbody.Part(empty, mass=-0.1 * mass, position=0.3 * rng.uniform(-1, 1, 3)))
     return fullbody.Body(fullbody.Composite(parts), name=name)
 
 
 def forces(rng, kinds, fixed):
     """Forces strong enough to be seen; of those that depend on velocities none beside fixed steps."""
     made = []
-    if rng.random() < 0.6:
+    which = rng.random()
+    if which < 0.2:
+        times = np.linspace(-5.0, 5.0, 41)
+        first, across = 30.0 * rng.normal(size=(2, 3))
+        first *= 30.0 / np.linalg.norm(first)
+        positions = np.cos(0.05 * times)[:, None] * first + 0.3 * np.sin(0.05 * times)[:, None] * across
+        made.append(fullbody.forces.ThirdBody(mu=30.0, times=times, positions=positions, of="body", name="Sun"))
+    elif which < 0.7:
         hyperbola = rng.random() < 0.3
         e = rng.uniform(1.2, 2.0) if hyperbola else rng.choice([0.0, rng.uniform(0.05, 0.7)])
         a = -20.0 if hyperbola else rng.uniform(25.0, 40.0) / (1 - e)
@@ -85,96 +128,181 @@ def forces(rng, kinds, fixed):
         numbers = {"obliquity": [0.0, 0.8, 2.0, np.pi], "along": [2e-3, 1e-3, -1e-3, 1e-3], "across": [1e-3] * 4}
         torques = numbers if table else {"along": 2e-3, "across": 1e-3}
         made.append(fullbody.forces.Yorp(on="B", pole=[0.2, 0.1, 1.0], name="yorp", **torques))
+    if kinds[1] not in ("sphere", "spheroid") and rng.random() < 0.6:
+        made.append(fullbody.forces.Byorp(on="B", about="A", force=5e-3, name="byorp"))
     return made
+
+
+def tilted(rng, system, state):
+    """The state with B's long axis towards A, and its short axis turning through 45 degrees from the orbit's normal."""
+    away, along = state.position[1] - state.position[0], state.velocity[1] - state.velocity[0]
+    momentum = np.cross(away, along)
+    line, normal = away / np.linalg.norm(away), momentum / np.linalg.norm(momentum)
+    tilt = rng.choice([-1.0, 1.0]) * (0.25 * np.pi + rng.uniform(-0.15, 0.15))
+    axes = np.empty((3, 3))
+    order = np.argsort(system.bodies[1].inertia)
+    axes[:, order[0]] = line
+    axes[:, order[2]] = np.cos(tilt) * normal + np.sin(tilt) * np.cross(line, normal)
+    axes[:, order[1]] = np.cross(axes[:, order[2]], line)
+    if np.linalg.det(axes) < 0.0:
+        axes[:, order[1]] *= -1.0
+    turn = Rotation.from_matrix(axes).as_quat(scalar_first=True)
+    spin = axes.T @ (momentum / (away @ away) + rng.choice([-1.0, 1.0]) * 0.4 * line)
+    attitude, spins = np.array(state.attitude), np.array(state.spin)
+    attitude[1], spins[1] = turn, spin
+    return state.replace(attitude=attitude, spin=spins)
+
+
+def happening(rng, system, state, until, integrator):
+    """An event in the middle of the run: the separation that the bodies have then, or the plane that B crosses then."""
+    end = system.integrate(state, 0.5 * (state.time + until), output="ends", integrator=integrator)[-1]
+    away, along = end.position[1] - end.position[0], end.velocity[1] - end.velocity[0]
+    if rng.random() < 0.5:
+        return fullbody.events.Separation("A", "B", float(np.linalg.norm(away)))
+    normal = along - away * (away @ along) / (away @ away)
+    return fullbody.events.PlaneCrossing("B", "A", normal=normal / np.linalg.norm(normal))
 
 
 def case(seed):
     """A system, a state and a run by a seed."""
     rng = np.random.default_rng(seed)
-    kinds = [str(k) for k in rng.choice(["ellipsoid", "sphere", "point", "polyhedron", "composite"], size=2)]
+    every = ["ellipsoid", "spheroid", "sphere", "point", "polyhedron", "composite"]
+    kinds = [str(k) for k in rng.choice(every, size=2)]
     if kinds == ["point", "point"]:
         kinds[0] = "polyhedron"
     gravity = str(rng.choice(["focal", "focal", "surface", "multipole:2", "multipole:4", "point"]))
     name = str(rng.choice([*PAIRS, *FIXED]))
     fixed = name in FIXED
-    bodies = [body(rng, kind, label, mass) for kind, label, mass in zip(kinds, "AB", (1.0, 0.4), strict=True)]
+    three = not fixed and rng.random() < 0.15
+    kinds += [str(rng.choice(every))] if three else []
+    bodies = [body(rng, kind, label, mass) for kind, label, mass in zip(kinds, "ABC", (1.0, 0.4, 0.2), strict=False)]
     system = fullbody.System(bodies, G=1.0, gravity=gravity, forces=forces(rng, kinds, fixed))
     away = rng.normal(size=3)
     away *= rng.uniform(2.9, 4.0) / np.linalg.norm(away)
     along = np.cross(away, rng.normal(size=3))
     along *= np.sqrt(1.4 / np.linalg.norm(away)) / np.linalg.norm(along)
-    turn = rng.normal(size=(2, 4))
-    spin = rng.uniform(-0.5, 0.5, (2, 3))
+    along += rng.choice([-1.0, 1.0]) * rng.uniform(0.05, 0.15) * away / np.linalg.norm(away)
+    turn = rng.normal(size=(3, 4))
+    count = len(bodies)
     state = fullbody.State(
-        position=[-0.3 * away, 0.7 * away],
-        velocity=[-0.3 * along, 0.7 * along],
-        attitude=turn / np.linalg.norm(turn, axis=1, keepdims=True),
-        spin=spin,
+        position=[-0.3 * away, 0.7 * away, [2.0, -8.0, 1.0]][:count],
+        velocity=[-0.3 * along, 0.7 * along, [0.3, 0.1, 0.0]][:count],
+        attitude=(turn / np.linalg.norm(turn, axis=1, keepdims=True))[:count],
+        spin=rng.uniform(-0.5, 0.5, (count, 3)),
         time=0.2,
     )
+    if "byorp" in [force.name for force in system.forces]:
+        state = tilted(rng, system, state)
     backward = rng.random() < 0.5
     until = state.time + (-1.0 if backward else 1.0) * rng.uniform(1.0, 2.0)
     names = list(system.parameters)
     chosen = [str(n) for n in rng.choice(names, size=min(3, len(names)), replace=False)]
-    own = [name for name in names if any(f" of {force.name}" in name for force in system.forces)]
-    chosen += [str(rng.choice(own))] if own else []
+    for force in system.forces:
+        chosen.append(str(rng.choice([name for name in names if name.endswith(f" of {force.name}")])))
     # Without a k2 the lag does nothing.
     idle = ["lag of tide"] if any(getattr(force, "k2", 1.0) == 0.0 for force in system.forces) else []
     chosen = [name for name in dict.fromkeys(chosen) if name not in idle]
     forced = ", ".join(force.name for force in system.forces)
     way = "backward" if backward else "forward"
-    label = f"{kinds} by {gravity}, {name}, {way}, with {forced or 'nothing'}"
     integrator = (PAIRS | FIXED)[name]()
-    return Case(system, state, until, integrator, int(rng.integers(24)), chosen, label)
+    event = happening(rng, system, state, until, integrator)
+    label = f"{kinds} by {gravity}, {name}, {way}, {type(event).__name__}, with {forced or 'nothing'}"
+    return Case(system, state, until, integrator, event, int(rng.integers(12 * count)), chosen, label)
 
 
 def errors(case):
-    """The largest differences from complete runs, over the scale of each derivative, by the names of what is varied."""
-    system, state, until, integrator = case.system, case.state, case.until, case.integrator
+    """The largest differences from complete runs, over the scale of each derivative, by the names of what is varied.
+
+    Compared are the ends of the runs, and the states and times of the event on the way.
+    """
+    system, state, run = case.system, case.state, case.run
     size = scales(system, state)
+    sizes = np.concatenate([size, size, [size[0] / size[3]]])
 
-    def end(system=system, state=state, wanted=()):
-        found = system.integrate(state, until, output="ends", integrator=integrator, derivatives=wanted or False)
-        return found
+    def numbers(**given):
+        run = case.ended(**given)
+        return run[-1], run.events[0].state, run.events[0].time
 
-    run = end(wanted=case.names or True)
+    event = run.at_event(0)
     place = (case.column // 12, case.column % 12 // 3, case.column % 3)
 
-    def moved(by):
-        return end(state=displaced(state, *place, by))[-1]
+    end, there = slice(0, len(size)), slice(len(size), None)
 
-    def error(column, ends, step):
-        try:
-            change = differences(ends, step)
-        except fullbody.InvalidInput:
-            change = one_sided(ends, run[-1], step)
-        return worst(column / size, change / size)
+    # Within their steps, derivatives are those of the motion, from which these methods' own differ by their error.
+    both = (end,) if case.is_of_second_order else (end, there)
 
-    def least(column, ends, natural):
+    def error(columns, change, parts=both):
+        columns, change = np.concatenate(columns) / sizes, change / sizes
+        return max(worst(columns[part], change[part]) for part in parts)
+
+    def least(columns, ends, natural):
         # Principal axes are named anew, and rules of the quadrature change, beyond some change: a shorter step decides.
-        found = error(column, ends, 1e-3 * natural)
-        return found if found < 1e-6 else min(found, error(column, ends, 1e-5 * natural))
+        found = []
+        for step in (1e-3 * natural, 1e-5 * natural):
+            try:
+                change = differences(ends, step)
+            except fullbody.InvalidInput:
+                change = one_sided(ends, step)
+            found.append(error(columns, change))
+            if found[-1] < TOLERANCE:
+                break
+        return min(found)
 
-    found = {f"column {case.column}": least(run.transition[-1][:, case.column], moved, size[case.column])}
+    columns = run.transition[-1][:, case.column], event.transition[:, case.column], event.time[[case.column]]
+    moved = least(columns, lambda by: numbers(state=displaced(state, *place, by)), size[case.column])
+    found = {f"column {case.column}": moved}
     for name in case.names:
         _, natural = system._changed(name, 0.0)
         # Loads that are in proportion to their number allow for larger steps, in which they tell more.
-        share = 20.0 if name.startswith(("k2", "lag", "along", "across", "factor")) else 1.0
-
-        def changed(by, name=name):
-            return end(system=system._changed(name, by)[0])[-1]
-
-        found[name] = least(run.sensitivity[name][-1], changed, share * natural)
+        share = 20.0 if name.startswith(("k2", "lag", "along", "across", "factor", "force")) else 1.0
+        columns = run.sensitivity[name][-1], event.sensitivity[name], [event.time_sensitivity[name]]
+        found[name] = least(
+            columns, lambda by, name=name: numbers(system=system._changed(name, by)[0]), share * natural
+        )
+    if case.is_of_second_order:
+        return found
+    name, changed = own_parameter(case.event)
+    columns = np.zeros(len(size)), event.sensitivity[name], [event.time_sensitivity[name]]
+    found[name] = error(columns, differences(lambda by: numbers(event=changed(by)), 1e-3), parts=(there,))
     return found
 
 
-def differences(end, step):
+def own_parameter(event):
+    """The name of a number of an event, and the event with it changed."""
+    if isinstance(event, fullbody.events.Separation):
+        return "value of Separation", lambda by: replace(event, value=event.value + by)
+    x, y, z = event.normal
+    return "normal x of PlaneCrossing", lambda by: replace(event, normal=(x + by, y, z))
+
+
+def asymmetry(case):
+    """The largest change of the symplectic form by the transition matrices at the end, in natural sizes.
+
+    Beside a third body the barycentre of the start is the centre of its path, and stays where it is.
+    """
+    system, size = case.system, scales(case.system, case.state)
+    first, last = (size[:, np.newaxis] * symplectic_form(system, case.run[k]) * size for k in (0, -1))
+    scaled = case.run.transition[-1] * size / size[:, np.newaxis]
+    kept = np.eye(len(size))
+    if system.forces:
+        means = [np.kron([body.mass for body in system], np.eye(12)[k]) for k in range(6)]
+        kept = null_space(means)
+    change = scaled.T @ last @ scaled - first
+    return np.abs(kept.T @ change @ kept).max() / np.abs(first).max()
+
+
+def differences(ends, step):
     """Of sixth order."""
-    by = [deviation(end(-k * step), end(k * step)) / (2 * k * step) for k in (1, 2, 3)]
+    by = [change(ends(-k * step), ends(k * step)) / (2 * k * step) for k in (1, 2, 3)]
     return 1.5 * by[0] - 0.6 * by[1] + 0.1 * by[2]
 
 
-def one_sided(end, here, step):
+def one_sided(ends, step):
     """Of fifth order, from the end of a parameter's range on."""
-    weights = [5.0, -5.0, 10.0 / 3.0, -5.0 / 4.0, 1.0 / 5.0]
-    return sum(w * deviation(here, end(k * step)) for k, w in enumerate(weights, 1)) / step
+    weights, here = [5.0, -5.0, 10.0 / 3.0, -5.0 / 4.0, 1.0 / 5.0], ends(0.0)
+    return sum(w * change(here, ends(k * step)) for k, w in enumerate(weights, 1)) / step
+
+
+def change(one, other):
+    """Of the end, of the state at the event, and of the event's time."""
+    return np.concatenate([deviation(one[0], other[0]), deviation(one[1], other[1]), [other[2] - one[2]]])

@@ -3,16 +3,22 @@
 import fullbody
 import numpy as np
 import pytest
-from flows import deviation, displaced, scales
+from flows import displaced, deviation, scales
+from meshes import box
 
 
-def moon(out_of_round, e):
-    """A moon on an eccentric orbit whose shape has this (B - A)/C: Wisdom, Peale & Mignard (1984), Icarus 58, 137."""
+def moon(out_of_round, e, faceted=False):
+    """A moon on an eccentric orbit whose shape has this (B - A)/C: Wisdom, Peale & Mignard (1984), Icarus 58, 137.
+
+    Faceted bodies are a cube and a box with the moments of the ellipsoids.
+    """
     a, c = 1.0, 0.75
     # (B - A)/C = (a^2 - b^2)/(a^2 + b^2).
     b = a * np.sqrt((1 - out_of_round) / (1 + out_of_round))
-    planet = fullbody.Body(fullbody.Sphere(10.0), mass=1.0, name="planet")
-    satellite = fullbody.Body(fullbody.Ellipsoid(a, b, c * b), mass=1e-6, name="moon")
+    # A box has the moments m/12 (q^2 + r^2), an ellipsoid m/5 (b^2 + c^2).
+    solid = (lambda *axes: box(*(np.sqrt(2.4) * np.array(axes)))) if faceted else fullbody.Ellipsoid
+    planet = fullbody.Body(solid(10.0, 10.0, 10.0), mass=1.0, name="planet")
+    satellite = fullbody.Body(solid(a, b, c * b), mass=1e-6, name="moon")
     system = fullbody.System([planet, satellite], G=1.0)
     r, v = fullbody.KeplerElements(100.0, e, 0.0, 0.0, 0.0, 0.0).to_cartesian(float(system.mu()))
     n = np.sqrt(float(system.mu()) / 100.0**3)
@@ -51,6 +57,19 @@ def test_chaotic_motion_grows(tumbling_moon):
     assert 0.5 < 2.0 * run.megno[-1] / (run.lyapunov[-1] * run.time[-1]) < 2.0
     # Of the order of the orbital rate over ten: the Lyapunov time of Hyperion is some few orbits.
     assert 0.2 < run.lyapunov[-1] * period < 3.0
+
+
+def test_polyhedra_part_as_fast_as_ellipsoids_of_their_moments():
+    # Their fields differ by the hexadecapoles: 1e-4 of the torque at this distance, periodically.
+    options = {"output": "ends", "integrator": FAST, "chaos": True}
+    found = []
+    for faceted in (False, True):
+        system, state, period = moon(0.26, 0.1, faceted)
+        found.append(system.integrate(state, 4 * period, **options))
+    exact, faceted = found
+    assert exact.lyapunov[-1] * exact.time[-1] > 4.0
+    assert abs(faceted.lyapunov[-1] / exact.lyapunov[-1] - 1.0) < 5e-4
+    assert abs(faceted.megno[-1] / exact.megno[-1] - 1.0) < 5e-4
 
 
 def test_neighbouring_runs_part_as_fast(tumbling_moon):

@@ -103,31 +103,17 @@ def test_transition_matrices_are_symplectic_and_keep_what_motions_keep(first, se
     size = scales(system, state)
     run = system.integrate(state, 0.6, output="ends", integrator=TIGHT, derivatives=True)
     phi = run.transition[1]
-    form = [size[:, np.newaxis] * _form(system, run[k]) * size for k in (0, 1)]
+    form = [size[:, np.newaxis] * symplectic_form(system, run[k]) * size for k in (0, 1)]
     scaled = phi * size / size[:, np.newaxis]
     assert worst(scaled.T @ form[1] @ scaled, form[0]) < 1e-11
     now, then = (_energy(system, run[k]) for k in (1, 0))
     assert worst(now @ phi * size, then * size) < 1e-9
-    now, then = (_momenta(system, run[k]) for k in (1, 0))
+    now, then = (momentum_gradients(system, run[k]) for k in (1, 0))
     assert worst(now @ phi * size, then * size) < 1e-11
 
 
-def _inertial(system):
-    """The system with moments that the helpers of ellipsoids know: those of the ellipsoids with these moments."""
-    bodies = [fullbody.Body(body.fitted_ellipsoid(), mass=float(body.mass), name=body.name) for body in system]
-    return fullbody.System(bodies, G=float(system.G))
-
-
-def _form(system, state):
-    return symplectic_form(_inertial(system), state)
-
-
-def _momenta(system, state):
-    return momentum_gradients(_inertial(system), state)
-
-
 def _energy(system, state):
-    gradient = energy_gradient(_inertial(system), state)
+    gradient = energy_gradient(system, state)
     loads = system.interactions(state)
     for k in range(len(system)):
         gradient[12 * k : 12 * k + 3], gradient[12 * k + 6 : 12 * k + 9] = -loads.force[k], -loads.torque[k]

@@ -122,6 +122,21 @@ def test_a_fast_flyby_in_one_step(velocity, step):
     np.testing.assert_allclose(run.velocity[-1], expected.velocity[-1], rtol=0, atol=1e-12 * max(map(abs, velocity)))
 
 
+@pytest.mark.filterwarnings("ignore:A and B start at .* times the speed of escape")
+def test_a_step_over_hundreds_of_distances_from_any_start():
+    """Between spheres that are points to each other the splitting is exact: Verner98 has the same end."""
+    rng = np.random.default_rng(1)
+    bodies = [fullbody.Body(fullbody.Sphere(1e-6), mass=m, name=n) for m, n in ((0.7, "A"), (0.3, "B"))]
+    system = fullbody.System(bodies, G=1.0)
+    for far in 10.0 ** rng.uniform(2.0, 3.0, 60):
+        away, velocity = rng.normal(size=(2, 3))
+        velocity *= far / np.linalg.norm(velocity)
+        state = fullbody.State([[0, 0, 0], away / np.linalg.norm(away)], [[0, 0, 0], velocity])
+        splitting = fullbody.SymplecticSplitting(1.0, scheme="leapfrog")
+        ends = [system.integrate(state, 1.0, output="ends", integrator=i) for i in (splitting, fullbody.Verner98())]
+        np.testing.assert_allclose(ends[0].position[-1], ends[1].position[-1], rtol=0, atol=1e-12 * far)
+
+
 def test_a_body_at_the_barycentre_of_those_before_it():
     """It has no Kepler motion about it. In another order of the bodies the run is that of Verner98."""
     places, velocities = (
