@@ -40,9 +40,11 @@ def view(hours, sun=False):
     return observing.Geometry([-hours, hours] * u.h, to_observer=ends, frame="ecliptic", **sunlight)
 
 
-def noisy(rng, system, state, times, hours):
-    """Ranges and range rates of Beta relative to Alpha, 75 m and 1 cm/s, with their noise."""
-    options = {"sigma": (75 * u.m, 1 * u.cm / u.s), "body": "Beta", "about": "Alpha", "geometry": view(hours)}
+def noisy(rng, system, state, times, hours, **places):
+    """Ranges and range rates, of Beta relative to Alpha unless others are named, 75 m and 1 cm/s, with their noise."""
+    options = {"sigma": (75 * u.m, 1 * u.cm / u.s), "geometry": view(hours)} | (
+        places or {"body": "Beta", "about": "Alpha"}
+    )
     zero = np.zeros(len(times))
     plain = observing.Radar(times, range=zero * u.km, range_rate=zero * u.cm / u.s, **options)
     found = plain.predict(system.integrate(state, hours, plain.emission(system), QUICK))

@@ -170,6 +170,7 @@ class _Solver:
         self._best: _Solution | None = None
         self._iterations = 0
         self._distance = np.inf
+        self._taken = False
         self.interrupted = False
 
     def solve(self, start: _Array) -> _Solution | None:
@@ -226,12 +227,14 @@ class _Solver:
         if self._last is not None and np.array_equal(self._last.values, values):
             return self._vector(self._last)
         try:
-            point = self._problem.point(values)
+            # After a step that was taken the next one probably is too, and its derivatives are needed.
+            point = self._problem.point(values, differentiated=self._taken)
         except Refused:
             if self._best is None:
                 raise
             return np.full(len(self._vector(self._best.point)), np.nan)
         finally:
+            self._taken = False
             self._show()
         self._last = point
         return self._vector(point)
@@ -245,6 +248,7 @@ class _Solver:
         if self._best is None or cost <= self._best.cost:
             self._best = _Solution(point, slopes, cost, "", 0)
         self._iterations += 1
+        self._taken = True
         self._show()
         pulls = np.concatenate([np.ravel(part) for part in point.pulls])
         weights = self._loss.roots(pulls)[1]
