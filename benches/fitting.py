@@ -2,8 +2,9 @@
 
     python benches/fitting.py [hours] [rounds]
 
-1999 KW4 as radar observes it: ranges and range rates, 200 of each. An iteration takes a run with the transition matrix and
-the sensitivities that are needed, the derivatives of all predictions, and the setup twice for each parameter. One-sided differences take a run for each parameter beside it, central ones two. Times are those of the
+1999 KW4 as radar observes it: ranges and range rates, 200 of each. An iteration takes a run with the transition matrix
+and the sensitivities that are needed, the derivatives of all predictions, and the setup twice for each parameter.
+One-sided differences take a run for each parameter beside the run itself, central ones two. Times are those of the
 processor, medians over the rounds.
 """
 
