@@ -12,8 +12,8 @@ QUICK = fullbody.Verner98(rtol=1e-11, atol=1e-11)
 G = 6.6743e-20 * 3600.0**2
 
 
-def kw4(mass=2.353, ratio=0.0574, a=2.55, c=0.6735, tilt=0.06, node=0.3, libration=0.05):
-    """1999 KW4 with Alpha's mass in 1e12 kg, its shortest semi-axis and the separation in km, its pole's two angles.
+def kw4(mass=2.353, ratio=0.0574, a=2.55, c=0.6735, tilt=0.05, roll=0.02, libration=0.05):
+    """1999 KW4 with Alpha's mass in 1e12 kg, its shortest semi-axis and the separation in km, its turns about x and y.
 
     The mutual orbit lies in the plane of the ecliptic, and starts on the x-axis at the speed of a circle.
     """
@@ -29,7 +29,7 @@ def kw4(mass=2.353, ratio=0.0574, a=2.55, c=0.6735, tilt=0.06, node=0.3, librati
         velocity=separate * [0.0, speed, 0.0],
         spin=[[0.0, 0.0, 2.273], [0.0, 0.0, speed / a]],
     )
-    state = state.rotated(0, [np.cos(node), np.sin(node), 0.0], tilt)
+    state = state.rotated(0, [1, 0, 0], tilt).rotated(0, [0, 1, 0], roll)
     return system, state.rotated(1, [0, 0, 1], libration)
 
 

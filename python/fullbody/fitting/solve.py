@@ -27,7 +27,7 @@ _Array = npt.NDArray[np.float64]
 
 #: The distance from the minimum in errors at which the solver stops; and the relative changes of chi2 and of
 #: the parameters at which it does where noise hides that.
-_CLOSE, _FTOL, _XTOL = 3e-5, 1e-9, 1e-13
+_CLOSE, _FTOL, _XTOL = 1e-4, 1e-9, 1e-13
 #: The distance at which a solver that makes no way any more is not at a minimum.
 _FAR = 0.03
 #: Two fits are at the same minimum if no parameter differs by more than this part of its error.
