@@ -33,9 +33,9 @@ def kw4(mass=2.353, ratio=0.0574, a=2.55, c=0.6735, tilt=0.05, roll=0.02, librat
     return system, state.rotated(1, [0, 0, 1], libration)
 
 
-def view(hours, sun=False):
-    """A view of a system at 0.05 au that goes some degrees along the sky."""
-    ends = np.array([[0.05, 0.01, 0.02], [0.047, 0.017, 0.022]]) * u.au
+def view(hours, sun=False, share=1.0):
+    """A view of a system at a share of 0.05 au that goes some degrees along the sky."""
+    ends = share * np.array([[0.05, 0.01, 0.02], [0.047, 0.017, 0.022]]) * u.au
     sunlight = {"to_sun": np.array([[0.9, 0.4, 0.1], [0.89, 0.42, 0.1]]) * u.au} if sun else {}
     return observing.Geometry([-hours, hours] * u.h, to_observer=ends, frame="ecliptic", **sunlight)
 

@@ -41,13 +41,13 @@ def check(fits, truth):
 
 
 def test_radar_of_1999_kw4_gives_masses_axis_and_pole():
-    """Ranges to 75 m and range rates to 1 cm/s over two weeks, every twenty minutes."""
-    truth = {"mass": 2.353, "ratio": 0.0574, "a": 2.55, "c": 0.6735, "tilt": 0.05, "roll": 0.02, "libration": 0.05}
+    """Ranges to 75 m and range rates to 1 cm/s over two weeks, every half hour."""
+    truth = {"mass": 2.353, "ratio": 0.0574, "a": 2.55, "c": 0.6735, "tilt": 0.05, "roll": 0.02}
     if not FULL:
         # The shape and the pole turn the orbit slowly.
-        truth = {name: truth[name] for name in ("mass", "a", "libration")}
+        truth = {name: truth[name] for name in ("mass", "a")}
     hours = 336.0 if FULL else 30.0
-    times = np.linspace(1.0, hours - 1.0, 1000 if FULL else 20) * u.h
+    times = np.linspace(1.0, hours - 1.0, 600 if FULL else 20) * u.h
     rng, (system, state) = np.random.default_rng(1), kw4(**truth)
     fits = []
     for _ in range(COUNT or 8):
