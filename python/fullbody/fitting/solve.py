@@ -124,7 +124,7 @@ def fit(
     wanted = loss_of(loss)
     places = _starts(known, starts, seed)
     done: list[_Solution] = []
-    with Tally(progress, None) as report:
+    with _Progress(progress, None) as report:
         for place in places:
             solver = _Solver(problem, wanted, report)
             try:
@@ -142,6 +142,14 @@ def fit(
             raise Interrupted("interrupted before the first derivatives of the fit; there is nothing to return")
         raise InvalidInput(f"all {len(places)} starts of the fit are refused; the last: {problem.reason}")
     return _result(problem, wanted, done, len(places))
+
+
+class _Progress(Tally):
+    """A progress bar of a fit, which is called with the number of runs and with what is minimised."""
+
+    def _update(self, done: int, under_way: float) -> None:  # type: ignore[override]
+        self._end = f"{done} runs, chi2 {under_way:.8g}"
+        self._show(0.0, self._end)
 
 
 @dataclass
