@@ -145,7 +145,7 @@ fission: $(VENV)/.built  ## rotational fission, 19,980 runs after Ho et al. (202
 dimorphos: $(VENV)/.built  ## Dimorphos' attitude over its axes after Agrusa et al. (2021), into out/dimorphos/; resumes after an interruption
 	$(BIN)/python -m reproduction.agrusa2021 --out out/dimorphos
 
-bench: $(VENV)/.dev  ## measurements: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, the splitting, import, external forces, gravity at many points, polyhedra, flights, derivatives; collisions missed; a sweep killed twenty times
+bench: $(VENV)/.dev  ## measurements: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, the splitting, import, external forces, gravity at many points, polyhedra, flights, derivatives, fits; collisions missed; a sweep killed twenty times
 	cargo bench --manifest-path benches/criterion/Cargo.toml
 	$(BIN)/python benches/table.py
 	$(BIN)/python benches/instructions.py
@@ -158,6 +158,7 @@ bench: $(VENV)/.dev  ## measurements: criterion, the table beside numpy and scip
 	$(BIN)/python benches/photometry.py
 	$(BIN)/python benches/polyhedra.py
 	$(BIN)/python benches/derivatives.py
+	$(BIN)/python benches/fitting.py
 	$(BIN)/python benches/flight.py --million
 	$(BIN)/python benches/head_on.py
 	$(BIN)/python benches/ensemble.py

@@ -12,8 +12,8 @@ QUICK = fullbody.Verner98(rtol=1e-11, atol=1e-11)
 G = 6.6743e-20 * 3600.0**2
 
 
-def kw4(mass=2.353, ratio=0.0574, a=2.55, c=0.6735, tilt=0.06, node=0.3, libration=0.05):
-    """1999 KW4 with Alpha's mass in 1e12 kg, its shortest semi-axis and the separation in km, its pole's two angles.
+def kw4(mass=2.353, ratio=0.0574, a=2.55, c=0.6735, tilt=0.05, roll=0.02, libration=0.05):
+    """1999 KW4 with Alpha's mass in 1e12 kg, its shortest semi-axis and the separation in km, its turns about x and y.
 
     The mutual orbit lies in the plane of the ecliptic, and starts on the x-axis at the speed of a circle.
     """
@@ -29,20 +29,22 @@ def kw4(mass=2.353, ratio=0.0574, a=2.55, c=0.6735, tilt=0.06, node=0.3, librati
         velocity=separate * [0.0, speed, 0.0],
         spin=[[0.0, 0.0, 2.273], [0.0, 0.0, speed / a]],
     )
-    state = state.rotated(0, [np.cos(node), np.sin(node), 0.0], tilt)
+    state = state.rotated(0, [1, 0, 0], tilt).rotated(0, [0, 1, 0], roll)
     return system, state.rotated(1, [0, 0, 1], libration)
 
 
-def view(hours, sun=False):
-    """A view of a system at 0.05 au that goes some degrees along the sky."""
-    ends = np.array([[0.05, 0.01, 0.02], [0.047, 0.017, 0.022]]) * u.au
+def view(hours, sun=False, share=1.0):
+    """A view of a system at a share of 0.05 au that goes some degrees along the sky."""
+    ends = share * np.array([[0.05, 0.01, 0.02], [0.047, 0.017, 0.022]]) * u.au
     sunlight = {"to_sun": np.array([[0.9, 0.4, 0.1], [0.89, 0.42, 0.1]]) * u.au} if sun else {}
     return observing.Geometry([-hours, hours] * u.h, to_observer=ends, frame="ecliptic", **sunlight)
 
 
-def noisy(rng, system, state, times, hours):
-    """Ranges and range rates of Beta relative to Alpha, 75 m and 1 cm/s, with their noise."""
-    options = {"sigma": (75 * u.m, 1 * u.cm / u.s), "body": "Beta", "about": "Alpha", "geometry": view(hours)}
+def noisy(rng, system, state, times, hours, **places):
+    """Ranges and range rates, of Beta relative to Alpha unless others are named, 75 m and 1 cm/s, with their noise."""
+    options = {"sigma": (75 * u.m, 1 * u.cm / u.s), "geometry": view(hours)} | (
+        places or {"body": "Beta", "about": "Alpha"}
+    )
     zero = np.zeros(len(times))
     plain = observing.Radar(times, range=zero * u.km, range_rate=zero * u.cm / u.s, **options)
     found = plain.predict(system.integrate(state, hours, plain.emission(system), QUICK))

@@ -27,7 +27,7 @@ _Array = npt.NDArray[np.float64]
 
 #: The distance from the minimum in errors at which the solver stops; and the relative changes of chi2 and of
 #: the parameters at which it does where noise hides that.
-_CLOSE, _FTOL, _XTOL = 3e-5, 1e-9, 1e-13
+_CLOSE, _FTOL, _XTOL = 1e-4, 1e-9, 1e-13
 #: The distance at which a solver that makes no way any more is not at a minimum.
 _FAR = 0.03
 #: Two fits are at the same minimum if no parameter differs by more than this part of its error.
@@ -124,7 +124,7 @@ def fit(
     wanted = loss_of(loss)
     places = _starts(known, starts, seed)
     done: list[_Solution] = []
-    with Tally(progress, None) as report:
+    with _Progress(progress, None) as report:
         for place in places:
             solver = _Solver(problem, wanted, report)
             try:
@@ -142,6 +142,14 @@ def fit(
             raise Interrupted("interrupted before the first derivatives of the fit; there is nothing to return")
         raise InvalidInput(f"all {len(places)} starts of the fit are refused; the last: {problem.reason}")
     return _result(problem, wanted, done, len(places))
+
+
+class _Progress(Tally):
+    """A progress bar of a fit, which is called with the number of runs and with what is minimised."""
+
+    def _update(self, done: int, under_way: float) -> None:  # type: ignore[override]
+        self._end = f"{done} runs, chi2 {under_way:.8g}"
+        self._show(0.0, self._end)
 
 
 @dataclass
@@ -170,6 +178,7 @@ class _Solver:
         self._best: _Solution | None = None
         self._iterations = 0
         self._distance = np.inf
+        self._taken = False
         self.interrupted = False
 
     def solve(self, start: _Array) -> _Solution | None:
@@ -226,12 +235,14 @@ class _Solver:
         if self._last is not None and np.array_equal(self._last.values, values):
             return self._vector(self._last)
         try:
-            point = self._problem.point(values)
+            # After a step that was taken the next one probably is too, and its derivatives are needed.
+            point = self._problem.point(values, differentiated=self._taken)
         except Refused:
             if self._best is None:
                 raise
             return np.full(len(self._vector(self._best.point)), np.nan)
         finally:
+            self._taken = False
             self._show()
         self._last = point
         return self._vector(point)
@@ -245,6 +256,7 @@ class _Solver:
         if self._best is None or cost <= self._best.cost:
             self._best = _Solution(point, slopes, cost, "", 0)
         self._iterations += 1
+        self._taken = True
         self._show()
         pulls = np.concatenate([np.ravel(part) for part in point.pulls])
         weights = self._loss.roots(pulls)[1]

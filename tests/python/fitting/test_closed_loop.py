@@ -41,18 +41,19 @@ def check(fits, truth):
 
 
 def test_radar_of_1999_kw4_gives_masses_axis_and_pole():
-    """Ranges to 75 m and range rates to 1 cm/s over two weeks."""
-    truth = {"mass": 2.353, "ratio": 0.0574, "a": 2.55, "c": 0.6735, "tilt": 0.06, "node": 0.3, "libration": 0.05}
+    """Ranges to 75 m and range rates to 1 cm/s over two weeks, every half hour."""
+    truth = {"mass": 2.353, "ratio": 0.0574, "a": 2.55, "c": 0.6735, "tilt": 0.05, "roll": 0.02}
     if not FULL:
         # The shape and the pole turn the orbit slowly.
-        truth = {name: truth[name] for name in ("mass", "a", "libration")}
+        truth = {name: truth[name] for name in ("mass", "a")}
     hours = 336.0 if FULL else 30.0
-    times = np.linspace(1.0, hours - 1.0, 120 if FULL else 20) * u.h
+    times = np.linspace(1.0, hours - 1.0, 600 if FULL else 20) * u.h
     rng, (system, state) = np.random.default_rng(1), kw4(**truth)
     fits = []
     for _ in range(COUNT or 8):
-        alpha = noisy(rng, system, state, times, hours)
-        fits.append(fullbody.fit(kw4, truth, alpha, integrator=QUICK))
+        # What Alpha does about the barycentre tells the ratio of the masses.
+        data = [noisy(rng, system, state, times, hours, **places) for places in ({}, {"body": "Alpha"})]
+        fits.append(fullbody.fit(kw4, truth, data, integrator=QUICK))
     check(fits, truth)
 
 
@@ -68,7 +69,7 @@ def test_light_curves_of_didymos_give_shape_and_pole_of_dimorphos():
     truth = {"b": 0.87, "c": 0.66, "longitude": 310.0, "latitude": -80.0, "period": 11.92, "phase": 0.4}
     if not FULL:
         truth = {name: truth[name] for name in ("b", "latitude", "phase")}
-    epoch, nights, points = Time("2022-10-01", scale="tdb"), 12 if FULL else 2, 40 if FULL else 25
+    epoch, nights, points = Time("2022-10-01", scale="tdb"), 12 if FULL else 2, 25
     setup = functools.partial(dimorphos, epoch=epoch)
     hours = np.concatenate([night * 24.0 * 2.3 + np.linspace(0.5, 7.5, points) for night in range(nights)])
     times = epoch + hours * u.h + 300 * u.s

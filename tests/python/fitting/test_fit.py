@@ -330,7 +330,9 @@ def test_an_interrupt_returns_the_best_so_far(radar):
         fullbody.fit(setup, START, radar)
 
 
-def test_progress_tells_runs_and_chi2(radar):
+def test_progress_tells_runs_and_chi2(radar, capsys):
+    found = fullbody.fit(pair, START, radar, progress="a pair")
+    assert f"chi2 {found.chi2:.5f}"[:-3] in capsys.readouterr().err
     seen = []
     fullbody.fit(pair, {"a": 2.545}, radar, progress=lambda runs, total, chi2: seen.append((runs, chi2)))
     assert seen[-1][0] > 3

@@ -22,7 +22,7 @@ def differences(problem, values, k, step):
 
 
 def compared(setup, start, observations, steps):
-    """The largest departure of each parameter's derivatives from differences, over the largest derivative."""
+    """The largest deviation of each parameter's derivatives from differences, over the largest derivative."""
     problem = Problem(setup, Parameters(start), observations, fullbody.Verner98())
     values = problem.parameters.start
     slopes = problem.slopes(problem.point(values))
@@ -39,14 +39,15 @@ def test_jacobian_of_radar_is_that_of_complete_runs():
     start = {"mass": 2.353, "ratio": 0.0574, "a": 2.55, "c": 0.6735, "tilt": 0.06, "libration": 0.05}
     # Before and after the epoch of the state.
     times = np.linspace(-30.0, 35.0, 14) * u.h
-    geometry = view(40.0)
+    # At 0.05 au ranges are rounded to 1 um, which differences of runs would have a part in.
+    geometry = view(40.0, share=0.01)
     zero = np.zeros(14)
     both = {"range": zero * u.km, "range_rate": zero * u.cm / u.s, "sigma": (75 * u.m, 1 * u.cm / u.s)}
     data = [
         observing.Radar(times, **both, body="Beta", about="Alpha", geometry=geometry),
         observing.Radar(times[:4], range=zero[:4] * u.km, sigma=75 * u.m, body="Alpha", geometry=geometry),
     ]
-    steps = {"mass": 3e-4, "ratio": 3e-4, "a": 2e-4, "c": 1e-3, "tilt": 2e-2, "libration": 2e-2}
+    steps = {"mass": 3e-4, "ratio": 3e-4, "a": 2e-4, "c": 1e-3, "tilt": 1e-2, "libration": 2e-2}
     assert max(compared(kw4, start, data, steps).values()) < 1e-6
 
 
