@@ -9,6 +9,7 @@ PYTHON ?= python3
 MUSL   ?= x86_64-unknown-linux-musl
 MATURIN := $(BIN)/maturin$(if $(filter Windows_NT,$(OS)),.exe)
 REPORT ?= out/reproduce
+BINARIES ?= out/binaries
 # What the hunt for faults has, and its parts, each of which gets its share of it.
 FUZZ_MINUTES ?= 60
 FUZZ_PARTS   := fuzz-python fuzz-archive fuzz-pairs
@@ -16,6 +17,7 @@ FUZZ_SHARE    = $(shell expr $(FUZZ_MINUTES) / $(words $(FUZZ_PARTS)))
 RUST   := Cargo.toml Cargo.lock $(shell find src -name '*.rs')
 # Of the report, which draws and measures with all of the package.
 SOURCES := $(shell find python/fullbody reproduction -type f -not -name '*.so' -not -path '*/__pycache__/*')
+OBSERVATIONS := $(shell find tests/data/observations -name '*.csv')
 # Folders with Python code.
 PYTHONS := python reproduction tests benches fuzz browser
 # On Linux wheels are linked by zig against glibc 2.17, so that every distribution since takes them.
@@ -30,7 +32,7 @@ export PATH := $(CURDIR)/$(BIN)$(if $(findstring ;,$(PATH)),;,:)$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 film reproduce millennia fission dimorphos test test-rust test-arm test-python test-lowest test-wheel wheel wheel-musl licences browser crate lint check \
+.PHONY: help kw4 film reproduce millennia fission dimorphos binaries test test-rust test-arm test-python test-lowest test-wheel wheel wheel-musl licences browser crate lint check \
 	fmt docs bench fuzz \
 	$(FUZZ_PARTS) mutants clean
 
@@ -121,9 +123,9 @@ fmt:  ## formats everything
 	$(BIN)/ruff format $(PYTHONS)
 	$(BIN)/ruff check --fix $(PYTHONS)
 
-docs: $(VENV)/.docs $(REPORT)/numbers.json  ## the documentation, into out/docs/; warnings are errors, examples are run
+docs: $(VENV)/.docs $(REPORT)/numbers.json $(BINARIES)/numbers.json  ## the documentation, into out/docs/; warnings are errors, examples are run
 	cargo doc --locked --no-deps --no-default-features
-	FULLBODY_REPORT=$(REPORT) $(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
+	FULLBODY_REPORT=$(REPORT) FULLBODY_BINARIES=$(BINARIES) $(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
 
 film: $(VENV)/.built  ## the film at the head of the README, into docs/didymos.gif
 	$(BIN)/python docs/film.py
@@ -141,6 +143,11 @@ fission: $(VENV)/.built  ## rotational fission, 19,980 runs after Ho et al. (202
 
 dimorphos: $(VENV)/.built  ## Dimorphos' attitude over its axes after Agrusa et al. (2021), into out/dimorphos/; the same
 	$(BIN)/python -m reproduction.agrusa2021 --out out/dimorphos
+
+binaries: $(BINARIES)/numbers.json  ## the astrometry of 27 binaries beyond Neptune, Eris, Lempo and Haumea fitted again, into out/binaries/
+
+$(BINARIES)/numbers.json: $(VENV)/.built $(SOURCES) $(OBSERVATIONS)
+	$(BIN)/python -m reproduction.binaries --out $(BINARIES)
 
 bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, the splitting, import, external forces, gravity at many points, polyhedra, flights, derivatives; collisions missed; a sweep killed twenty times
 	cargo bench --manifest-path benches/criterion/Cargo.toml
