@@ -14,16 +14,16 @@ from fullbody.frames import pole_vector
 
 from . import moons
 from .judging import LIMIT, Verdict, compared, stated
-from .pair import G, INTEGRATOR, points
+from .pair import INTEGRATOR, G, points
 from .shapes import oblate, upright
 from .triple import ORBIT, elements, nested, on_equator
 
-__all__ = ["Haumea", "apart", "pole", "study", "verdicts"]
+__all__ = ["Haumea", "apart", "half_turned", "pole", "study", "verdicts"]
 
 _Array = npt.NDArray[np.float64]
 
 EPOCH = Time(2454615.0, format="jd", scale="utc")
-#: Ragozzine & Brown (2009), on the ecliptic of J2000: km, e, and i, node, argument of periapsis, mean anomaly in degrees.
+#: Ragozzine & Brown (2009), on the ecliptic of J2000: a in km, e, and i, node, argument of periapsis and mean anomaly.
 HIIAKA = (49880.0, 0.0513, 126.356, 206.766, 154.1, 152.8)
 NAMAKA = (25657.0, 0.249, 113.013, 205.016, 178.9, 178.5)
 PERIOD, PERIOD_ERROR = 49.12, 0.03
@@ -73,8 +73,11 @@ def study() -> Haumea:
     alone = {}
     for east in (1, -1):
         data = moons.haumea(east)[1]
-        starts = [elements(*state, whole) for state in (hiiaka, _half_turned(*hiiaka))]
-        fits = [fullbody.fit(points(EPOCH, 0.0045, ("Haumea", "Hiiaka")), start, data, integrator=INTEGRATOR) for start in starts]
+        starts = [elements(*state, whole) for state in (hiiaka, half_turned(*hiiaka))]
+        fits = [
+            fullbody.fit(points(EPOCH, 0.0045, ("Haumea", "Hiiaka")), start, data, integrator=INTEGRATOR)
+            for start in starts
+        ]
         alone[east] = min(fits, key=lambda one: one.chi2)
     data = moons.haumea(-1)
     free = {"haumea": MASSES["haumea"][0]}
@@ -82,7 +85,7 @@ def study() -> Haumea:
         ("namaka", namaka, central),
         ("hiiaka", hiiaka, whole),
     ):
-        start = elements(*_half_turned(*state), mu)
+        start = elements(*half_turned(*state), mu)
         free |= {f"{name}_{moon}": start[name] for name in ORBIT}
     # The published orbits are good for the years up to 2008; those fits give starts for all years.
     early = [_until(one, 2009.0) for one in data]
@@ -111,7 +114,7 @@ def apart(one: tuple[float, float], other: tuple[float, float]) -> float:
     return float(np.degrees(np.arccos(min(1.0, abs(float(np.dot(*vectors)))))))
 
 
-def _half_turned(r: _Array, v: _Array) -> tuple[_Array, _Array]:
+def half_turned(r: _Array, v: _Array) -> tuple[_Array, _Array]:
     """Turn an orbit by 180 degrees about the north at Haumea's place in the sky of 2008."""
     ra, dec = np.radians([204.1, 19.2])
     north = np.array([-np.sin(dec) * np.cos(ra), -np.sin(dec) * np.sin(ra), np.cos(dec)])
@@ -172,9 +175,13 @@ def verdicts(found: Haumea) -> list[Verdict]:
     rows = [_parity(found)]
     ra, dec = pole(reversed_sign.values["i"], reversed_sign.values["node"])
     errors = reversed_sign.sigma["node"], reversed_sign.sigma["i"]
-    for name, ring, ours in zip(("right ascension", "declination"), RING, zip((ra, dec), errors, strict=True), strict=True):
+    for name, ring, ours in zip(
+        ("right ascension", "declination"), RING, zip((ra, dec), errors, strict=True), strict=True
+    ):
         why = "The paper states that ring and orbit are coplanar within the errors of the ring; ours are smaller."
-        rows.append(compared("Haumea", f"{name} of the pole of Hi'iaka's orbit, against the ring [deg]", ring, ours, why))
+        rows.append(
+            compared("Haumea", f"{name} of the pole of Hi'iaka's orbit, against the ring [deg]", ring, ours, why)
+        )
     why = "The figure of Haumea, the years up to 2015 and the sign of right ascension change it."
     period = spheroid.values["period_hiiaka"], spheroid.sigma["period_hiiaka"]
     rows.append(compared("Haumea", "period of Hi'iaka [d]", (PERIOD, PERIOD_ERROR), period, why))
@@ -195,7 +202,9 @@ def verdicts(found: Haumea) -> list[Verdict]:
             stated(j2, error),
             apart,
             "holds" if abs(apart) <= LIMIT else "differs",
-            "" if abs(apart) <= LIMIT else "The difference is in our standard errors. A homogeneous figure is an assumption.",
+            ""
+            if abs(apart) <= LIMIT
+            else "The difference is in our standard errors. A homogeneous figure is an assumption.",
         )
     )
     return rows
@@ -213,6 +222,7 @@ def _parity(found: Haumea) -> Verdict:
         f"chi2 {tables.chi2:.1f} of {tables.dof} so, {turned.chi2:.1f} with the sign reversed",
         None,
         "holds" if tables.p_value > turned.p_value else "differs",
-        "The parallax of the Earth's and Haumea's motion tells an orbit from its mirror image: the tables have the sign of "
+        "The parallax of the Earth's and Haumea's motion tells an orbit from its mirror image: the tables have the "
+        "sign of "
         "right ascension reversed.",
     )

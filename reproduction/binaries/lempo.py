@@ -21,9 +21,9 @@ EPOCH = Time(2453880.0, format="jd", scale="utc")
 #: A fit of the same files as three points by a program that shares nothing with this one: masses in 1e18 kg.
 INDEPENDENT = {"lempo": (5.75, 0.25), "hiisi": (7.71, 0.34), "paha": (0.22, 0.07)}
 INDEPENDENT_CHI2 = 47.4
-#: Benecchi et al. (2010): the mass of all three in 1e18 kg, the period and a of the inner orbit, the radius of Lempo.
-WHOLE, PERIOD, SEMI_MAJOR, RADIUS = (12.75, 0.06), 1.9, 867.0, 143.0
-#: Near the minimum, on the ecliptic: semi-major axis, e, and i, node, argument of periapsis and mean anomaly in degrees.
+#: Benecchi et al. (2010): the mass of all three in 1e18 kg, and the radius of Lempo in km.
+WHOLE, RADIUS = (12.75, 0.06), 143.0
+#: Near the minimum, on the ecliptic: a in km, e, and i, node, argument of periapsis and mean anomaly in degrees.
 INNER = (854.0, 0.105, 68.1, 325.4, 82.5, 169.3)
 OUTER = (7605.0, 0.2905, 59.4, 324.65, 358.5, 190.6)
 START = {"lempo": 5.8, "hiisi": 7.8, "paha": 0.1}
@@ -105,7 +105,9 @@ def verdicts(found: Lempo) -> list[Verdict]:
     )
     for name, published in INDEPENDENT.items():
         ours = fit.values[name], fit.sigma[name]
-        rows.append(compared("Lempo", f"mass of {name.title()} [1e18 kg], by another program", published, ours, at_zero))
+        rows.append(
+            compared("Lempo", f"mass of {name.title()} [1e18 kg], by another program", published, ours, at_zero)
+        )
     chi2 = found.uncorrelated.chi2
     rows.append(
         Verdict(
@@ -121,7 +123,8 @@ def verdicts(found: Lempo) -> list[Verdict]:
     places = [fit.names.index(name) for name in START]
     error = float(np.sqrt(fit.covariance[np.ix_(places, places)].sum()))
     why = (
-        "That mass is from the orbit of Paha about one point. The inner pair widens the mean gravity, and makes the orbit "
+        "That mass is from the orbit of Paha about one point. The inner pair widens the mean gravity, and makes "
+        "the orbit "
         "precess, so that its osculating period is not the one that repeats."
     )
     rows.append(compared("Lempo", "mass of all three [1e18 kg], Benecchi et al. (2010)", WHOLE, (whole, error), why))

@@ -45,7 +45,9 @@ def _read(system: str, moon: str, light_time: bool, as_collected: bool, east: in
     place = pd.read_csv(FOLDER / f"{system}_geocentric.csv")[["x", "y", "z"]].to_numpy()
     kept = table[f"DeltaLat_{moon}"].notna().to_numpy()
     table, place = table[kept], place[kept]
-    offsets, sigma = (table[[f"Delta{axis}_{moon}{end}" for axis in ("Long", "Lat")]].to_numpy() for end in ("", "_err"))
+    offsets, sigma = (
+        table[[f"Delta{axis}_{moon}{end}" for axis in ("Long", "Lat")]].to_numpy() for end in ("", "_err")
+    )
     if not as_collected:
         offsets, sigma = _on_equator(table, offsets, sigma)
     dates = Time(table["time"].to_numpy(), format="jd", scale="utc")

@@ -17,7 +17,7 @@ from .judging import LIMIT, Verdict, counts
 __all__ = ["DRAFT", "write"]
 
 #: The systems of a draft, which leaves out Lempo and Haumea too.
-DRAFT = ("1998_ww31", "2001_uq18", "2001_xr254", "2003_qy90")
+DRAFT = ("1998_ww31", "2001_uq18", "2001_xr254")
 
 
 @dataclass(frozen=True)
@@ -106,8 +106,8 @@ def _text(numbers: dict[str, Any], verdicts: Sequence[Verdict]) -> str:
 {len(numbers["within"])} of {numbers["systems"]} systems of the catalogue have a, the period, e and i within {LIMIT:g} \
 published standard errors. Verdicts: {", ".join(f"{number} {word}" for word, number in numbers["counts"].items())}.
 
-A number *holds* if it is within {LIMIT:g} published standard errors, and *differs* otherwise; the difference is in these \
-errors. Starts are the published orbits. Nothing is tuned.
+A number *holds* if it is within {LIMIT:g} published standard errors, and *differs* otherwise; the difference is in \
+these errors. Starts are the published orbits. Nothing is tuned.
 
 {told}
 

@@ -22,4 +22,6 @@ def oblate(radius: float, j2: float) -> fullbody.Ellipsoid:
 def upright(i: float, node: float) -> npt.NDArray[np.float64]:
     """Return the attitude (4,) of a body whose z-axis is the normal of an orbit with these elements, in degrees."""
     i, node = np.radians(i) / 2.0, np.radians(node) / 2.0
-    return np.array([np.cos(node) * np.cos(i), np.cos(node) * np.sin(i), np.sin(node) * np.sin(i), np.sin(node) * np.cos(i)])
+    return np.array(
+        [np.cos(node) * np.cos(i), np.cos(node) * np.sin(i), np.sin(node) * np.sin(i), np.sin(node) * np.cos(i)]
+    )
