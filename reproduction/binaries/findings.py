@@ -50,8 +50,8 @@ def _catalogue(refits: Sequence[Refit]) -> list[str]:
         text.append(
             "The published errors of the period are smaller than the files allow, so that data are missing, in "
             + ", ".join(f"{one.catalogued.name} ({1 / one.ratio:.1f} times)" for one in lacking)
-            + f". In the other {len(refits) - len(lacking)} systems published and fitted errors of the period agree within "
-            f"a factor of {max(max(one.ratio, 1 / one.ratio) for one in refits if one.ratio >= ENOUGH):.1f}."
+            + f". In the other {len(refits) - len(lacking)} systems the published errors of the period are the fitted "
+            f"ones within a factor of {max(max(one.ratio, 1 / one.ratio) for one in refits if one.ratio >= ENOUGH):.1f}."
         )
     for one in refits:
         if not one.holds:
