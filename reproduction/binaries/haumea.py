@@ -37,11 +37,10 @@ SEMI_AXES = (1161.0, 852.0, 513.0)
 #: The radius of the sphere of equal volume, and the J2 of the triaxial figure for it, averaged over its fast rotation.
 RADIUS = float(np.prod(SEMI_AXES) ** (1.0 / 3.0))
 TRIAXIAL = (SEMI_AXES[0] ** 2 + SEMI_AXES[1] ** 2 - 2.0 * SEMI_AXES[2] ** 2) / (10.0 * RADIUS**2)
-#: rad/day, from the period of the light curve, 3.915341 h.
-SPIN = 2.0 * np.pi * 24.0 / 3.915341
-#: A splitting turns free bodies exactly, however fast. By masses in its coordinates it has no exact derivatives, so
-#: that the fit takes differences of complete runs, which are short. Half this step changes positions by 6 m.
-SPLITTING = fullbody.SymplecticSplitting(step=0.5)
+#: rad/day, one turn in two days. A spheroid's rate only decides how stiff its axis is: at this rate the moons turn it by
+#: less than half a degree in the years of the data, and steps need not follow the true rate, a turn in 3.9 hours.
+SPIN = np.pi
+LOOSE = fullbody.Verner98(rtol=1e-8, atol=1e-8)
 NAMES = ("Haumea", "Namaka", "Hiiaka")
 
 
@@ -94,8 +93,8 @@ def study() -> Haumea:
     masses = {name: Free(MASSES[name][0], lower=0.01) for name in ("namaka", "hiiaka")}
     found = fullbody.fit(_points, {**free, **masses}, data, integrator=INTEGRATOR)
     best = dict(found.values)
-    triaxial = fullbody.fit(_triaxial, best, data, integrator=SPLITTING)
-    spheroid = fullbody.fit(_spheroid, {"J2": TRIAXIAL, **triaxial.values}, data, integrator=SPLITTING)
+    triaxial = fullbody.fit(_triaxial, best, data, integrator=LOOSE)
+    spheroid = fullbody.fit(_spheroid, {"J2": TRIAXIAL, **triaxial.values}, data, integrator=LOOSE)
     return Haumea(alone, found, triaxial, spheroid)
 
 
@@ -129,6 +128,7 @@ def _until(data: observing.Astrometry, year: float) -> observing.Astrometry:
         data.east[kept],
         data.north[kept],
         data.sigma[kept],
+        data.correlation[kept],
         body=data.body,
         about=data.about,
         geometry=data.geometry,

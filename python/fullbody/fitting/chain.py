@@ -27,6 +27,8 @@ _Array = npt.NDArray[np.float64]
 
 #: The part of a change of the system, relative to it, that may be left when its parameters have been solved for.
 _LEFT = 1e-6
+#: What numbers are rounded by, relative to them.
+_ROUNDING = 1e-13
 
 
 class Made:
@@ -195,7 +197,7 @@ class Chain:
 
     def _column(self, base: Made, values: _Array, k: int, size: float, other: list[str]) -> _Array | None:
         """Derivatives of the start, its time and the system's numbers; ``other`` receives what else has changed."""
-        scale = np.concatenate([base.sizes(), np.abs(base.numbers)])
+        noise = _ROUNDING * np.concatenate([base.sizes(), np.abs(base.numbers)])
         start = np.append(np.tile(np.repeat(np.arange(4), 3), len(base.core.position)), 4)
         groups = np.concatenate([start, np.arange(len(base.numbers)) + 5])
 
@@ -205,10 +207,10 @@ class Chain:
             made = self._make(moved)
             if (place := base.difference(made)) is not None:
                 other.append(place)
-                return np.zeros(len(scale))
+                return np.zeros(len(noise))
             return np.concatenate([base.moved(made), made.numbers - base.numbers])
 
-        return slope(shifted, size, scale, groups, self._steps[k])
+        return slope(shifted, size, noise, groups, self._steps[k])
 
 
 class _SystemChain:
@@ -225,7 +227,7 @@ class _SystemChain:
         Returns them by name, and for each of P the place of a number that no parameter of the system changes so.
         """
         left: list[str | None] = [None] * numbers.shape[1]
-        rows = numbers.any(axis=1)
+        rows: npt.NDArray[np.bool_] = np.asarray(numbers.any(axis=1))
         if not rows.any():
             return {}, left
         known = {name: found for name in base.system.parameters if (found := self._changes(base, name)) is not None}
@@ -264,7 +266,7 @@ class _SystemChain:
                 return _described(system._changed(name, by)[0])[0] - base.numbers
 
             groups = np.arange(len(base.numbers))
-            found = slope(shifted, size, np.abs(base.numbers), groups, self._steps.setdefault(name, {}))
+            found = slope(shifted, size, _ROUNDING * np.abs(base.numbers), groups, self._steps.setdefault(name, {}))
         except InvalidInput:
             return None
         if found is not None and np.count_nonzero(found) == 1 and abs(found.max() - 1.0) < 1e-9:

@@ -19,14 +19,19 @@ _STEPS = (1e-3, 1e-5, 1e-7, 1e-9)
 #: Places in steps, and the weights of formulas of fourth and of second order there.
 _CENTRAL = ((-2, -1, 1, 2), (1 / 12, -2 / 3, 2 / 3, -1 / 12), (0.0, -1 / 2, 1 / 2, 0.0))
 _FORWARD = ((0, 1, 2, 3, 4), (-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4), (-3 / 2, 2.0, -1 / 2, 0.0, 0.0))
-#: By how much the two orders may differ, relative to the derivative; and the rounding of values, relative to them.
-_AGREE, _ROUNDING = 1e-4, 1e-13
+#: By how much the two orders may differ, relative to the derivative.
+_AGREE = 1e-4
 #: The errors that end a call of a function at an argument where it has no value.
 REFUSALS = (ValueError, ArithmeticError, RuntimeError)
 
 
 def slope(
-    function: Callable[[float], _Array], size: float, scale: _Array, groups: _Array, known: dict[str, float]
+    function: Callable[[float], _Array],
+    size: float,
+    noise: _Array,
+    groups: npt.NDArray[np.intp],
+    known: dict[str, float],
+    shorter: float = 0.01,
 ) -> _Array | None:
     """Return the derivative (M,) of a function at zero, or ``None`` where no step gives one.
 
@@ -36,20 +41,22 @@ def slope(
         Takes a shift of the argument and returns values (M,); raises an error where it has none.
     size : float
         The length over which the function is smooth, or longer.
-    scale : ndarray, (M,)
-        Sizes of the values, which are rounded relative to them.
+    noise : ndarray, (M,)
+        What rounding may change in the values.
     groups : ndarray of int, (M,)
         Values with the same number are components of one quantity, whose derivative is as precise as its largest.
     known : dict
         Receives the step that was found, and has it at later calls for the same argument: these take two values.
+    shorter : float
+        The part of a known step that is taken.
 
     Notes
     -----
     Differences of fourth order, from both sides or from one. The step is shortened until those of second order agree.
-    With a known step they are of second order over a hundredth of it, from both sides.
+    With a known step they are of second order over a part of it, from both sides.
     """
     if "step" in known:
-        step = 0.01 * known["step"]
+        step = shorter * known["step"]
         with suppress(*REFUSALS):
             return np.asarray((function(step) - function(-step)) / (2.0 * step))
     refused: Exception | None = None
@@ -66,7 +73,7 @@ def slope(
             fine, coarse = (np.array(weights) @ values / step for weights in (fourth, second))
             largest = np.zeros(int(groups.max(initial=-1)) + 1)
             np.maximum.at(largest, groups, np.abs(fine))
-            allowed = _AGREE * largest[groups] + _ROUNDING * scale / abs(step)
+            allowed = _AGREE * largest[groups] + noise / abs(step)
             if (np.abs(fine - coarse) <= allowed).all():
                 known["step"] = abs(step)
                 return np.asarray(fine)

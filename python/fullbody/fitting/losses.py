@@ -22,7 +22,8 @@ _Array = npt.NDArray[np.float64]
 class Outliers:
     """A loss by which some of the observations are wrong: a mixture of two normal distributions.
 
-    With z the residual over its error, the likelihood is proportional to (1 - f) exp(-z^2 / 2) + f / w exp(-z^2 / 2 w^2).
+    With z the residual over its error, the likelihood is proportional to
+    (1 - f) exp(-z^2 / 2) + f / w exp(-z^2 / 2 w^2).
 
     Parameters
     ----------
@@ -90,8 +91,8 @@ class Loss:
         found = np.asarray(self._function(pulls**2), dtype=np.float64)
         if found.shape != (3, *pulls.shape) or not np.isfinite(found).all() or (found[0] < 0.0).any():
             raise InvalidInput(
-                f"loss is {self.given!r}, which gives {found!r}; expected rho >= 0 and its first and second derivatives "
-                f"(3, ...), finite, for squares (...) of residuals"
+                f"loss is {self.given!r}, which gives {found!r}; expected rho >= 0 and its first and second "
+                "derivatives (3, ...), finite, for squares (...) of residuals"
             )
         return found
 
@@ -116,7 +117,8 @@ class Loss:
         steep = float(change.mean())
         if not steep > 0.0 or len(pulls) <= free:
             raise InvalidInput(
-                f"loss is {self.given!r}, which holds most residuals for outliers; expected larger errors or another loss"
+                f"loss is {self.given!r}, which takes most residuals for outliers; expected larger errors or "
+                "another loss"
             )
         return float((psi**2).sum() / (len(pulls) - free) / steep**2)
 

@@ -27,10 +27,8 @@ __all__ = ["Observed", "Point", "Problem", "Refused", "Slopes"]
 
 _Array = npt.NDArray[np.float64]
 
-#: How far, in standard errors, the prediction is moved that changes most, where complete runs are differenced.
-_MOVE = 0.03
-#: The first step of such a difference, over the size of the parameter.
-_FIRST = 1e-6
+#: What pulls of one run, and of different ones, are rounded by, relative to the largest.
+_ROUNDING, _NOISE = 1e-13, 1e-8
 
 
 class Observed(Protocol):
@@ -129,6 +127,8 @@ class Problem:
             )
         own = parameters.only(self.of_setup)
         self._chain = Chain(lambda values: self._make(own.named(values)), self.of_setup)
+        #: The parameters of systems by which runs were differentiated last.
+        self._needed: tuple[str, ...] | None = None
         self._steps: list[dict[str, float]] = [{} for _ in names]
         self.runs = self.differentiated = self.refused = 0
         self.reason = ""
@@ -153,8 +153,14 @@ class Problem:
         both = zip(self.given, self.of_observations, strict=True)
         return [one(**{name: named[name] for name in names}) if callable(one) else one for one, names in both]
 
-    def point(self, values: _Array) -> Point:
+    def point(self, values: _Array, differentiated: bool = False) -> Point:
         """Run and predict.
+
+        Parameters
+        ----------
+        values : ndarray, (P,)
+        differentiated : bool
+            Whether the run takes with it the derivatives that were needed last, so that :meth:`slopes` needs no other.
 
         Raises
         ------
@@ -162,7 +168,7 @@ class Problem:
             Where the setup refuses the values, the run ends with an error, or there is a prediction that is not finite.
         """
         try:
-            return self._point(values)
+            return self._point(values, self._needed if differentiated else None)
         except REFUSALS as error:
             self.refused += 1
             self.reason = f"{type(error).__name__}: {error}"
@@ -172,14 +178,12 @@ class Problem:
         made = self.make(values)
         observations = self.observations(values)
         run = self._run(made, observations, derivatives)
-        pulls = [_finite(self._of(one, run, "pulls"), one) for one in observations]
+        pulls = [_finite(self.of(one, run, "pulls"), one) for one in observations]
         return Point(values.copy(), made, run, observations, pulls, self._widening(made.system, observations))
 
     def _widening(self, system: System, observations: list[Any]) -> list[_Array]:
         both = zip(self.given, observations, strict=True)
-        return [
-            np.sqrt(one.widening(system)) for given, one in both if callable(given) and hasattr(one, "widening")
-        ]
+        return [np.sqrt(one.widening(system)) for given, one in both if callable(given) and hasattr(one, "widening")]
 
     def times(self, made: Made, observations: list[Any]) -> _Array:
         """Return all times at which the observations need samples, in numbers of the system's units."""
@@ -206,12 +210,12 @@ class Problem:
         ahead = integrate(state, later[-1] if later.size else epoch, later, **options)
         return joined(ahead, back)
 
-    def _of(self, one: Any, run: Run, what: str) -> Any:
+    def of(self, one: Any, run: Run, what: str) -> Any:
         """What a method of observations gives for a run that has their samples alone."""
         return getattr(one, what)(chosen(run, self._emission(one, run.system)))
 
     def slopes(self, point: Point) -> Slopes:
-        """Differentiate the rows of a point by the parameters: the motion exactly, what the setup makes by differences."""
+        """Differentiate the rows of a point: the motion exactly, what the setup makes of parameters by differences."""
         values, names = point.values, self.parameters.names
         sizes = np.array([self.parameters.size(k, value) for k, value in enumerate(values)])
         found = np.zeros((len(point.rows), len(values)))
@@ -226,7 +230,9 @@ class Problem:
             exact = [(column, k) for column, k in enumerate(mine) if names[k] not in differenced]
             if exact:
                 try:
-                    run = self._run(point.made, point.observations, tuple(made.system))
+                    self._needed, run = tuple(made.system), point.run
+                    if not run.is_differentiated or not {*self._needed} <= {*run.sensitivity}:
+                        run = self._run(point.made, point.observations, self._needed)
                     start = 0
                     for one in point.observations:
                         by = self._derivatives(one, run)
@@ -265,48 +271,33 @@ class Problem:
             values = point.values.copy()
             values[k] += by
             observations = self.observations(values)
-            pulls = [_finite(self._of(one, point.run, "pulls"), one) for one in observations]
+            pulls = [_finite(self.of(one, point.run, "pulls"), one) for one in observations]
             widening = self._widening(point.made.system, observations)
             return np.concatenate([np.ravel(part) for part in (*pulls, *widening)]) - point.rows
 
-        rows = point.rows
-        scale = np.full(len(rows), max(1.0, float(np.abs(rows).max(initial=0.0))))
-        found = slope(shifted, size, scale, np.zeros(len(rows), dtype=int), self._steps[k])
-        if found is None:
-            raise InvalidInput(
-                f"the observations do not change evenly with {self.parameters.names[k]} near {point.values[k]:.9g}"
-            )
-        return found
+        return self._slope(shifted, point, k, size, _ROUNDING, 0.01)
 
     def _by_runs(self, point: Point, k: int, size: float) -> _Array:
         """Derivatives (M,) of rows by a parameter, from complete runs."""
 
-        def shifted(by: float) -> _Array | None:
+        def shifted(by: float) -> _Array:
             values = point.values.copy()
             values[k] += by
-            try:
-                return self._point(values).rows - point.rows
-            except REFUSALS:
-                return None
+            return self._point(values).rows - point.rows
 
-        step = _FIRST * size
-        for _ in range(6):
-            ahead = shifted(step)
-            change = 0.0 if ahead is None else float(np.abs(ahead).max(initial=0.0))
-            if ahead is not None and 0.3 * _MOVE < change < 3.0 * _MOVE:
-                break
-            factor = 0.1 if ahead is None else min(max(_MOVE / max(change, 1e-300), 1e-3), 1e3)
-            if abs(step) * factor > 0.1 * size:
-                break
-            step *= factor
-        ahead, behind = shifted(step), shifted(-step)
-        if ahead is not None and behind is not None:
-            return (ahead - behind) / (2.0 * step)
-        sign = 1.0 if behind is None else -1.0
-        near, far = shifted(sign * step), shifted(sign * 2.0 * step)
-        if near is None or far is None:
-            raise Refused(f"there is no prediction beside {self.parameters.names[k]} = {point.values[k]:.9g}")
-        return (4.0 * near - far) / (2.0 * sign * step)
+        return self._slope(shifted, point, k, size, _NOISE, 0.1)
+
+    def _slope(
+        self, shifted: Callable[[float], _Array], point: Point, k: int, size: float, noise: float, shorter: float
+    ) -> _Array:
+        """Differences of the rows; ``noise`` is what is rounded of them."""
+        scale = noise * max(1.0, float(np.abs(point.rows).max(initial=0.0))) * np.ones(len(point.rows))
+        found = slope(shifted, size, scale, np.zeros(len(scale), dtype=int), self._steps[k], shorter)
+        if found is None:
+            raise InvalidInput(
+                f"the predictions do not change evenly with {self.parameters.names[k]} near {point.values[k]:.9g}"
+            )
+        return found
 
 
 def _finite(pulls: Any, one: Any) -> _Array:

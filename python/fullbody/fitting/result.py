@@ -19,9 +19,7 @@ from .problem import Point, Problem, Refused, Slopes
 if TYPE_CHECKING:
     import xarray
 
-    from ..model.state import State
     from ..motion.run import Run
-    from ..motion.system import System
     from .pictures import FitPlots
 
 __all__ = ["Fit", "Minimum"]
@@ -121,12 +119,16 @@ class Fit(Tabled):
         self.system, self.state = point.made.system, point.made.state
         self.observations = point.observations
         self.pulls = point.pulls
-        self.residuals = [problem._of(one, point.run, "residuals") for one in point.observations if hasattr(one, "residuals")]
+        self.residuals = [
+            problem.of(one, point.run, "residuals" if hasattr(one, "residuals") else "pulls")
+            for one in point.observations
+        ]
         self.differenced = slopes.differenced
         self.message, self.iterations = message, iterations
         self.runs, self.refused = problem.runs + problem.differentiated, problem.refused
         self.last_refusal = problem.reason
-        close = 1e-6 * np.array([known.size(k, value) for k, value in enumerate(point.values)])
+        norms = np.linalg.norm(slopes.rows, axis=0)
+        close = 0.05 / np.where(norms > 0.0, norms, np.inf)
         at = (point.values - known.lower <= close) | (known.upper - point.values <= close)
         self.at_bounds = tuple(name for name, one in zip(self.names, at, strict=True) if one)
         flat = np.concatenate([np.ravel(part) for part in point.pulls])
@@ -142,7 +144,8 @@ class Fit(Tabled):
         """Compute the covariance from the information of data, jitter and priors."""
         known, point, rows = self._problem.parameters, self._point, self._slopes.rows
         data, wide = rows[: len(flat)].copy(), rows[len(flat) :]
-        # A jitter changes the sizes of residuals, whose expected information is half the square of the logarithm's slope.
+        # A jitter changes how large residuals are, of which the expected information is half the square of the slope
+        # of the logarithm of the variance.
         noise = wide.any(axis=0)
         data[:, noise] = 0.0
         wide = np.sqrt(2.0) * point.rows[len(flat) :, None] * wide
@@ -177,9 +180,10 @@ class Fit(Tabled):
             if abs(vector[k]) > _NAMED:
                 # A parameter without any effect has no scale but its own unit.
                 per = 1.0 / norms[k] if norms[k] > 0.0 else 1.0
-                parts.append(f"{self.names[k]} {'+' if vector[k] > 0.0 else '-'} {known.shown(k, abs(vector[k]) * per)} s")
+                sign = "+" if vector[k] > 0.0 else "-"
+                parts.append(f"{self.names[k]} {sign} {known.shown(k, abs(vector[k]) * per)} s")
         if len(parts) == 1:
-            return self.names[int(np.argmax(np.abs(vector)))]
+            return str(self.names[int(np.argmax(np.abs(vector)))])
         return ", ".join(parts) + " together, for any s"
 
     @property
@@ -199,14 +203,11 @@ class Fit(Tabled):
         """
         times, epoch = self._problem.times(self._point.made, self.observations), self._point.made.core.time
         first, last = min(epoch, times.min(initial=epoch)), max(epoch, times.max(initial=epoch))
-        options = {"integrator": self._problem.integrator}
-        state, until = self.state, last
-        if first < epoch:
-            back = self.system.integrate(state, first, "ends", dense=last == epoch, **options)
-            if last == epoch:
-                return back
-            state = back[-1]
-        return self.system.integrate(state, until, dense=True, **options)
+        integrate, integrator = self.system.integrate, self._problem.integrator
+        if last == epoch > first:
+            return integrate(self.state, first, integrator=integrator, dense=True)
+        state = self.state if first == epoch else integrate(self.state, first, "ends", integrator=integrator)[-1]
+        return integrate(state, last, integrator=integrator, dense=True)
 
     def draw(self, n: int, seed: int) -> Paired:
         """Draw parameters from the normal distribution of the fit, within the bounds.
@@ -231,11 +232,11 @@ class Fit(Tabled):
         count = integer(n)
         if count is None or count < 1:
             raise InvalidInput(f"n is {n!r}; expected a whole number above zero")
-        columns = self._problem.parameters.named(self._drawn(count, seed).T)
+        columns = self._problem.parameters.named(self.draws_as_array(count, seed).T)
         return paired(**{name: columns[name] for name in self._problem.of_setup})
 
-    def _drawn(self, count: int, seed: Any) -> _Array:
-        """Draws (n, P) as numbers."""
+    def draws_as_array(self, count: int, seed: Any) -> _Array:
+        """Draw numbers (n, P) in the order of ``names`` and the units of ``values``; see :meth:`draw`."""
         if self.unconstrained is not None:
             raise InvalidInput(f"there is no distribution to draw from: the data do not constrain {self.unconstrained}")
         known, mean = self._problem.parameters, self._point.values
@@ -294,7 +295,13 @@ class Fit(Tabled):
         return density, -(slopes.T @ scaled) - np.where(on, prior / known.sigma, 0.0)
 
     def sample(
-        self, sampler: str = "emcee", *, steps: int = 1000, walkers: int | None = None, seed: int, progress: bool = False
+        self,
+        sampler: str = "emcee",
+        *,
+        steps: int = 1000,
+        walkers: int | None = None,
+        seed: int,
+        progress: bool = False,
     ) -> xarray.Dataset:
         """Sample the posterior distribution.
 
@@ -332,7 +339,8 @@ class Fit(Tabled):
         rows: list[Any] = []
         for k, name in enumerate(self.names):
             value, error = self._point.values[k], float(np.sqrt(self.covariance[k, k]))
-            notes = [note for note, which in (("at bound", self.at_bounds), ("differenced", self.differenced)) if name in which]
+            flags = (("at its bound", self.at_bounds), ("differenced", self.differenced))
+            notes = [note for note, which in flags if name in which]
             rows.append((name, *_with_error(value, error), str(known.units[k] or ""), ", ".join(notes)))
         p_value = self.p_value
         about: list[Any] = [
@@ -348,12 +356,12 @@ class Fit(Tabled):
         if self.unconstrained is not None:
             about.append(("not constrained", self.unconstrained))
         if self.message:
-            about.append(("stopped", self.message))
+            about.append(("ended", self.message))
         about += [(f"{name} differenced", reason) for name, reason in self.differenced.items()]
         tables = [Table("Fit", head, rows), Table("Quality", (), about)]
         if len(self.minima) > 1:
             header = ("chi2", "starts", *self.names)
-            lines = [
+            lines: list[Any] = [
                 (f"{one.chi2:.6g}", str(one.found), *(f"{getattr(v, 'value', v):.6g}" for v in one.values.values()))
                 for one in self.minima
             ]

@@ -163,7 +163,8 @@ class Observations(Tabled):
 
     def _seen(self, system: System, states: dict[str, _Array], masses: Any = None) -> Seen:
         """The bodies as they are seen at the times of the observations; with other masses about another barycentre."""
-        return Seen(self.geometry._of(system), self._clock(system), system._masses if masses is None else masses, states)
+        known = system._masses if masses is None else masses
+        return Seen(self.geometry._of(system), self._clock(system), known, states)
 
     def _model(self, system: System, states: dict[str, _Array], masses: Any = None) -> _Array:
         """Return predictions (K, C) in plain numbers from the states at the times of emission."""

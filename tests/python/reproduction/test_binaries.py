@@ -24,7 +24,7 @@ def test_fits_are_those_of_other_programs(name, chi2, a, period):
     assert not found.exchanged
     assert found.fit.chi2 == pytest.approx(chi2, abs=0.05)
     for key, (value, error) in (("a", a), ("period", period)):
-        assert found.fit.values[key] == pytest.approx(value, abs=0.05 * error)
+        assert found.fit.values[key] == pytest.approx(value, abs=0.2 * error)
         assert found.fit.sigma[key] == pytest.approx(error, rel=0.1)
 
 
@@ -97,7 +97,11 @@ def test_offsets_are_turned_back_to_the_published_table():
     lengths = [np.hypot(one.east, one.north).to_value("arcsec") for one in (found, collected)]
     np.testing.assert_allclose(*lengths, rtol=1e-12)
     table = [np.hypot(one.east, one.north).to_value("arcsec") for one in moons.haumea(-1)]
-    assert [len(one) for one in table] == [23, 25]
+    # Errors that are independent along the ecliptic have the same determinant on the equator.
+    for one, other in zip(moons.haumea(-1), moons.haumea(as_collected=True), strict=True):
+        np.testing.assert_allclose(np.linalg.det(one.covariance), np.linalg.det(other.covariance), rtol=1e-9)
+        np.testing.assert_allclose(one.correlation, -moons.haumea(1)[one.body == "Hiiaka"].correlation)
+    assert [len(one) for one in table] == [25, 27]
 
 
 def test_orbits_and_spheroids():

@@ -1,0 +1,94 @@
+"""Pictures of a fit, behind :attr:`fullbody.fitting.Fit.plot`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..base.arguments import integer, named_options
+from ..base.units import need
+from ..errors import InvalidInput
+from ..plots._style import LINES, grid, matplotlib, panels
+
+__all__ = ["FitPlots"]
+
+
+@named_options
+class FitPlots:
+    """The pictures of a fit.
+
+    Parameters
+    ----------
+    fit : Fit
+    """
+
+    def __init__(self, fit: Any) -> None:
+        self._fit = fit
+
+    def residuals(self, ax: Any = None, **kwargs: Any) -> Any:
+        """Draw the pulls, which are residuals over their errors, one panel for each of the observations.
+
+        Parameters
+        ----------
+        ax : array of matplotlib Axes, optional
+            Axes to draw on, one for each of the observations.
+        **kwargs
+            Passed to ``Axes.plot``.
+
+        Returns
+        -------
+        ndarray of Axes, or the axes given
+        """
+        fit = self._fit
+        flat, given = panels(kwargs.pop("axes", ax), (len(fit.pulls),), (7.0, 2.2 * len(fit.pulls) + 0.4))
+        for axes, one, pulls in zip(flat, fit.observations, fit.pulls, strict=True):
+            times = one.emission(fit.system)
+            unit = getattr(times, "unit", None)
+            columns = np.reshape(pulls, (len(pulls), -1))
+            across = np.asarray(getattr(times, "value", times))
+            if len(across) != len(columns):
+                # A measured value has no time of its own.
+                across = np.full(len(columns), across.max(initial=0.0))
+            for k, column in enumerate(columns.T):
+                style = {"marker": "os^v"[k % 4], "markersize": 3.5, "linestyle": "", "color": LINES[k]["color"]}
+                axes.plot(across, column, **style | kwargs)
+            axes.axhspan(-1.0, 1.0, color="0.92", zorder=0)
+            axes.set_ylabel("residual / error")
+            axes.set_title(repr(one).partition("(")[0], fontsize="small", loc="left")
+            axes.set_xlabel("time since the epoch" + (f" [{unit}]" if unit is not None else ""))
+            grid(axes)
+        return given
+
+    def corner(self, samples: Any = None, *, count: int = 5000, seed: int = 0, **kwargs: Any) -> Any:
+        """Draw the distributions of all parameters and of all pairs of them.
+
+        Parameters
+        ----------
+        samples : xarray.Dataset, optional
+            What :meth:`Fit.sample` returns; draws from the normal distribution of the fit unless given.
+        count, seed : int
+            Number and seed of these draws.
+        **kwargs
+            Passed to ``corner.corner``.
+
+        Returns
+        -------
+        matplotlib Figure
+        """
+        matplotlib()
+        with need("fit", "a corner plot"):
+            import corner
+
+        fit = self._fit
+        if samples is None:
+            number = integer(count)
+            if number is None or number <= len(fit.names):
+                raise InvalidInput(f"count is {count!r}; expected more draws than the {len(fit.names)} parameters")
+            rows = fit.draws_as_array(number, seed)
+        else:
+            rows = np.stack([np.ravel(samples[name].values) for name in fit.names], axis=1)
+        units = [getattr(value, "unit", None) for value in fit.values.values()]
+        labels = [name if unit is None else f"{name} [{unit}]" for name, unit in zip(fit.names, units, strict=True)]
+        truths = [float(getattr(value, "value", value)) for value in fit.values.values()]
+        return corner.corner(rows, **{"labels": labels, "truths": truths} | kwargs)

@@ -1,0 +1,45 @@
+"""Samples of the posterior distribution of a fit."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..base.arguments import integer
+from ..base.units import need
+from ..errors import InvalidInput
+
+if TYPE_CHECKING:
+    import xarray
+
+
+__all__ = ["sample"]
+
+
+def sample(fit: Any, sampler: Any, steps: Any, walkers: Any, seed: Any, progress: bool) -> xarray.Dataset:
+    """Sample the posterior distribution; see :meth:`fullbody.fitting.Fit.sample`."""
+    if sampler != "emcee":
+        raise InvalidInput(f"sampler is {sampler!r}; expected 'emcee'")
+    with need("fit", "a sample of the posterior distribution"):
+        import emcee
+    with need("data", "a sample of the posterior distribution"):
+        import xarray
+
+    count, length = integer(4 * len(fit.names) if walkers is None else walkers), integer(steps)
+    if length is None or length < 1:
+        raise InvalidInput(f"steps is {steps!r}; expected a whole number above zero")
+    if count is None or count < 2 * len(fit.names):
+        raise InvalidInput(f"walkers is {walkers!r}; expected at least {2 * len(fit.names)}, two for each parameter")
+    ensemble = emcee.EnsembleSampler(count, len(fit.names), fit.log_posterior)
+    state = emcee.State(fit.draws_as_array(count, seed), random_state=np.random.RandomState(seed).get_state())
+    ensemble.run_mcmc(state, length, progress=progress)
+    chain = np.moveaxis(ensemble.get_chain(), 0, 1)
+    dimensions = ("chain", "draw")
+    found: dict[str, Any] = {}
+    for k, (name, value) in enumerate(fit.values.items()):
+        unit = getattr(value, "unit", None)
+        found[name] = (dimensions, chain[..., k], {} if unit is None else {"units": str(unit)})
+    found["log_posterior"] = (dimensions, ensemble.get_log_prob().T)
+    notes = {"title": "posterior samples by emcee", "acceptance_fraction": float(ensemble.acceptance_fraction.mean())}
+    return xarray.Dataset(found, attrs=notes)
