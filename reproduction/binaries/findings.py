@@ -46,12 +46,13 @@ def _catalogue(refits: Sequence[Refit]) -> list[str]:
                 "degrees of freedom, and all elements come out as published."
             )
     lacking = [one for one in refits if one.ratio < ENOUGH]
+    factor = max(max(one.ratio, 1.0 / one.ratio) for one in refits if one.ratio >= ENOUGH)
     if lacking:
         text.append(
             "The published errors of the period are smaller than the files allow, so that data are missing, in "
             + ", ".join(f"{one.catalogued.name} ({1 / one.ratio:.1f} times)" for one in lacking)
             + f". In the other {len(refits) - len(lacking)} systems the published errors of the period are the fitted "
-            f"ones within a factor of {max(max(one.ratio, 1 / one.ratio) for one in refits if one.ratio >= ENOUGH):.1f}."
+            f"ones within a factor of {factor:.1f}."
         )
     for one in refits:
         if not one.holds:

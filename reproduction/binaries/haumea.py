@@ -37,8 +37,8 @@ SEMI_AXES = (1161.0, 852.0, 513.0)
 #: The radius of the sphere of equal volume, and the J2 of the triaxial figure for it, averaged over its fast rotation.
 RADIUS = float(np.prod(SEMI_AXES) ** (1.0 / 3.0))
 TRIAXIAL = (SEMI_AXES[0] ** 2 + SEMI_AXES[1] ** 2 - 2.0 * SEMI_AXES[2] ** 2) / (10.0 * RADIUS**2)
-#: rad/day, one turn in two days. A spheroid's rate only decides how stiff its axis is: at this rate the moons turn it by
-#: less than half a degree in the years of the data, and steps need not follow the true rate, a turn in 3.9 hours.
+#: rad/day, one turn in two days. A spheroid's rate only decides how stiff its axis is: at this rate the moons turn it
+#: by less than half a degree in the years of the data, and steps need not follow the true rate, a turn in 3.9 hours.
 SPIN = np.pi
 LOOSE = fullbody.Verner98(rtol=1e-8, atol=1e-8)
 NAMES = ("Haumea", "Namaka", "Hiiaka")
@@ -51,8 +51,8 @@ class Haumea:
     Attributes
     ----------
     alone : dict
-        Of Hi'iaka alone, by the sign of right ascension: from the published orbit and from its image under a half turn
-        about the north of the sky, the better of the two.
+        Of Hi'iaka alone, by the sign of right ascension: from the published orbit, and from its image under a half turn
+        about the north of the sky, which reverses the offsets to the east.
     points : Fit
         Three points, the sign reversed.
     triaxial, spheroid : Fit
@@ -69,15 +69,11 @@ def study() -> Haumea:
     """Fit everything."""
     whole, central = G * sum(_kilograms().values()), G * _kilograms()["haumea"]
     hiiaka, namaka = on_equator(*HIIAKA, whole), on_equator(*NAMAKA, central)
-    alone = {}
-    for east in (1, -1):
-        data = moons.haumea(east)[1]
-        starts = [elements(*state, whole) for state in (hiiaka, half_turned(*hiiaka))]
-        fits = [
-            fullbody.fit(points(EPOCH, 0.0045, ("Haumea", "Hiiaka")), start, data, integrator=INTEGRATOR)
-            for start in starts
-        ]
-        alone[east] = min(fits, key=lambda one: one.chi2)
+    setup = points(EPOCH, 0.0045, ("Haumea", "Hiiaka"))
+    alone = {
+        east: fullbody.fit(setup, elements(*start, whole), moons.haumea(east)[1], integrator=INTEGRATOR)
+        for east, start in ((1, hiiaka), (-1, half_turned(*hiiaka)))
+    }
     data = moons.haumea(-1)
     free = {"haumea": MASSES["haumea"][0]}
     for moon, state, mu in (
