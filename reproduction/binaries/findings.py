@@ -126,6 +126,7 @@ def _haumea(haumea: Haumea) -> list[str]:
     first, second = (haumea_.pole(one.values["i"], one.values["node"]) for one in (tables, turned))
     (ra, ra_error), (dec, dec_error) = haumea_.RING
     free, three, figure = haumea.spheroid, haumea.points, haumea.triaxial
+    heavy = free.correlation[free.names.index("J2"), free.names.index("hiiaka")]
     j2 = free.values["J2"], free.sigma["J2"]
     return [
         "The file has offsets along the ecliptic. Turned back to the equator about the direction that it has for "
@@ -146,6 +147,12 @@ def _haumea(haumea: Haumea) -> list[str]:
         f"With both moons as points chi2 is {three.chi2:.1f} for {three.dof} degrees of freedom. With the J2 of "
         "the triaxial "
         f"figure from the occultation, {haumea_.TRIAXIAL:.3f} for the radius of equal volume, it is "
-        f"{figure.chi2:.1f}; with a "
-        f"free one {free.chi2:.1f}, J2 = {stated(*j2)}.",
+        f"{figure.chi2:.1f}, and "
+        f"Hi'iaka has {figure.values['hiiaka']:.1f} instead of {three.values['hiiaka']:.1f}e18 kg. A free J2 along "
+        "the axis "
+        f"of the ring is {stated(*j2)}, with chi2 {free.chi2:.1f}. The two moons disturb each other, and J2 and "
+        "the mass of "
+        f"Hi'iaka do nearly the same to Namaka's orbit (correlation {heavy:.2f}): these data alone do not show the "
+        "figure "
+        "that the occultation and the light curve give.",
     ]
