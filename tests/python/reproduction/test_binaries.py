@@ -113,7 +113,7 @@ def test_orbits_and_spheroids():
     normal = np.cross(r, v) / np.linalg.norm(np.cross(r, v))
     w, x, y, z = shapes.upright(70.0, 40.0)
     np.testing.assert_allclose([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], normal, atol=1e-12)
-    for j2 in (-0.3, 0.0, 0.24, 1.0):
+    for j2 in (-2.0, -0.3, 0.0, 0.24, 1.0):
         axes = shapes.oblate(10.0, j2)
         assert axes.a * axes.b * axes.c == pytest.approx(1000.0)
         # (C - A)/(M R^2) of a homogeneous ellipsoid.
