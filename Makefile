@@ -9,6 +9,7 @@ PYTHON ?= python3
 MUSL   ?= x86_64-unknown-linux-musl
 MATURIN := $(BIN)/maturin$(if $(filter Windows_NT,$(OS)),.exe)
 REPORT ?= out/reproduce
+BINARIES ?= out/binaries
 # The time of `make fuzz` in minutes, and its parts, which share it equally.
 FUZZ_MINUTES ?= 60
 FUZZ_PARTS   := fuzz-python fuzz-archive fuzz-pairs
@@ -16,6 +17,7 @@ FUZZ_SHARE    = $(shell expr $(FUZZ_MINUTES) / $(words $(FUZZ_PARTS)))
 RUST   := Cargo.toml Cargo.lock bindings/Cargo.toml $(shell find src bindings/src -name '*.rs')
 # The files on which the report depends, which uses the whole package for its figures and numbers.
 SOURCES := $(shell find python/fullbody reproduction -type f -not -name '*.so' -not -path '*/__pycache__/*')
+OBSERVATIONS := $(shell find tests/data/observations -name '*.csv')
 # Folders with Python code.
 PYTHONS := python reproduction tests benches fuzz browser
 # On Linux zig links wheels against glibc 2.17, so that they run on every distribution since then.
@@ -30,7 +32,7 @@ export PATH := $(CURDIR)/$(BIN)$(if $(findstring ;,$(PATH)),;,:)$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 notebooks film reproduce millennia fission dimorphos test test-rust test-arm test-python test-lowest test-wheel wheel wheel-musl licences browser crate lint check \
+.PHONY: help kw4 notebooks film reproduce millennia fission dimorphos binaries test test-rust test-arm test-python test-lowest test-wheel wheel wheel-musl licences browser crate lint check \
 	fmt docs bench fuzz \
 	$(FUZZ_PARTS) mutants clean
 
@@ -121,9 +123,9 @@ fmt:  ## formats everything
 	$(BIN)/ruff format $(PYTHONS)
 	$(BIN)/ruff check --fix $(PYTHONS)
 
-docs: $(VENV)/.docs $(REPORT)/numbers.json  ## the documentation, into out/docs/; warnings are errors, examples are run
+docs: $(VENV)/.docs $(REPORT)/numbers.json $(BINARIES)/numbers.json  ## the documentation, into out/docs/; warnings are errors, examples are run
 	cargo doc --locked --no-deps
-	FULLBODY_REPORT=$(REPORT) $(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
+	FULLBODY_REPORT=$(REPORT) FULLBODY_BINARIES=$(BINARIES) $(BIN)/python -m sphinx -E -W --keep-going -d out/doctrees docs out/docs
 
 notebooks: $(VENV)/.dev  ## execute the notebooks and store their outputs; NOTEBOOKS= names some of them
 	$(BIN)/python docs/notebooks.py $(NOTEBOOKS)
@@ -144,6 +146,11 @@ fission: $(VENV)/.built  ## rotational fission, 19,980 runs after Ho et al. (202
 
 dimorphos: $(VENV)/.built  ## Dimorphos' attitude over its axes after Agrusa et al. (2021), into out/dimorphos/; resumes after an interruption
 	$(BIN)/python -m reproduction.agrusa2021 --out out/dimorphos
+
+binaries: $(BINARIES)/numbers.json  ## the astrometry of 27 binaries beyond Neptune, Eris, Lempo and Haumea fitted again, into out/binaries/
+
+$(BINARIES)/numbers.json: $(VENV)/.built $(SOURCES) $(OBSERVATIONS)
+	$(BIN)/python -m reproduction.binaries --out $(BINARIES)
 
 bench: $(VENV)/.dev  ## measurements: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, the splitting, import, external forces, gravity at many points, polyhedra, flights, derivatives, fits; collisions missed; a sweep killed twenty times
 	cargo bench --manifest-path benches/criterion/Cargo.toml

@@ -31,8 +31,12 @@ REPORT = (ROOT / os.environ.get("FULLBODY_REPORT", "out/reproduce")).resolve()
 os.environ["FULLBODY_REPORT"] = str(REPORT)
 # That page also uses the package `reproduction`, which is not installed.
 os.environ["PYTHONPATH"] = str(ROOT)
-if not (REPORT / "numbers.json").is_file():
-    raise ConfigError(f"no numbers.json in {REPORT}; `make reproduce` writes it")
+# The same for `make binaries` and the page binaries.md.
+BINARIES = (ROOT / os.environ.get("FULLBODY_BINARIES", "out/binaries")).resolve()
+os.environ["FULLBODY_BINARIES"] = str(BINARIES)
+for folder, target in ((REPORT, "reproduce"), (BINARIES, "binaries")):
+    if not (folder / "numbers.json").is_file():
+        raise ConfigError(f"no numbers.json in {folder}; `make {target}` writes it")
 
 
 def stage() -> None:
@@ -115,7 +119,7 @@ html_favicon = "_static/favicon.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_extra_path = ["_extra"]
-html_sidebars = {page: [] for page in ("index", "comparison", "report")}
+html_sidebars = {page: [] for page in ("index", "comparison", "report", "binaries")}
 html_show_sourcelink = True
 html_theme_options = {
     "navigation_with_keys": False,

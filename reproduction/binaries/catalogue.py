@@ -13,14 +13,14 @@ from . import observations
 from .judging import LIMIT, Verdict, compared
 from .pair import INTEGRATOR, points
 
-__all__ = ["Refit", "fit", "refit", "verdicts", "within"]
+__all__ = ["SHAPE", "Refit", "exchanged", "fit", "refit", "verdicts", "within"]
 
 #: The numbers that decide whether a system comes out as published.
 SHAPE = ("a", "period", "e", "i")
 UNITS = {"a": "km", "period": "d", "e": "", "i": "deg", "node": "deg", "periapsis": "deg", "longitude": "deg"}
 #: A row whose components are exchanged has a chi2 that falls by more than this factor when they change places.
 EXCHANGED = 100.0
-#: The published error of the period, over that of the data of the file, below which the published orbit needs other data.
+#: The published error of the period over that of the fit, below which the published orbit needs more data.
 ENOUGH = 0.5
 
 
@@ -72,10 +72,13 @@ class Refit:
         text = []
         if self.exchanged:
             rows = ", ".join(str(row) for row in self.exchanged)
-            text.append(f"Rows {rows} of the file have the components exchanged; as given they leave chi2 {self.as_given:.0f}.")
+            text.append(
+                f"Rows {rows} of the file have the components exchanged; as given they leave chi2 {self.as_given:.0f}."
+            )
         if self.ratio < ENOUGH:
             text.append(
-                f"The file lacks data: it ends in {last:.1f} and determines the period {1.0 / self.ratio:.1f} times less "
+                f"The file lacks data: it ends in {last:.1f} and determines the period {1.0 / self.ratio:.1f} "
+                "times less "
                 f"well than published."
             )
         if np.isfinite(self.rise):
@@ -93,11 +96,11 @@ def refit(name: str) -> Refit:
     one = observations.catalogued(name)
     found = fit(one)
     as_given = found.chi2
-    exchanged = _exchanged(one)
-    if exchanged:
-        one = observations.catalogued(name, exchanged)
+    rows = exchanged(one)
+    if rows:
+        one = observations.catalogued(name, rows)
         found = fit(one)
-    refitted = Refit(one, found, exchanged, as_given, np.nan, np.nan)
+    refitted = Refit(one, found, rows, as_given, np.nan, np.nan)
     if refitted.holds:
         return refitted
     priors = {key: Free(value, prior=(value, one.errors[key])) for key, value in one.published.items()}
@@ -110,8 +113,8 @@ def fit(one: observations.Catalogued, parameters: dict[str, Free] | None = None)
     return fullbody.fit(points(one.epoch, one.share), parameters or one.published, one.data, integrator=INTEGRATOR)
 
 
-def _exchanged(one: observations.Catalogued) -> tuple[int, ...]:
-    """Rows whose components are in the other order, by the published orbit."""
+def exchanged(one: observations.Catalogued) -> tuple[int, ...]:
+    """Find the rows whose components are in the other order, by the published orbit."""
     system, state = points(one.epoch, one.share)(**one.published)
     times = one.data.emission(system)
     first = system.integrate(state, times[0], "ends", integrator=INTEGRATOR)[-1]

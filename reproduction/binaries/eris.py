@@ -7,15 +7,16 @@ from dataclasses import dataclass
 import fullbody
 import numpy as np
 from astropy.time import Time
+from fullbody import observing
 from fullbody.fitting import Fit
 from scipy.stats import norm
 
 from . import observations
 from .judging import Verdict, compared
-from .pair import G, INTEGRATOR, UNITS, orbiting, points
+from .pair import INTEGRATOR, UNITS, G, orbiting, points
 from .shapes import oblate, upright
 
-__all__ = ["Eris", "study", "verdicts"]
+__all__ = ["Eris", "excluded", "keplerian", "study", "verdicts"]
 
 #: Holler et al. (2021): km, days, degrees on the equator of J2000.
 PUBLISHED = {
@@ -54,16 +55,22 @@ class Eris:
     instant: Fit
     spheroid: Fit
 
-    @property
-    def excluded(self) -> float:
-        """Standard deviations of a normal distribution outside which its p-value lies."""
-        return float(norm.isf(self.points.p_value / 2.0))
+
+def keplerian(data: observing.Astrometry) -> Fit:
+    """Fit two points."""
+    return fullbody.fit(points(EPOCH, SHARE), START, data, integrator=INTEGRATOR)
+
+
+def excluded(fit: Fit) -> float:
+    """Return the standard deviations of a normal distribution outside which the p-value of a fit lies."""
+    assert fit.p_value is not None
+    return float(norm.isf(fit.p_value / 2.0))
 
 
 def study() -> Eris:
     """Fit everything."""
     data = observations.eris()
-    found = fullbody.fit(points(EPOCH, SHARE), START, data, integrator=INTEGRATOR)
+    found = keplerian(data)
     best = dict(found.values)
     free = {name: best[name] for name in ("a", "period", "i", "node", "longitude")}
     return Eris(
@@ -85,7 +92,7 @@ def _spheroid(
 ) -> tuple[fullbody.System, fullbody.State]:
     """Eris as a spheroid that turns once an orbit about the orbit's normal.
 
-    The period is that of a circular orbit in the equator, so that J2 hardly changes it: n^2 a^3 = G M (1 + 3/2 J2 R^2/a^2).
+    The period is that of a circular orbit in the equator, n^2 a^3 = G M (1 + 3/2 J2 R^2/a^2), which J2 hardly changes.
     """
     mu, r, v = orbiting(a, period, e, i, node, periapsis, longitude)
     mass = mu / G / (1.0 + 1.5 * J2 * (RADIUS / a) ** 2)
@@ -113,13 +120,13 @@ def verdicts(found: Eris) -> list[Verdict]:
         compared("Eris", f"{units.get(name, name)}, by other programs", INDEPENDENT[name], ours[name])
         for name in INDEPENDENT
     ]
-    same = round(found.excluded, 1) == EXCLUDED
+    same = round(excluded(fit), 1) == EXCLUDED
     rows.append(
         Verdict(
             "Eris",
             "a Keplerian orbit is excluded at [sigma]",
             f"{EXCLUDED}",
-            f"{found.excluded:.2f}: chi2 {fit.chi2:.2f} of {fit.dof}",
+            f"{excluded(fit):.2f}: chi2 {fit.chi2:.2f} of {fit.dof}",
             None,
             "holds" if same else "differs",
         )

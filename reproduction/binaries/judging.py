@@ -52,8 +52,15 @@ def compared(
     """Compare a value with a published one; both have their standard errors. ``why`` is kept where they differ."""
     apart = (ours[0] - published[0]) / published[1]
     holds = abs(apart) <= LIMIT
-    texts = [f"{published[0]:.10g} +- {published[1]:g}", stated(*ours)]
-    return Verdict(system, quantity, *texts, apart, "holds" if holds else "differs", "" if holds else why)
+    return Verdict(
+        system,
+        quantity,
+        f"{published[0]:.10g} +- {published[1]:g}",
+        stated(*ours),
+        apart,
+        "holds" if holds else "differs",
+        "" if holds else why,
+    )
 
 
 def counts(verdicts: Sequence[Verdict]) -> dict[str, int]:

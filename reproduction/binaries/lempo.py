@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import fullbody
 import numpy as np
@@ -15,18 +16,18 @@ from .pair import G
 from .shapes import oblate, upright
 from .triple import ORBIT, elements, nested, on_equator
 
-__all__ = ["Lempo", "study", "verdicts"]
+__all__ = ["Lempo", "start", "study", "verdicts"]
 
 EPOCH = Time(2453880.0, format="jd", scale="utc")
 #: A fit of the same files as three points by a program that shares nothing with this one: masses in 1e18 kg.
 INDEPENDENT = {"lempo": (5.75, 0.25), "hiisi": (7.71, 0.34), "paha": (0.22, 0.07)}
 INDEPENDENT_CHI2 = 47.4
-#: Benecchi et al. (2010): the mass of all three in 1e18 kg, the period and a of the inner orbit, the radius of Lempo.
-WHOLE, PERIOD, SEMI_MAJOR, RADIUS = (12.75, 0.06), 1.9, 867.0, 143.0
-#: Near the minimum, on the ecliptic: semi-major axis, e, and i, node, argument of periapsis and mean anomaly in degrees.
-INNER = (854.0, 0.105, 68.1, 325.4, 82.5, 169.3)
-OUTER = (7605.0, 0.2905, 59.4, 324.65, 358.5, 190.6)
-START = {"lempo": 5.8, "hiisi": 7.8, "paha": 0.1}
+#: Benecchi et al. (2010): the mass of all three in 1e18 kg, and the radius of Lempo in km.
+WHOLE, RADIUS = (12.75, 0.06), 143.0
+#: Near the minimum, on the ecliptic: period in days, e, and i, node, argument of periapsis and mean anomaly in degrees.
+INNER = (1.906859, 0.1053, 67.96, 325.39, 82.55, 169.32)
+OUTER = (50.50486, 0.29082, 59.344, 324.711, 358.594, 190.444)
+START = {"lempo": 5.84, "hiisi": 7.85, "paha": 0.03}
 NAMES = ("Lempo", "Hiisi", "Paha")
 INTEGRATOR = fullbody.Verner98(rtol=1e-8, atol=1e-8)
 
@@ -53,20 +54,24 @@ class Lempo:
     spheroid: Fit
 
 
-def study() -> Lempo:
-    """Fit everything."""
-    data = moons.lempo()
+def start() -> dict[str, Any]:
+    """Return masses and orbits near the minimum, on the equator."""
     inner, outer = (
-        elements(*on_equator(*orbit, mu), mu)
-        for orbit, mu in (
+        elements(*on_equator((mu * (period / (2.0 * np.pi)) ** 2) ** (1.0 / 3.0), *angles, mu), mu)
+        for (period, *angles), mu in (
             (INNER, G * 1e18 * (START["lempo"] + START["hiisi"])),
             (OUTER, G * 1e18 * sum(START.values())),
         )
     )
     orbits = {f"{name}_{moon}": orbit[name] for moon, orbit in (("hiisi", inner), ("paha", outer)) for name in ORBIT}
-    paha = Free(START["paha"], lower=1e-4)
-    found = fullbody.fit(_points, {**START, "paha": paha, **orbits}, data, integrator=INTEGRATOR)
-    best = {**found.values, "paha": paha}
+    return {**START, "paha": Free(START["paha"], lower=1e-4), **orbits}
+
+
+def study() -> Lempo:
+    """Fit everything."""
+    data, begin = moons.lempo(), start()
+    found = fullbody.fit(_points, begin, data, integrator=INTEGRATOR)
+    best = {**found.values, "paha": begin["paha"]}
     without = fullbody.fit(_points, best, moons.lempo(as_collected=True), integrator=INTEGRATOR)
     free = {name: value for name, value in found.values.items() if name != "paha"}
     heavy = fullbody.fit(_heavy, free, data, integrator=INTEGRATOR)
@@ -105,7 +110,9 @@ def verdicts(found: Lempo) -> list[Verdict]:
     )
     for name, published in INDEPENDENT.items():
         ours = fit.values[name], fit.sigma[name]
-        rows.append(compared("Lempo", f"mass of {name.title()} [1e18 kg], by another program", published, ours, at_zero))
+        rows.append(
+            compared("Lempo", f"mass of {name.title()} [1e18 kg], by another program", published, ours, at_zero)
+        )
     chi2 = found.uncorrelated.chi2
     rows.append(
         Verdict(
@@ -121,7 +128,8 @@ def verdicts(found: Lempo) -> list[Verdict]:
     places = [fit.names.index(name) for name in START]
     error = float(np.sqrt(fit.covariance[np.ix_(places, places)].sum()))
     why = (
-        "That mass is from the orbit of Paha about one point. The inner pair widens the mean gravity, and makes the orbit "
+        "That mass is from the orbit of Paha about one point. The inner pair widens the mean gravity, and makes "
+        "the orbit "
         "precess, so that its osculating period is not the one that repeats."
     )
     rows.append(compared("Lempo", "mass of all three [1e18 kg], Benecchi et al. (2010)", WHOLE, (whole, error), why))

@@ -25,11 +25,14 @@ def lempo(as_collected: bool = False) -> list[observing.Astrometry]:
     as_collected : bool
         Offsets along the ecliptic whose errors have lost their correlation, instead of those on the equator.
     """
-    return [_read("lempo", name, False, as_collected) for name in ("Hiisi", "Paha")]
+    return [_read("lempo", name, as_collected, independent=True, light_time=False) for name in ("Hiisi", "Paha")]
 
 
 def haumea(east: int = 1, as_collected: bool = False) -> list[observing.Astrometry]:
     """Namaka and Hi'iaka about Haumea (Ragozzine & Brown 2009, Proudfoot et al. 2024).
+
+    The errors cannot have been independent on the equator: in some rows those along the ecliptic differ by more than
+    any such pair would make them. They are taken to be independent along the ecliptic, as they were collected.
 
     Parameters
     ----------
@@ -37,23 +40,32 @@ def haumea(east: int = 1, as_collected: bool = False) -> list[observing.Astromet
         The sign of the offsets in right ascension, relative to the table.
     as_collected : bool
     """
-    return [_read("haumea", name, True, as_collected, east) for name in ("Namaka", "Hiiaka")]
+    return [
+        _read("haumea", name, as_collected, independent=False, light_time=True, east=east)
+        for name in ("Namaka", "Hiiaka")
+    ]
 
 
-def _read(system: str, moon: str, light_time: bool, as_collected: bool, east: int = 1) -> observing.Astrometry:
+def _read(
+    system: str, moon: str, as_collected: bool, *, independent: bool, light_time: bool, east: int = 1
+) -> observing.Astrometry:
     table = pd.read_csv(FOLDER / f"{system}.csv")
     place = pd.read_csv(FOLDER / f"{system}_geocentric.csv")[["x", "y", "z"]].to_numpy()
     kept = table[f"DeltaLat_{moon}"].notna().to_numpy()
     table, place = table[kept], place[kept]
-    offsets, sigma = (table[[f"Delta{axis}_{moon}{end}" for axis in ("Long", "Lat")]].to_numpy() for end in ("", "_err"))
+    offsets, sigma = (
+        table[[f"Delta{axis}_{moon}{end}" for axis in ("Long", "Lat")]].to_numpy() for end in ("", "_err")
+    )
+    correlation = np.zeros(len(table))
     if not as_collected:
-        offsets, sigma = _on_equator(table, offsets, sigma)
+        offsets, sigma, correlation = _on_equator(table, offsets, sigma, independent)
     dates = Time(table["time"].to_numpy(), format="jd", scale="utc")
     return observing.Astrometry(
         dates,
         east * offsets[:, 0] * u.arcsec,
         offsets[:, 1] * u.arcsec,
         sigma * u.arcsec,
+        east * correlation,
         body=moon,
         about=system.title(),
         geometry=observing.Geometry(dates, to_observer=-place * u.km, frame="ecliptic", light_time=light_time),
@@ -61,11 +73,24 @@ def _read(system: str, moon: str, light_time: bool, as_collected: bool, east: in
     )
 
 
-def _on_equator(table: pd.DataFrame, offsets: _Array, sigma: _Array) -> tuple[_Array, _Array]:
+def _on_equator(
+    table: pd.DataFrame, offsets: _Array, sigma: _Array, independent: bool
+) -> tuple[_Array, _Array, _Array]:
     """Turn offsets and errors (K, 2) back about the direction (longitude, latitude) that the table has.
 
-    The errors were independent on the equator. Those along the ecliptic are roots of mixtures of their squares, which
-    are solved for them.
+    Parameters
+    ----------
+    table : DataFrame
+    offsets, sigma : ndarray, (K, 2)
+    independent : bool
+        Whether the errors were independent on the equator. Those along the ecliptic then are roots of mixtures of their
+        squares, which are solved for them. Otherwise those along the ecliptic are taken to be independent, and get a
+        correlation.
+
+    Returns
+    -------
+    offsets, sigma : ndarray, (K, 2)
+    correlation : ndarray, (K,)
     """
     lon, lat = np.radians(table[["Long_Prim", "Lat_Prim"]].to_numpy()).T
     axes = rotation("ecliptic", "equatorial")
@@ -75,6 +100,8 @@ def _on_equator(table: pd.DataFrame, offsets: _Array, sigma: _Array) -> tuple[_A
     sine = along[:, 2] / np.hypot(away[:, 0], away[:, 1])
     x, y = offsets.T
     turned = np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=1)
-    c, s = cosine[:, None] ** 2, sine[:, None] ** 2
-    squares = (c * sigma**2 - s * sigma[:, ::-1] ** 2) / (c - s)
-    return turned, np.sqrt(squares)
+    c, s, squares = cosine[:, None] ** 2, sine[:, None] ** 2, sigma**2
+    if independent:
+        return turned, np.sqrt((c * squares - s * squares[:, ::-1]) / (c - s)), np.zeros(len(table))
+    errors = np.sqrt(c * squares + s * squares[:, ::-1])
+    return turned, errors, cosine * sine * (squares[:, 0] - squares[:, 1]) / np.prod(errors, axis=1)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import astropy.units as u
 import fullbody
@@ -15,7 +14,7 @@ import pandas as pd
 from astropy.time import Time
 from fullbody import observing
 
-__all__ = ["NAMES", "Catalogued", "catalogued", "eris", "of_moon"]
+__all__ = ["NAMES", "Catalogued", "catalogued", "eris"]
 
 _Array = npt.NDArray[np.float64]
 

@@ -9,7 +9,7 @@ import fullbody
 import numpy as np
 from astropy.time import Time
 
-__all__ = ["G", "INTEGRATOR", "UNITS", "orbiting", "points"]
+__all__ = ["INTEGRATOR", "UNITS", "G", "orbiting", "points"]
 
 #: km^3 / (kg day^2)
 G = 6.6743e-20 * 86400.0**2
@@ -34,7 +34,7 @@ def orbiting(
 
 
 def points(epoch: Time, share: float, names: Sequence[str] = ("primary", "secondary")) -> Setup:
-    """Return the setup of a pair of points in the frame of the equator; ``share`` is the second one's part of the mass."""
+    """Return the setup of a pair of points in the frame of the equator; ``share`` is the second's part of the mass."""
 
     def setup(
         a: float, period: float, e: float, i: float, node: float, periapsis: float, longitude: float

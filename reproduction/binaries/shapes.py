@@ -15,11 +15,14 @@ def oblate(radius: float, j2: float) -> fullbody.Ellipsoid:
     Its semi-axes A, A, C have J2 = (A^2 - C^2)/(5 R^2) and A^2 C = R^3: with x = (A/R)^2 that is x^3 - 5 J2 x^2 = 1.
     """
     roots = np.roots([1.0, -5.0 * j2, 0.0, -1.0])
-    x = float(roots[np.argmin(np.abs(roots.imag))].real)
+    # One root is positive, whatever J2 is.
+    x = float(roots.real[np.abs(roots.imag) < 1e-9].max())
     return fullbody.Ellipsoid(radius * x**0.5, radius * x**0.5, radius / x)
 
 
 def upright(i: float, node: float) -> npt.NDArray[np.float64]:
     """Return the attitude (4,) of a body whose z-axis is the normal of an orbit with these elements, in degrees."""
     i, node = np.radians(i) / 2.0, np.radians(node) / 2.0
-    return np.array([np.cos(node) * np.cos(i), np.cos(node) * np.sin(i), np.sin(node) * np.sin(i), np.sin(node) * np.cos(i)])
+    return np.array(
+        [np.cos(node) * np.cos(i), np.cos(node) * np.sin(i), np.sin(node) * np.sin(i), np.sin(node) * np.cos(i)]
+    )

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from astropy.time import Time
 from fullbody.frames import rotation
 
-from .pair import G, UNITS
+from .pair import UNITS, G
 
 __all__ = ["ORBIT", "elements", "nested", "on_equator", "place"]
 
@@ -45,7 +45,9 @@ def place(
     """Return position and velocity (3,) on an orbit about a mass (kg); days, degrees, and km."""
     mu = G * mass
     a = (mu * (period / (2.0 * np.pi)) ** 2) ** (1.0 / 3.0)
-    return fullbody.KeplerElements(a, e, *np.radians([i, node, periapsis - node, longitude - periapsis])).to_cartesian(mu)
+    return fullbody.KeplerElements(a, e, *np.radians([i, node, periapsis - node, longitude - periapsis])).to_cartesian(
+        mu
+    )
 
 
 def nested(

@@ -19,7 +19,7 @@ C = 299792.458
 @pytest.fixture(scope="module")
 def catalogue():
     """Distance, right ascension and declination of Eris as Grundy et al. (2019) list them."""
-    return Table.read(DATA / "observations" / "2003_ub313_astrometry.csv", format="ascii.csv")
+    return Table.read(DATA / "observations" / "tno" / "2003_ub313_astrometry.csv", format="ascii.csv")
 
 
 def dates(catalogue):

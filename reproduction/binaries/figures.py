@@ -1,0 +1,84 @@
+"""Figures of the refits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from . import haumea as haumea_
+from .catalogue import SHAPE, Refit
+from .judging import LIMIT
+
+if TYPE_CHECKING:
+    from .eris import Eris
+    from .haumea import Haumea
+
+__all__ = ["CAPTIONS", "catalogue", "eris", "poles"]
+
+CAPTIONS = {
+    "catalogue": "Fitted minus published elements of the 27 systems, in published standard errors (left; cut at "
+    "15), and "
+    "the published standard error of the period over that which the data of the file allow (right). Systems left "
+    "of the "
+    "dotted line were published with more data than the file has.",
+    "eris": "Dysnomia about Eris: the observations with their standard errors, five times enlarged, and where the "
+    "fitted "
+    "orbit places Dysnomia at their times.",
+    "poles": "The normal of Hi'iaka's orbit, fitted with either sign of right ascension, and the pole of Haumea's "
+    "ring.",
+}
+
+
+def catalogue(found: Sequence[Refit]) -> Figure:
+    """Draw the differences of each system, and how its errors compare."""
+    figure = Figure(figsize=(9.0, 7.5), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True, width_ratios=[2, 1])
+    rows = np.arange(len(found))
+    for name, marker in zip(SHAPE, "osD^", strict=True):
+        values = np.clip([one.differences[name] for one in found], -15.0, 15.0)
+        left.plot(values, rows, marker, ms=4, alpha=0.8, label={"period": "period"}.get(name, name))
+    left.axvspan(-LIMIT, LIMIT, color="0.9", zorder=0)
+    left.set(xlabel="fitted minus published, published standard errors", yticks=rows, xlim=(-16, 16))
+    left.set_yticklabels([one.catalogued.name for one in found], fontsize=7)
+    left.invert_yaxis()
+    left.legend(fontsize=8)
+    right.plot([one.ratio for one in found], rows, "ko", ms=4)
+    right.axvline(0.5, color="0.5", ls=":")
+    right.set(xscale="log", xlabel="published over fitted error of the period")
+    return figure
+
+
+def eris(found: Eris) -> Figure:
+    """Draw the observations in the sky and the orbit's places."""
+    fit = found.points
+    (data,) = fit.observations
+    figure = Figure(figsize=(5.0, 5.0), layout="constrained")
+    axes = figure.subplots()
+    east, north, sigma = (x.to_value("arcsec") for x in (data.east, data.north, data.sigma))
+    axes.errorbar(east, north, 5 * sigma[:, 1], 5 * sigma[:, 0], "none", ecolor="C0", elinewidth=1)
+    places = data.predict(fit.run).to_value("arcsec")
+    axes.plot(*places.T, "k.", ms=4)
+    axes.plot(0, 0, "k+")
+    axes.set(xlabel="east [arcsec]", ylabel="north [arcsec]", aspect="equal")
+    axes.invert_xaxis()
+    return figure
+
+
+def poles(found: Haumea) -> Figure:
+    """Draw poles in right ascension and declination; an axis and its opposite are the same plane."""
+    figure = Figure(figsize=(6.0, 4.0), layout="constrained")
+    axes = figure.subplots()
+    names: Mapping[int, str] = {1: "sign as in the tables", -1: "sign reversed"}
+    for (east, fit), marker in zip(found.alone.items(), "sD", strict=True):
+        ra, dec = haumea_.pole(fit.values["i"], fit.values["node"])
+        if ra < 180.0:
+            ra, dec = ra + 180.0, -dec
+        axes.plot(ra, dec, marker, label=f"Hi'iaka, {names[east]}: chi2 {fit.chi2:.0f} of {fit.dof}")
+    (ra, ra_error), (dec, dec_error) = haumea_.RING
+    axes.errorbar(ra, dec, dec_error, ra_error, "ko", label="ring (Ortiz et al. 2017)")
+    axes.set(xlabel="right ascension [deg]", ylabel="declination [deg]")
+    axes.legend(fontsize=8)
+    return figure

@@ -1,0 +1,152 @@
+"""Binaries beyond Neptune: a few of the refits, and the corrections of their files."""
+
+import json
+import re
+
+import fullbody
+import numpy as np
+import pytest
+
+from reproduction.binaries import catalogue, eris, findings, haumea, moons, observations, shapes
+from reproduction.binaries.__main__ import main
+from reproduction.binaries.judging import compared, counts, stated
+from reproduction.binaries.pair import INTEGRATOR, G, points
+from reproduction.binaries.triple import elements, on_equator, place
+
+
+@pytest.mark.parametrize(
+    ("name", "chi2", "a", "period"),
+    [("1998_ww31", 26.3, (22616.0, 43.0), (587.268, 0.176)), ("2004_dw", 31.7, (8996.0, 17.0), (9.53915, 0.00002))],
+)
+def test_fits_are_those_of_other_programs(name, chi2, a, period):
+    found = catalogue.refit(name)
+    assert found.holds
+    assert not found.exchanged
+    assert found.fit.chi2 == pytest.approx(chi2, abs=0.05)
+    for key, (value, error) in (("a", a), ("period", period)):
+        assert found.fit.values[key] == pytest.approx(value, abs=0.2 * error)
+        assert found.fit.sigma[key] == pytest.approx(error, rel=0.1)
+
+
+def test_a_system_whose_file_lacks_data_is_said_to():
+    found = catalogue.refit("2000_cm105")
+    assert not found.holds
+    # All observations are before the epoch of the elements, and their derivatives are exact.
+    assert not found.fit.differenced
+    assert "The file lacks data: it ends in 2008.0" in found.why
+    # The published orbit is within the errors that the file gives.
+    assert found.p_rise > 0.05
+    verdicts = {one.quantity: one for one in catalogue.verdicts(found)}
+    assert verdicts["period [d]"].verdict == "differs"
+    assert verdicts["period [d]"].why == found.why
+    assert verdicts["e"].verdict == "holds"
+    assert not verdicts["e"].why
+
+
+def test_exchanged_components_are_found():
+    one = observations.catalogued("2003_qy90")
+    rows = catalogue.exchanged(one)
+    assert rows == (1, 10, 11)
+    again = observations.catalogued("2003_qy90", rows)
+    np.testing.assert_array_equal(np.flatnonzero(again.data.east != one.data.east), rows)
+    fit = catalogue.fit(again)
+    assert fit.p_value > 0.05
+    assert catalogue.within(
+        {name: (fit.values[name] - again.published[name]) / again.errors[name] for name in catalogue.SHAPE}
+    )
+    assert catalogue.exchanged(observations.catalogued("2001_xr254")) == ()
+
+
+def test_eris_comes_out_to_each_digit():
+    fit = eris.keplerian(observations.eris())
+    for name, (value, error) in eris.INDEPENDENT.items():
+        digits = {"a": 1, "period": 6, "e": 5, "i": 2, "node": 2}[name]
+        assert round(fit.values[name], digits) == value
+        assert round(fit.sigma[name], digits) == error
+    assert round(fit.chi2, 2) == eris.INDEPENDENT_CHI2
+    assert fit.dof == 31
+    assert round(eris.excluded(fit), 1) == eris.EXCLUDED
+
+
+def test_the_sign_of_right_ascension_of_haumeas_moons():
+    mu = G * 4.026e21
+    hiiaka = on_equator(*haumea.HIIAKA, mu)
+    chi2 = {}
+    for east, state in ((1, hiiaka), (-1, haumea.half_turned(*hiiaka))):
+        setup = points(haumea.EPOCH, 0.0045, ("Haumea", "Hiiaka"))
+        fit = fullbody.fit(setup, elements(*state, mu), moons.haumea(east)[1], integrator=INTEGRATOR)
+        chi2[east] = fit.chi2 / fit.dof
+        pole = haumea.pole(fit.values["i"], fit.values["node"])
+        # The ring's pole, from a stellar occultation.
+        assert (haumea.apart(pole, (285.1, -10.6)) < 3.0) == (east == -1)
+    assert chi2[-1] < 2.0
+    assert chi2[1] > 10.0
+
+
+def test_offsets_are_turned_back_to_the_published_table():
+    # Benecchi et al. (2010): offsets to the east and north and their errors.
+    hiisi = [[-0.0247, 0.0367], [0.0324, 0.0244], [-0.0238, -0.0084], [-0.0210, 0.0154], [0.0236, 0.0040]]
+    errors = [[0.0182, 0.0124], [0.0113, 0.0218], [0.0008, 0.0010], [0.0007, 0.0008], [0.0013, 0.0017]]
+    found = moons.lempo()[0]
+    for column, values in enumerate((found.east, found.north)):
+        np.testing.assert_allclose(values[:5].to_value("arcsec"), np.array(hiisi)[:, column], atol=1e-5)
+    # They were drawn at random, and are printed to 0.1 mas.
+    np.testing.assert_allclose(found.sigma[:5].to_value("arcsec"), errors, rtol=0.07)
+    collected = moons.lempo(as_collected=True)[0]
+    assert collected.frame == "ecliptic"
+    lengths = [np.hypot(one.east, one.north).to_value("arcsec") for one in (found, collected)]
+    np.testing.assert_allclose(*lengths, rtol=1e-12)
+    table = [np.hypot(one.east, one.north).to_value("arcsec") for one in moons.haumea(-1)]
+    # Errors that are independent along the ecliptic have the same determinant on the equator.
+    for one, other in zip(moons.haumea(-1), moons.haumea(as_collected=True), strict=True):
+        np.testing.assert_allclose(np.linalg.det(one.covariance), np.linalg.det(other.covariance), rtol=1e-9)
+        np.testing.assert_allclose(one.correlation, -moons.haumea(1)[one.body == "Hiiaka"].correlation)
+    assert [len(one) for one in table] == [25, 27]
+
+
+def test_orbits_and_spheroids():
+    mu = G * 1e19
+    r, v = place(1e19, 5.0, 0.2, 70.0, 40.0, 100.0, 200.0)
+    found = elements(r, v, mu)
+    expected = {"period": 5.0, "e": 0.2, "i": 70.0, "node": 40.0, "periapsis": 100.0, "longitude": 200.0}
+    assert {name: found[name] % 360.0 for name in expected} == pytest.approx(expected)
+    normal = np.cross(r, v) / np.linalg.norm(np.cross(r, v))
+    w, x, y, z = shapes.upright(70.0, 40.0)
+    np.testing.assert_allclose([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], normal, atol=1e-12)
+    for j2 in (-2.0, -0.3, 0.0, 0.24, 1.0):
+        axes = shapes.oblate(10.0, j2)
+        assert axes.a * axes.b * axes.c == pytest.approx(1000.0)
+        # (C - A)/(M R^2) of a homogeneous ellipsoid.
+        assert (axes.a**2 - axes.c**2) / 500.0 == pytest.approx(j2, abs=1e-12)
+    # A half turn about the north of the sky leaves the offset to the north, and reverses the others.
+    turned, _ = haumea.half_turned(r, v)
+    ra, dec = np.radians([204.1, 19.2])
+    north = np.array([-np.sin(dec) * np.cos(ra), -np.sin(dec) * np.sin(ra), np.cos(dec)])
+    assert turned @ north == pytest.approx(r @ north)
+    np.testing.assert_allclose(turned + r, 2.0 * (r @ north) * north, atol=1e-9)
+
+
+def test_verdicts():
+    near = compared("X", "a [km]", (100.0, 2.0), (103.9, 1.0), "the reason")
+    far = compared("X", "a [km]", (100.0, 2.0), (104.1, 1.0), "the reason")
+    assert (near.verdict, near.why, far.verdict, far.why) == ("holds", "", "differs", "the reason")
+    assert far.difference == pytest.approx(2.05)
+    assert counts([near, far, far]) == {"holds": 1, "differs": 2, "open": 0}
+    assert stated(37272.32, 61.04) == "37272 +- 61"
+    assert stated(0.006242, 0.0010056) == "0.0062 +- 0.0010"
+
+
+def test_a_draft_of_the_report(tmp_path):
+    assert main(["--draft", "--quiet", "--out", str(tmp_path)]) == 0
+    numbers = json.loads((tmp_path / "numbers.json").read_text())
+    assert numbers["draft"]
+    assert numbers["within"] == ["1998 WW31", "2001 XR254"]
+    assert list(numbers["findings"]) == ["The catalogue", "Eris and Dysnomia"]
+    text = (tmp_path / "report.md").read_text()
+    assert not re.search(r"\b(nan|inf|None)\b", text)
+    for name in numbers["figures"]:
+        assert (tmp_path / f"{name}.png").stat().st_size > 10000
+    differing = [one for one in numbers["verdicts"] if one["verdict"] == "differs"]
+    assert differing
+    assert all(one["why"] for one in differing)
+    assert findings.findings.__doc__
