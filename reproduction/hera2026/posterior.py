@@ -84,5 +84,5 @@ def posterior(progress: Any = False) -> Any:
 def draws(fit: Any, count: int, seed: int) -> dict[str, npt.NDArray[np.float64]]:
     """Members: draws from the posterior beside draws of what it does not contain."""
     rng = np.random.default_rng([seed, 1])
-    found = {name: np.asarray(column) for name, column in fit.draw(count, seed).items()}
+    found = {name: np.asarray(column) for name, column in fit.draw(count, seed).columns.items()}
     return found | {name: rng.normal(INPUTS[name].value, INPUTS[name].sigma, count) for name in PRIORS}
