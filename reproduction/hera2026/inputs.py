@@ -78,7 +78,9 @@ INPUTS: Final = {
     "miss_normal": Input(0.0, 10.0, "m", "C23", "arm of the momentum across the plane: the same"),
     # After the impact.
     "period": Input(11.3674, 0.0004, "h", "N24", "S24: 11.3675 from its change by -33.240 +- 0.024 min"),
-    "eccentricity": Input(0.028, 0.0053, "", "S24", "published 0.028 +- 0.016 (3 sigma); also quoted as 0.027 +- 0.015"),
+    "eccentricity": Input(
+        0.028, 0.0053, "", "S24", "published 0.028 +- 0.016 (3 sigma); also quoted as 0.027 +- 0.015"
+    ),
     "precession": Input(6.7, 0.2, "deg/day", "N24", "S24: 7.3 +- 2.0 (3 sigma) until 2022-12-02"),
     "a_b": Input(1.3, 0.15, "", "N24", "'about 1.3', without an error: the width is assumed"),
     "b_c": Input(1.23, 0.12, "", "N24", "'about' 1.6/1.3, without an error: the width is assumed"),

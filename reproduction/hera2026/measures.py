@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final
 
-import fullbody
 import numpy as np
 import numpy.typing as npt
 from fullbody import InvalidInput, Run, ensembles, observables
@@ -14,7 +13,7 @@ from fullbody.frames import pole_vector
 from . import model, posterior
 from .inputs import ARRIVAL, IMPACT, INPUTS
 
-__all__ = ["END", "SPACING", "WINDOW", "measure", "wrapped"]
+__all__ = ["END", "SPACING", "WINDOW", "measure", "outcome", "within_the_window", "wrapped"]
 
 #: Hours from the impact to arrival, between samples, and in the windows at both ends of a run.
 END: Final = float(
@@ -28,7 +27,7 @@ LIMIT: Final = np.deg2rad(60.0)
 FAN: Final = 96.0
 
 
-def measure(run: Run) -> dict[str, Any]:
+def measure(run: Run, end: float = END) -> dict[str, Any]:
     """All numbers of a member, and in ``unmeasured`` why some of them are missing."""
     missing: list[str] = []
 
@@ -45,10 +44,19 @@ def measure(run: Run) -> dict[str, Any]:
         found |= told(_after, run[: int(WINDOW / SPACING) + 1])
     if len(time) > 1:
         found |= told(_attitude, run)
-    if len(time) and time[-1] >= END:
+    if len(time) and time[-1] >= end:
         last = run[-int(WINDOW / SPACING) - 1 :]
         found |= _state(run) | told(_rotation, last) | told(_libration, last) | told(_orbit, last) | told(_apses, last)
     return found | {"unmeasured": "; ".join(missing), "lock_lost": float(sum(run.switched_off.values()))}
+
+
+def within_the_window(run: Run) -> dict[str, Any]:
+    """What observers would have seen of a run over the days observed, and the largest angles; ``None`` if unclear."""
+    try:
+        seen = _after(run)
+    except InvalidInput:
+        seen = {}
+    return seen | _attitude(run)
 
 
 def wrapped(angle: Any) -> Any:

@@ -19,7 +19,7 @@ from fullbody.record.displaced import FunctionDerivatives
 
 from . import model
 
-__all__ = ["PASSES", "Landmarks", "Truth", "simulated", "survey", "table"]
+__all__ = ["LENGTH", "PASSES", "Landmarks", "Truth", "fitted", "simulated", "survey"]
 
 _Array = npt.NDArray[np.float64]
 
@@ -136,7 +136,9 @@ class Landmarks:
         by_state[..., 12 * body + 6 : 12 * body + 9] += turned
         by_state[..., 12 * camera : 12 * camera + 3] -= moved
         start = np.einsum("klas,kst->klat", by_state, run.transition)[self.seen]
-        by = {name: np.einsum("klas,ks->kla", by_state, one)[self.seen].ravel() for name, one in run.sensitivity.items()}
+        by = {
+            name: np.einsum("klas,ks->kla", by_state, one)[self.seen].ravel() for name, one in run.sensitivity.items()
+        }
         return FunctionDerivatives(self.pulls(run), start.reshape(-1, start.shape[-1]), by)
 
     def __repr__(self) -> str:
@@ -178,7 +180,9 @@ def survey(truth: Truth) -> tuple[Any, dict[str, Any]]:
 
     def setup(**values: float) -> tuple[System, State]:
         found = bodies(truth, *(values[name] for name in ("big", "small", "polar", "a_b", "b_c")))
-        by = {kind: np.array([values[f"{kind}_{axis}"] for axis in ABOUT]) for kind in ("place", "speed", "turn", "spin")}
+        by = {
+            kind: np.array([values[f"{kind}_{axis}"] for axis in ABOUT]) for kind in ("place", "speed", "turn", "spin")
+        }
         of_passes = np.array([values[name] for name in passes]).reshape(len(PASSES), 2, 3)
         position, velocity, attitude, spin = np.split(truth.state, [3, 6, 10], axis=1)
         position = np.concatenate([position, places + of_passes[:, 0]])

@@ -12,7 +12,7 @@ from fullbody.frames import pole_vector
 
 from .inputs import INPUTS
 
-__all__ = ["DAY", "ORBIT", "beta", "masses", "planar", "setup"]
+__all__ = ["DAY", "NAMES", "ORBIT", "beta", "masses", "planar", "setup"]
 
 #: Hours; km^3/(kg h^2); km/h in a mm/s.
 DAY: Final = 24.0
@@ -22,6 +22,25 @@ MM_S: Final = 1e-6 * 3600.0
 ORBIT: Final = 2.0 * np.pi / INPUTS["period_before"].value
 SPIN: Final = 2.0 * np.pi / INPUTS["rotation"].value
 Q: Final = 10.0
+#: The numbers that :func:`setup` takes.
+NAMES: Final = (
+    "separation",
+    "equatorial",
+    "polar",
+    "diameter",
+    "density",
+    "along",
+    "radial",
+    "normal",
+    "miss_radial",
+    "miss_normal",
+    "a_b",
+    "b_c",
+    "yaw",
+    "log_k2_q",
+    "log_k2_q_primary",
+    "byorp",
+)
 #: The figure of Dimorphos before the impact, as ratios of axes.
 BEFORE: Final = (177.0 / 174.0, 174.0 / 116.0)
 

@@ -66,7 +66,9 @@ def orbit(run: Run) -> list[float]:
 def published() -> Measured:
     """The values that are published of the orbit after the impact."""
     three = [INPUTS[name] for name in ("period", "eccentricity", "precession")]
-    return Measured("orbit after the impact", orbit, [one.value for one in three], [one.sigma for one in three], times=SAMPLES)
+    return Measured(
+        "orbit after the impact", orbit, [one.value for one in three], [one.sigma for one in three], times=SAMPLES
+    )
 
 
 def posterior(progress: Any = False) -> Any:
