@@ -30,7 +30,7 @@ export PATH := $(CURDIR)/$(BIN)$(if $(findstring ;,$(PATH)),;,:)$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 film reproduce millennia fission dimorphos test test-rust test-arm test-python test-lowest test-wheel wheel wheel-musl licences browser crate lint check \
+.PHONY: help kw4 film reproduce millennia fission dimorphos hera hera-full test test-rust test-arm test-python test-lowest test-wheel wheel wheel-musl licences browser crate lint check \
 	fmt docs bench fuzz \
 	$(FUZZ_PARTS) mutants clean
 
@@ -141,6 +141,13 @@ fission: $(VENV)/.built  ## rotational fission, 19,980 runs after Ho et al. (202
 
 dimorphos: $(VENV)/.built  ## Dimorphos' attitude over its axes after Agrusa et al. (2021), into out/dimorphos/; the same
 	$(BIN)/python -m reproduction.agrusa2021 --out out/dimorphos
+
+# HERA_MEMBERS= sets the number of members, HERA_DASK=local runs them on workers of dask.
+hera: $(VENV)/.built  ## what Hera should find at Didymos, 24 members from DART to its arrival, into out/hera/; the same
+	$(BIN)/python -m reproduction.hera2026 --out out/hera
+
+hera-full: $(VENV)/.built  ## the same with 2,000 members, hours; continues what `make hera` has begun
+	HERA_MEMBERS=$(or $(HERA_MEMBERS),2000) $(BIN)/python -m reproduction.hera2026 --out out/hera
 
 bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, the splitting, import, external forces, gravity at many points, polyhedra, flights, derivatives; collisions missed; a sweep killed twenty times
 	cargo bench --manifest-path benches/criterion/Cargo.toml

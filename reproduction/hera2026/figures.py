@@ -25,6 +25,7 @@ _LOOK = {
     "contact": ("k", "P"),
     "escape": ("k", "*"),
     "unfinished": ("0.3", "v"),
+    "failed": ("0.3", "+"),
 }
 
 
@@ -44,7 +45,7 @@ def outcomes(found: xarray.Dataset, axes_map: xarray.Dataset) -> Figure:
     for word, (colour, mark) in _LOOK.items():
         mine = found.outcome.values == word
         if mine.any():
-            options = {} if mark == "x" else {"edgecolors": np.where(seen[mine], "k", "none"), "linewidths": 1.3}
+            options = {} if mark in "x+" else {"edgecolors": np.where(seen[mine], "k", "none"), "linewidths": 1.3}
             axes.scatter(
                 found.a_b[mine], found.b_c[mine], s=34, c=colour, marker=mark, label=f"{word} ({mine.sum()})", **options
             )

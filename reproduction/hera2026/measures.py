@@ -152,10 +152,17 @@ def _apses(run: Run) -> dict[str, Any]:
 
 
 def outcome(found: Any) -> npt.NDArray[Any]:
-    """One word for each member: what Hera finds Dimorphos doing in the last window."""
+    """One word for each member: what Hera finds Dimorphos doing in the last window, or why there is none.
+
+    ``"contact"``, ``"escape"`` and ``"unfinished"`` are fates of :func:`fullbody.ensembles.fate`, ``"failed"`` a start that
+    was refused; the variables ``error`` and ``error_text`` give the reason.
+    """
+    turned = np.rad2deg(LIMIT)
     words = np.full(found.error.shape, "locked", dtype=object)
-    words[found.last_roll.values > np.rad2deg(LIMIT)] = "rolling"
-    words[(found.last_pitch.values > np.rad2deg(LIMIT)) | (found.last_yaw.values > np.rad2deg(LIMIT))] = "tumbling"
+    words[found.last_roll.values > turned] = "rolling"
+    words[(found.last_pitch.values > turned) | (found.last_yaw.values > turned)] = "tumbling"
     words[~np.isfinite(found.last_yaw.values)] = "unmeasured"
-    words[found.fate.values != "bound"] = found.fate.values[found.fate.values != "bound"]
+    fates = found.fate.values.astype(object)
+    words[fates != "bound"] = fates[fates != "bound"]
+    words[fates == ""] = "failed"
     return words

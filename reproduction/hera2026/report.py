@@ -17,7 +17,7 @@ from . import axes, earth, figures, inputs, knowledge, mission, results, study
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["RESULTS", "REFUTED", "after_hera", "write"]
+__all__ = ["REFUTED", "RESULTS", "after_hera", "write"]
 
 #: The results of the study that the repository contains.
 RESULTS: Final = Path(__file__).parent / "results"
@@ -45,6 +45,13 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
     shown = np.flatnonzero(found.fate.values[: results.KEPT] == "bound")[: 2 if draft else CURVES]
     curves = _remembered(folder / "night.json", lambda: earth.night(on_rows(found), shown))
     survey = _remembered(folder / "survey.json", lambda: after_hera(found, progress))
+    return assemble(folder, found, over_axes, curves, survey)
+
+
+def assemble(
+    folder: Path, found: xarray.Dataset, over_axes: xarray.Dataset, curves: dict[str, Any], survey: dict[str, Any]
+) -> Path:
+    """Write the report, its figures and its numbers from the results of all parts."""
     everyone, seen = np.ones(found.sizes["row"], dtype=bool), results.consistent(found)
     numbers = {
         "program": f"fullbody {fullbody.__version__}",
@@ -122,7 +129,7 @@ def text(numbers: dict[str, Any]) -> str:
     kinds = list(next(iter(numbers["outcomes"].values())))
     groups = numbers["predictions"]
     predicted = [
-        [name, unit, *(_range(groups[group][name]) for group in groups)] for name, unit in results.PREDICTED.items()
+        [name, unit, *(interval(groups[group][name]) for group in groups)] for name, unit in results.PREDICTED.items()
     ]
     sky = [
         [kind, f"{row[0]:.2f} +- {row[1]:.2f}", f"{row[2]:.2f} +- {row[3]:.2f}"]
@@ -199,6 +206,6 @@ def inputs_table() -> str:
     return table(["input", "value", "unit", "source", ""], rows)
 
 
-def _range(three: Any) -> str:
+def interval(three: Any) -> str:
     middle, low, high = three
     return "-" if not np.isfinite(middle) else f"{middle:.5g} ({low:.5g} to {high:.5g})"
