@@ -70,7 +70,8 @@ def night(found: xarray.Dataset, members: npt.NDArray[np.intp]) -> dict[str, Any
     for member in members:
         row = found.isel(row=int(member))
         system, _ = model.setup(**{name: float(row[name]) for name in model.NAMES})
-        state = State(*np.split(row.state.values, [3, 6, 10], axis=1), time=measures.END)
+        position, velocity, attitude, spin = np.split(row.state.values, [3, 6, 10], axis=1)
+        state = State(position, velocity, attitude, spin, time=measures.END)
         near = system.integrate(state, begin, output="ends", integrator=Verner98(1e-9, 1e-9))[-1]
         run = system.integrate(near, begin + 2.5 * HOURS, dense=True, integrator=Verner98(1e-9, 1e-9))
         seen = mutual_events(run, geometry)

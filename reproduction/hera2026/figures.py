@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from scipy.interpolate import CubicSpline
 
 from . import measures, posterior, results
 from .earth import NIGHT
@@ -45,7 +46,9 @@ def outcomes(found: xarray.Dataset, axes_map: xarray.Dataset) -> Figure:
     for word, (colour, mark) in _LOOK.items():
         mine = found.outcome.values == word
         if mine.any():
-            options = {} if mark in "x+" else {"edgecolors": np.where(seen[mine], "k", "none"), "linewidths": 1.3}
+            options: dict[str, Any] = (
+                {} if mark in "x+" else {"edgecolors": np.where(seen[mine], "k", "none"), "linewidths": 1.3}
+            )
             axes.scatter(
                 found.a_b[mine], found.b_c[mine], s=34, c=colour, marker=mark, label=f"{word} ({mine.sum()})", **options
             )
@@ -54,30 +57,34 @@ def outcomes(found: xarray.Dataset, axes_map: xarray.Dataset) -> Figure:
     axes.set_ylabel("b/c of Dimorphos")
     axes.set_xlim(1.16, 1.44)
     axes.set_ylim(1.0, 1.5)
-    axes.legend(loc="upper left", fontsize=9, title=f"Dimorphos on {ARRIVAL[:10]}")
+    axes.legend(loc="lower left", fontsize=9, title=f"Dimorphos on {ARRIVAL[:10]}")
     return figure
 
 
-def angles(found: xarray.Dataset) -> Figure:
-    """Yaw and roll of the members over the last days."""
-    figure = Figure(figsize=(7.2, 5.2), layout="constrained")
-    above, below = figure.subplots(2, sharex=True)
+def angles(found: xarray.Dataset, count: int = 12) -> Figure:
+    """Yaw and roll over the last days, of the first members that are locked and that roll; an ellipsoid looks the same
+    after half a turn.
+    """
+    figure = Figure(figsize=(7.4, 4.8), layout="constrained")
+    panels = figure.subplots(2, 2, sharex=True, sharey="row", squeeze=False)
     hours = measures.SPACING * (np.arange(found.sizes["time"]) - found.sizes["time"] + 1)
+    fine = np.linspace(hours[0], hours[-1], 20 * len(hours))
     words = found.outcome.values[: found.sizes["kept"]]
-    for index, (axis, name) in enumerate(((above, "yaw"), (below, "roll"))):
-        for word in ("rolling", "tumbling", "locked"):
-            mine = np.rad2deg(found.angles.values[words == word][..., 2 if index == 0 else 0])
-            # A line does not cross from one end of the circle to the other.
-            mine = np.where(np.abs(np.diff(mine, axis=1, prepend=mine[:, :1])) > 150, np.nan, mine)
-            if len(mine):
-                axis.plot(hours, mine.T, color=_LOOK[word][0], lw=0.8, alpha=0.55)
-                axis.plot([], [], color=_LOOK[word][0], label=f"{word} ({len(mine)})")
-        axis.set_ylabel(f"{name} (degrees)")
-    above.set_ylim(-90, 90)
-    below.set_ylim(-180, 180)
-    below.set_yticks([-180, -90, 0, 90, 180])
-    below.set_xlabel(f"hours before {ARRIVAL[:10]}")
-    above.legend(loc="upper left", ncols=3, fontsize=9)
+    for column, word in enumerate(("locked", "rolling")):
+        mine = found.angles.values[words == word][:count].astype(float)
+        panels[0, column].set_title(f"{len(mine)} {word} members", fontsize=10)
+        panels[1, column].set_xlabel(f"hours before {ARRIVAL[:10]}")
+        for axis, place in zip(panels[:, column], (2, 0), strict=True):
+            for one in mine:
+                # Half a turn of roll or yaw is none; lines do not cross from one end of the circle to the other.
+                angle = CubicSpline(hours, np.unwrap(one[:, place], period=np.pi))(fine)
+                angle = np.rad2deg((angle + np.pi / 2) % np.pi - np.pi / 2)
+                angle[1:][np.abs(np.diff(angle)) > 90] = np.nan
+                axis.plot(fine, angle, color=_LOOK[word][0], lw=0.9, alpha=0.7)
+    for row, name in zip(panels, ("yaw", "roll"), strict=True):
+        row[0].set_ylabel(f"{name} (degrees)")
+        row[0].set_ylim(-90, 90)
+        row[0].set_yticks([-90, -45, 0, 45, 90])
     return figure
 
 

@@ -31,8 +31,8 @@ def moments(a_b: Any, b_c: Any) -> npt.NDArray[np.float64]:
 def table(found: xarray.Dataset, truth: mission.Truth, fit: Any) -> dict[str, Any]:
     """Standard errors today, which are the scatter of the members, and after the survey.
 
-    The fitted figure of Dimorphos has the volume of the truth, so that its two ratios stand for its moments of inertia. The
-    change of its velocity along the motion, which beta needs beside the mass, stays what is known today.
+    The fitted figure of Dimorphos has the volume of the truth, so that its two ratios stand for its moments of inertia.
+    The change of its velocity along the motion, which beta needs beside the mass, stays what is known today.
     """
     columns = {name: found[name].values.astype(float) for name in model.NAMES}
     names = ("separation", "equatorial", "polar", "diameter", "density")

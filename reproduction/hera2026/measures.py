@@ -103,14 +103,16 @@ def plane() -> npt.NDArray[np.float64]:
 
 def _rotation(run: Run) -> dict[str, Any]:
     """The rotation of the last window: rates, obliquity, and the largest angles in it."""
-    found = ensembles.attitude(run, LIMIT)
+    largest = np.rad2deg(np.minimum(observables.tumbles(run, LIMIT).largest, np.pi))
     spin, turned = run.spin[:, 1], observables.obliquity(run)
     return {
         "spin": np.linalg.norm(spin, axis=1).mean(),
         "spin_about_pole": np.abs(spin[:, 2]).mean(),
         "obliquity": np.rad2deg(turned.mean()),
         "obliquity_largest": np.rad2deg(turned.max()),
-        **{f"last_{name}": np.rad2deg(found[f"largest_{name}"]) for name in ("roll", "pitch", "yaw")},
+        **{
+            f"last_{name}": np.rad2deg(np.float64(found[f"largest_{name}"] or 0.0)) for name in ("roll", "pitch", "yaw")
+        },
     }
 
 
@@ -154,8 +156,8 @@ def _apses(run: Run) -> dict[str, Any]:
 def outcome(found: Any) -> npt.NDArray[Any]:
     """One word for each member: what Hera finds Dimorphos doing in the last window, or why there is none.
 
-    ``"contact"``, ``"escape"`` and ``"unfinished"`` are fates of :func:`fullbody.ensembles.fate`, ``"failed"`` a start that
-    was refused; the variables ``error`` and ``error_text`` give the reason.
+    ``"contact"``, ``"escape"`` and ``"unfinished"`` are fates of :func:`fullbody.ensembles.fate`, ``"failed"`` a start
+    that was refused; the variables ``error`` and ``error_text`` give the reason.
     """
     turned = np.rad2deg(LIMIT)
     words = np.full(found.error.shape, "locked", dtype=object)

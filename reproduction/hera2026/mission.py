@@ -1,7 +1,7 @@
 """What two weeks of Hera's radio and camera would tell: simulated data, and the posterior that they leave.
 
-The spacecraft coasts past the pair twice, a week each. Each pass is a body of its own of the system, with the mass of the
-spacecraft, so that its motion feels the gravity of both asteroids and is differentiated with theirs.
+The spacecraft coasts past the pair twice, a week each. Each pass is a body of its own of the system, with the mass of
+the spacecraft, so that its motion feels the gravity of both asteroids and is differentiated with theirs.
 """
 
 from __future__ import annotations
@@ -170,8 +170,8 @@ def craft() -> tuple[_Array, _Array]:
 def survey(truth: Truth) -> tuple[Any, dict[str, Any]]:
     """The setup of the fit, and its parameters where the truth is: masses, figures, and departures of the state.
 
-    Departures are of Dimorphos from Didymos, of Dimorphos' attitude (a rotation vector in its frame) and spin, and of each
-    pass. The path of the pair's barycentre about the Sun counts as known.
+    Departures are of Dimorphos from Didymos, of Dimorphos' attitude (a rotation vector in its frame) and spin, and of
+    each pass. The path of the pair's barycentre about the Sun counts as known.
     """
     kinds = [f"{kind}_{axis}" for kind in ("place", "speed", "turn", "spin") for axis in ABOUT]
     passes = [f"hera{k + 1}_{kind}_{axis}" for k in range(len(PASSES)) for kind in ("place", "speed") for axis in ABOUT]
@@ -217,7 +217,7 @@ def simulated(truth: Truth) -> list[Any]:
         first, last = (LENGTH * share / len(PASSES) for share in (k, k + 1))
         name = f"Hera {k + 1}"
         times = np.arange(first, last, RADIO)
-        options = {"sigma": (RANGE_ERROR, RATE_ERROR), "body": name, "geometry": geometry}
+        options: dict[str, Any] = {"sigma": (RANGE_ERROR, RATE_ERROR), "body": name, "geometry": geometry}
         exact = Radar(times, range=0.0 * times, range_rate=0.0 * times, **options).predict(run)
         ranges = exact.range + rng.normal(0.0, RANGE_ERROR, len(times))
         rates = exact.range_rate + rng.normal(0.0, RATE_ERROR, len(times))

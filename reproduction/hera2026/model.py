@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from fullbody import Body, Ellipsoid, State, System, forces, systems
@@ -54,8 +54,8 @@ def ellipsoid(diameter: float, a_b: float, b_c: float) -> Ellipsoid:
 def masses(separation: float, equatorial: float, polar: float, diameter: float, density: float) -> tuple[float, float]:
     """Masses of Didymos and Dimorphos, kg, from metres and kg/m3.
 
-    The relative acceleration at the distance is that of the circular orbit of the period before the impact. It is linear
-    in both masses, and the mass of Dimorphos is its density times its volume.
+    The relative acceleration at the distance is that of the circular orbit of the period before the impact. It is
+    linear in both masses, and the mass of Dimorphos is its density times its volume.
     """
     small = density * np.pi / 6 * diameter**3
     place = State([[0.0, 0.0, 0.0], [separation / 1e3, 0.0, 0.0]], np.zeros((2, 3)))
@@ -161,7 +161,7 @@ def start(
     return bodies, State(position, velocity, attitude, spin)
 
 
-def beta(along: float, density: float, diameter: float) -> float:
+def beta(along: Any, density: Any, diameter: Any) -> Any:
     """The momentum enhancement along the motion: that of Dimorphos over the spacecraft's, in the numbers of `setup`."""
     momentum = INPUTS["dart_mass"].value * INPUTS["dart_speed"].value
     return -along * 1e-3 * density * np.pi / 6 * diameter**3 / momentum

@@ -48,8 +48,8 @@ def orbit(run: Run) -> list[float]:
     ------
     InvalidInput
         For an orbit whose apses cannot be followed, and for a run with derivatives: they contain the motion across the
-        plane, which grows to nothing but round-off within the days observed. A fit then differences complete runs, which
-        stay in the plane.
+        plane, which grows to nothing but round-off within the days observed. A fit then differences complete runs,
+        which stay in the plane.
     """
     try:
         _ = run.transition

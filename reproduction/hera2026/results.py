@@ -14,7 +14,7 @@ from .inputs import INPUTS
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["consistent", "kept", "predictions", "save", "sensitivities"]
+__all__ = ["consistent", "kept", "predictions", "refuting", "save", "sensitivities"]
 
 #: Inputs whose sign does not matter to what is predicted, but for a mirror image.
 SIGNLESS: Final = ("normal", "miss_normal", "yaw", "radial")
@@ -102,3 +102,19 @@ def sensitivities(found: xarray.Dataset, chosen: Any) -> dict[str, dict[str, flo
             one: float(spearmanr(of[good], values[good]).statistic) if varies else np.nan for one, of in inputs.items()
         }
     return table
+
+
+def refuting(found: xarray.Dataset) -> dict[str, Any]:
+    """Which members are as :data:`reproduction.hera2026.report.REFUTED` says that Dimorphos is not, by its names."""
+    numbers, b_c = derived(found), found.b_c.values
+    locked, rolling = (found.outcome.values == word for word in ("locked", "rolling"))
+    libration, obliquity, eccentricity = (numbers[name] for name in ("libration", "obliquity", "eccentricity"))
+    advancing = locked & (np.abs(numbers["precession"] - 6.7) < 0.6)
+    return {
+        "tumbling": found.outcome.values == "tumbling",
+        "rolling": rolling & ((b_c < 1.05) | (eccentricity > 0.027) | (obliquity < 7.0)),
+        "locked": locked & ((libration < 10.0) | (libration > 40.0) | (obliquity > 20.0)),
+        "locked, with apses that advance by 6.1 to 7.3 degrees a day": advancing
+        & ((b_c > 1.25) | (eccentricity < 0.02)),
+        "period": np.abs(numbers["period_drift"]) > 90.0,
+    }

@@ -31,8 +31,8 @@ INTEGRATOR: Final = Verner98(1e-7, 1e-7)
 def members(folder: Path, count: int, progress: bool = False) -> dict[str, Any]:
     """The numbers of the members, by the names of the setup's arguments.
 
-    They are drawn once and kept in the folder, so that a study that goes on has the same ones; of a smaller number these
-    are the first.
+    They are drawn once and kept in the folder, so that a study that goes on has the same ones; of a smaller number
+    these are the first.
     """
     file = folder / "members.json"
     if not file.exists():
@@ -82,5 +82,6 @@ def workers() -> Iterator[Any]:
         return
     from dask.distributed import Client
 
-    with Client(None if address == "local" else address) as client, client.get_executor() as executor:
+    client_of: Any = Client
+    with client_of(None if address == "local" else address) as client, client.get_executor() as executor:
         yield executor

@@ -164,6 +164,13 @@ def test_results_that_are_kept(kept):
     assert sum((report.RESULTS / name).stat().st_size for name in os.listdir(report.RESULTS)) < 400_000
 
 
+def test_what_would_refute(kept):
+    """What is said to refute the prediction does not happen in more than one member in fifty."""
+    found = results.refuting(kept)
+    assert set(found) == set(report.REFUTED)
+    assert all(np.mean(one) <= 0.02 for one in found.values())
+
+
 def test_report(kept):
     numbers = json.loads((report.RESULTS / "numbers.json").read_text())
     text = report.text(numbers)
