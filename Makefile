@@ -32,7 +32,7 @@ export PATH := $(CURDIR)/$(BIN)$(if $(findstring ;,$(PATH)),;,:)$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 notebooks film reproduce millennia fission dimorphos binaries test test-rust test-arm test-python test-lowest test-wheel wheel wheel-musl licences browser crate lint check \
+.PHONY: help kw4 notebooks film reproduce millennia fission dimorphos binaries hera hera-full test test-rust test-arm test-python test-lowest test-wheel wheel wheel-musl licences browser crate lint check \
 	fmt docs bench fuzz \
 	$(FUZZ_PARTS) mutants clean
 
@@ -151,6 +151,13 @@ binaries: $(BINARIES)/numbers.json  ## the astrometry of 27 binaries beyond Nept
 
 $(BINARIES)/numbers.json: $(VENV)/.built $(SOURCES) $(OBSERVATIONS)
 	$(BIN)/python -m reproduction.binaries --out $(BINARIES)
+
+# HERA_MEMBERS= sets the number of members, HERA_DASK=local runs them on workers of dask.
+hera: $(VENV)/.built  ## what Hera should find at Didymos, 24 members from DART to its arrival, into out/hera/; resumes after an interruption
+	$(BIN)/python -m reproduction.hera2026 --out out/hera
+
+hera-full: $(VENV)/.built  ## the same with 2,000 members, hours; continues what `make hera` has begun
+	HERA_MEMBERS=$(or $(HERA_MEMBERS),2000) $(BIN)/python -m reproduction.hera2026 --out out/hera
 
 bench: $(VENV)/.dev  ## measurements: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, the splitting, import, external forces, gravity at many points, polyhedra, flights, derivatives, fits; collisions missed; a sweep killed twenty times
 	cargo bench --manifest-path benches/criterion/Cargo.toml

@@ -49,7 +49,8 @@ SOURCES: Final = {
     "G24": "Gramigna et al. (2024), The Hera radio science experiment at Didymos (abstract)",
     "M23": "Meyer et al. (2023), Planet. Sci. J. 4, 141, The Perturbed Full Two-Body Problem: Application to Post-DART "
     "Didymos (abstract)",
-    "M23b": "Meyer et al. (2023), Icarus, Energy Dissipation in Synchronous Binary Asteroids, arXiv:2210.10877 (abstract)",
+    "M23b": "Meyer et al. (2023), Icarus, Energy Dissipation in Synchronous Binary Asteroids, arXiv:2210.10877 "
+    "(abstract)",
     "N22": "Naidu et al. (2022), Planet. Sci. J., Anticipating the DART impact, arXiv:2210.05101 (abstract)",
     "N24": "Naidu et al. (2024), Planet. Sci. J. 5, 74, doi:10.3847/PSJ/ad26e7 (abstract)",
     "R24": "Richardson et al. (2024), Planet. Sci. J. 5, 182, doi:10.3847/PSJ/ad62f5, arXiv:2502.14990 (abstract)",
@@ -78,7 +79,9 @@ INPUTS: Final = {
     "miss_normal": Input(0.0, 10.0, "m", "C23", "arm of the momentum across the plane: the same"),
     # After the impact.
     "period": Input(11.3674, 0.0004, "h", "N24", "S24: 11.3675 from its change by -33.240 +- 0.024 min"),
-    "eccentricity": Input(0.028, 0.0053, "", "S24", "published 0.028 +- 0.016 (3 sigma); also quoted as 0.027 +- 0.015"),
+    "eccentricity": Input(
+        0.028, 0.0053, "", "S24", "published 0.028 +- 0.016 (3 sigma); also quoted as 0.027 +- 0.015"
+    ),
     "precession": Input(6.7, 0.2, "deg/day", "N24", "S24: 7.3 +- 2.0 (3 sigma) until 2022-12-02"),
     "a_b": Input(1.3, 0.15, "", "N24", "'about 1.3', without an error: the width is assumed"),
     "b_c": Input(1.23, 0.12, "", "N24", "'about' 1.6/1.3, without an error: the width is assumed"),
@@ -97,15 +100,15 @@ ASSUMED: Final = {
     "Didymos": "a homogeneous spheroid that the impact did not change; its two equatorial axes differ by 0.2 % (D23)",
     "Dimorphos": "a homogeneous ellipsoid of the volume before the impact (S24: 9 +- 9 % less), which has its new axis "
     "ratios from the impact on, and keeps the spin rate of before but for the arm of the impact's momentum",
-    "impact": "the whole change of velocity at once: the further change by 34 +- 15 s in the weeks after (N24) is part "
-    "of it, ejecta that stayed in the system are not modelled",
-    "phase": "the place of Dimorphos on its orbit at the impact is not taken from observations, so that times of mutual "
-    "events are predicted from each other and not absolutely",
+    "impact": "the whole change of velocity at once: the further change by 34 +- 15 s in the weeks after (N24) is "
+    "part of it, ejecta that stayed in the system are not modelled",
+    "phase": "the place of Dimorphos on its orbit at the impact is not taken from observations, so that times of "
+    "mutual events are predicted from each other and not absolutely",
     "tides": "constant time lag, Q = 10 at the orbital frequency (Didymos: at its semidiurnal one), so that k2 follows "
     "from k2/Q; no elastic or viscous change of the figures",
     "BYORP": "the mean force along the motion while Dimorphos is locked, none while it is not",
     "Sun": "a point mass on the heliocentric orbit of JPL's elements; no planets",
-    "observed values": "period, eccentricity and precession are compared with those of the first 67 days, to 2022-12-02, "
-    "in the plane of the orbit; the motion across it is drawn from its published limits and not fitted",
+    "observed values": "period, eccentricity and precession are compared with those of the first 67 days, to "
+    "2022-12-02, in the plane of the orbit; the motion across it is drawn from its published limits and not fitted",
     "arrival": f"{ARRIVAL[:10]}: the state is evaluated over the last 67 days before",
 }

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final
 
-import fullbody
 import numpy as np
 import numpy.typing as npt
 from fullbody import InvalidInput, Run, ensembles, observables
@@ -14,7 +13,7 @@ from fullbody.frames import pole_vector
 from . import model, posterior
 from .inputs import ARRIVAL, IMPACT, INPUTS
 
-__all__ = ["END", "SPACING", "WINDOW", "measure", "wrapped"]
+__all__ = ["END", "SPACING", "WINDOW", "measure", "outcome", "within_the_window", "wrapped"]
 
 #: Hours from the impact to arrival, between samples, and in the windows at both ends of a run.
 END: Final = float(
@@ -28,7 +27,7 @@ LIMIT: Final = np.deg2rad(60.0)
 FAN: Final = 96.0
 
 
-def measure(run: Run) -> dict[str, Any]:
+def measure(run: Run, end: float = END) -> dict[str, Any]:
     """All numbers of a member, and in ``unmeasured`` why some of them are missing."""
     missing: list[str] = []
 
@@ -45,10 +44,19 @@ def measure(run: Run) -> dict[str, Any]:
         found |= told(_after, run[: int(WINDOW / SPACING) + 1])
     if len(time) > 1:
         found |= told(_attitude, run)
-    if len(time) and time[-1] >= END:
+    if len(time) and time[-1] >= end:
         last = run[-int(WINDOW / SPACING) - 1 :]
         found |= _state(run) | told(_rotation, last) | told(_libration, last) | told(_orbit, last) | told(_apses, last)
     return found | {"unmeasured": "; ".join(missing), "lock_lost": float(sum(run.switched_off.values()))}
+
+
+def within_the_window(run: Run) -> dict[str, Any]:
+    """What observers would have seen of a run over the days observed, and the largest angles; ``None`` if unclear."""
+    try:
+        seen = _after(run)
+    except InvalidInput:
+        seen = {}
+    return seen | _attitude(run)
 
 
 def wrapped(angle: Any) -> Any:
@@ -95,14 +103,16 @@ def plane() -> npt.NDArray[np.float64]:
 
 def _rotation(run: Run) -> dict[str, Any]:
     """The rotation of the last window: rates, obliquity, and the largest angles in it."""
-    found = ensembles.attitude(run, LIMIT)
+    largest = np.rad2deg(np.minimum(observables.tumbles(run, LIMIT).largest, np.pi))
     spin, turned = run.spin[:, 1], observables.obliquity(run)
     return {
         "spin": np.linalg.norm(spin, axis=1).mean(),
         "spin_about_pole": np.abs(spin[:, 2]).mean(),
         "obliquity": np.rad2deg(turned.mean()),
         "obliquity_largest": np.rad2deg(turned.max()),
-        **{f"last_{name}": np.rad2deg(found[f"largest_{name}"]) for name in ("roll", "pitch", "yaw")},
+        **{
+            f"last_{name}": np.rad2deg(np.float64(found[f"largest_{name}"] or 0.0)) for name in ("roll", "pitch", "yaw")
+        },
     }
 
 
@@ -144,10 +154,17 @@ def _apses(run: Run) -> dict[str, Any]:
 
 
 def outcome(found: Any) -> npt.NDArray[Any]:
-    """One word for each member: what Hera finds Dimorphos doing in the last window."""
+    """One word for each member: what Hera finds Dimorphos doing in the last window, or why there is none.
+
+    ``"contact"``, ``"escape"`` and ``"unfinished"`` are fates of :func:`fullbody.ensembles.fate`, ``"failed"`` a start
+    that was refused; the variables ``error`` and ``error_text`` give the reason.
+    """
+    turned = np.rad2deg(LIMIT)
     words = np.full(found.error.shape, "locked", dtype=object)
-    words[found.last_roll.values > np.rad2deg(LIMIT)] = "rolling"
-    words[(found.last_pitch.values > np.rad2deg(LIMIT)) | (found.last_yaw.values > np.rad2deg(LIMIT))] = "tumbling"
+    words[found.last_roll.values > turned] = "rolling"
+    words[(found.last_pitch.values > turned) | (found.last_yaw.values > turned)] = "tumbling"
     words[~np.isfinite(found.last_yaw.values)] = "unmeasured"
-    words[found.fate.values != "bound"] = found.fate.values[found.fate.values != "bound"]
+    fates = found.fate.values.astype(object)
+    words[fates != "bound"] = fates[fates != "bound"]
+    words[fates == ""] = "failed"
     return words

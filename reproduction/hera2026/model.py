@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from fullbody import Body, Ellipsoid, State, System, forces, systems
@@ -12,7 +12,7 @@ from fullbody.frames import pole_vector
 
 from .inputs import INPUTS
 
-__all__ = ["DAY", "ORBIT", "beta", "masses", "planar", "setup"]
+__all__ = ["DAY", "NAMES", "ORBIT", "beta", "masses", "planar", "setup"]
 
 #: Hours; km^3/(kg h^2); km/h in a mm/s.
 DAY: Final = 24.0
@@ -22,6 +22,25 @@ MM_S: Final = 1e-6 * 3600.0
 ORBIT: Final = 2.0 * np.pi / INPUTS["period_before"].value
 SPIN: Final = 2.0 * np.pi / INPUTS["rotation"].value
 Q: Final = 10.0
+#: The numbers that :func:`setup` takes.
+NAMES: Final = (
+    "separation",
+    "equatorial",
+    "polar",
+    "diameter",
+    "density",
+    "along",
+    "radial",
+    "normal",
+    "miss_radial",
+    "miss_normal",
+    "a_b",
+    "b_c",
+    "yaw",
+    "log_k2_q",
+    "log_k2_q_primary",
+    "byorp",
+)
 #: The figure of Dimorphos before the impact, as ratios of axes.
 BEFORE: Final = (177.0 / 174.0, 174.0 / 116.0)
 
@@ -35,8 +54,8 @@ def ellipsoid(diameter: float, a_b: float, b_c: float) -> Ellipsoid:
 def masses(separation: float, equatorial: float, polar: float, diameter: float, density: float) -> tuple[float, float]:
     """Masses of Didymos and Dimorphos, kg, from metres and kg/m3.
 
-    The relative acceleration at the distance is that of the circular orbit of the period before the impact. It is linear
-    in both masses, and the mass of Dimorphos is its density times its volume.
+    The relative acceleration at the distance is that of the circular orbit of the period before the impact. It is
+    linear in both masses, and the mass of Dimorphos is its density times its volume.
     """
     small = density * np.pi / 6 * diameter**3
     place = State([[0.0, 0.0, 0.0], [separation / 1e3, 0.0, 0.0]], np.zeros((2, 3)))
@@ -142,7 +161,7 @@ def start(
     return bodies, State(position, velocity, attitude, spin)
 
 
-def beta(along: float, density: float, diameter: float) -> float:
+def beta(along: Any, density: Any, diameter: Any) -> Any:
     """The momentum enhancement along the motion: that of Dimorphos over the spacecraft's, in the numbers of `setup`."""
     momentum = INPUTS["dart_mass"].value * INPUTS["dart_speed"].value
     return -along * 1e-3 * density * np.pi / 6 * diameter**3 / momentum

@@ -48,8 +48,8 @@ def orbit(run: Run) -> list[float]:
     ------
     InvalidInput
         For an orbit whose apses cannot be followed, and for a run with derivatives: they contain the motion across the
-        plane, which grows to nothing but round-off within the days observed. A fit then differences complete runs, which
-        stay in the plane.
+        plane, which grows to nothing but round-off within the days observed. A fit then differences complete runs,
+        which stay in the plane.
     """
     try:
         _ = run.transition
@@ -66,7 +66,9 @@ def orbit(run: Run) -> list[float]:
 def published() -> Measured:
     """The values that are published of the orbit after the impact."""
     three = [INPUTS[name] for name in ("period", "eccentricity", "precession")]
-    return Measured("orbit after the impact", orbit, [one.value for one in three], [one.sigma for one in three], times=SAMPLES)
+    return Measured(
+        "orbit after the impact", orbit, [one.value for one in three], [one.sigma for one in three], times=SAMPLES
+    )
 
 
 def posterior(progress: Any = False) -> Any:
@@ -84,5 +86,5 @@ def posterior(progress: Any = False) -> Any:
 def draws(fit: Any, count: int, seed: int) -> dict[str, npt.NDArray[np.float64]]:
     """Members: draws from the posterior beside draws of what it does not contain."""
     rng = np.random.default_rng([seed, 1])
-    found = {name: np.asarray(column) for name, column in fit.draw(count, seed).items()}
+    found = {name: np.asarray(column) for name, column in fit.draw(count, seed).columns.items()}
     return found | {name: rng.normal(INPUTS[name].value, INPUTS[name].sigma, count) for name in PRIORS}

@@ -1,0 +1,54 @@
+"""The first 67 days for a grid of axis ratios: where the motion in the plane of the orbit lasts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import fullbody
+import numpy as np
+from fullbody import Run, State, System, Verner98
+
+from . import measures, model
+from .inputs import INPUTS
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["GRID", "setup", "sweep"]
+
+GRID: Final = {"a_b": np.round(np.arange(1.05, 1.46, 0.04), 2), "b_c": np.round(np.arange(1.02, 1.51, 0.04), 2)}
+DRAFT: Final = {"a_b": [1.13, 1.33], "b_c": [1.10, 1.30]}
+#: Numbers of the start that no axis ratio changes; of what moves the pair across its plane, one standard error.
+FIXED: Final = {
+    name: INPUTS[name].value
+    for name in ("separation", "equatorial", "polar", "diameter", "density", "along", "radial", "miss_radial", "yaw")
+}
+ACROSS: Final = {name: INPUTS[name].sigma for name in ("normal", "miss_normal")}
+
+
+def setup(a_b: float, b_c: float) -> tuple[System, State]:
+    """The start with the values of the table of inputs and a motion across the plane of one standard error."""
+    bodies, state = model.start(**FIXED, **ACROSS, a_b=a_b, b_c=b_c)
+    return System(bodies, G=model.G, gravity="multipole:4"), state
+
+
+def measure(run: Run) -> dict[str, Any]:
+    """The largest angles and when one of them passed the limit; and the orbit as observers would have seen it."""
+    found = measures.within_the_window(run)
+    return {name: found.get(name) for name in ("tumbling_time", "largest_roll", "largest_yaw", "precession_after")}
+
+
+def sweep(folder: Path | None, draft: bool = False, progress: bool = False) -> xarray.Dataset:
+    """The map, kept in the folder while it grows."""
+    return fullbody.sweep(
+        setup,
+        DRAFT if draft else GRID,
+        measures.WINDOW,
+        measure=measure,
+        output=measures.SPACING,
+        integrator=Verner98(1e-8, 1e-8),
+        store=None if folder is None else folder / "axes.nc",
+        threads=1,
+        progress=progress,
+    )

@@ -1,0 +1,103 @@
+"""A night of the next apparition: the light curve and the mutual events that each member shows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from fullbody import KeplerElements, State, Verner98, systems
+from fullbody.observing import Geometry, LommelSeeliger, light_curve, mutual_events
+
+from . import measures, model
+from .inputs import IMPACT
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    import xarray
+
+__all__ = ["NIGHT", "apparition", "night"]
+
+#: The night for which events are predicted, near the greatest brightness while Hera is there.
+NIGHT: Final = "2027-01-19T00:00:00"
+#: Hours of the light curve, and between its points.
+HOURS: Final = 24.0
+STEP: Final = 0.05
+
+
+def hours(date: str) -> float:
+    """Hours from the impact."""
+    return float((np.datetime64(date, "ms") - np.datetime64(IMPACT, "ms")) / np.timedelta64(1, "ms") / 3.6e6)
+
+
+def apparition(dates: Any) -> Geometry:
+    """The directions of the earth and the Sun from the system over some dates."""
+    from astropy import units as u
+    from astropy.time import Time
+
+    published = systems.published("didymos_after_dart")
+    a, e, *angles = published["heliocentric orbit (a, e, i, Omega, omega, M), ecliptic"]
+    orbit = KeplerElements(a * u.au, e, *(angle * u.deg for angle in angles))
+    epoch = Time(published["epoch of the heliocentric orbit"], format="jd", scale="tdb")
+    return Geometry.from_orbit(orbit, epoch, span=dates)
+
+
+def _plain(start: float, end: float) -> Geometry:
+    """The geometry in km and hours since the impact, as systems without units take it."""
+    from astropy import units as u
+    from astropy.time import Time
+
+    times = np.linspace(start - 24.0, end + 24.0, 60)
+    dates = Time(IMPACT, scale="utc") + times * u.h
+    geometry = apparition([dates[0], dates[-1]])
+    vectors = (one(dates[1:-1]).to_value("km") for one in (geometry.to_observer, geometry.to_sun))
+    return Geometry(times[1:-1], **dict(zip(("to_observer", "to_sun"), vectors, strict=True)), light_time=False)
+
+
+def night(found: xarray.Dataset, members: npt.NDArray[np.intp]) -> dict[str, Any]:
+    """Light curves of some members over a day, each from the middle of an occultation of Dimorphos by Didymos on.
+
+    Returns
+    -------
+    dict
+        ``time`` (T,) in hours from that middle; ``magnitude`` (M, T), reduced to unit distances and without its mean;
+        ``shift`` (M,), the time of that middle after the beginning of the night; ``events``, a table of kinds and
+        bodies with the middles and durations (M,) of the first of each kind after the middle; nan for none.
+    """
+    begin = hours(NIGHT)
+    geometry = _plain(measures.END, begin + 3 * HOURS)
+    time = np.arange(0.0, HOURS + STEP / 2, STEP)
+    curves, shifts, events = [], [], []
+    for member in members:
+        row = found.isel(row=int(member))
+        system, _ = model.setup(**{name: float(row[name]) for name in model.NAMES})
+        position, velocity, attitude, spin = np.split(row.state.values, [3, 6, 10], axis=1)
+        state = State(position, velocity, attitude, spin, time=measures.END)
+        near = system.integrate(state, begin, output="ends", integrator=Verner98(1e-9, 1e-9))[-1]
+        run = system.integrate(near, begin + 2.5 * HOURS, dense=True, integrator=Verner98(1e-9, 1e-9))
+        seen = mutual_events(run, geometry)
+        middle = next(
+            one.middle
+            for one in seen
+            if one.kind == "occultation" and one.body == "Dimorphos" and one.middle is not None
+        )
+        light = light_curve(run, middle + time, geometry, law=LommelSeeliger())
+        curves.append(light - np.median(light))
+        shifts.append(middle - begin)
+        events.append(_first(seen, middle))
+    kinds = sorted({kind for one in events for kind in one})
+    missing = (np.nan, np.nan)
+    return {
+        "time": time,
+        "magnitude": np.array(curves),
+        "shift": np.array(shifts),
+        "events": {kind: np.array([one.get(kind, missing) for one in events]) for kind in kinds},
+    }
+
+
+def _first(seen: list[Any], middle: float) -> dict[str, tuple[float, float]]:
+    """Middle, from a time on, and duration of the first event of each kind and body at or after that time."""
+    found: dict[str, tuple[float, float]] = {}
+    for one in seen:
+        if one.middle is not None and one.middle >= middle - 1e-9:
+            found.setdefault(f"{one.kind} of {one.body}", (one.middle - middle, one.duration))
+    return found

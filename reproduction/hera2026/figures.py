@@ -1,0 +1,121 @@
+"""The pictures of the study: outcomes over axis ratios, angles of the last days, a night, and inputs that matter."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.interpolate import CubicSpline
+
+from . import measures, posterior, results
+from .earth import NIGHT
+from .inputs import ARRIVAL, DATED
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["angles", "night", "outcomes", "sensitivity"]
+
+#: Colours that can be told apart without red and green, with marks.
+_LOOK = {
+    "locked": ("#0072b2", "o"),
+    "rolling": ("#e69f00", "^"),
+    "tumbling": ("#cc79a7", "s"),
+    "unmeasured": ("0.6", "x"),
+    "contact": ("k", "P"),
+    "escape": ("k", "*"),
+    "unfinished": ("0.3", "v"),
+    "failed": ("0.3", "+"),
+}
+
+
+def outcomes(found: xarray.Dataset, axes_map: xarray.Dataset) -> Figure:
+    """Members over their axis ratios by what they do at arrival, over how long the first motion lasts."""
+    figure = Figure(figsize=(7.2, 5.4), layout="constrained")
+    axes = figure.subplots()
+    days = np.where(np.isfinite(axes_map.tumbling_time), axes_map.tumbling_time / 24.0, posterior.OBSERVED_DAYS)
+    image = axes.pcolormesh(
+        axes_map.a_b, axes_map.b_c, days.T, cmap="Greys", vmin=0, vmax=1.6 * posterior.OBSERVED_DAYS
+    )
+    bar = figure.colorbar(
+        image, ax=axes, label="first day with a roll beyond 60 degrees (of 67)", boundaries=np.arange(0, 68)
+    )
+    bar.set_ticks([0, 20, 40, 60, 67], labels=["0", "20", "40", "60", "none"])
+    seen = results.consistent(found)
+    for word, (colour, mark) in _LOOK.items():
+        mine = found.outcome.values == word
+        if mine.any():
+            options: dict[str, Any] = (
+                {} if mark in "x+" else {"edgecolors": np.where(seen[mine], "k", "none"), "linewidths": 1.3}
+            )
+            axes.scatter(
+                found.a_b[mine], found.b_c[mine], s=34, c=colour, marker=mark, label=f"{word} ({mine.sum()})", **options
+            )
+    axes.scatter([], [], s=34, facecolors="none", edgecolors="k", label=f"apses as observed ({seen.sum()})")
+    axes.set_xlabel("a/b of Dimorphos")
+    axes.set_ylabel("b/c of Dimorphos")
+    axes.set_xlim(1.16, 1.44)
+    axes.set_ylim(1.0, 1.5)
+    axes.legend(loc="lower left", fontsize=9, title=f"Dimorphos on {ARRIVAL[:10]}")
+    return figure
+
+
+def angles(found: xarray.Dataset, count: int = 12) -> Figure:
+    """Yaw and roll over the last days, of the first members that are locked and that roll; an ellipsoid looks the same
+    after half a turn.
+    """
+    figure = Figure(figsize=(7.4, 4.8), layout="constrained")
+    panels = figure.subplots(2, 2, sharex=True, sharey="row", squeeze=False)
+    hours = measures.SPACING * (np.arange(found.sizes["time"]) - found.sizes["time"] + 1)
+    fine = np.linspace(hours[0], hours[-1], 20 * len(hours))
+    words = found.outcome.values[: found.sizes["kept"]]
+    for column, word in enumerate(("locked", "rolling")):
+        mine = found.angles.values[words == word][:count].astype(float)
+        panels[0, column].set_title(f"{len(mine)} {word} members", fontsize=10)
+        panels[1, column].set_xlabel(f"hours before {ARRIVAL[:10]}")
+        for axis, place in zip(panels[:, column], (2, 0), strict=True):
+            for one in mine:
+                # Half a turn of roll or yaw is none; lines do not cross from one end of the circle to the other.
+                angle = CubicSpline(hours, np.unwrap(one[:, place], period=np.pi))(fine)
+                angle = np.rad2deg((angle + np.pi / 2) % np.pi - np.pi / 2)
+                angle[1:][np.abs(np.diff(angle)) > 90] = np.nan
+                axis.plot(fine, angle, color=_LOOK[word][0], lw=0.9, alpha=0.7)
+    for row, name in zip(panels, ("yaw", "roll"), strict=True):
+        row[0].set_ylabel(f"{name} (degrees)")
+        row[0].set_ylim(-90, 90)
+        row[0].set_yticks([-90, -45, 0, 45, 90])
+    return figure
+
+
+def night(found: dict[str, Any]) -> Figure:
+    """The light curves of a night: the median and the middle 90 per cent of the members."""
+    figure = Figure(figsize=(7.2, 3.6), layout="constrained")
+    axes = figure.subplots()
+    time, curves = np.asarray(found["time"]), np.asarray(found["magnitude"])
+    low, middle, high = np.percentile(curves, [5, 50, 95], axis=0)
+    axes.fill_between(time, low, high, color="#56b4e9", alpha=0.5, lw=0, label="90 per cent of the members")
+    axes.plot(time, middle, color="#0072b2", lw=1.2, label="median")
+    axes.invert_yaxis()
+    axes.set_xlabel("hours after the middle of an occultation of Dimorphos")
+    axes.set_ylabel("magnitude, relative")
+    axes.set_title(f"a day of {NIGHT[:10]}, as of {DATED}", fontsize=10)
+    axes.legend(loc="lower right", fontsize=9)
+    return figure
+
+
+def sensitivity(table: dict[str, dict[str, float]]) -> Figure:
+    """Rank correlations of what is predicted with the inputs."""
+    figure = Figure(figsize=(7.6, 4.6), layout="constrained")
+    axes = figure.subplots()
+    values = np.array([list(row.values()) for row in table.values()])
+    image = axes.imshow(values, cmap="RdBu_r", vmin=-1, vmax=1, aspect="auto")
+    for (j, k), value in np.ndenumerate(values):
+        if np.isfinite(value) and abs(value) > 0.3:
+            axes.text(
+                k, j, f"{value:.1f}", ha="center", va="center", fontsize=7, color="w" if abs(value) > 0.6 else "k"
+            )
+    axes.set_xticks(range(values.shape[1]), list(next(iter(table.values()))), rotation=55, ha="right", fontsize=8)
+    axes.set_yticks(range(values.shape[0]), list(table), fontsize=8)
+    figure.colorbar(image, ax=axes, label="rank correlation")
+    return figure
