@@ -172,7 +172,7 @@ impl Kernel<'_> {
         self.scale * (relative + 64.0 * f64::EPSILON / self.lune.width())
     }
 
-    /// The tolerances of [`Self::partials_between`].
+    /// The tolerances of [`Self::partials_below`].
     pub fn tolerances(&self) -> [f64; PARTIALS] {
         let relative = PARTIAL_TOLERANCE + 64.0 * f64::EPSILON / self.lune.width();
         let mut all = [relative * self.scale; PARTIALS];
