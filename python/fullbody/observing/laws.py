@@ -212,9 +212,9 @@ class HG1G2:
 
     Notes
     -----
-    The nodes and end slopes of its splines are those of Penttilä et al. (2016), Planet. Space Sci. 123, 117. The slope of
-    the third function at zero is -0.10630097, with which the slopes at its other nodes are the published ones; programs
-    that take -1.0630097 differ by up to 0.001. It needs scipy.
+    The nodes and end slopes of its splines are those of Penttilä et al. (2016), Planet. Space Sci. 123, 117. The slope
+    of the third function at zero is -0.10630097, with which the slopes at its other nodes are the published ones;
+    programs that take -1.0630097 differ by up to 0.001. It needs scipy.
     """
 
     G1: float
