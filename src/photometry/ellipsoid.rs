@@ -5,13 +5,14 @@
 //! it, X = x + reach d, count with the normal N at X: where they move, the level of the outline at x changes by
 //! 2 N.(dx + reach dd - dX), the terms of the way itself being across N.
 
-use super::contour::{Contour, Moments};
 use super::kernel::{Kernel, PARTIALS};
 use super::law::Law;
 use super::lune::Lune;
 use super::outline::{Hiding, Light, Outline};
 use super::rule::Rule;
+use super::strips::{Moments, Strips};
 use crate::math::{Mat3, Vec3};
+use std::f64::consts::FRAC_PI_2;
 
 /// An ellipsoid at its place.
 #[derive(Debug, Clone, Copy)]
@@ -56,6 +57,7 @@ pub struct Lit<'a> {
     /// The same in the ellipsoid's own axes.
     lights: [Vec3; 2],
     lune: Lune,
+    phase: f64,
     hiding: Vec<Hiding>,
     outlines: Vec<Outline>,
 }
@@ -72,6 +74,7 @@ impl<'a> Lit<'a> {
         let lights = directions.map(|direction| placed.rotation.tr_mul(&direction));
         let [p, q] = lights.map(|light| light.component_div(&placed.semi_axes));
         let lune = Lune::new(&p, &q);
+        let phase = directions[0].cross(&directions[1]).norm().atan2(directions[0].dot(&directions[1]));
         let (mut hiding, mut outlines) = (Vec::new(), Vec::<Outline>::new());
         for (light, other) in before {
             let from = other.position - placed.position;
@@ -84,39 +87,26 @@ impl<'a> Lit<'a> {
                 centre: placed.rotation.tr_mul(&(from - direction * from.dot(direction))),
                 body: other.body,
             };
-            let outline = Outline::new(&lune, &placed.semi_axes, &one, from.norm());
+            let outline = Outline::new(&lune, &placed.semi_axes, &one);
             if !outline.misses() {
                 outlines.push(outline);
                 hiding.push(Hiding { centre: placed.rotation.tr_mul(&from), ..one });
             }
         }
-        Self { placed, law, rule, directions, lights, lune, hiding, outlines }
+        Self { placed, law, rule, directions, lights, lune, phase, hiding, outlines }
     }
 
-    /// The angle between the directions to the observer and to the Sun.
-    fn phase(&self) -> f64 {
-        let [e, s] = &self.directions;
-        e.cross(s).norm().atan2(e.dot(s))
-    }
-
-    fn kernel(&self, partials: bool) -> Kernel<'_> {
-        let (lune, terminator) = (&self.lune, self.lune.terminator());
-        let constant = self.law.constant().filter(|_| !lune.is_thin());
+    fn kernel(&self) -> Kernel<'_> {
         let mut kernel = Kernel {
-            lune,
+            lune: &self.lune,
             law: self.law,
             semi_axes: &self.placed.semi_axes,
-            scattering: self.law.at(if constant.is_some() { 0.0 } else { self.phase() }),
+            scattering: self.law.at(self.phase),
             rule: self.rule,
-            constant,
-            scale: 0.0,
-            start: lune.antiderivative(terminator),
-            start_squares: if partials { lune.squares(terminator) } else { Default::default() },
+            constant: self.law.constant().filter(|_| !self.lune.is_thin()),
+            scale: self.lune.size(),
         };
-        // Closed forms need no tolerance.
-        if constant.is_none() || !self.outlines.is_empty() {
-            kernel.scale = lune.size() * kernel.factor(lune.centre(), 0.0, 1.0).abs();
-        }
+        kernel.scale *= kernel.factor(self.lune.centre(), 0.0, 1.0).abs();
         kernel
     }
 
@@ -125,10 +115,13 @@ impl<'a> Lit<'a> {
         if self.lune.is_empty() {
             return 0.0;
         }
-        let kernel = self.kernel(false);
-        let over = Contour { kernel: &kernel, outlines: &self.outlines }.brightness();
-        // Rounding leaves less than nothing of a body that is hidden.
-        over.max(0.0) * self.placed.semi_axes.product()
+        let kernel = self.kernel();
+        let over = match (kernel.constant, self.outlines.is_empty()) {
+            // Over the parallels rho^2 has the integral of cos^2 b.
+            (Some(_), true) => FRAC_PI_2 * kernel.between(self.lune.terminator(), self.lune.limb(), 0.0, 1.0),
+            _ => Strips { kernel: &kernel, outlines: &self.outlines }.brightness(),
+        };
+        over * self.placed.semi_axes.product()
     }
 
     /// The brightness; its derivatives are added.
@@ -136,9 +129,18 @@ impl<'a> Lit<'a> {
         if self.lune.is_empty() {
             return 0.0;
         }
-        let kernel = self.kernel(true);
-        let contour = Contour { kernel: &kernel, outlines: &self.outlines };
-        let (sums, moments) = contour.partials(&self.hiding, &self.lights);
+        let kernel = self.kernel();
+        let (sums, moments) = match (kernel.constant, self.outlines.is_empty()) {
+            (Some(_), true) => {
+                let all = kernel.partials_between(self.lune.terminator(), self.lune.limb(), 0.0, 1.0);
+                // The integral of z is that of an odd function.
+                (all.map(|value| value * FRAC_PI_2), Vec::new())
+            }
+            _ => {
+                let strips = Strips { kernel: &kernel, outlines: &self.outlines };
+                strips.partials(&self.hiding, &self.lights)
+            }
+        };
         let volume = self.placed.semi_axes.product();
         self.add_own(&sums, volume, partials);
         for (hiding, moments) in self.hiding.iter().zip(&moments) {
@@ -160,9 +162,9 @@ impl<'a> Lit<'a> {
             partials.by_direction[k] += rotation * by_light;
         }
         own.semi_axes += (semi_axes.map(|a| sums[0] / a) + Vec3::new(sums[7], sums[8], sums[9])) * volume;
-        let [e, s] = self.directions;
-        let sin = e.cross(&s).norm();
+        let sin = self.phase.sin();
         if sin > 0.0 {
+            let [e, s] = self.directions;
             partials.by_direction[0] -= s * (sums[10] * volume / sin);
             partials.by_direction[1] -= e * (sums[10] * volume / sin);
         }

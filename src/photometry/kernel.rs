@@ -26,10 +26,6 @@ pub struct Kernel<'a> {
     pub constant: Option<f64>,
     /// The size of the brightness over a b c.
     pub scale: f64,
-    /// The lune's antiderivative at the terminator.
-    pub start: f64,
-    /// The lune's squares there, where derivatives are asked for.
-    pub start_squares: [[f64; 3]; 2],
 }
 
 impl Kernel<'_> {
@@ -61,41 +57,28 @@ impl Kernel<'_> {
         self.scattering.factor(mu, mu0, self.aside(l, z, rho))
     }
 
-    /// The integral of the brightness along a parallel, from the terminator to a longitude.
-    pub fn below(&self, l: Longitude, z: f64, rho: f64) -> f64 {
+    /// The integral of the brightness between two longitudes of a parallel.
+    pub fn between(&self, from: Longitude, to: Longitude, z: f64, rho: f64) -> f64 {
         if let Some(constant) = self.constant {
-            return constant * rho * (self.lune.antiderivative(l) - self.start);
+            return constant * rho * (self.lune.antiderivative(to) - self.lune.antiderivative(from));
         }
-        let f = |l: Longitude| [rho * self.lune.kernel(l)[0] * self.factor(l, z, rho)];
-        let [sum] = self.along(l, z, rho, &[self.tolerance()], f);
-        sum
-    }
-
-    /// The integrals of W functions along a parallel, from the terminator to a longitude, by Gauss's rule.
-    fn along<const W: usize>(
-        &self,
-        to: Longitude,
-        z: f64,
-        rho: f64,
-        tolerances: &[f64],
-        f: impl Fn(Longitude) -> [f64; W],
-    ) -> [f64; W] {
-        let mut total = [0.0; W];
-        self.pieces(to, z, rho, |[low, high]| {
-            let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-            let sums = self.rule.integrate(tolerances, &mut |x| {
-                let (sin, cos) = (middle + half * x).sin_cos();
-                f(Longitude { sin, cos }).map(|value| half * value)
-            });
-            total.iter_mut().zip(sums).for_each(|(total, sum)| *total += sum);
+        let mut f = |angle: f64| {
+            let (sin, cos) = angle.sin_cos();
+            let l = Longitude { sin, cos };
+            [rho * self.lune.kernel(l)[0] * self.factor(l, z, rho)]
+        };
+        let mut total = 0.0;
+        self.pieces(from, to, z, rho, |ends| {
+            let [sum] = self.rule.integrate(ends, &[self.tolerance()], &mut f, &mut |_, _| {});
+            total += sum;
         });
         total
     }
 
     /// Calls `piece` with the ends of intervals in which the law is smooth. A rough surface has edges where the cosines are equal,
     /// (p - q).u = 0, and where the normal is in the plane of the two directions, k.A^-2 u = 0.
-    fn pieces(&self, to: Longitude, z: f64, rho: f64, mut piece: impl FnMut([f64; 2])) {
-        let [low, high] = [self.lune.terminator(), to].map(|l| l.sin.atan2(l.cos));
+    fn pieces(&self, from: Longitude, to: Longitude, z: f64, rho: f64, mut piece: impl FnMut([f64; 2])) {
+        let [low, high] = [from, to].map(|l| l.sin.atan2(l.cos));
         let mut places = [low, high, high, high, high];
         if self.law.has_edges() {
             let [p, q] = self.lune.lengths;
@@ -129,20 +112,22 @@ impl Kernel<'_> {
         })
     }
 
-    /// [`Self::below`] with derivatives.
-    pub fn partials_below(&self, l: Longitude, z: f64, rho: f64) -> [f64; PARTIALS] {
+    /// The same with derivatives.
+    pub fn partials_between(&self, from: Longitude, to: Longitude, z: f64, rho: f64) -> [f64; PARTIALS] {
         let lune = self.lune;
         if let Some(constant) = self.constant {
-            let (low, high) = (&self.start_squares, lune.squares(l));
+            let (low, high) = (lune.squares(from), lune.squares(to));
             let mut all = [0.0; PARTIALS];
-            all[0] = self.below(l, z, rho);
+            all[0] = self.between(from, to, z, rho);
             for k in 0..2 {
                 let [plain, cos, sin] = [0, 1, 2].map(|i| constant * (high[k][i] - low[k][i]));
                 all[1 + 3 * k..4 + 3 * k].copy_from_slice(&[rho * cos, rho * sin, z * plain]);
             }
             return all;
         }
-        self.along(l, z, rho, &self.tolerances(), |l| {
+        let mut f = |angle: f64| {
+            let (sin, cos) = angle.sin_cos();
+            let l = Longitude { sin, cos };
             let [g, sight, light] = lune.kernel(l);
             let u = lune.point(l, z, rho);
             let [mu, mu0, n] = self.cosines(&u, rho * sight, rho * light);
@@ -162,21 +147,24 @@ impl Kernel<'_> {
             }
             all[10] = f * by_phase;
             all
-        })
+        };
+        let mut total = [0.0; PARTIALS];
+        self.pieces(from, to, z, rho, |ends| {
+            let sums = self.rule.integrate(ends, &self.tolerances(), &mut f, &mut |_, _| {});
+            total.iter_mut().zip(sums).for_each(|(total, sum)| *total += sum);
+        });
+        total
     }
 
-    /// The tolerance of the brightness over a b c: the edges of a rough surface have ends, about which it is no smooth function. The
-    /// longitudes of a thin lune are rounded.
+    /// The tolerance of the brightness over a b c: the edges of a rough surface have ends, about which it is no smooth function.
     pub fn tolerance(&self) -> f64 {
-        let relative = if self.law.has_edges() { 1e-9 } else { TOLERANCE };
-        self.scale * (relative + 64.0 * f64::EPSILON / self.lune.width())
+        self.scale * if self.law.has_edges() { 1e-9 } else { TOLERANCE }
     }
 
     /// The tolerances of [`Self::partials_between`].
     pub fn tolerances(&self) -> [f64; PARTIALS] {
-        let relative = PARTIAL_TOLERANCE + 64.0 * f64::EPSILON / self.lune.width();
-        let mut all = [relative * self.scale; PARTIALS];
-        all[0] *= 1e-2;
+        let mut all = [PARTIAL_TOLERANCE * self.scale; PARTIALS];
+        all[0] = PARTIAL_TOLERANCE * 1e-2 * self.scale;
         for k in 0..2 {
             all[1 + 3 * k..4 + 3 * k].iter_mut().for_each(|t| *t /= self.lune.lengths[k]);
         }

@@ -167,14 +167,9 @@ impl Lune {
         first * (x * cos - y * sin) + second * (x * sin + y * cos) + pole * z
     }
 
-    /// The angle from the terminator to the limb.
-    pub fn width(&self) -> f64 {
-        self.angle.sin.atan2(-self.angle.cos)
-    }
-
     /// The size of the integral of f over all of the lune.
     pub fn size(&self) -> f64 {
-        self.kernel(self.centre())[0] * self.width()
+        self.kernel(self.centre())[0] * self.angle.sin.atan2(-self.angle.cos)
     }
 
     /// Whether the lune is so thin that the integrals lose digits.

@@ -4,7 +4,6 @@
 //! brightness of each body, the integral over what is seen and lit of mu mu0 / (mu + mu0) T dS times the albedo, in squared
 //! length, and its derivatives. Ellipsoids are exact to round-off; other shapes are taken by their facets.
 
-mod contour;
 mod ellipsoid;
 mod facets;
 mod kernel;
@@ -13,6 +12,7 @@ mod lune;
 mod outline;
 mod rule;
 mod snapshot;
+mod strips;
 
 pub use ellipsoid::{ByBody, Partials};
 pub use law::{Hapke, Law};

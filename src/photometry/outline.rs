@@ -10,7 +10,6 @@
 use super::lune::{Longitude, Lune};
 use crate::integrate::polynomial_roots;
 use crate::math::{Mat3, Vec3};
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Which light is hidden.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,31 +45,24 @@ pub struct Outline {
     /// x changes with z along the ellipse's middle line by this slope.
     slope: f64,
     /// Half the width along x through the centre, and half the extent in z.
-    pub half: [f64; 2],
-    /// The rounding of coordinates.
-    rounding: f64,
-    /// The rounding of [`Self::level`].
-    pub level_rounding: f64,
-    /// Unit vectors of the hiding ellipsoid's unit sphere: the tangent point on it is cos(angle) v_0 + sin(angle) v_1.
+    half: [f64; 2],
+    /// Unit vectors of the hiding ellipsoid's unit sphere: the tangent point on it is side cos(theta) v_0 + sin(theta) v_1.
     tangents: [Vec3; 2],
 }
 
-/// A point of an outline on the lune.
-#[derive(Debug, Clone, Copy)]
-pub struct Spot {
-    /// Its longitude.
-    pub l: Longitude,
-    /// Its height.
-    pub z: f64,
-    /// The radius of the parallel there.
-    pub rho: f64,
-    /// Whether the outline has it, rather than the limb onto which it was moved.
-    pub own: bool,
+/// Where an outline crosses a parallel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Crossing {
+    /// The point of the unit sphere of the hiding ellipsoid at which the ray is tangent to it.
+    pub tangent: Vec3,
+    /// Half the width of the outline along x, over the cosine of the position on the outline: the shift of x with the level of
+    /// its equation, doubled.
+    pub shift: f64,
 }
 
 impl Outline {
-    /// The outline that an ellipsoid at this distance casts on one of these semi-axes, whose lune this is.
-    pub fn new(lune: &Lune, semi_axes: &Vec3, hiding: &Hiding, distance: f64) -> Self {
+    /// The outline that an ellipsoid casts on one of these semi-axes, whose lune this is.
+    pub fn new(lune: &Lune, semi_axes: &Vec3, hiding: &Hiding) -> Self {
         let [first, second, pole] = &lune.frame;
         let across = match hiding.light {
             Light::Sight => *second,
@@ -82,10 +74,7 @@ impl Outline {
         let slope = h.dot(&v) / square;
         let across = h - v * slope;
         let half = [across.norm(), square.sqrt()];
-        let rounding = 16.0 * f64::EPSILON * (1.0 + distance / semi_axes.min());
         Self {
-            rounding,
-            level_rounding: rounding * (1.0 + (1.0 + slope.abs()) / half[0] + 1.0 / half[1]),
             light: hiding.light,
             centre: rows.map(|row| row.dot(&hiding.centre)),
             slope,
@@ -101,108 +90,71 @@ impl Outline {
         x * x + z * z > reach * reach
     }
 
-    /// The point of the plane at an angle along the outline.
-    fn at(&self, (sin, cos): (f64, f64)) -> [f64; 2] {
-        let along = self.half[1] * sin;
-        [self.centre[0] + self.slope * along + self.half[0] * cos, self.centre[1] + along]
-    }
-
-    /// The angle at a point of the outline, from -90 to 270 degrees.
-    fn angle(&self, x: f64, z: f64) -> f64 {
-        let along = z - self.centre[1];
-        let cos = (x - self.centre[0] - self.slope * along) / self.half[0];
-        let angle = (along / self.half[1]).atan2(cos);
-        if angle < -FRAC_PI_2 { angle + TAU } else { angle }
-    }
-
-    /// The point of the lune at an angle along the outline. Those beyond the limb are moved onto it; where the parallel does not
-    /// exist, and beyond the terminator, where nothing is hidden, there is none.
+    /// Whether the outline reaches over the parallel at z; if so, the sine of the position on it.
     #[inline]
-    pub fn spot(&self, lune: &Lune, angle: (f64, f64)) -> Option<Spot> {
-        let [x, z] = self.at(angle);
-        let square = (1.0 - z) * (1.0 + z);
-        if square <= 0.0 {
-            return None;
-        }
-        let rho = square.sqrt();
-        let sin = x / rho;
-        let [low, high] = self.edges_of(lune);
-        // The integral along the parallel is flat at both edges, so that points within rounding of them may be moved too.
-        if sin <= low + self.rounding {
-            return None;
-        }
-        if sin >= high - self.rounding {
-            return Some(Spot { l: lune.limb(), z, rho, own: false });
-        }
-        let cos = ((1.0 - sin) * (1.0 + sin)).sqrt();
-        let l = match self.light {
-            Light::Sight => Longitude { sin, cos },
-            Light::Sun => Longitude {
-                sin: sin * lune.angle.cos + cos * lune.angle.sin,
-                cos: (cos * lune.angle.cos - sin * lune.angle.sin).max(0.0),
-            },
-        };
-        Some(Spot { l, z, rho, own: true })
+    fn position(&self, z: f64) -> Option<f64> {
+        let sin = (z - self.centre[1]) / self.half[1];
+        (sin.abs() < 1.0).then_some(sin)
     }
 
-    /// The level of the outline's equation at a point of the lune: below zero within the outline.
-    pub fn level(&self, lune: &Lune, spot: &Spot) -> f64 {
-        let sin = match self.light {
-            Light::Sight => spot.l.sin,
-            Light::Sun => spot.l.sin * lune.angle.cos - spot.l.cos * lune.angle.sin,
+    /// The interval of longitudes of the lune that the outline covers on a parallel. The flags tell which ends are the
+    /// outline's, rather than the lune's.
+    #[inline]
+    pub fn covers(&self, lune: &Lune, z: f64, rho: f64) -> Option<[(Longitude, bool); 2]> {
+        let sin = self.position(z)?;
+        let middle = self.centre[0] + self.slope * (z - self.centre[1]);
+        let width = self.half[0] * ((1.0 - sin) * (1.0 + sin)).sqrt();
+        let [low, high] = self.edges(lune);
+        let ends = [middle - width, middle + width].map(|x| x / rho);
+        if ends[0] >= high || ends[1] <= low {
+            return None;
+        }
+        let from_own = |sin: f64| {
+            let cos = ((1.0 - sin) * (1.0 + sin)).sqrt();
+            match self.light {
+                Light::Sight => Longitude { sin, cos },
+                Light::Sun => Longitude {
+                    sin: sin * lune.angle.cos + cos * lune.angle.sin,
+                    cos: (cos * lune.angle.cos - sin * lune.angle.sin).max(0.0),
+                },
+            }
         };
-        let along = spot.z - self.centre[1];
-        let across = spot.rho * sin - self.centre[0] - self.slope * along;
-        (across / self.half[0]).powi(2) + (along / self.half[1]).powi(2) - 1.0
+        let start = if ends[0] > low { (from_own(ends[0]), true) } else { (lune.terminator(), false) };
+        let end = if ends[1] < high { (from_own(ends[1]), true) } else { (lune.limb(), false) };
+        Some([start, end])
     }
 
     /// Whether a point of the outline's plane is over the lune, rounding aside.
     fn within(&self, lune: &Lune, x: f64, z: f64) -> bool {
         const ROUNDING: f64 = 1e-9;
         let rho = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt() + ROUNDING;
-        let [low, high] = self.edges_of(lune);
+        let [low, high] = self.edges(lune);
         x >= rho * low - ROUNDING && x <= rho * high + ROUNDING
     }
 
     /// The least and the largest x / rho on the lune.
-    fn edges_of(&self, lune: &Lune) -> [f64; 2] {
+    fn edges(&self, lune: &Lune) -> [f64; 2] {
         match self.light {
             Light::Sight => [-lune.angle.cos, 1.0],
             Light::Sun => [-1.0, lune.angle.cos],
         }
     }
 
-    /// The point of the hiding ellipsoid's unit sphere at which the ray is tangent to it, at an angle along the outline.
-    pub fn tangent(&self, sin: f64, cos: f64) -> Vec3 {
-        self.tangents[0] * cos + self.tangents[1] * sin
+    /// How the outline crosses the parallel at z, at the lower end of the covered interval or at the upper one.
+    pub fn crossing(&self, z: f64, upper: bool) -> Option<Crossing> {
+        let sin = self.position(z)?;
+        let cos = ((1.0 - sin) * (1.0 + sin)).sqrt();
+        let [across, along] = &self.tangents;
+        let tangent = across * if upper { cos } else { -cos } + along * sin;
+        Some(Crossing { tangent, shift: self.half[0] / cos })
     }
 
-    /// Finds the angles at which the outline reaches a height.
-    fn at_height(&self, z: f64, mut found: impl FnMut(f64)) {
-        let sin = (z - self.centre[1]) / self.half[1];
-        if sin.abs() < 1.0 {
-            let angle = sin.asin();
-            found(angle);
-            found(PI - angle);
-        }
-    }
-
-    /// Finds the angles at which the outline reaches the heights of the poles.
-    pub fn poles(&self, mut found: impl FnMut(f64)) {
-        [-1.0, 1.0].into_iter().for_each(|z| self.at_height(z, &mut found));
-    }
-
-    /// Finds the angles at which the outline is at a height beyond the limb.
-    pub fn beyond(&self, lune: &Lune, z: f64, mut found: impl FnMut(f64)) {
-        self.at_height(z, |angle| {
-            if self.spot(lune, angle.sin_cos()).is_some_and(|spot| !spot.own) {
-                found(angle);
-            }
-        });
-    }
-
-    /// Finds the angles and heights at which the outline crosses the limb and the terminator.
-    pub fn edges(&self, lune: &Lune, mut found: impl FnMut(f64, f64)) {
+    /// Adds the heights at which the part of the lune that the outline covers changes its kind: where the outline begins and
+    /// ends, and where it crosses the limb and the terminator.
+    pub fn breaks(&self, lune: &Lune, out: &mut Vec<f64>) {
+        let ([x, z], tip) = (self.centre, self.slope * self.half[1]);
+        let tips = [[x - tip, z - self.half[1]], [x + tip, z + self.half[1]]];
+        out.extend(tips.iter().filter(|[x, z]| self.within(lune, *x, *z)).map(|[_, z]| z));
         // x = rho where the hidden light grazes, up to the sign, and x^2 = (1 - z^2) cos^2 A where the other one does.
         let own = match self.light {
             Light::Sight => 1.0,
@@ -211,17 +163,13 @@ impl Outline {
         for edge in [own, -own * lune.angle.cos] {
             for side in Half::both(self) {
                 let level = side.x.squared() + (side.z.squared() - side.one.squared()) * (edge * edge);
-                side.roots(&level, |angle, x, z| {
-                    if x * edge >= 0.0 && self.within(lune, x, z) {
-                        found(angle, z);
-                    }
-                });
+                side.roots(&level, |x, z| x * edge >= 0.0 && self.within(lune, x, z), out);
             }
         }
     }
 
-    /// Finds the angles, on this outline and on another one, at which they cross; some may lie on the far side of the sphere.
-    pub fn crossings(&self, other: &Self, lune: &Lune, mut found: impl FnMut(f64, f64)) {
+    /// Adds the heights at which this outline crosses another one; some may lie on the far side of the sphere.
+    pub fn crossings(&self, other: &Self, lune: &Lune, out: &mut Vec<f64>) {
         // The other outline's x is x cos(turn) + w sin(turn) with w the height of this one's plane.
         let (cos, sin) = match (self.light, other.light) {
             (Light::Sight, Light::Sun) => (lune.angle.cos, -lune.angle.sin),
@@ -236,22 +184,13 @@ impl Outline {
             let w = side.one.squared() - side.x.squared() - side.z.squared();
             let even = (x.squared() + w * (sin * sin)) * width.powi(-2) + z.squared() * height.powi(-2)
                 - side.one.squared();
-            let odd = x * (2.0 * sin * width.powi(-2));
-            let mut add = |level: Polynomial| {
-                side.roots(&level, |angle, x, z| {
-                    if self.within(lune, x, z) {
-                        let w = (1.0 - x * x - z * z).max(0.0).sqrt();
-                        found(angle, other.angle(x * cos + w * sin, z));
-                    }
-                });
+            let level = if sin == 0.0 {
+                even
+            } else {
+                let odd = x * (2.0 * sin * width.powi(-2));
+                even.squared() - w.times(&odd.squared())
             };
-            if sin != 0.0 {
-                add(even.squared() - w.times(&odd.squared()));
-            }
-            // Beside the square of a large part that of a small one may be lost to rounding.
-            if odd.size() < 1e-4 * even.size() {
-                add(even);
-            }
+            side.roots(&level, |x, z| self.within(lune, x, z), out);
         }
     }
 }
@@ -259,8 +198,6 @@ impl Outline {
 /// Half of an outline, from -90 to 90 degrees about its end at large x or at small x: coordinates times 1 + t^2 as polynomials
 /// of t, the tangent of half the angle.
 struct Half {
-    /// The angle at its middle.
-    middle: f64,
     x: Polynomial,
     z: Polynomial,
     one: Polynomial,
@@ -270,24 +207,21 @@ impl Half {
     fn both(outline: &Outline) -> [Self; 2] {
         let [x, z] = outline.centre;
         let [width, height] = outline.half;
-        [(1.0, 0.0), (-1.0, PI)].map(|(side, middle)| {
+        [1.0, -1.0].map(|side| {
             let of = |centre: f64, cos: f64, sin: f64| {
                 Polynomial::of([centre + side * cos, 2.0 * side * sin, centre - side * cos])
             };
-            Self {
-                middle,
-                x: of(x, width, outline.slope * height),
-                z: of(z, 0.0, height),
-                one: of(1.0, 0.0, 0.0),
-            }
+            Self { x: of(x, width, outline.slope * height), z: of(z, 0.0, height), one: of(1.0, 0.0, 0.0) }
         })
     }
 
-    /// Finds a polynomial's roots: their angles, x and z.
-    fn roots(&self, polynomial: &Polynomial, mut found: impl FnMut(f64, f64, f64)) {
+    /// Adds the heights of a polynomial's roots where (x, z) is accepted.
+    fn roots(&self, polynomial: &Polynomial, accepts: impl Fn(f64, f64) -> bool, out: &mut Vec<f64>) {
         polynomial_roots(&polynomial.0, &mut |t| {
             let [x, z] = [&self.x, &self.z].map(|coordinate| coordinate.at(t) / self.one.at(t));
-            found(self.middle + 2.0 * t.atan(), x, z);
+            if accepts(x, z) {
+                out.push(z);
+            }
         });
     }
 }
@@ -314,11 +248,6 @@ impl Polynomial {
             all[i..].iter_mut().zip(&other.0).for_each(|(out, b)| *out += a * b);
         }
         Self(all)
-    }
-
-    /// The size of the coefficients.
-    fn size(&self) -> f64 {
-        self.0.iter().fold(0.0, |size, c| size.max(c.abs()))
     }
 
     fn squared(&self) -> Self {

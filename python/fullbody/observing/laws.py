@@ -212,8 +212,9 @@ class HG1G2:
 
     Notes
     -----
-    The nodes and end slopes of its splines are those of Penttilä et al. (2016), Planet. Space Sci. 123, 117. It needs
-    scipy.
+    The nodes and end slopes of its splines are those of Penttilä et al. (2016), Planet. Space Sci. 123, 117. The slope
+    of the third function at zero is -0.10630097, with which the slopes at its other nodes are the published ones;
+    programs that take -1.0630097 differ by up to 0.001. It needs scipy.
     """
 
     G1: float
@@ -242,7 +243,7 @@ def _splines() -> tuple[Any, Any, Any]:
     return (
         spline(wide, one, -6.0 / np.pi, -0.091328612),
         spline(wide, two, -9.0 / (5.0 * np.pi), -8.6573138e-8),
-        spline(near, surge, -1.0630097, 0.0),
+        spline(near, surge, -0.10630097, 0.0),
     )
 
 

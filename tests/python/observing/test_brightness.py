@@ -211,6 +211,11 @@ def test_phase_functions_have_their_published_values():
     # At a node: G1 0.33486016 + G2 0.62884169, with the third function zero from 30 degrees on.
     np.testing.assert_allclose(three(np.radians([30.0])), 0.3 * 0.33486016 + 0.4 * 0.62884169, rtol=1e-9)
     np.testing.assert_allclose(three(np.radians([7.5 - 1e-9])), three(np.radians([7.5 + 1e-9])), rtol=1e-8)
+    # The third function's slopes at its nodes, as Penttilä et al. (2016) print them.
+    node, h = np.radians([0.3, 1.0, 2.0, 4.0, 8.0, 12.0, 20.0]), 1e-7
+    slope = (observing.HG1G2(0.0, 0.0)(node + h) - observing.HG1G2(0.0, 0.0)(node - h)) / (2 * h)
+    published = [-41.180439, -10.366915, -7.5784615, -3.6960950, -0.78605652, -0.46527012, -0.20459545]
+    np.testing.assert_allclose(slope, published, rtol=2e-6)
 
 
 def test_what_is_wrong_is_named(pair):

@@ -1,0 +1,192 @@
+//! The brightness of an ellipsoid of which others hide parts, by strips along the parallels of its lune.
+//!
+//! On a parallel every outline covers one interval of longitudes, and what is left between them has the integrals of
+//! [`Kernel`]. Over the height z Gauss's rule is taken between the heights at which the intervals change their kind, in tau with
+//! z = m + h sin tau, so that the square roots at either end are smooth. An unknown change costs time, not accuracy: the rule
+//! halves its intervals until it has converged.
+//!
+//! Where the outline moves, x by dx at a constant height, the brightness over abc changes by |p| Q/(P+Q) T dx dz for an
+//! occultation, since dOmega = dx dz / (p.u / |p|), and by |q| P/(P+Q) T dx dz for an eclipse.
+
+use super::kernel::{Kernel, PARTIAL_TOLERANCE, PARTIALS};
+use super::lune::Longitude;
+use super::outline::{Hiding, Outline};
+use crate::math::Vec3;
+use nalgebra::Matrix3;
+use std::f64::consts::FRAC_PI_2;
+
+/// What the shift of an outline does to the brightness over abc, as sums over the outline's visible points with weights w: v are
+/// points of the hiding ellipsoid's unit sphere, u those of the other one's, and reach is the way from the second to the first
+/// along the hidden light.
+#[derive(Debug, Clone, Default)]
+pub struct Moments {
+    /// Sum of w v.
+    pub v: Vec3,
+    /// Sum of w reach v.
+    pub reach_v: Vec3,
+    /// Sum of w v u^T.
+    pub v_u: Matrix3<f64>,
+    /// Sum of w v v^T.
+    pub v_v: Matrix3<f64>,
+}
+
+/// An end of what is left uncovered on a parallel; the outline that it belongs to, and whether it is that one's upper end.
+type End = (Longitude, Option<(usize, bool)>);
+
+/// A lune under outlines.
+pub struct Strips<'a> {
+    pub kernel: &'a Kernel<'a>,
+    pub outlines: &'a [Outline],
+}
+
+impl Strips<'_> {
+    /// Intervals of z, in each of which the integrand is smooth but for square roots at the ends.
+    fn panels(&self) -> Vec<[f64; 2]> {
+        let mut breaks = vec![-1.0, 1.0];
+        breaks.extend(self.kernel.edge_heights().into_iter().flatten());
+        for (index, outline) in self.outlines.iter().enumerate() {
+            outline.breaks(self.kernel.lune, &mut breaks);
+            for other in &self.outlines[index + 1..] {
+                outline.crossings(other, self.kernel.lune, &mut breaks);
+            }
+        }
+        breaks.retain(|z| z.abs() <= 1.0);
+        breaks.sort_unstable_by(f64::total_cmp);
+        let pairs = breaks.windows(2).map(|pair| [pair[0], pair[1]]);
+        pairs.filter(|[low, high]| high - low > 4.0 * f64::EPSILON).collect()
+    }
+
+    /// Calls `between` with the ends of each part of a parallel that no outline covers.
+    #[inline]
+    fn uncovered(&self, z: f64, rho: f64, covered: &mut Vec<[End; 2]>, mut between: impl FnMut(End, End)) {
+        let lune = self.kernel.lune;
+        covered.clear();
+        covered.extend(self.outlines.iter().enumerate().filter_map(|(index, outline)| {
+            let [(low, own_low), (high, own_high)] = outline.covers(lune, z, rho)?;
+            Some([(low, own_low.then_some((index, false))), (high, own_high.then_some((index, true)))])
+        }));
+        covered.sort_unstable_by(|a, b| a[0].0.sin.total_cmp(&b[0].0.sin));
+        let mut reached: End = (lune.terminator(), None);
+        for &[low, high] in &*covered {
+            if low.0.sin > reached.0.sin {
+                between(reached, low);
+            }
+            if high.0.sin > reached.0.sin {
+                reached = high;
+            }
+        }
+        let limb = lune.limb();
+        if limb.sin > reached.0.sin {
+            between(reached, (limb, None));
+        }
+    }
+
+    /// The brightness over a b c.
+    pub fn brightness(&self) -> f64 {
+        let mut covered = Vec::with_capacity(self.outlines.len());
+        let mut total = 0.0;
+        for [low, high] in self.panels() {
+            let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+            let mut f = |tau: f64| {
+                let (sin, cos) = tau.sin_cos();
+                let (z, rho) = height(middle + half * sin);
+                let mut sum = 0.0;
+                self.uncovered(z, rho, &mut covered, |from, to| {
+                    sum += self.kernel.between(from.0, to.0, z, rho);
+                });
+                [half * cos * sum]
+            };
+            let tolerance = [self.kernel.tolerance()];
+            let ends = [-FRAC_PI_2, FRAC_PI_2];
+            let [sum] = self.kernel.rule.integrate(ends, &tolerance, &mut f, &mut |_, _| {});
+            total += sum;
+        }
+        total
+    }
+
+    /// The brightness over a b c with its derivatives, and what the shift of each outline does to it. `hiding` are the ellipsoids
+    /// of the outlines, and `lights` the directions to the observer and to the Sun, in the ellipsoid's frame.
+    pub fn partials(&self, hiding: &[Hiding], lights: &[Vec3; 2]) -> ([f64; PARTIALS], Vec<Moments>) {
+        let mut covered = Vec::with_capacity(self.outlines.len());
+        let mut total = [0.0; PARTIALS];
+        let mut moments = vec![Moments::default(); self.outlines.len()];
+        let longest = self.kernel.lune.lengths[0].max(self.kernel.lune.lengths[1]);
+        let mut tolerances = [PARTIAL_TOLERANCE * longest; PARTIALS + 1];
+        tolerances[..PARTIALS].copy_from_slice(&self.kernel.tolerances());
+        let ends = [-FRAC_PI_2, FRAC_PI_2];
+        for [low, high] in self.panels() {
+            let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+            let mut accepted = Vec::new();
+            let mut f = |tau: f64| {
+                let (sin, cos) = tau.sin_cos();
+                let (z, rho) = height(middle + half * sin);
+                let mut sums = [0.0; PARTIALS + 1];
+                self.uncovered(z, rho, &mut covered, |from, to| {
+                    let part = self.kernel.partials_between(from.0, to.0, z, rho);
+                    sums.iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
+                    for end in [from, to] {
+                        sums[PARTIALS] += self.flux(end, z, rho).map_or(0.0, |(_, flux)| flux);
+                    }
+                });
+                sums.map(|sum| half * cos * sum)
+            };
+            let take = &mut |middle, half| accepted.push((middle, half));
+            let sums = self.kernel.rule.integrate(ends, &tolerances, &mut f, take);
+            (0..PARTIALS).for_each(|k| total[k] += sums[k]);
+            for (centre, width) in accepted {
+                for [x, weight] in &self.kernel.rule.nodes {
+                    let (sin, cos) = (centre + width * x).sin_cos();
+                    let (z, rho) = height(middle + half * sin);
+                    let weight = weight * width * half * cos;
+                    self.uncovered(z, rho, &mut covered, |from, to| {
+                        for end in [from, to] {
+                            self.add(end, z, rho, weight, hiding, lights, &mut moments);
+                        }
+                    });
+                }
+            }
+        }
+        (total, moments)
+    }
+
+    /// The place on its outline of an end, and the rate at which the brightness over abc rises with half the outline's level.
+    fn flux(&self, (l, end): End, z: f64, rho: f64) -> Option<(Vec3, f64)> {
+        let (index, upper) = end?;
+        let outline = &self.outlines[index];
+        let crossing = outline.crossing(z, upper)?;
+        let light = outline.light as usize;
+        let along = self.kernel.lune.lengths[light] * self.kernel.lune.shares(l)[light];
+        Some((crossing.tangent, along * self.kernel.factor(l, z, rho) * crossing.shift))
+    }
+
+    /// Adds what an end contributes to the moments of its outline.
+    #[expect(clippy::too_many_arguments)]
+    fn add(
+        &self,
+        end: End,
+        z: f64,
+        rho: f64,
+        weight: f64,
+        hiding: &[Hiding],
+        lights: &[Vec3; 2],
+        moments: &mut [Moments],
+    ) {
+        let (Some((index, _)), Some((v, flux))) = (end.1, self.flux(end, z, rho)) else { return };
+        let (hiding, sums) = (&hiding[index], &mut moments[index]);
+        let u = self.kernel.lune.point(end.0, z, rho);
+        let surface = u.component_mul(self.kernel.semi_axes);
+        let tangent = hiding.centre + hiding.rotation * v.component_mul(&hiding.semi_axes);
+        let reach = (tangent - surface).dot(&lights[hiding.light as usize]);
+        let weighted = v * (weight * flux);
+        sums.v += weighted;
+        sums.reach_v += weighted * reach;
+        sums.v_u += weighted * u.transpose();
+        sums.v_v += weighted * v.transpose();
+    }
+}
+
+/// A height on the sphere and the radius of its parallel.
+fn height(z: f64) -> (f64, f64) {
+    let z = z.clamp(-1.0, 1.0);
+    (z, ((1.0 - z) * (1.0 + z)).sqrt())
+}
