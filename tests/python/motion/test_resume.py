@@ -292,8 +292,8 @@ def test_notes_that_do_not_fit_are_refused(tmp_path):
         ('{"bodies": [{"shape": "Cube"}, {}]}', "Cube"),
         ('{"bodies": [{}]}', "the notes have 1 bodies; expected 2"),
         ('{"units": ["km", "km", "kg"]}', "units has 'km'"),
-        ("[]", "notes are damaged"),
-        ("{", "notes are damaged"),
+        ("[]", "notes of the simulation are damaged"),
+        ("{", "notes of the simulation are damaged"),
     ):
         with pytest.raises(fullbody.InvalidInput, match=message):
             noted(notes)

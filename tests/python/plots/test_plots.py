@@ -270,7 +270,9 @@ def test_scene_draws_the_ellipsoid_where_it_is(kw4_run, dense, close):
     assert ax.get_title() == "time 20.1 h"
     masses = kw4_run.system.masses.value
     centre = state.position.value - masses @ state.position.value / masses.sum()
-    surface = np.concatenate(ax.collections[1]._faces)
+    drawn = ax.collections[1]
+    # Matplotlib 3.9 has the points in columns.
+    surface = np.concatenate(drawn._faces) if hasattr(drawn, "_faces") else drawn._vec[:3].T
     body = (surface - centre[1]) @ state.rotation_matrix[1]
     assert np.allclose(np.sum((body / np.array([0.285, 0.2315, 0.1745])) ** 2, axis=1), 1.0, atol=10 * close)
     x, y, z = ax.lines[-1].get_data_3d()
