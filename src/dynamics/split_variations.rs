@@ -47,6 +47,7 @@ impl Variations {
         // The rows hold derivatives of d; `forced` holds those of accelerations by G and by the masses.
         let mut rows = vec![vec![Mat3::zeros(); n]; n];
         let mut forced = vec![vec![Vec3::zeros(); self.parameters.len()]; n];
+        let mut accelerations = vec![Vec3::zeros(); n];
         let origin = vector(y, layout.position(0));
         let mut within = self.masses[0];
         for i in 1..n {
@@ -59,6 +60,7 @@ impl Variations {
             let u = r / distance;
             let pull = u / (distance * distance);
             let slope = (3.0 * u * u.transpose() - Mat3::identity()) * (g * within / distance.powi(3));
+            accelerations[i] -= pull * (g * within);
             for j in 1..=i {
                 let share = if j == i { 1.0 } else { -self.masses[j] / before };
                 rows[i][j] += slope * share;
@@ -74,6 +76,8 @@ impl Variations {
                     let block = rows[k][j];
                     rows[i][j] += block * share;
                 }
+                let acceleration = accelerations[k];
+                accelerations[i] += acceleration * share;
                 for p in 0..self.parameters.len() {
                     let value = forced[k][p];
                     forced[i][p] += value * share;
@@ -90,9 +94,10 @@ impl Variations {
                 }
             }
         }
-        // The Kepler motion does not move the barycentre.
+        // The Kepler motion does not move the barycentre, of which the masses change the shares.
         for p in 0..self.parameters.len() {
-            let centre: Vec3 = (1..n).map(|i| self.share[i] * forced[i][p]).sum();
+            let centre: Vec3 =
+                (1..n).map(|i| self.share[i] * forced[i][p] + self.share_by(p, i) * accelerations[i]).sum();
             for body in 0..n {
                 let own = if body == 0 { Vec3::zeros() } else { forced[body][p] };
                 self.forcing[p * n + body][0] += (own - centre) * sign;

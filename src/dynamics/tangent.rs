@@ -70,12 +70,17 @@ impl Variations {
     /// Returns the change of the mean position and velocity with the shares that a parameter gives the
     /// bodies.
     fn nominal_by_masses(&self, parameter: usize, state: &State) -> [Vec3; 2] {
+        let mean = |of: &[Vec3]| {
+            (0..self.bodies).map(|body| self.share_by(parameter, body) * of[body]).sum::<Vec3>()
+        };
+        [mean(&state.position), mean(&state.velocity)]
+    }
+
+    /// Returns the derivative of a body's share in the total mass by a parameter.
+    pub(super) fn share_by(&self, parameter: usize, body: usize) -> f64 {
         let total: f64 = self.masses.iter().sum();
         let by_mass = |body: usize| self.parameters[parameter].of_mass(body) / total;
-        let all: f64 = (0..self.bodies).map(by_mass).sum();
-        let share = |body: usize| by_mass(body) - self.share[body] * all;
-        let mean = |of: &[Vec3]| (0..self.bodies).map(|body| share(body) * of[body]).sum::<Vec3>();
-        [mean(&state.position), mean(&state.velocity)]
+        by_mass(body) - self.share[body] * (0..self.bodies).map(by_mass).sum::<f64>()
     }
 
     /// Converts a combination of columns to the bodies' own numbers; `moved` is added to the barycentre and

@@ -4,7 +4,7 @@
 //! A path changes results at round-off only (fused or separate multiply-add, number of partial sums).
 //! [`VectorPath::Portable`] gives the same bits on every machine: one lane, no fused operations.
 
-use super::Vec3;
+use super::{Mat3, Vec3};
 use crate::names::Named;
 use pulp::{Arch, Simd};
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -351,4 +351,11 @@ pub fn dot<S: Simd, const N: usize>(a: [Lanes<S, N>; 3], b: [Lanes<S, N>; 3]) ->
 #[inline(always)]
 pub fn total_vector<S: Simd>(v: [Total<S>; 3]) -> Vec3 {
     Vec3::new(v[0].value(), v[1].value(), v[2].value())
+}
+
+/// Returns the matrix of these rows of sums.
+#[inline(always)]
+pub fn total_matrix<S: Simd>(rows: [[Total<S>; 3]; 3]) -> Mat3 {
+    let [x, y, z] = [total_vector(rows[0]), total_vector(rows[1]), total_vector(rows[2])];
+    Mat3::new(x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z)
 }

@@ -24,7 +24,7 @@ use super::rule::Rule;
 use super::surface::place;
 use super::{Balance, Roles, sampled};
 use crate::gravity::FieldKernel;
-use crate::math::lanes::{Lanes, Total, cross, dot, splat_vector, total_vector};
+use crate::math::lanes::{Lanes, Total, cross, dot, splat_vector, total_matrix, total_vector};
 use crate::math::matrix::cross_times;
 use crate::math::{Mat3, Vec3};
 use crate::quadrature::Nodes;
@@ -148,12 +148,6 @@ impl<S: Simd> FaceAccumulator<S> {
             by_scale: [total_vector(self.by_scale[0]), total_vector(self.by_scale[1])],
         }
     }
-}
-
-#[inline(always)]
-fn total_matrix<S: Simd>(rows: [[Total<S>; 3]; 3]) -> Mat3 {
-    let [x, y, z] = [total_vector(rows[0]), total_vector(rows[1]), total_vector(rows[2])];
-    Mat3::new(x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z)
 }
 
 /// Returns the sums over the cells of a range in the field of an ellipsoid, a sphere or a point.

@@ -20,7 +20,7 @@ use super::{Balance, Interaction, Jacobian, Pair, Pose, Roles, ShapeDerivatives,
 use crate::error::Result;
 use crate::gravity::FieldKernel;
 use crate::interrupt::{InterruptCheck, UNITS};
-use crate::math::lanes::{Lanes, Total};
+use crate::math::lanes::{Lanes, Total, total_matrix};
 use crate::math::matrix::{cross_times, times_cross};
 use crate::math::{Mat3, Vec3};
 use crate::quadrature::{Division, Order, Stretch};
@@ -187,7 +187,7 @@ impl Pair {
             }
             Kernel::Near(near) => Ok(self.canonical_jacobian(*near, rule.node_kind, &rule.nodes, set, roles)),
             Kernel::Facets | Kernel::Layer(_) => {
-                let mut canonical = CanonicalJacobian::none();
+                let mut canonical = CanonicalJacobian::default();
                 self.each_piece(rule, interrupt, |range| {
                     for k in range.start..range.end.min(rule.nodes.len()) {
                         let z = roles.turn * sampled::vector(&rule.nodes.points, k);
@@ -311,21 +311,6 @@ impl Pair {
 }
 
 impl CanonicalJacobian {
-    /// Returns the derivatives before any point is added.
-    fn none() -> Self {
-        let (zero, none) = (Mat3::zeros(), Vec3::zeros());
-        let balance = Balance { force: none, torque: none, torque_field: none };
-        Self {
-            balance,
-            force_by_position: zero,
-            force_by_rotation: zero,
-            torque_by_rotation: zero,
-            field_by_position: zero,
-            field_by_rotation: zero,
-            by_scale: balance,
-        }
-    }
-
     /// Adds a point with a weight, the position x and the arm z, given the field and its gradient there.
     fn add_point(&mut self, weight: f64, x: &Vec3, z: &Vec3, field: &Vec3, gradient: &Mat3) {
         let (g, h) = (field * weight, gradient * weight);
@@ -385,14 +370,7 @@ impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
                 }
             }
         }
-        let mut all = [Mat3::zeros(); 4];
-        for m in 0..4 {
-            for i in 0..3 {
-                for j in 0..3 {
-                    all[m][(i, j)] = totals[m][i][j].value();
-                }
-            }
-        }
-        Means(all)
+        let [of_nodes, x, y, z] = totals;
+        Means([total_matrix(of_nodes), total_matrix(x), total_matrix(y), total_matrix(z)])
     }
 }

@@ -31,7 +31,7 @@ use std::ops::AddAssign;
 pub(super) const ABREAST: usize = 4;
 
 /// Loads and their derivatives, in the field body's canonical frame.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct CanonicalJacobian {
     pub balance: Balance,
     /// Derivative of the force by the position.
@@ -62,13 +62,10 @@ pub(super) fn canonical_jacobian<const D: usize, const M: usize>(
     let origin = roles.origin;
     let sums = nodes.sum(|nodes| arch.dispatch(GradientSum::<_, D, M> { kernel, nodes, origin, axes }));
     let mut jacobian = CanonicalJacobian {
-        balance: Balance { force: sums.force, torque: Vec3::zeros(), torque_field: sums.torque_field },
+        balance: Balance { force: sums.force, torque_field: sums.torque_field, ..Balance::default() },
         force_by_position: sums.gradient[0],
-        force_by_rotation: Mat3::zeros(),
-        torque_by_rotation: Mat3::zeros(),
         field_by_position: sums.torque_gradient[0],
-        field_by_rotation: Mat3::zeros(),
-        by_scale: Balance { force: Vec3::zeros(), torque: Vec3::zeros(), torque_field: Vec3::zeros() },
+        ..CanonicalJacobian::default()
     };
     let mut second = 1 + D;
     for k in 0..D {

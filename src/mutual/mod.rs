@@ -95,7 +95,7 @@ struct Roles {
 }
 
 /// The results of a quadrature, in the field body's canonical frame, per unit G m m.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Balance {
     /// Force on the body that is integrated over.
     force: Vec3,

@@ -97,6 +97,27 @@ def test_fixed_steps_have_their_own_tangent_map(integrator):
         assert worst(run.sensitivity[name][1] / size, change / size) < 1e-9
 
 
+@pytest.mark.parametrize("integrator", STEPS, ids=["lie", "aba864", "leapfrog"])
+@pytest.mark.parametrize("name", ["mass of A", "mass of B", "mu of Sun"])
+def test_the_tangent_map_of_fixed_steps_beside_a_third_body(integrator, name):
+    # The masses change the shares of both bodies in the barycentre, which the third body moves.
+    system, state = tumbling()
+
+    def end(by=0.0, **given):
+        masses = [body.mass + (by if name == f"mass of {body.name}" else 0.0) for body in system]
+        bodies = [fullbody.Body(b.shape, mass=mass, name=b.name) for b, mass in zip(system, masses, strict=True)]
+        mu = 30.0 + (by if name == "mu of Sun" else 0.0)
+        path = {"times": [-1.0, 0.0, 1.0, 3.0], "positions": [[20.0, 8.0, 3.0]] * 4}
+        sun = fullbody.forces.ThirdBody(mu=mu, of="body", name="Sun", **path)
+        changed = fullbody.System(bodies, G=1.0, forces=[sun])
+        return changed.integrate(state, 2.0, output="ends", integrator=integrator, **given)
+
+    size = scales(system, state)
+    column = end(derivatives=[name]).sensitivity[name][-1]
+    change = central(lambda by: end(by)[-1], 1e-3)
+    assert worst(column / size, change / size) < 1e-9
+
+
 @pytest.mark.parametrize("integrator", [*STEPS, TIGHT], ids=["lie", "aba864", "leapfrog", "verner98"])
 def test_points_turn_evenly(integrator):
     # d theta/dt = dspin - spin x theta and d spin/dt = 0 have constant coefficients: the exponential of their matrix.

@@ -7,7 +7,7 @@ from random_systems import TOLERANCE, asymmetry, case, errors
 
 #: How many are tried; the acceptance run takes 200 and more, from another first seed.
 COUNT = int(os.environ.get("FULLBODY_RANDOM_SYSTEMS", "4"))
-FIRST = int(os.environ.get("FULLBODY_FIRST_SEED", "4"))
+FIRST = int(os.environ.get("FULLBODY_FIRST_SEED", "1"))
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + COUNT))
