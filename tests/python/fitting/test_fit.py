@@ -10,6 +10,7 @@ from eris import EPOCH, ERIS
 from fits import QUICK, kw4, noisy
 from fullbody import observing
 from fullbody.fitting import Free, Outliers
+from scipy.spatial.transform import Rotation
 from support import DATA
 
 TRUE = {"mass": 2.353, "a": 2.55}
@@ -125,6 +126,25 @@ def test_order_units_and_epoch_of_the_data_change_nothing():
     assert abs(other.values["a"].to_value(u.km) - found.values["a"]) < 1e-4 * found.sigma["a"]
     np.testing.assert_allclose(other.correlation, found.correlation, atol=1e-5)
     assert other.sigma["a"].to_value(u.km) == pytest.approx(found.sigma["a"], rel=1e-5)
+
+
+def test_axes_of_the_system_change_nothing():
+    radar = noisy(np.random.default_rng(5), *kw4(), np.linspace(2.0, 38.0, 15) * u.h, 40.0)
+    turn = fullbody.frames.rotation("ecliptic", "equatorial")
+
+    def turned(mass, a):
+        """The same system and state along the axes of the equator."""
+        system, state = kw4(mass=mass, a=a)
+        matrices = Rotation.from_matrix(turn @ state.rotation_matrix)
+        vectors = {name: np.asarray(getattr(state, name)) @ turn.T for name in ("position", "velocity")}
+        state = fullbody.State.from_scipy(rotation=matrices, spin=np.asarray(state.spin), **vectors)
+        return system.with_options(frame="equatorial"), state
+
+    one, other = (fullbody.fit(setup, START, radar, integrator=QUICK) for setup in (kw4, turned))
+    assert other.chi2 == pytest.approx(one.chi2, rel=1e-8)
+    for name in START:
+        assert abs(other.values[name] - one.values[name]) < 1e-3 * one.sigma[name]
+        assert other.sigma[name] == pytest.approx(one.sigma[name], rel=1e-5)
 
 
 def test_a_prior_on_what_the_data_do_not_touch_comes_back(radar):
