@@ -75,7 +75,7 @@ def study() -> Lempo:
     without = fullbody.fit(_points, best, moons.lempo(as_collected=True), integrator=INTEGRATOR)
     free = {name: value for name, value in found.values.items() if name != "paha"}
     heavy = fullbody.fit(_heavy, free, data, integrator=INTEGRATOR)
-    spheroid = fullbody.fit(_spheroid, {"J2": 0.05, **best}, data, integrator=INTEGRATOR)
+    spheroid = fullbody.fit(_spheroid, {"J2": 0.01, **best}, data, integrator=INTEGRATOR)
     return Lempo(found, without, heavy, spheroid)
 
 
@@ -91,9 +91,19 @@ def _spheroid(
     J2: float, lempo: float, hiisi: float, paha: float, **orbits: float
 ) -> tuple[fullbody.System, fullbody.State]:
     inner, outer = _orbits(orbits)
-    axis = upright(orbits["i_hiisi"], orbits["node_hiisi"])
-    masses = lempo * 1e18, hiisi * 1e18, paha * 1e18
-    return nested(NAMES, masses, inner, outer, EPOCH, oblate(RADIUS, J2), axis, 2.0 * np.pi / orbits["period_hiisi"])
+    rate = 2.0 * np.pi / orbits["period_hiisi"]
+    a = (G * 1e18 * (lempo + hiisi) / rate**2) ** (1.0 / 3.0)
+    return nested(
+        NAMES,
+        (lempo * 1e18, hiisi * 1e18, paha * 1e18),
+        inner,
+        outer,
+        EPOCH,
+        oblate(RADIUS, J2),
+        upright(orbits["i_hiisi"], orbits["node_hiisi"]),
+        rate,
+        1.0 + 1.5 * J2 * (RADIUS / a) ** 2,
+    )
 
 
 def _orbits(orbits: dict[str, float]) -> tuple[list[float], list[float]]:
