@@ -95,6 +95,7 @@ def _lempo(lempo: Lempo) -> list[str]:
     places = [fit.names.index(name) for name in names]
     rows = fit.correlation[np.ix_(places, places)]
     j2 = free.values["J2"], free.sigma["J2"]
+    bound = ", at the bound of zero," if "paha" in fit.at_bounds else ""
     return [
         f"Three points leave chi2 {without.chi2:.2f} for {without.dof} degrees of freedom with the errors as "
         "collected. The "
@@ -102,7 +103,7 @@ def _lempo(lempo: Lempo) -> list[str]:
         "turned to "
         f"the ecliptic; turned back, chi2 is {fit.chi2:.2f}.",
         f"The masses in 1e18 kg are {stated(fit.values['lempo'], fit.sigma['lempo'])} (Lempo), "
-        f"{stated(fit.values['hiisi'], fit.sigma['hiisi'])} (Hiisi) and, at the bound of zero, "
+        f"{stated(fit.values['hiisi'], fit.sigma['hiisi'])} (Hiisi) and{bound} "
         f"{fit.values['paha']:.2f} +- {fit.sigma['paha']:.2f} (Paha). Their correlations are {rows[0, 1]:.2f} "
         "(Lempo and "
         f"Hiisi), {rows[0, 2]:.2f} (Lempo and Paha) and {rows[1, 2]:.2f} (Hiisi and Paha). Hiisi is the heavier "
@@ -131,7 +132,7 @@ def _haumea(haumea: Haumea) -> list[str]:
     return [
         "The file has offsets along the ecliptic. Turned back to the equator about the direction that it has for "
         "Haumea, which "
-        "is that from the Sun and not from the Earth, they have five decimals again, as a printed table has. Taken "
+        "is that from the Sun and not from the Earth, nearly all have five decimals again, as a printed table has. Taken "
         "as east, "
         f"they leave chi2 {tables.chi2:.1f} for {tables.dof} degrees of freedom with Hi'iaka alone, and the pole "
         f"({first[0]:.1f}, {first[1]:.1f}) degrees; taken as west, chi2 {turned.chi2:.1f} and the pole "
