@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from . import haumea as haumea_
 from .catalogue import SHAPE, Refit
@@ -39,7 +40,7 @@ def catalogue(found: Sequence[Refit]) -> Figure:
     rows = np.arange(len(found))
     for name, marker in zip(SHAPE, "osD^", strict=True):
         values = np.clip([one.differences[name] for one in found], -15.0, 15.0)
-        left.plot(values, rows, marker, ms=4, alpha=0.8, label={"period": "period"}.get(name, name))
+        left.plot(values, rows, marker, ms=4, alpha=0.8, label=name)
     left.axvspan(-LIMIT, LIMIT, color="0.9", zorder=0)
     left.set(xlabel="fitted minus published, published standard errors", yticks=rows, xlim=(-16, 16))
     left.set_yticklabels([one.catalogued.name for one in found], fontsize=7)
@@ -47,7 +48,8 @@ def catalogue(found: Sequence[Refit]) -> Figure:
     left.legend(fontsize=8)
     right.plot([one.ratio for one in found], rows, "ko", ms=4)
     right.axvline(0.5, color="0.5", ls=":")
-    right.set(xscale="log", xlabel="published over fitted error of the period")
+    right.set(xscale="log", xlim=(0.05, 3.0), xlabel="published over fitted error of the period")
+    right.xaxis.set_minor_formatter(NullFormatter())
     return figure
 
 

@@ -79,6 +79,9 @@ def _eris(eris: Eris) -> list[str]:
         f"above zero; a circular orbit has chi2 {circle.chi2:.1f} for {circle.dof}. Without light time chi2 is "
         f"{eris.instant.chi2:.1f}, lower: chi2 does not find that mistake, which moves the mean longitude by "
         f"{abs(eris.instant.values['longitude'] - fit.values['longitude']):.1f} degrees.",
+        "The catalogue's file of the same system, 2003 UB313, ends in 2015 and gives another eccentricity and period. With the "
+        f"seven epochs of 2018, e is {stated(fit.values['e'], fit.sigma['e'])} and the period "
+        f"{fit.values['period']:.5f} days, as the catalogue has them.",
         f"A free J2 of Eris, along the normal of the orbit and for a radius of {RADIUS:.0f} km, is {stated(*j2)}; "
         "chi2 falls "
         f"by {fit.chi2 - free.chi2:.1f} for one parameter, to {free.chi2:.1f}. The figure of Eris does not explain "
@@ -132,7 +135,7 @@ def _haumea(haumea: Haumea) -> list[str]:
     return [
         "The file has offsets along the ecliptic. Turned back to the equator about the direction that it has for "
         "Haumea, which "
-        "is that from the Sun and not from the Earth, nearly all have five decimals again, as a printed table has. Taken "
+        "is that from the Sun and not from the Earth, nearly all have five decimals again, as a table has. Taken "
         "as east, "
         f"they leave chi2 {tables.chi2:.1f} for {tables.dof} degrees of freedom with Hi'iaka alone, and the pole "
         f"({first[0]:.1f}, {first[1]:.1f}) degrees; taken as west, chi2 {turned.chi2:.1f} and the pole "
