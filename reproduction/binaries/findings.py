@@ -79,8 +79,8 @@ def _eris(eris: Eris) -> list[str]:
         f"above zero; a circular orbit has chi2 {circle.chi2:.1f} for {circle.dof}. Without light time chi2 is "
         f"{eris.instant.chi2:.1f}, lower: chi2 does not find that mistake, which moves the mean longitude by "
         f"{abs(eris.instant.values['longitude'] - fit.values['longitude']):.1f} degrees.",
-        "The catalogue's file of the same system, 2003 UB313, ends in 2015 and gives another eccentricity and period. With the "
-        f"seven epochs of 2018, e is {stated(fit.values['e'], fit.sigma['e'])} and the period "
+        "The catalogue's file of the same system, 2003 UB313, ends in 2015 and gives another eccentricity and period. "
+        f"With the seven epochs of 2018, e is {stated(fit.values['e'], fit.sigma['e'])} and the period "
         f"{fit.values['period']:.5f} days, as the catalogue has them.",
         f"A free J2 of Eris, along the normal of the orbit and for a radius of {RADIUS:.0f} km, is {stated(*j2)}; "
         "chi2 falls "

@@ -139,7 +139,7 @@ def verdicts(found: Lempo) -> list[Verdict]:
     error = float(np.sqrt(fit.covariance[np.ix_(places, places)].sum()))
     why = (
         "That is from Paha's orbit alone. The inner orbit of the same paper, 867 km in 1.907 days, needs 14.2e18 kg "
-        "without Paha: two orbits that do not disturb each other disagree. Here one motion of three bodies fits both moons."
+        "without Paha: two orbits that do not disturb each other disagree. Here one motion of three bodies fits both."
     )
     rows.append(compared("Lempo", "mass of all three [1e18 kg], Benecchi et al. (2010)", WHOLE, (whole, error), why))
     return rows
