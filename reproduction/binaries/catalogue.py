@@ -63,7 +63,7 @@ class Refit:
     @property
     def ratio(self) -> float:
         """The published standard error of the period over that of the fit."""
-        return self.catalogued.errors["period"] / self.fit.sigma["period"]
+        return float(self.catalogued.errors["period"] / self.fit.sigma["period"])
 
     @property
     def why(self) -> str:

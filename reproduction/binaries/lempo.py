@@ -56,15 +56,17 @@ class Lempo:
 
 def start() -> dict[str, Any]:
     """Return masses and orbits near the minimum, on the equator."""
-    inner, outer = (
-        elements(*on_equator((mu * (period / (2.0 * np.pi)) ** 2) ** (1.0 / 3.0), *angles, mu), mu)
-        for (period, *angles), mu in (
-            (INNER, G * 1e18 * (START["lempo"] + START["hiisi"])),
-            (OUTER, G * 1e18 * sum(START.values())),
-        )
-    )
+    inner, outer = _turned(INNER, START["lempo"] + START["hiisi"]), _turned(OUTER, sum(START.values()))
     orbits = {f"{name}_{moon}": orbit[name] for moon, orbit in (("hiisi", inner), ("paha", outer)) for name in ORBIT}
     return {**START, "paha": Free(START["paha"], lower=1e-4), **orbits}
+
+
+def _turned(orbit: tuple[float, float, float, float, float, float], mass: float) -> dict[str, float]:
+    """Return an orbit on the ecliptic about a mass (1e18 kg) by its elements on the equator."""
+    period, e, i, node, argument, anomaly = orbit
+    mu = G * 1e18 * mass
+    a = (mu * (period / (2.0 * np.pi)) ** 2) ** (1.0 / 3.0)
+    return elements(*on_equator(a, e, i, node, argument, anomaly, mu), mu)
 
 
 def study() -> Lempo:
