@@ -98,6 +98,7 @@ def _lempo(lempo: Lempo) -> list[str]:
     places = [fit.names.index(name) for name in names]
     rows = fit.correlation[np.ix_(places, places)]
     j2 = free.values["J2"], free.sigma["J2"]
+    shorter = float(np.sqrt(max(0.0, 1.0 - 5.0 * (j2[0] + 2.0 * j2[1]))))
     bound = ", at the bound of zero," if "paha" in fit.at_bounds else ""
     return [
         f"Three points leave chi2 {without.chi2:.2f} for {without.dof} degrees of freedom with the errors as "
@@ -116,12 +117,8 @@ def _lempo(lempo: Lempo) -> list[str]:
         "The published shapes are diameters, and spheres attract as points do. A Lempo that is flattened along the "
         "normal of "
         f"the inner orbit, and turns with it, has J2 = {stated(*j2)} for a radius of 143 km, and chi2 {free.chi2:.2f}, "
-        f"{fit.chi2 - free.chi2:.2f} less for one parameter: "
-        + (
-            "the data do not ask for it."
-            if fit.chi2 - free.chi2 < 4.0
-            else "the data ask for a figure that no homogeneous body of this density is likely to have."
-        ),
+        f"{fit.chi2 - free.chi2:.2f} less for one parameter. Two "
+        f"standard errors above that its polar axis would be {100.0 * (1.0 - shorter):.1f} per cent shorter than the others.",
     ]
 
 
