@@ -14,9 +14,8 @@ __all__ = ["main"]
 def main(argv: Sequence[str] | None = None) -> int:
     """Fit and report."""
     text = (
-        "Fit the relative astrometry of 27 binaries beyond Neptune, of Eris, Lempo and Haumea, and write "
-        "report.md, figures "
-        "and numbers.json, with a verdict on every published number. Takes some minutes."
+        "Fit the relative astrometry of 27 binaries beyond Neptune, of Eris, Lempo and Haumea, and write report.md, "
+        "figures and numbers.json, with a verdict on every published number. Takes some minutes."
     )
     return command("binaries", text, "out/binaries", report.write, argv)
 

@@ -63,7 +63,7 @@ class Refit:
     @property
     def ratio(self) -> float:
         """The published standard error of the period over that of the fit."""
-        return self.catalogued.errors["period"] / self.fit.sigma["period"]
+        return float(self.catalogued.errors["period"] / self.fit.sigma["period"])
 
     @property
     def why(self) -> str:
@@ -77,9 +77,8 @@ class Refit:
             )
         if self.ratio < ENOUGH:
             text.append(
-                f"The file lacks data: it ends in {last:.1f} and determines the period {1.0 / self.ratio:.1f} "
-                "times less "
-                f"well than published."
+                f"The file lacks data: it ends in {last:.1f} and determines the period {1.0 / self.ratio:.1f} times "
+                "less well than published."
             )
         if np.isfinite(self.rise):
             text.append(f"With the published orbit as a prior chi2 rises by {self.rise:.1f} (p = {self.p_rise:.2g}).")

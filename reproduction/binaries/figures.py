@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from . import haumea as haumea_
 from .catalogue import SHAPE, Refit
@@ -20,13 +21,10 @@ __all__ = ["CAPTIONS", "catalogue", "eris", "poles"]
 
 CAPTIONS = {
     "catalogue": "Fitted minus published elements of the 27 systems, in published standard errors (left; cut at "
-    "15), and "
-    "the published standard error of the period over that which the data of the file allow (right). Systems left "
-    "of the "
-    "dotted line were published with more data than the file has.",
+    "15), and the published standard error of the period over that which the data of the file allow (right). "
+    "Systems left of the dotted line were published with more data than the file has.",
     "eris": "Dysnomia about Eris: the observations with their standard errors, five times enlarged, and where the "
-    "fitted "
-    "orbit places Dysnomia at their times.",
+    "fitted orbit places Dysnomia at their times.",
     "poles": "The normal of Hi'iaka's orbit, fitted with either sign of right ascension, and the pole of Haumea's "
     "ring.",
 }
@@ -39,7 +37,7 @@ def catalogue(found: Sequence[Refit]) -> Figure:
     rows = np.arange(len(found))
     for name, marker in zip(SHAPE, "osD^", strict=True):
         values = np.clip([one.differences[name] for one in found], -15.0, 15.0)
-        left.plot(values, rows, marker, ms=4, alpha=0.8, label={"period": "period"}.get(name, name))
+        left.plot(values, rows, marker, ms=4, alpha=0.8, label=name)
     left.axvspan(-LIMIT, LIMIT, color="0.9", zorder=0)
     left.set(xlabel="fitted minus published, published standard errors", yticks=rows, xlim=(-16, 16))
     left.set_yticklabels([one.catalogued.name for one in found], fontsize=7)
@@ -47,7 +45,8 @@ def catalogue(found: Sequence[Refit]) -> Figure:
     left.legend(fontsize=8)
     right.plot([one.ratio for one in found], rows, "ko", ms=4)
     right.axvline(0.5, color="0.5", ls=":")
-    right.set(xscale="log", xlabel="published over fitted error of the period")
+    right.set(xscale="log", xlim=(0.05, 3.0), xlabel="published over fitted error of the period")
+    right.xaxis.set_minor_formatter(NullFormatter())
     return figure
 
 

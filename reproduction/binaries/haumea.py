@@ -197,12 +197,9 @@ def verdicts(found: Haumea) -> list[Verdict]:
     heavy = spheroid.correlation[spheroid.names.index("J2"), spheroid.names.index("hiiaka")]
     why = (
         f"With that J2 chi2 is {found.triaxial.chi2 - spheroid.chi2:.1f} larger. The difference is in our standard "
-        "errors. "
-        f"J2 and the mass of Hi'iaka do nearly the same to Namaka's orbit: their correlation is {heavy:.2f}, and "
-        "with that "
-        f"J2 the mass is {found.triaxial.values['hiiaka']:.1f}e18 kg. Proudfoot et al. (2024), who have more "
-        "observations and "
-        "leave the axis free, find J2 above zero at 2.5 sigma."
+        f"errors. J2 and the mass of Hi'iaka do nearly the same to Namaka's orbit: their correlation is {heavy:.2f}, "
+        f"and with that J2 the mass is {found.triaxial.values['hiiaka']:.1f}e18 kg. Proudfoot et al. (2024), who have "
+        "more observations and leave the axis free, find J2 above zero at 2.5 sigma."
     )
     rows.append(
         Verdict(
@@ -231,6 +228,5 @@ def _parity(found: Haumea) -> Verdict:
         None,
         "holds" if tables.p_value > turned.p_value else "differs",
         "The parallax of the Earth's and Haumea's motion tells an orbit from its mirror image: the tables have the "
-        "sign of "
-        "right ascension reversed.",
+        "sign of right ascension reversed.",
     )

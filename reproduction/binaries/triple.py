@@ -59,6 +59,7 @@ def nested(
     first: Any = None,
     attitude: Any = None,
     spin: float = 0.0,
+    stronger: float = 1.0,
 ) -> tuple[fullbody.System, fullbody.State]:
     """Make a system in the frame of the equator.
 
@@ -77,9 +78,12 @@ def nested(
         Of the first body.
     spin : float
         Of the first body about its z-axis, rad/day.
+    stronger : float
+        By which factor the figure of the first body strengthens its gravity at the inner orbit: the period is then that
+        of a circular orbit there, which the figure hardly changes.
     """
     m = np.asarray(masses, dtype=np.float64)
-    (r, v), (r3, v3) = place(m[:2].sum(), *inner), place(m.sum(), *outer)
+    (r, v), (r3, v3) = place(stronger * m[:2].sum(), *inner), place(m.sum(), *outer)
     part = m[1] / m[:2].sum()
     shapes = [first or fullbody.PointMass(), fullbody.PointMass(), fullbody.PointMass()]
     bodies = [fullbody.Body(shape, mass=one, name=name) for shape, one, name in zip(shapes, m, names, strict=True)]
