@@ -149,7 +149,7 @@ hera: $(VENV)/.built  ## what Hera should find at Didymos, 24 members from DART 
 hera-full: $(VENV)/.built  ## the same with 2,000 members, hours; continues what `make hera` has begun
 	HERA_MEMBERS=$(or $(HERA_MEMBERS),2000) $(BIN)/python -m reproduction.hera2026 --out out/hera
 
-bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, the splitting, import, external forces, gravity at many points, polyhedra, flights, derivatives; collisions missed; a sweep killed twenty times
+bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, the splitting, import, external forces, gravity at many points, polyhedra, flights, derivatives, fits; collisions missed; a sweep killed twenty times
 	cargo bench --manifest-path benches/criterion/Cargo.toml
 	$(BIN)/python benches/table.py
 	$(BIN)/python benches/instructions.py
@@ -162,6 +162,7 @@ bench: $(VENV)/.dev  ## speed: criterion, the table beside numpy and scipy, inst
 	$(BIN)/python benches/photometry.py
 	$(BIN)/python benches/polyhedra.py
 	$(BIN)/python benches/derivatives.py
+	$(BIN)/python benches/fitting.py
 	$(BIN)/python benches/flight.py --million
 	$(BIN)/python benches/head_on.py
 	$(BIN)/python benches/ensemble.py

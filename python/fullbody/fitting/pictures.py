@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -10,9 +10,6 @@ from ..base.arguments import integer, named_options
 from ..base.units import need
 from ..errors import InvalidInput
 from ..plots._style import LINES, grid, matplotlib, panels
-
-if TYPE_CHECKING:
-    from .result import Fit
 
 __all__ = ["FitPlots"]
 
@@ -26,7 +23,7 @@ class FitPlots:
     fit : Fit
     """
 
-    def __init__(self, fit: Fit) -> None:
+    def __init__(self, fit: Any) -> None:
         self._fit = fit
 
     def residuals(self, ax: Any = None, **kwargs: Any) -> Any:

@@ -13,12 +13,11 @@ from ..errors import InvalidInput
 if TYPE_CHECKING:
     import xarray
 
-    from .result import Fit
 
 __all__ = ["sample"]
 
 
-def sample(fit: Fit, sampler: Any, steps: Any, walkers: Any, seed: Any, progress: bool) -> xarray.Dataset:
+def sample(fit: Any, sampler: Any, steps: Any, walkers: Any, seed: Any, progress: bool) -> xarray.Dataset:
     """Sample the posterior distribution; see :meth:`fullbody.fitting.Fit.sample`."""
     if sampler != "emcee":
         raise InvalidInput(f"sampler is {sampler!r}; expected 'emcee'")
@@ -33,8 +32,8 @@ def sample(fit: Fit, sampler: Any, steps: Any, walkers: Any, seed: Any, progress
     if count is None or count < 2 * len(fit.names):
         raise InvalidInput(f"walkers is {walkers!r}; expected at least {2 * len(fit.names)}, two for each parameter")
     ensemble = emcee.EnsembleSampler(count, len(fit.names), fit.log_posterior)
-    state = np.random.RandomState(seed).get_state()
-    ensemble.run_mcmc(fit.draws_as_array(count, seed), length, progress=progress, rstate0=state)
+    state = emcee.State(fit.draws_as_array(count, seed), random_state=np.random.RandomState(seed).get_state())
+    ensemble.run_mcmc(state, length, progress=progress)
     chain = np.moveaxis(ensemble.get_chain(), 0, 1)
     dimensions = ("chain", "draw")
     found: dict[str, Any] = {}

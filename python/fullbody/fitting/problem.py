@@ -127,6 +127,8 @@ class Problem:
             )
         own = parameters.only(self.of_setup)
         self._chain = Chain(lambda values: self._make(own.named(values)), self.of_setup)
+        #: The parameters of systems by which runs were differentiated last.
+        self._needed: tuple[str, ...] | None = None
         self._steps: list[dict[str, float]] = [{} for _ in names]
         self.runs = self.differentiated = self.refused = 0
         self.reason = ""
@@ -151,8 +153,14 @@ class Problem:
         both = zip(self.given, self.of_observations, strict=True)
         return [one(**{name: named[name] for name in names}) if callable(one) else one for one, names in both]
 
-    def point(self, values: _Array) -> Point:
+    def point(self, values: _Array, differentiated: bool = False) -> Point:
         """Run and predict.
+
+        Parameters
+        ----------
+        values : ndarray, (P,)
+        differentiated : bool
+            Whether the run takes with it the derivatives that were needed last, so that :meth:`slopes` needs no other.
 
         Raises
         ------
@@ -160,7 +168,7 @@ class Problem:
             Where the setup refuses the values, the run ends with an error, or there is a prediction that is not finite.
         """
         try:
-            return self._point(values)
+            return self._point(values, self._needed if differentiated else None)
         except REFUSALS as error:
             self.refused += 1
             self.reason = f"{type(error).__name__}: {error}"
@@ -222,7 +230,9 @@ class Problem:
             exact = [(column, k) for column, k in enumerate(mine) if names[k] not in differenced]
             if exact:
                 try:
-                    run = self._run(point.made, point.observations, tuple(made.system))
+                    self._needed, run = tuple(made.system), point.run
+                    if not run.is_differentiated or not {*self._needed} <= {*run.sensitivity}:
+                        run = self._run(point.made, point.observations, self._needed)
                     start = 0
                     for one in point.observations:
                         by = self._derivatives(one, run)

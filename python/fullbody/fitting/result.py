@@ -127,7 +127,8 @@ class Fit(Tabled):
         self.message, self.iterations = message, iterations
         self.runs, self.refused = problem.runs + problem.differentiated, problem.refused
         self.last_refusal = problem.reason
-        close = 1e-6 * np.array([known.size(k, value) for k, value in enumerate(point.values)])
+        norms = np.linalg.norm(slopes.rows, axis=0)
+        close = 0.05 / np.where(norms > 0.0, norms, np.inf)
         at = (point.values - known.lower <= close) | (known.upper - point.values <= close)
         self.at_bounds = tuple(name for name, one in zip(self.names, at, strict=True) if one)
         flat = np.concatenate([np.ravel(part) for part in point.pulls])
@@ -355,7 +356,7 @@ class Fit(Tabled):
         if self.unconstrained is not None:
             about.append(("not constrained", self.unconstrained))
         if self.message:
-            about.append(("stopped", self.message))
+            about.append(("ended", self.message))
         about += [(f"{name} differenced", reason) for name, reason in self.differenced.items()]
         tables = [Table("Fit", head, rows), Table("Quality", (), about)]
         if len(self.minima) > 1:

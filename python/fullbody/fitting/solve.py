@@ -27,7 +27,9 @@ _Array = npt.NDArray[np.float64]
 
 #: The distance from the minimum in errors at which the solver stops; and the relative changes of chi2 and of
 #: the parameters at which it does where noise hides that.
-_CLOSE, _FTOL, _XTOL = 3e-5, 1e-9, 1e-9
+_CLOSE, _FTOL, _XTOL = 1e-4, 1e-9, 1e-13
+#: The distance at which a solver that makes no way any more is not at a minimum.
+_FAR = 0.03
 #: Two fits are at the same minimum if no parameter differs by more than this part of its error.
 _SAME = 0.1
 
@@ -122,7 +124,7 @@ def fit(
     wanted = loss_of(loss)
     places = _starts(known, starts, seed)
     done: list[_Solution] = []
-    with Tally(progress, None) as report:
+    with _Progress(progress, None) as report:
         for place in places:
             solver = _Solver(problem, wanted, report)
             try:
@@ -140,6 +142,14 @@ def fit(
             raise Interrupted("interrupted before the first derivatives of the fit; there is nothing to return")
         raise InvalidInput(f"all {len(places)} starts of the fit are refused; the last: {problem.reason}")
     return _result(problem, wanted, done, len(places))
+
+
+class _Progress(Tally):
+    """A progress bar of a fit, which is called with the number of runs and with what is minimised."""
+
+    def _update(self, done: int, under_way: float) -> None:  # type: ignore[override]
+        self._end = f"{done} runs, chi2 {under_way:.8g}"
+        self._show(0.0, self._end)
 
 
 @dataclass
@@ -167,6 +177,8 @@ class _Solver:
         self._last: Point | None = None
         self._best: _Solution | None = None
         self._iterations = 0
+        self._distance = np.inf
+        self._taken = False
         self.interrupted = False
 
     def solve(self, start: _Array) -> _Solution | None:
@@ -181,19 +193,24 @@ class _Solver:
             norms = np.linalg.norm(jacobian, axis=0)
             sizes = np.array([self._parameters.size(k, value) for k, value in enumerate(start)])
             scale = np.where(norms > 0.0, 1.0 / np.where(norms > 0.0, norms, 1.0), sizes)
+            # The first region of trust is as large as this: changes by all of the parameters' sizes.
+            begin = sizes / scale
             first_jacobian: list[_Array] = [jacobian]
 
             def residuals(x: _Array) -> _Array:
-                return self._residuals(start + scale * x)
+                return self._residuals(start + scale * (x - begin))
 
             def slopes(x: _Array) -> _Array:
-                found = first_jacobian.pop() if first_jacobian else self._jacobian(start + scale * x)
+                found = first_jacobian.pop() if first_jacobian else self._jacobian(start + scale * (x - begin))
                 return np.asarray(found * scale)
 
-            bounds = (self._parameters.lower - start) / scale, (self._parameters.upper - start) / scale
+            bounds = tuple((one - start) / scale + begin for one in (self._parameters.lower, self._parameters.upper))
             options = {"ftol": _FTOL, "xtol": _XTOL, "gtol": 1e-15, "x_scale": "jac"}
-            found = least_squares(residuals, np.zeros(len(start)), slopes, bounds, **options)
+            found = least_squares(residuals, begin, slopes, bounds, **options)
             message = "" if found.status > 0 else f"stopped after {found.nfev} proposals, the limit"
+            if found.status > 0 and self._distance > _FAR:
+                why = f"; the last proposal refused: {self._problem.reason}" if self._problem.refused else ""
+                message = f"stopped {self._distance:.2g} errors away from where the derivatives lead{why}"
         except _Converged:
             message = ""
         except KeyboardInterrupt:
@@ -218,12 +235,14 @@ class _Solver:
         if self._last is not None and np.array_equal(self._last.values, values):
             return self._vector(self._last)
         try:
-            point = self._problem.point(values)
+            # After a step that was taken the next one probably is too, and its derivatives are needed.
+            point = self._problem.point(values, differentiated=self._taken)
         except Refused:
             if self._best is None:
                 raise
             return np.full(len(self._vector(self._best.point)), np.nan)
         finally:
+            self._taken = False
             self._show()
         self._last = point
         return self._vector(point)
@@ -237,6 +256,7 @@ class _Solver:
         if self._best is None or cost <= self._best.cost:
             self._best = _Solution(point, slopes, cost, "", 0)
         self._iterations += 1
+        self._taken = True
         self._show()
         pulls = np.concatenate([np.ravel(part) for part in point.pulls])
         weights = self._loss.roots(pulls)[1]
@@ -244,18 +264,25 @@ class _Solver:
         rows[: len(pulls)] *= weights[:, None]
         prior = np.diag(1.0 / self._parameters.sigma)[self._priors]
         matrix = np.concatenate([rows, prior])
-        if self._is_close(values, matrix, self._vector(point)):
+        self._distance = self._step(values, matrix, self._vector(point))
+        if self._distance < _CLOSE:
             raise _Converged
         return matrix
 
-    def _is_close(self, values: _Array, matrix: _Array, vector: _Array) -> bool:
-        """Whether the step to the minimum of the linearised problem is short in units of errors, away from bounds."""
-        known = self._parameters
-        near = 1e-6 * np.array([known.size(k, value) for k, value in enumerate(values)])
-        free = (values - known.lower > near) & (known.upper - values > near) & matrix.any(axis=0)
-        scaled = matrix[:, free] / np.linalg.norm(matrix[:, free], axis=0)
-        step = np.linalg.lstsq(scaled, vector, rcond=1e-12)[0]
-        return bool(np.linalg.norm(scaled @ step) < _CLOSE)
+    def _step(self, values: _Array, matrix: _Array, vector: _Array) -> float:
+        """The length of the step to the minimum of the linearised problem in units of errors, within the bounds."""
+        known, norms = self._parameters, np.linalg.norm(matrix, axis=0)
+        free = norms > 0.0
+        scaled = matrix / np.where(free, norms, 1.0)
+        near = 0.05 / np.where(free, norms, 1.0)
+        for _ in range(len(values)):
+            step = np.zeros(len(values))
+            step[free] = np.linalg.lstsq(scaled[:, free], -vector, rcond=1e-12)[0]
+            out = ((step < 0.0) & (values - known.lower < near)) | ((step > 0.0) & (known.upper - values < near))
+            if not (out & free).any():
+                break
+            free = free & ~out
+        return float(np.linalg.norm(scaled @ step))
 
     def _show(self) -> None:
         if self._report is not None and self._best is not None:
@@ -309,7 +336,7 @@ def _starts(known: Parameters, starts: Any, seed: Any) -> list[_Array]:
 
 def _result(problem: Problem, loss: Loss, done: list[_Solution], starts: int) -> Fit:
     """Return the best of the solutions as a fit that lists all different ones."""
-    best = min(done, key=lambda one: one.cost)
+    best = min(range(len(done)), key=lambda place: done[place].cost)
     fits = [Fit(problem, loss, one.point, one.slopes, one.message, one.iterations) for one in done]
     minima: list[tuple[Fit, int]] = []
     for one in sorted(fits, key=lambda each: each.chi2 if loss.linear else each.loss):
@@ -319,11 +346,11 @@ def _result(problem: Problem, loss: Loss, done: list[_Solution], starts: int) ->
                 break
         else:
             minima.append((one, 1))
-    found = fits[done.index(best)]
+    found = fits[best]
     found.minima = tuple(Minimum(each.values, each.chi2, count, each.message) for each, count in minima)
     found.starts = starts
-    if best.message:
-        caution(f"the fit {best.message}", InconsistentInput)
+    if found.message:
+        caution(f"the fit was {found.message}", InconsistentInput)
     elif found.unconstrained is not None:
         caution(f"the data do not constrain {found.unconstrained}", InconsistentInput)
     return found

@@ -252,11 +252,13 @@ class Photometry(Observations):
             rotation + np.cross(delay * states["spin"], rotation),
             spin,
         ]
-        axes = {
+        axes: dict[str, _Array] = {
             f"semi-axis {axis} of {body}": factor[:, None] * found.semi_axes.sum(axis=1)[:, place, [k]]
             for place, body in enumerate(system.names)
             for k, axis in enumerate("abc")
         }
+        # Masses move the barycentre, and with it all bodies alike: light depends on their relative places.
+        axes |= {f"mass of {body}": np.zeros((len(self), 1)) for body in system.names}
         direct = {name: axes[name] if name in axes else self._partial(system, states, name) for name in parameters}
         return np.concatenate(parts, axis=-1).reshape(len(self), 1, -1), direct
 

@@ -209,8 +209,8 @@ class Radar(Observations):
         found = {"range": distance}
         if "range_rate" in self._values:
             moving = seen.observer_velocity[:, None] - seen.velocity
-            # Not divided by the product: a complex number times an infinite one is not a number.
-            towards = np.einsum("knx,knx->kn", way, seen.velocity) / distance / seen.light_speed
+            # The speed of light may be infinite, by which complex numbers cannot be divided.
+            towards = np.einsum("knx,knx->kn", way, seen.velocity) / distance * (1.0 / seen.light_speed)
             found["range_rate"] = np.einsum("knx,knx->kn", way, moving) / distance / (1.0 - towards)
         columns = [found[name] for name in self._values]
         return np.stack([c[:, body] if about is None else c[:, body] - c[:, about] for c in columns], axis=1)

@@ -92,6 +92,11 @@ class Differentiated:
         return tuple(unit for _ in range(len(self.system)) for unit in kinds for _ in range(3))
 
     @property
+    def is_differentiated(self) -> bool:
+        """Whether the run was integrated with ``derivatives=``."""
+        return "transition" in self._record
+
+    @property
     def transition(self) -> npt.NDArray[np.float64]:
         """Transition matrices (K, 12 N, 12 N), which map a tangent vector at the start of the run to that at a sample.
 

@@ -42,6 +42,7 @@ def said(missing, calls, folder):
     return lines
 
 
+SAMPLE = "from fullbody.fitting.posterior import sample; sample(None, 'emcee', 1, 2, 0, False)"
 NAMES = ("orbit", "elements", "spins", "angles", "libration", "energy", "scene")
 SWEEP = "fullbody.sweep(lambda x: 1 / 0, {{'x': [1]}}, 1.0, measure=print, {})"
 PICTURES = ["plot()", *(f"plot.{name}()" for name in NAMES)]
@@ -57,6 +58,8 @@ PICTURES = ["plot()", *(f"plot.{name}()" for name in NAMES)]
         ("xarray", ["run.to_xarray()", "run.save('a.nc')", "main(['kw4'])", SWEEP.format("")], "data"),
         ("h5netcdf", ["run.save('a.nc')", "main(['run', 'a.toml'])", SWEEP.format("store='a.nc'")], "data"),
         ("h5py", ["run.save('a.nc')", "fullbody.load('a.nc')", "main(['run', 'a.toml'])"], "data"),
+        ("scipy", ["fullbody.fit(print, {'x': 1.0}, [])"], "fit"),
+        ("emcee", [SAMPLE], "fit"),
         ("cloudpickle", [SWEEP.format("store='a.nc'")], "data"),
         ("pandas", ["run.to_pandas()"], "data"),
         ("spiceypy", ["run.to_spk('a.bsp', {}, 1)", "run.to_ck('a.bc', {})"], "spice"),

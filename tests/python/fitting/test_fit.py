@@ -1,0 +1,422 @@
+"""Fits: Eris against independent ones, what changes nothing, priors, losses, jitter, bounds, and bad input."""
+
+import astropy.units as u
+import fullbody
+import numpy as np
+import pandas
+import pytest
+from astropy.time import Time
+from eris import EPOCH, ERIS
+from fits import QUICK, kw4, noisy
+from fullbody import observing
+from fullbody.fitting import Free, Outliers
+from scipy.spatial.transform import Rotation
+from support import DATA
+
+TRUE = {"mass": 2.353, "a": 2.55}
+START = {"mass": 2.36, "a": 2.545}
+VIEW = observing.Geometry([0.0, 100.0], to_observer=[1e3, 2e2, 4e2], light_time=False)
+
+
+def pair(mass=2.353, a=2.55):
+    """Two points without units, of which one starts in a circle about the other but for its speed."""
+    bodies = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (mass, 0.1)]
+    system = fullbody.System(bodies, G=1.0, gravity="point")
+    return system, fullbody.State(position=[[0.0] * 3, [a, 0, 0]], velocity=[[0.0] * 3, [0.1, 0.9, 0.3]])
+
+
+@pytest.fixture(scope="module")
+def radar():
+    """Ranges and range rates, as exact as 1e-2 of the orbit."""
+    rng, (system, state) = np.random.default_rng(5), pair()
+    options = {"sigma": (0.02, 0.01), "body": 1, "about": 0, "geometry": VIEW}
+    times, zero = np.linspace(2.0, 30.0, 15), np.zeros(15)
+    plain = observing.Radar(times, range=zero, range_rate=zero, **options)
+    found = plain.predict(system.integrate(state, 30.0, times))
+    noise = rng.normal(size=(2, 15)) * [[0.02], [0.01]]
+    return observing.Radar(times, range=found.range + noise[0], range_rate=found.range_rate + noise[1], **options)
+
+
+@pytest.fixture(scope="module")
+def found(radar):
+    return fullbody.fit(pair, START, radar)
+
+
+def test_eris_has_the_values_and_errors_of_an_independent_fit():
+    table = pandas.read_csv(DATA / "observations" / "eris_dysnomia.csv")
+    span = Time(table["time"].to_numpy(), format="jd", scale="utc")
+    names = {"times": "time", "east": "Delta-RA_Dysnomia", "north": "Delta-DEC_Dysnomia"}
+    names["sigma"] = ("Delta-RA_Dysnomia-err", "Delta-DEC_Dysnomia-err")
+    geometry = observing.Geometry.from_orbit(ERIS, EPOCH, span=span)
+    options = {"dates": ("jd", "utc"), "body": "Dysnomia", "about": "Eris", "geometry": geometry}
+    data = observing.Astrometry.from_table(table, columns=names, unit=u.arcsec, **options)
+    epoch = Time(2453979.0, format="jd", scale="utc")
+
+    def dysnomia(a, period, e, i, node, argument, mean):
+        mu = 4 * np.pi**2 * a**3 / period**2
+        bodies = [
+            fullbody.Body(fullbody.PointMass(), mass=m, name=n) for m, n in ((mu, "Eris"), (1e-9 * mu, "Dysnomia"))
+        ]
+        units = {"units": ("km", "day", "kg"), "epoch": epoch, "frame": "equatorial"}
+        system = fullbody.System(bodies, G=1.0, gravity="point", **units)
+        elements = fullbody.KeplerElements(a, e, *(angle.to_value("rad") for angle in (i, node, argument, mean)))
+        r, v = elements.to_cartesian(mu)
+        return system, fullbody.State(position=[0 * r, r], velocity=[0 * v, v])
+
+    start = {"a": 37300.0, "period": 15.7859, "e": Free(0.006, lower=0.0), "i": 45.5 * u.deg, "node": 126.0 * u.deg}
+    start |= {"argument": 180.0 * u.deg, "mean": 180.0 * u.deg}
+    found = fullbody.fit(dysnomia, start, data, integrator=fullbody.Verner98(rtol=1e-11, atol=1e-11))
+    assert found.chi2 == pytest.approx(107.545, abs=0.005)
+    assert found.dof == 31
+    # Holler et al. (2021) exclude a Keplerian orbit at 6.3 sigma.
+    from scipy.stats import norm
+
+    assert norm.isf(found.p_value / 2) == pytest.approx(6.3, abs=0.05)
+    expected = {"a": (37272.3, 61.0), "period": (15.785897, 0.000047), "e": (0.00624, 0.00101), "i": (45.50, 0.16)}
+    for name, (value, error) in expected.items():
+        digit = {"a": 0.05, "period": 5e-7, "e": 5e-6, "i": 5e-3}[name]
+        assert abs(getattr(found.values[name], "value", found.values[name]) - value) <= digit
+        assert getattr(found.sigma[name], "value", found.sigma[name]) == pytest.approx(error, rel=0.03)
+    assert found.runs <= 14
+    text = repr(found)
+    assert "chi2" in text
+    assert "37272" in text
+    assert found.values["node"].unit == u.deg
+    # The run goes through all data, some years each way from the epoch, with one continuous solution.
+    assert data.chi2(found.run) == pytest.approx(found.chi2, rel=1e-6)
+
+
+def test_the_minimum_is_that_of_any_other_solver(radar, found):
+    from scipy.optimize import minimize
+
+    def chi2(x):
+        system, state = pair(mass=x[0], a=x[1])
+        run = system.integrate(state, 30.0, radar.emission(system))
+        return radar.chi2(run)
+
+    start = [found.values["mass"] + 1e-4, found.values["a"] - 1e-4]
+    other = minimize(chi2, start, method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-8})
+    assert found.chi2 == pytest.approx(other.fun, abs=1e-6)
+    off = np.abs(other.x - list(found.values.values())) / list(found.sigma.values())
+    assert off.max() < 1e-2
+    # chi2 is higher by one at one error, with the other parameter at its best: the definition of the error.
+    for k, name in enumerate(("mass", "a")):
+        shift = found.covariance[:, k] / found.sigma[name]
+        assert chi2(np.array(list(found.values.values())) + shift) - found.chi2 == pytest.approx(1.0, rel=0.02)
+
+
+def test_order_units_and_epoch_of_the_data_change_nothing():
+    radar = noisy(np.random.default_rng(5), *kw4(), np.linspace(2.0, 38.0, 15) * u.h, 40.0)
+    found = fullbody.fit(kw4, START, radar, integrator=QUICK)
+    order = np.random.default_rng(1).permutation(len(radar))
+    options = {"body": "Beta", "about": "Alpha", "geometry": radar.geometry}
+    columns = {"range": radar.range[order].to(u.m), "range_rate": radar.range_rate[order].to(u.km / u.day)}
+    sigma = (0.075 * u.km, 0.01 * u.m / u.s)
+    shuffled = observing.Radar(radar.times[order].to(u.day), **columns, sigma=sigma, **options)
+
+    def later(mass, a):
+        """The same start, from which half a period earlier the motion is followed."""
+        system, state = kw4(mass=mass.to_value(1e12 * u.kg), a=a.to_value(u.km))
+        return system, system.integrate(state, 17.0, "ends")[-1]
+
+    start = {"mass": 2.36e9 * u.t, "a": 2545.0 * u.m}
+    other = fullbody.fit(later, start, [shuffled], integrator=QUICK)
+    assert other.chi2 == pytest.approx(found.chi2, rel=1e-8)
+    assert abs(other.values["mass"].to_value(1e12 * u.kg) - found.values["mass"]) < 1e-4 * found.sigma["mass"]
+    assert abs(other.values["a"].to_value(u.km) - found.values["a"]) < 1e-4 * found.sigma["a"]
+    np.testing.assert_allclose(other.correlation, found.correlation, atol=1e-5)
+    assert other.sigma["a"].to_value(u.km) == pytest.approx(found.sigma["a"], rel=1e-5)
+
+
+def test_axes_of_the_system_change_nothing():
+    radar = noisy(np.random.default_rng(5), *kw4(), np.linspace(2.0, 38.0, 15) * u.h, 40.0)
+    turn = fullbody.frames.rotation("ecliptic", "equatorial")
+
+    def turned(mass, a):
+        """The same system and state along the axes of the equator."""
+        system, state = kw4(mass=mass, a=a)
+        matrices = Rotation.from_matrix(turn @ state.rotation_matrix)
+        vectors = {name: np.asarray(getattr(state, name)) @ turn.T for name in ("position", "velocity")}
+        state = fullbody.State.from_scipy(rotation=matrices, spin=np.asarray(state.spin), **vectors)
+        return system.with_options(frame="equatorial"), state
+
+    one, other = (fullbody.fit(setup, START, radar, integrator=QUICK) for setup in (kw4, turned))
+    assert other.chi2 == pytest.approx(one.chi2, rel=1e-8)
+    for name in START:
+        assert abs(other.values[name] - one.values[name]) < 1e-3 * one.sigma[name]
+        assert other.sigma[name] == pytest.approx(one.sigma[name], rel=1e-5)
+
+
+def test_a_prior_on_what_the_data_do_not_touch_comes_back(radar):
+    def setup(mass, a, colour):
+        return pair(mass=mass, a=a)
+
+    start = {"mass": 2.36, "a": 2.545, "colour": Free(0.3, prior=(0.5, 0.02))}
+    with_prior = fullbody.fit(setup, start, radar)
+    assert with_prior.values["colour"] == pytest.approx(0.5, abs=1e-6)
+    assert with_prior.sigma["colour"] == pytest.approx(0.02, rel=1e-9)
+    without = fullbody.fit(pair, START, radar)
+    assert with_prior.dof == without.dof
+    assert with_prior.chi2 == pytest.approx(without.chi2, rel=1e-7)
+    # A prior on what they do touch is the weighted mean, for one parameter.
+    alone = fullbody.fit(lambda a: pair(a=a), {"a": 2.55}, radar)
+    mean, sigma = alone.values["a"] + 2 * alone.sigma["a"], alone.sigma["a"]
+    both = fullbody.fit(lambda a: pair(a=a), {"a": Free(2.55, prior=(mean, sigma))}, radar)
+    assert both.values["a"] == pytest.approx(alone.values["a"] + alone.sigma["a"], abs=1e-2 * sigma)
+    assert both.sigma["a"] == pytest.approx(sigma / np.sqrt(2), rel=1e-2)
+
+
+def test_an_unconstrained_combination_is_named(radar):
+    def setup(mass, a, more):
+        return pair(mass=mass + 2 * more, a=a)
+
+    with pytest.warns(fullbody.InconsistentInput, match="the data do not constrain (mass|more)"):
+        found = fullbody.fit(setup, {"mass": 2.36, "a": 2.545, "more": 0.01}, radar)
+    assert found.condition > 1e8
+    # A change of mass by -2 is one of more by 1.
+    assert {"mass", "more"} == {name for name, part in found.weakest.items() if abs(part) > 0.1}
+    assert "mass" in found.unconstrained
+    assert np.isinf(found.sigma["mass"])
+    assert np.isinf(found.sigma["more"])
+    assert 0.0 < found.sigma["a"] < 0.1
+    assert not np.isnan(found.covariance).any()
+    assert found.values["mass"] + 2 * found.values["more"] == pytest.approx(2.353, abs=0.05)
+    with pytest.raises(fullbody.InvalidInput, match="no distribution to draw from"):
+        found.draw(3, 0)
+
+    with pytest.warns(fullbody.InconsistentInput, match="the data do not constrain colour"):
+        fullbody.fit(lambda a, colour: pair(a=a), {"a": 2.545, "colour": 1.0}, radar)
+
+
+def limited(least, most):
+    def setup(mass, a):
+        if not least < mass < most:
+            raise ValueError(f"mass is {mass}; expected one that the author likes")
+        return pair(mass=mass, a=a)
+
+    return setup
+
+
+def test_refused_proposals_are_shortened_and_counted(radar, found):
+    far = fullbody.fit(limited(2.2, 2.5), {"mass": 2.4, "a": 2.45}, radar)
+    assert far.refused > 0
+    assert "that the author likes" in far.last_refusal
+    assert f"{far.refused} proposals refused" in repr(far)
+    assert far.chi2 == pytest.approx(found.chi2, rel=1e-8)
+    with pytest.raises(fullbody.InvalidInput, match=r"start of the fit is refused.*that the author likes"):
+        fullbody.fit(limited(2.2, 2.5), {"mass": 3.0, "a": 2.5}, radar)
+
+
+def test_a_fit_that_is_held_off_its_minimum_says_so(radar):
+    with pytest.warns(fullbody.InconsistentInput, match=r"errors away from .* refused: ValueError: mass is 2\.36"):
+        held = fullbody.fit(limited(2.369, 2.5), {"mass": 2.4, "a": 2.5}, radar)
+    assert "errors away" in repr(held)
+    assert held.minima[0].message
+
+
+def test_robust_losses_withstand_outliers(radar):
+    wrong = np.array(radar.range)
+    wrong[[3, 9]] += 1.0
+    columns = {"range": wrong, "range_rate": radar.range_rate, "sigma": (0.02, 0.01)}
+    data = observing.Radar(radar.times, **columns, body=1, about=0, geometry=radar.geometry)
+    start = {"mass": 2.353, "a": 2.55}
+    shifts = {}
+    for loss in ("linear", "cauchy", "huber", "soft_l1", "arctan", Outliers(0.1, 30.0)):
+        found = fullbody.fit(pair, start, data, loss=loss)
+        shifts[str(loss)] = max(abs(found.values[name] - TRUE[name]) / found.sigma[name] for name in start)
+        if loss != "linear":
+            assert found.p_value is None
+            assert 0.0 < found.sigma["a"] < 0.1
+    linear = shifts.pop("linear")
+    assert linear > 5.0
+    assert max(shifts.values()) < 4.0
+
+
+@pytest.mark.parametrize("loss", ["soft_l1", "huber", "cauchy", "arctan", Outliers(0.1, 5.0)])
+def test_losses_have_the_derivatives_that_they_state(loss):
+    from fullbody.fitting.losses import loss_of
+
+    function = loss_of(loss)._function
+    z, h = np.array([0.01, 0.5, 3.0, 20.0, 900.0]), 1e-6
+    rho, slope, curvature = function(z)
+    near = function(z * (1 + h)), function(z * (1 - h))
+    np.testing.assert_allclose((near[0][0] - near[1][0]) / (2 * h * z), slope, rtol=1e-7)
+    np.testing.assert_allclose((near[0][1] - near[1][1]) / (2 * h * z), curvature, rtol=1e-6, atol=1e-9)
+    assert (rho > 0).all()
+
+
+def test_a_mixture_is_the_likelihood_of_two_normal_distributions():
+    from fullbody.fitting.losses import loss_of
+    from scipy.stats import norm
+
+    z = np.linspace(-12.0, 12.0, 25)
+    density = 0.9 * norm.pdf(z) + 0.1 * norm.pdf(z, scale=7.0)
+    rho = loss_of(Outliers(0.1, 7.0))._function(z**2)[0]
+    np.testing.assert_allclose(rho, -2 * np.log(density / density[12]), atol=1e-10)
+
+
+def test_jitter_is_found_with_its_error():
+    """Ranges whose errors are three times what is stated."""
+    system, state = kw4()
+    times = np.linspace(1.0, 39.0, 60) * u.h
+    rng = np.random.default_rng(8)
+    exact = noisy(rng, system, state, times, 40.0)
+    run = system.integrate(state, 40.0, exact.emission(system), QUICK)
+    ranges = exact.predict(run).range + rng.normal(size=60) * 225 * u.m
+    data = observing.Radar(times, range=ranges, sigma=75 * u.m, body="Beta", about="Alpha", geometry=exact.geometry)
+    start = {"a": 2.55, "jitter": Free(100 * u.m, lower=0 * u.m)}
+    found = fullbody.fit(lambda a: kw4(a=a), start, [lambda jitter: data.with_jitter(jitter)], integrator=QUICK)
+    assert found.values["jitter"].unit == u.m
+    # All errors are alike: the total variance is the mean square, up to the one degree of freedom of a.
+    total = np.hypot(found.values["jitter"].to_value("m"), 75.0)
+    scatter = np.sqrt(np.mean(found.residuals[0].range.to_value("m") ** 2))
+    assert total == pytest.approx(scatter, rel=1e-4)
+    # That of a normal distribution's width is the width over the root of 2 n.
+    error = total / np.sqrt(2 * 60) * total / found.values["jitter"].to_value("m")
+    assert found.sigma["jitter"].to_value("m") == pytest.approx(error, rel=1e-3)
+    assert list(found.draw(3, 0).columns) == ["a"]
+
+
+def test_bounds_hold_and_are_named(radar):
+    found = fullbody.fit(pair, {"mass": Free(2.45, lower=2.40), "a": 2.545}, radar)
+    assert found.values["mass"] >= 2.40
+    assert found.at_bounds == ("mass",)
+    assert "at its bound" in repr(found)
+
+
+def test_log_posterior_is_chi2_and_its_gradient(radar, found):
+    values = {"mass": 2.352, "a": 2.5505}
+    system, state = pair(**values)
+    run = system.integrate(state, 30.0, radar.emission(system))
+    density, gradient = found.log_posterior(values, gradient=True)
+    assert density == pytest.approx(-0.5 * radar.chi2(run), rel=1e-12)
+    assert found.log_posterior([2.352, 2.5505]) == density
+    for k, (name, step) in enumerate((("mass", 1e-5), ("a", 1e-5))):
+        ends = [found.log_posterior(values | {name: values[name] + by * step}) for by in (1, -1, 2, -2)]
+        expected = (8 * (ends[0] - ends[1]) - (ends[2] - ends[3])) / (12 * step)
+        assert gradient[k] == pytest.approx(expected, rel=1e-6)
+    assert found.log_posterior([-1.0, 2.55]) == -np.inf
+    with pytest.raises(fullbody.InvalidInput, match="values has no 'a'"):
+        found.log_posterior({"mass": 2.0})
+
+
+def test_draws_have_the_covariance_and_go_through_a_sweep(found):
+    drawn = found.draw(20000, seed=1)
+    rows = np.stack([drawn.columns[name] for name in found.names])
+    np.testing.assert_allclose(np.cov(rows), found.covariance, rtol=0.05)
+    few = found.draw(3, seed=1)
+    swept = fullbody.sweep(pair, few, 5.0, measure=lambda run: {"end": run.elements().e[-1]}, output="ends")
+    assert swept.sizes == {"row": 3}
+    np.testing.assert_array_equal(swept.mass, few.columns["mass"])
+
+
+def test_many_starts_find_mirror_images(radar):
+    """Range rates alone cannot tell a pole tilted ahead from one tilted back in a square of the angle."""
+
+    def setup(angle, a):
+        return pair(a=a + 0.002 * (angle.to_value("rad") ** 2 - 1.0) ** 2)
+
+    options = {"starts": 6, "seed": 3, "integrator": QUICK}
+    start = {"angle": Free(0.5 * u.rad, lower=-2 * u.rad, upper=2 * u.rad), "a": Free(2.54, prior=(2.5495, 1e-4))}
+    found = fullbody.fit(setup, start, radar, **options)
+    assert sum(one.found for one in found.minima) == 6
+    angles = sorted(round(abs(one.values["angle"].value), 1) for one in found.minima)
+    assert len(angles) >= 2
+    assert {one.values["angle"].value > 0 for one in found.minima} == {True, False}
+    chi2 = [one.chi2 for one in found.minima]
+    assert chi2 == sorted(chi2)
+    assert "Minima from 6 starts" in repr(found)
+    with pytest.raises(fullbody.InvalidInput, match="seed is None"):
+        fullbody.fit(setup, start, radar, starts=3)
+    with pytest.raises(fullbody.InvalidInput, match="no parameter has two bounds or a prior"):
+        fullbody.fit(pair, {"a": 2.5}, radar, starts=3, seed=1)
+
+
+def test_an_interrupt_returns_the_best_so_far(radar):
+    calls = []
+
+    def setup(mass, a):
+        calls.append(1)
+        if len(calls) > 15:
+            raise KeyboardInterrupt
+        return pair(mass=mass, a=a)
+
+    with pytest.warns(fullbody.InconsistentInput, match="interrupted: the values are the best so far"):
+        found = fullbody.fit(setup, START, radar)
+    assert "interrupted" in found.message
+    assert np.isfinite(found.chi2)
+    calls[:] = [1] * 15
+    with pytest.raises(fullbody.Interrupted, match="nothing to return"):
+        fullbody.fit(setup, START, radar)
+
+
+def test_progress_tells_runs_and_chi2(radar, capsys):
+    found = fullbody.fit(pair, START, radar, progress="a pair")
+    assert f"chi2 {found.chi2:.5f}"[:-3] in capsys.readouterr().err
+    seen = []
+    fullbody.fit(pair, {"a": 2.545}, radar, progress=lambda runs, total, chi2: seen.append((runs, chi2)))
+    assert seen[-1][0] > 3
+    assert seen[-1][1] < seen[0][1]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"parameters": {}}, "expected a dict of names to starts"),
+        ({"parameters": {"a": "wide"}}, "start of a"),
+        ({"parameters": {"a": np.nan}}, "expected a finite number"),
+        ({"parameters": {"a": 2.5, "b": 1.0}}, "'b', which neither the setup nor observations take"),
+        ({"parameters": {"a": Free(2.5, lower=3.0)}}, "start of a is 2.5; expected one between"),
+        ({"parameters": {"a": Free(2.5, lower=3.0, upper=2.0)}}, "expected lower < upper"),
+        ({"parameters": {"a": Free(2.5, prior=(2.5, 0.0))}}, "sigma of the prior of a"),
+        ({"parameters": {"a": Free(2.5, lower=1 * u.km)}}, "expected a plain number, as its start has"),
+        ({"observations": []}, "expected observations, or a list"),
+        ({"observations": [3.0]}, "expected those of fullbody.observing"),
+        ({"loss": "square"}, "loss is 'square'; expected one of linear"),
+        ({"loss": lambda z: z}, "expected rho >= 0"),
+        ({"starts": 0}, "starts is 0"),
+        ({"starts": [{"mass": 2.0}]}, "values has 'mass'"),
+        ({"setup": 3}, "setup is 3; expected a function"),
+    ],
+)
+def test_bad_arguments_are_refused(radar, options, message):
+    given = {"setup": lambda a: pair(a=a), "parameters": {"a": 2.55}, "observations": radar} | options
+    with pytest.raises(fullbody.InvalidInput, match=message):
+        fullbody.fit(given.pop("setup"), given.pop("parameters"), given.pop("observations"), **given)
+
+
+def test_bad_data_and_setups_are_refused(radar):
+    few = observing.Radar(radar.times[:1], range=radar.range[:1], sigma=0.02, body=1, about=0, geometry=radar.geometry)
+    with pytest.raises(fullbody.InvalidInput, match="2 parameters, and there are 1 numbers of data"):
+        fullbody.fit(pair, TRUE, few)
+    other = {"range": radar.range, "sigma": 0.02, "about": 0, "geometry": radar.geometry}
+    with pytest.raises(fullbody.InvalidInput, match="body is 7"):
+        fullbody.fit(pair, TRUE, observing.Radar(radar.times, body=7, **other))
+    with pytest.raises(fullbody.InvalidInput, match="outside the span of the geometry"):
+        fullbody.fit(pair, TRUE, observing.Radar(radar.times + 90.0, body=1, **other))
+    with pytest.raises(fullbody.InvalidInput, match=r"do not change evenly with a near 2\.55"):
+        fullbody.fit(lambda a: pair(a=2.5 + 1e-3 * np.floor(1e9 * a) % 7), {"a": 2.55}, radar)
+    rng = np.random.default_rng(1)
+    with pytest.raises(fullbody.InvalidInput, match="do not change evenly with a"):
+        fullbody.fit(lambda a: pair(a=a + 1e-3 * rng.normal()), {"a": 2.55}, radar)
+    with pytest.raises(TypeError, match=r"expected \(system, state\)"):
+        fullbody.fit(lambda a: None, {"a": 2.55}, radar)
+    with pytest.raises(fullbody.InvalidInput, match="mean distance has no times"):
+        fullbody.fit(pair, {"a": 2.55}, observing.Measured("mean distance", lambda run: 1.0, 1.0, 0.1))
+
+
+def test_figures_and_samples(radar, found):
+    pytest.importorskip("emcee")
+    pytest.importorskip("corner")
+    samples = found.sample(steps=30, walkers=8, seed=2)
+    assert samples.sizes == {"chain": 8, "draw": 30}
+    assert abs(float(samples.a.mean()) - found.values["a"]) < found.sigma["a"]
+    again = found.sample(steps=30, walkers=8, seed=2)
+    np.testing.assert_array_equal(samples.mass, again.mass)
+    assert len(found.plot.residuals()) == 1
+    assert len(found.plot.corner(samples).axes) == 4
+    with pytest.raises(fullbody.InvalidInput, match="sampler is 'gibbs'"):
+        found.sample("gibbs", seed=1)
+    import matplotlib.pyplot as plt
+
+    plt.close("all")

@@ -1,0 +1,199 @@
+"""The derivatives of residuals, by the chain rule, against differences of complete runs."""
+
+import astropy.units as u
+import fullbody
+import numpy as np
+import pytest
+from fits import QUICK, dimorphos, kw4, noisy, view
+from fullbody import observing
+from fullbody.fitting.free import Parameters
+from fullbody.fitting.problem import Problem
+
+
+def differences(problem, values, k, step):
+    """Derivatives of fourth order of all rows, by complete runs."""
+
+    def rows(by):
+        moved = values.copy()
+        moved[k] += by
+        return problem.point(moved).rows
+
+    return (8 * (rows(step) - rows(-step)) - (rows(2 * step) - rows(-2 * step))) / (12 * step)
+
+
+def compared(setup, start, observations, steps):
+    """The largest departure of each parameter's derivatives from differences, over the largest derivative."""
+    problem = Problem(setup, Parameters(start), observations, fullbody.Verner98())
+    values = problem.parameters.start
+    slopes = problem.slopes(problem.point(values))
+    assert not slopes.differenced
+    found = {}
+    for k, name in enumerate(start):
+        expected = differences(problem, values, k, steps[name])
+        assert np.abs(expected).max() > 0.1 / steps[name] * 1e-6
+        found[name] = float(np.abs(slopes.rows[:, k] - expected).max() / np.abs(expected).max())
+    return found
+
+
+def test_jacobian_of_radar_is_that_of_complete_runs():
+    start = {"mass": 2.353, "ratio": 0.0574, "a": 2.55, "c": 0.6735, "tilt": 0.06, "libration": 0.05}
+    # Before and after the epoch of the state.
+    times = np.linspace(-30.0, 35.0, 14) * u.h
+    # At 0.05 au ranges are rounded to 1 um, which differences of runs would have a part in.
+    geometry = view(40.0, share=0.01)
+    zero = np.zeros(14)
+    both = {"range": zero * u.km, "range_rate": zero * u.cm / u.s, "sigma": (75 * u.m, 1 * u.cm / u.s)}
+    data = [
+        observing.Radar(times, **both, body="Beta", about="Alpha", geometry=geometry),
+        observing.Radar(times[:4], range=zero[:4] * u.km, sigma=75 * u.m, body="Alpha", geometry=geometry),
+    ]
+    steps = {"mass": 3e-4, "ratio": 3e-4, "a": 2e-4, "c": 1e-3, "tilt": 1e-2, "libration": 2e-2}
+    assert max(compared(kw4, start, data, steps).values()) < 1e-6
+
+
+def test_jacobian_of_light_curves_is_that_of_complete_runs():
+    start = {"b": 0.87, "c": 0.66, "longitude": 310.0, "latitude": -80.0, "period": 11.92, "phase": 0.4}
+    # Away from contacts, where light is not smooth.
+    system, state = dimorphos(**start)
+    geometry = view(30.0, sun=True)
+    run = system.integrate(state, 26.0, dense=True)
+    times = np.linspace(2.0, 24.0, 40) * u.h
+    found = observing.mutual_events(run, geometry)
+    contacts = [time for event in found for time in (event.begin, event.end, event.total_begin, event.total_end)]
+    near = [any(abs(time - contact) < 0.1 * u.h for contact in contacts if contact is not None) for time in times]
+    times = times[~np.array(near)]
+    data = observing.Photometry(times, np.zeros(len(times)), 0.01, geometry=geometry)
+    steps = {"b": 1e-4, "c": 1e-4, "longitude": 1e-2, "latitude": 1e-2, "period": 1e-4, "phase": 1e-4}
+    assert len(times) > 20
+    assert max(compared(dimorphos, start, [data], steps).values()) < 1e-6
+
+
+def test_jacobian_of_astrometry_and_measured_values_is_that_of_complete_runs():
+    start = {"mass": 2.353, "a": 2.55, "c": 0.6735, "tilt": 0.3, "libration": 0.1}
+    times = np.linspace(5.0, 35.0, 10) * u.h
+    zero = np.zeros(10) * u.mas
+    options = {"body": "Beta", "about": "Alpha", "geometry": view(40.0, sun=True)}
+    data = [
+        observing.Astrometry(times, zero, zero, 0.1 * u.mas, 0.3, photocentre=True, **options),
+        observing.Measured("mean distance", lambda run: run.elements().a.mean(), 2.5 * u.km, 1 * u.m, times),
+    ]
+    steps = {"mass": 3e-4, "a": 2e-4, "c": 1e-3, "tilt": 1e-2, "libration": 1e-2}
+    assert max(compared(kw4, start, data, steps).values()) < 1e-6
+
+
+def test_derivatives_of_pulls_are_those_of_the_run_displaced():
+    system, state = dimorphos(phase=0.4)
+    geometry = view(30.0, sun=True)
+    times = np.array([3.0, 4.0, 9.0, 10.0, 15.0]) * u.h
+    zero = np.zeros(5)
+    light = observing.Photometry(times, zero, 0.01, geometry=geometry)
+    names = ["mass of Didymos", "mass of Dimorphos", "semi-axis a of Didymos", "semi-axis b of Dimorphos", "G"]
+    radar = observing.Radar(times, range=zero * u.km, sigma=10 * u.m, body="Dimorphos", geometry=geometry)
+    offsets = {"body": "Dimorphos", "about": "Didymos", "geometry": geometry}
+    sky = observing.Astrometry(times, zero * u.mas, zero * u.mas, 1 * u.mas, photocentre=True, **offsets)
+    # Ranges of 0.05 au are rounded to 1 um, of which the differences take some hundreds apart.
+    for data, rounding in ((light, 1e-6), (radar, 1e-2), (sky, 1e-6)):
+        run = system.integrate(state, 20.0, data.emission(system), derivatives=names)
+        exact, differenced = data.derivatives(run), run.derivative_of(data.pulls)
+        np.testing.assert_array_equal(exact.value, differenced.value)
+        # Positions, velocities, attitudes and spins are compared with the largest of their kind.
+        kinds = differenced.start.reshape(-1, 2, 4, 3)
+        size = np.abs(kinds).max(axis=(0, 1, 3))[:, None]
+        off = np.abs(exact.start.reshape(kinds.shape) - kinds) / np.where(size > 1e-9 * size.max(), size, 1.0)
+        assert off.max() < rounding
+        for name in names:
+            size = np.abs(differenced.by_parameter[name]).max()
+            np.testing.assert_allclose(exact.by_parameter[name], differenced.by_parameter[name], atol=rounding * size)
+
+
+def test_a_start_that_moves_in_time_is_differentiated():
+    """The epoch of a circular orbit is a parameter that moves the body back along it."""
+
+    def setup(late):
+        system, state = kw4()
+        return system, state.replace(time=late)
+
+    times = np.linspace(5.0, 35.0, 10) * u.h
+    data = noisy(np.random.default_rng(0), *kw4(), times, 40.0)
+    assert compared(setup, {"late": 0.1}, [data], {"late": 3e-3})["late"] < 1e-6
+
+
+def test_what_runs_cannot_be_differentiated_by_is_differenced_and_named():
+    """The radius of a tide is no parameter of a system, and the product of number and lag is."""
+
+    def setup(radius, c):
+        system, state = kw4(c=c)
+        tide = fullbody.forces.Tide(on="Alpha", by="Beta", k2=0.1, lag=0.1 * u.h, radius=radius * u.km)
+        return system.with_force(tide), state
+
+    data = noisy(np.random.default_rng(0), *kw4(), np.linspace(5.0, 35.0, 10) * u.h, 40.0)
+    problem = Problem(setup, Parameters({"radius": 0.8, "c": 0.67}), [data], None)
+    slopes = problem.slopes(problem.point(problem.parameters.start))
+    assert list(slopes.differenced) == ["radius"]
+    assert "radius" in slopes.differenced["radius"]
+    expected = differences(problem, problem.parameters.start, 0, 3e-2)
+    np.testing.assert_allclose(slopes.rows[:, 0], expected, atol=1e-4 * np.abs(expected).max())
+
+
+def test_a_setup_that_changes_a_method_of_gravity_is_differenced():
+    """From degree two to four of the series with a parameter: nothing of the motion can be differentiated by that."""
+
+    def setup(c, tolerance):
+        system, state = kw4(c=c)
+        return system.with_options(gravity_tolerance=tolerance), state
+
+    data = noisy(np.random.default_rng(0), *kw4(), np.linspace(5.0, 35.0, 10) * u.h, 40.0)
+    problem = Problem(setup, Parameters({"c": 0.67, "tolerance": 1e-12}), [data], QUICK)
+    slopes = problem.slopes(problem.point(problem.parameters.start))
+    assert slopes.differenced == {
+        "tolerance": "it changes settings gravity_tolerance, by which motions are not differentiated"
+    }
+
+
+def test_forces_of_functions_that_take_a_parameter_are_not_overlooked():
+    def setup(push):
+        system, state = kw4()
+        force = fullbody.forces.Function(lambda time, state: np.array([[0.0] * 3, [push * 1e9, 0.0, 0.0]]), name="push")
+        return system.with_force(force), state
+
+    data = noisy(np.random.default_rng(0), *kw4(), np.linspace(1.0, 5.0, 6) * u.h, 40.0)
+    problem = Problem(setup, Parameters({"push": 1.0}), [data], fullbody.Verner65(rtol=1e-9, atol=1e-9))
+    slopes = problem.slopes(problem.point(problem.parameters.start))
+    assert "function of the force push" in slopes.differenced["push"]
+    assert np.abs(slopes.rows).max() > 1e-3
+
+
+def test_observations_of_another_class_need_two_methods():
+    """Distances of two bodies at given times, and nothing else."""
+
+    class Distances:
+        def emission(self, system):
+            return [10.0, 20.0, 30.0] * u.h
+
+        def pulls(self, run):
+            apart = (run.position[:, 1] - run.position[:, 0]).to_value("km")
+            return (2.5 - np.linalg.norm(apart, axis=1)) / 0.001
+
+    steps = {"mass": 3e-4, "a": 2e-4}
+    assert max(compared(kw4, {"mass": 2.353, "a": 2.55}, Distances(), steps).values()) < 1e-6
+
+
+@pytest.mark.parametrize("name", ["mass", "c"])
+def test_composites_are_differentiated_by_their_parts(name):
+    """A body of two lobes: what a part's mass and place change of the system is solved for."""
+
+    def setup(mass=1.0, c=0.3):
+        parts = [
+            fullbody.Part(fullbody.Sphere(0.2), mass=mass, position=[0.2, 0, 0]),
+            fullbody.Part(fullbody.Sphere(0.2), mass=1.0, position=[-c, 0.0, 0.0]),
+        ]
+        bodies = [fullbody.Body(fullbody.Composite(parts), name="A"), fullbody.Body(fullbody.PointMass(), mass=0.1)]
+        system = fullbody.System(bodies, G=1.0)
+        return system, fullbody.State(
+            [[0.0] * 3, [2.0, 0, 0]], [[0.0] * 3, [0.0, 1.0, 0.1]], spin=[[0, 0, 0.3], [0] * 3]
+        )
+
+    times = np.linspace(1.0, 8.0, 6)
+    geometry = observing.Geometry([0.0, 10.0], to_observer=[1e3, 2e2, 3e2], light_time=False)
+    data = observing.Radar(times, range=np.zeros(6), sigma=0.01, body=1, about=0, geometry=geometry)
+    assert compared(setup, {name: {"mass": 1.0, "c": 0.3}[name]}, data, {name: 1e-3})[name] < 1e-6
