@@ -100,7 +100,7 @@ def night(found: dict[str, Any]) -> Figure:
     axes.set_xlabel("hours after the middle of an occultation of Dimorphos")
     axes.set_ylabel("magnitude, relative")
     axes.set_title(f"a day of {NIGHT[:10]}, as of {DATED}", fontsize=10)
-    axes.legend(loc="lower right", fontsize=9)
+    axes.legend(loc="lower center", fontsize=8)
     return figure
 
 

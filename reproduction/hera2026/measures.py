@@ -110,9 +110,7 @@ def _rotation(run: Run) -> dict[str, Any]:
         "spin_about_pole": np.abs(spin[:, 2]).mean(),
         "obliquity": np.rad2deg(turned.mean()),
         "obliquity_largest": np.rad2deg(turned.max()),
-        **{
-            f"last_{name}": np.rad2deg(np.float64(found[f"largest_{name}"] or 0.0)) for name in ("roll", "pitch", "yaw")
-        },
+        **{f"last_{name}": angle for name, angle in zip(("roll", "pitch", "yaw"), largest, strict=True)},
     }
 
 

@@ -51,11 +51,7 @@ def orbit(run: Run) -> list[float]:
         plane, which grows to nothing but round-off within the days observed. A fit then differences complete runs,
         which stay in the plane.
     """
-    try:
-        _ = run.transition
-    except InvalidInput:
-        pass
-    else:
+    if run.is_differentiated:
         raise InvalidInput("the run has derivatives, of which those across the plane are round-off; expected none")
     shape, turning = eccentricity(run), orbit_precession(run)
     if shape.free is None or turning.apsidal is None:

@@ -27,8 +27,8 @@ REFUTED: Final = {
     "tumbling": "the long axis of Dimorphos does not go on pointing at Didymos within 60 degrees; no member does this",
     "rolling": "Dimorphos rolls, and b/c is below 1.05, or the eccentricity is above 0.027, or the obliquity is below "
     "7 degrees",
-    "locked": "Dimorphos is locked, and its long axis swings by less than 10 or more than 40 degrees to either side of "
-    "Didymos, or its obliquity is above 20 degrees",
+    "locked": "Dimorphos is locked, and its long axis swings by more than 40 degrees to either side of Didymos, or its "
+    "obliquity is above 30 degrees",
     "locked, with apses that advance by 6.1 to 7.3 degrees a day": "b/c is above 1.25, or the eccentricity below 0.02",
     "period": "it has changed since the months after the impact by more than 90 seconds",
 }

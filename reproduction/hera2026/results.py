@@ -113,7 +113,7 @@ def refuting(found: xarray.Dataset) -> dict[str, Any]:
     return {
         "tumbling": found.outcome.values == "tumbling",
         "rolling": rolling & ((b_c < 1.05) | (eccentricity > 0.027) | (obliquity < 7.0)),
-        "locked": locked & ((libration < 10.0) | (libration > 40.0) | (obliquity > 20.0)),
+        "locked": locked & ((libration > 40.0) | (obliquity > 30.0)),
         "locked, with apses that advance by 6.1 to 7.3 degrees a day": advancing
         & ((b_c > 1.25) | (eccentricity < 0.02)),
         "period": np.abs(numbers["period_drift"]) > 90.0,
