@@ -6,7 +6,7 @@ from typing import Any
 
 import fullbody
 import numpy as np
-from flows import displaced, deviation, scales, symplectic_form
+from flows import deviation, displaced, scales, symplectic_form
 from meshes import box, octahedron
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation

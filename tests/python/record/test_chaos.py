@@ -3,7 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
-from flows import displaced, deviation, scales
+from flows import deviation, displaced, scales
 from meshes import box
 
 
