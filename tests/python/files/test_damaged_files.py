@@ -128,7 +128,7 @@ def test_zeros_in_place_of_any_block_are_refused(written, tmp_path):
         if altered == data:
             assert fullbody.load(path) == run
         else:
-            with pytest.raises(fullbody.InvalidInput, match=r"run\.nc is not a readable run of fullbody: it is "):
+            with pytest.raises(fullbody.InvalidInput, match=r"run\.nc is not a readable run of fullbody: the file is "):
                 fullbody.load(path)
 
 
@@ -138,7 +138,7 @@ def test_every_truncation_is_refused(written, tmp_path):
     whole = len(without_checksum(data))
     for length in [*range(0, whole, 997), whole - 1, *range(whole + 1, len(data), 13), len(data) - 1]:
         path.write_bytes(data[:length])
-        with pytest.raises(fullbody.InvalidInput, match=r"it is (empty|not a NetCDF file|truncated or damaged)"):
+        with pytest.raises(fullbody.InvalidInput, match=r"the file is (empty|not a NetCDF file|truncated or damaged)"):
             fullbody.load(path)
     for longer in (b"\n", b"x", bytes(512)):
         path.write_bytes(data + longer)

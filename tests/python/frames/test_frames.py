@@ -122,7 +122,7 @@ def test_a_frame_of_elements_is_kept_and_compared():
         assert twin[1] == one[1]
     assert repr(made[1]).endswith("M=0.5, frame='ecliptic')")
     assert "frame" not in repr(made[0])
-    with pytest.raises(AttributeError, match="do not change"):
+    with pytest.raises(AttributeError, match="cannot be changed"):
         made[0].frame = "ecliptic"
 
 
