@@ -51,13 +51,13 @@ def main():
         problem = Problem(setup, Parameters(dict(list(every.items())[:count])), data, None)
         point = problem.point(problem.parameters.start)
         # The first derivatives look for the steps of differences.
-        problem.slopes(point)
+        problem.jacobian(point)
         parts = {"run": [], "iteration": []}
         for _ in range(ROUNDS):
             begin = time.process_time()
             SYSTEM.integrate(STATE, HOURS, data.emission(SYSTEM))
             middle = time.process_time()
-            problem.slopes(problem.point(problem.parameters.start, differentiated=True))
+            problem.jacobian(problem.point(problem.parameters.start, differentiated=True))
             parts["run"].append(middle - begin)
             parts["iteration"].append(time.process_time() - middle)
         run, iteration = (statistics.median(part) for part in parts.values())

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidInput
-from .differences import slope
+from .differences import derivative
 
 if TYPE_CHECKING:
     from ..model.state import State
@@ -210,7 +210,7 @@ class Chain:
                 return np.zeros(len(noise))
             return np.concatenate([base.moved(made), made.numbers - base.numbers])
 
-        return slope(shifted, size, noise, groups, self._steps[k])
+        return derivative(shifted, size, noise, groups, self._steps[k])
 
 
 class _SystemChain:
@@ -266,7 +266,9 @@ class _SystemChain:
                 return _described(system._changed(name, by)[0])[0] - base.numbers
 
             groups = np.arange(len(base.numbers))
-            found = slope(shifted, size, _ROUNDING * np.abs(base.numbers), groups, self._steps.setdefault(name, {}))
+            found = derivative(
+                shifted, size, _ROUNDING * np.abs(base.numbers), groups, self._steps.setdefault(name, {})
+            )
         except InvalidInput:
             return None
         if found is not None and np.count_nonzero(found) == 1 and abs(found.max() - 1.0) < 1e-9:

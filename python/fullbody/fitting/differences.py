@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ..errors import InvalidInput
 
-__all__ = ["REFUSALS", "slope"]
+__all__ = ["REFUSALS", "derivative"]
 
 _Array = npt.NDArray[np.float64]
 
@@ -25,7 +25,7 @@ _AGREE = 1e-4
 REFUSALS = (ValueError, ArithmeticError, RuntimeError)
 
 
-def slope(
+def derivative(
     function: Callable[[float], _Array],
     size: float,
     noise: _Array,

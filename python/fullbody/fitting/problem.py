@@ -16,14 +16,14 @@ from ..model.state import State
 from ..motion.samples import chosen, joined
 from ..motion.system import System
 from .chain import Chain, Made
-from .differences import REFUSALS, slope
+from .differences import REFUSALS, derivative
 from .free import Parameters
 
 if TYPE_CHECKING:
     from ..motion.run import Run
     from ..record.integrators import Integrator
 
-__all__ = ["Observed", "Point", "Problem", "Refused", "Slopes"]
+__all__ = ["Jacobian", "Observed", "Point", "Problem", "Refused"]
 
 _Array = npt.NDArray[np.float64]
 
@@ -80,7 +80,7 @@ class Point:
 
 
 @dataclass
-class Slopes:
+class Jacobian:
     """Derivatives of the rows of a point by the parameters, (M, P), and the parameters that were differenced."""
 
     rows: _Array
@@ -160,7 +160,8 @@ class Problem:
         ----------
         values : ndarray, (P,)
         differentiated : bool
-            Whether the run takes with it the derivatives that were needed last, so that :meth:`slopes` needs no other.
+            Whether the run takes with it the derivatives that were needed last, so that
+            :meth:`jacobian` needs no other.
 
         Raises
         ------
@@ -214,7 +215,7 @@ class Problem:
         """What a method of observations gives for a run that has their samples alone."""
         return getattr(one, what)(chosen(run, self._emission(one, run.system)))
 
-    def slopes(self, point: Point) -> Slopes:
+    def jacobian(self, point: Point) -> Jacobian:
         """Differentiate the rows of a point: the motion exactly, what the setup makes of parameters by differences."""
         values, names = point.values, self.parameters.names
         sizes = np.array([self.parameters.size(k, value) for k, value in enumerate(values)])
@@ -250,7 +251,7 @@ class Problem:
                 found[:, k] = self._by_runs(point, k, sizes[k])
             else:
                 found[:, k] += self._by_observations(point, k, sizes[k])
-        return Slopes(found, differenced)
+        return Jacobian(found, differenced)
 
     def _derivatives(self, one: Any, run: Run) -> Any:
         part = chosen(run, self._emission(one, run.system))
@@ -275,7 +276,7 @@ class Problem:
             widening = self._widening(point.made.system, observations)
             return np.concatenate([np.ravel(part) for part in (*pulls, *widening)]) - point.rows
 
-        return self._slope(shifted, point, k, size, _ROUNDING, 0.01)
+        return self._derivative(shifted, point, k, size, _ROUNDING, 0.01)
 
     def _by_runs(self, point: Point, k: int, size: float) -> _Array:
         """Derivatives (M,) of rows by a parameter, from complete runs."""
@@ -285,14 +286,14 @@ class Problem:
             values[k] += by
             return self._point(values).rows - point.rows
 
-        return self._slope(shifted, point, k, size, _NOISE, 0.1)
+        return self._derivative(shifted, point, k, size, _NOISE, 0.1)
 
-    def _slope(
+    def _derivative(
         self, shifted: Callable[[float], _Array], point: Point, k: int, size: float, noise: float, shorter: float
     ) -> _Array:
         """Differences of the rows; ``noise`` is what is rounded of them."""
         scale = noise * max(1.0, float(np.abs(point.rows).max(initial=0.0))) * np.ones(len(point.rows))
-        found = slope(shifted, size, scale, np.zeros(len(scale), dtype=int), self._steps[k], shorter)
+        found = derivative(shifted, size, scale, np.zeros(len(scale), dtype=int), self._steps[k], shorter)
         if found is None:
             raise InvalidInput(
                 f"the predictions do not change evenly with {self.parameters.names[k]} near {point.values[k]:.9g}"

@@ -14,7 +14,7 @@ from ..base.tables import Table, Tabled, to_text
 from ..ensembles.parameters import Paired, paired
 from ..errors import InvalidInput
 from .losses import Loss
-from .problem import Point, Problem, Refused, Slopes
+from .problem import Jacobian, Point, Problem, Refused
 
 if TYPE_CHECKING:
     import xarray
@@ -110,10 +110,10 @@ class Fit(Tabled):
     starts: int
 
     def __init__(
-        self, problem: Problem, loss: Loss, point: Point, slopes: Slopes, message: str, iterations: int
+        self, problem: Problem, loss: Loss, point: Point, jacobian: Jacobian, message: str, iterations: int
     ) -> None:
         known = problem.parameters
-        self._problem, self._loss, self._point, self._slopes = problem, loss, point, slopes
+        self._problem, self._loss, self._point, self._jacobian = problem, loss, point, jacobian
         self.names = known.names
         self.values = known.named(point.values)
         self.system, self.state = point.made.system, point.made.state
@@ -123,11 +123,11 @@ class Fit(Tabled):
             problem.of(one, point.run, "residuals" if hasattr(one, "residuals") else "pulls")
             for one in point.observations
         ]
-        self.differenced = slopes.differenced
+        self.differenced = jacobian.differenced
         self.message, self.iterations = message, iterations
         self.runs, self.refused = problem.runs + problem.differentiated, problem.refused
         self.last_refusal = problem.reason
-        norms = np.linalg.norm(slopes.rows, axis=0)
+        norms = np.linalg.norm(jacobian.rows, axis=0)
         close = 0.05 / np.where(norms > 0.0, norms, np.inf)
         at = (point.values - known.lower <= close) | (known.upper - point.values <= close)
         self.at_bounds = tuple(name for name, one in zip(self.names, at, strict=True) if one)
@@ -142,7 +142,7 @@ class Fit(Tabled):
 
     def _errors(self, flat: _Array, on: Any) -> None:
         """Compute the covariance from the information of data, jitter and priors."""
-        known, point, rows = self._problem.parameters, self._point, self._slopes.rows
+        known, point, rows = self._problem.parameters, self._point, self._jacobian.rows
         data, wide = rows[: len(flat)].copy(), rows[len(flat) :]
         # A jitter changes how large residuals are, of which the expected information is half the square of the slope
         # of the logarithm of the variance.
@@ -290,9 +290,9 @@ class Fit(Tabled):
         density = -0.5 * float(np.sum(vector**2) + np.sum(prior**2))
         if not gradient:
             return density
-        slopes = problem.slopes(point).rows
+        jacobian = problem.jacobian(point).rows
         scaled = np.concatenate([roots * weights, rows[count:]])
-        return density, -(slopes.T @ scaled) - np.where(on, prior / known.sigma, 0.0)
+        return density, -(jacobian.T @ scaled) - np.where(on, prior / known.sigma, 0.0)
 
     def sample(
         self,

@@ -15,7 +15,7 @@ from ..errors import InconsistentInput, Interrupted, InvalidInput, caution
 from ..motion.options import Tally
 from .free import Parameters
 from .losses import Loss, Outliers, loss_of
-from .problem import Observed, Point, Problem, Refused, Slopes
+from .problem import Jacobian, Observed, Point, Problem, Refused
 from .result import Fit, Minimum
 
 if TYPE_CHECKING:
@@ -78,8 +78,8 @@ def fit(
     Returns
     -------
     Fit
-        The best minimum; :attr:`Fit.minima` lists all. Ctrl-C returns the best values so far, with the
-        :attr:`Fit.message` that says so.
+        The best minimum; ``Fit.minima`` lists all. Ctrl-C returns the best values so far, with the
+        ``Fit.message`` that says so.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def fit(
     Notes
     -----
     The solver is scipy's ``least_squares`` ("trf"), in units of the errors that parameters have at the start. A step to
-    values that the setup refuses, or to a collision, is shortened to a quarter and tried again; :attr:`Fit.refused`
+    values that the setup refuses, or to a collision, is shortened to a quarter and tried again; ``Fit.refused``
     counts these.
 
     Examples
@@ -157,7 +157,7 @@ class _Solution:
     """Where a solver has come to."""
 
     point: Point
-    slopes: Slopes
+    jacobian: Jacobian
     cost: float
     message: str
     iterations: int
@@ -200,13 +200,13 @@ class _Solver:
             def residuals(x: _Array) -> _Array:
                 return self._residuals(start + scale * (x - begin))
 
-            def slopes(x: _Array) -> _Array:
+            def jacobian_at(x: _Array) -> _Array:
                 found = first_jacobian.pop() if first_jacobian else self._jacobian(start + scale * (x - begin))
                 return np.asarray(found * scale)
 
             bounds = tuple((one - start) / scale + begin for one in (self._parameters.lower, self._parameters.upper))
             options = {"ftol": _FTOL, "xtol": _XTOL, "gtol": 1e-15, "x_scale": "jac"}
-            found = least_squares(residuals, begin, slopes, bounds, **options)
+            found = least_squares(residuals, begin, jacobian_at, bounds, **options)
             message = "" if found.status > 0 else f"stopped after {found.nfev} proposals, the limit"
             if found.status > 0 and self._distance > _FAR:
                 why = f"; the last proposal refused: {self._problem.reason}" if self._problem.refused else ""
@@ -251,16 +251,16 @@ class _Solver:
         if self._last is None or not np.array_equal(self._last.values, values):
             self._last = self._problem.point(values)
         point = self._last
-        slopes = self._problem.slopes(point)
+        jacobian = self._problem.jacobian(point)
         cost = 0.5 * float(np.sum(self._vector(point) ** 2))
         if self._best is None or cost <= self._best.cost:
-            self._best = _Solution(point, slopes, cost, "", 0)
+            self._best = _Solution(point, jacobian, cost, "", 0)
         self._iterations += 1
         self._taken = True
         self._show()
         pulls = np.concatenate([np.ravel(part) for part in point.pulls])
         weights = self._loss.roots(pulls)[1]
-        rows = slopes.rows.copy()
+        rows = jacobian.rows.copy()
         rows[: len(pulls)] *= weights[:, None]
         prior = np.diag(1.0 / self._parameters.sigma)[self._priors]
         matrix = np.concatenate([rows, prior])
@@ -337,7 +337,7 @@ def _starts(known: Parameters, starts: Any, seed: Any) -> list[_Array]:
 def _result(problem: Problem, loss: Loss, done: list[_Solution], starts: int) -> Fit:
     """Return the best of the solutions as a fit that lists all different ones."""
     best = min(range(len(done)), key=lambda place: done[place].cost)
-    fits = [Fit(problem, loss, one.point, one.slopes, one.message, one.iterations) for one in done]
+    fits = [Fit(problem, loss, one.point, one.jacobian, one.message, one.iterations) for one in done]
     minima: list[tuple[Fit, int]] = []
     for one in sorted(fits, key=lambda each: each.chi2 if loss.linear else each.loss):
         for place, (other, count) in enumerate(minima):

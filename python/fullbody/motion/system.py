@@ -605,9 +605,9 @@ class System(Tabled):
         """The parameters by which motions can be differentiated: ``"G"``, ``"mass of Alpha"`` and so on.
 
         - ``"mass of"`` and ``"density of"`` a body are taken at a fixed shape, ``"semi-axis a of"`` an ellipsoid at a
-        fixed mass; ``"scale of"`` a polyhedron is a factor of all its lengths, whose value is one, at a fixed mass.
+          fixed mass; ``"scale of"`` a polyhedron is a factor of all its lengths, whose value is one, at a fixed mass.
         - ``"mass of part 0 of"`` and ``"position x of part 0 of"`` a composite refer to its working frame: the centre
-        of mass and the principal axes move with these parameters, while the state of the body is held fixed.
+          of mass and the principal axes move with these parameters, while the state of the body is held fixed.
         - ``"mu of"`` or ``"mass of"`` a third body, as it was given; ``"a of"``, ``"e of"``, ``"i of"``,
           ``"Omega of"``, ``"omega of"``, ``"M of"`` and ``"time of"`` its orbit. The period of the orbit depends on the
           masses of both bodies, so that mu, ``"G"`` and masses act through it too.

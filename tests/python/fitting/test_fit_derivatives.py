@@ -25,7 +25,7 @@ def compared(setup, start, observations, steps):
     """The largest deviation of each parameter's derivatives from differences, over the largest derivative."""
     problem = Problem(setup, Parameters(start), observations, fullbody.Verner98())
     values = problem.parameters.start
-    slopes = problem.slopes(problem.point(values))
+    slopes = problem.jacobian(problem.point(values))
     assert not slopes.differenced
     found = {}
     for k, name in enumerate(start):
@@ -128,7 +128,7 @@ def test_what_runs_cannot_be_differentiated_by_is_differenced_and_named():
 
     data = noisy(np.random.default_rng(0), *kw4(), np.linspace(5.0, 35.0, 10) * u.h, 40.0)
     problem = Problem(setup, Parameters({"radius": 0.8, "c": 0.67}), [data], None)
-    slopes = problem.slopes(problem.point(problem.parameters.start))
+    slopes = problem.jacobian(problem.point(problem.parameters.start))
     assert list(slopes.differenced) == ["radius"]
     assert "radius" in slopes.differenced["radius"]
     expected = differences(problem, problem.parameters.start, 0, 3e-2)
@@ -144,7 +144,7 @@ def test_a_setup_that_changes_a_method_of_gravity_is_differenced():
 
     data = noisy(np.random.default_rng(0), *kw4(), np.linspace(5.0, 35.0, 10) * u.h, 40.0)
     problem = Problem(setup, Parameters({"c": 0.67, "tolerance": 1e-12}), [data], QUICK)
-    slopes = problem.slopes(problem.point(problem.parameters.start))
+    slopes = problem.jacobian(problem.point(problem.parameters.start))
     assert slopes.differenced == {
         "tolerance": "it changes settings gravity_tolerance, by which motions are not differentiated"
     }
@@ -158,7 +158,7 @@ def test_forces_of_functions_that_take_a_parameter_are_not_overlooked():
 
     data = noisy(np.random.default_rng(0), *kw4(), np.linspace(1.0, 5.0, 6) * u.h, 40.0)
     problem = Problem(setup, Parameters({"push": 1.0}), [data], fullbody.Verner65(rtol=1e-9, atol=1e-9))
-    slopes = problem.slopes(problem.point(problem.parameters.start))
+    slopes = problem.jacobian(problem.point(problem.parameters.start))
     assert "function of the force push" in slopes.differenced["push"]
     assert np.abs(slopes.rows).max() > 1e-3
 
