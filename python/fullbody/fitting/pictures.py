@@ -66,7 +66,8 @@ class FitPlots:
         Parameters
         ----------
         samples : xarray.Dataset, optional
-            What :meth:`fullbody.fitting.Fit.sample` returns; draws from the normal distribution of the fit unless given.
+            What :meth:`fullbody.fitting.Fit.sample` returns; draws from the normal distribution of the fit unless
+            given.
         count, seed : int
             Number and seed of these draws.
         **kwargs
