@@ -98,7 +98,7 @@ impl Lock {
         Ok(Self { on, about, axes, inertia, elongation, mu })
     }
 
-    /// What rounding may make of a margin of zero: the spin and the orbit's rate nearly cancel in psi'.
+    /// Bound of the rounding error of a margin that is zero: the spin and the orbit's rate nearly cancel in psi'.
     pub fn rounding(&self) -> f64 {
         32.0 * f64::EPSILON * (1.0 + 1.0 / self.elongation.sqrt())
     }

@@ -135,7 +135,7 @@ pub(super) struct ThirdBodyPull {
     pub mu: f64,
     pub by_mass: bool,
     motion: PathEvaluator,
-    /// What [`Self::path_derivatives`] returned last, with its time.
+    /// The derivatives of the path that were computed last, with their time.
     pub path_derivatives: Option<(f64, (Vec3, [Vec3; 8]))>,
     /// The largest circumradius of a body.
     largest: f64,

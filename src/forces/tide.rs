@@ -79,8 +79,7 @@ pub(super) struct TidalForce {
     pub by: usize,
     /// The factor 3 k2 G m^2 R^5 tau.
     strength: f64,
-    /// The same factor with k2 of one, and with a lag of one, for the derivatives: only the product of k2 and
-    /// the lag acts.
+    /// Derivatives of the tide's factor by k2 and by the lag; the factor contains only their product.
     by_parameters: [f64; 2],
     pub loads: [Load; 2],
 }

@@ -11,7 +11,7 @@
 //! and its appendix) without their 0/0 when axes are equal. The identity 3 R_F = sum_i s_i R_i has been used,
 //! so that Phi is a sum of positive terms.
 //!
-//! The same numbers are computed in two ways: by [`Far`], a power series in 1/(kappa + mean a^2) whose
+//! Potential and field are computed in two ways: by [`Far`], a power series in 1/(kappa + mean a^2) whose
 //! coefficients belong to the body, and by [`Near`], Newton's iteration for kappa and Carlson's duplication,
 //! right down to the surface.
 

@@ -54,7 +54,7 @@ class Point:
         found = np.zeros(18)
         found[:3], found[3:6] = self.pose.r - other.pose.r, self.velocity - other.velocity
         for k in range(2):
-            found[TURNS[k]] = rotation_vector(self.pose.attitude[k], other.pose.attitude[k])
+            found[TURNS[k]] = rotations.between(other.pose.attitude[k], self.pose.attitude[k])
             found[SPINS[k]] = self.spin[k] - other.spin[k]
         return found
 
@@ -89,14 +89,6 @@ class Point:
         """Return the total angular momentum (3,)."""
         turned = np.einsum("kij,kj->i", self.pose.rotation, pair.inertia * self.spin)
         return np.asarray(pair.mass * np.cross(self.pose.r, self.velocity) + turned)
-
-
-def rotation_vector(attitude: Array, other: Array) -> Array:
-    """Return the rotation vector (3,), in the body frame, that leads from the other attitude to this one."""
-    w, *v = rotations.product(other * [1.0, -1.0, -1.0, -1.0], attitude)
-    size = float(np.linalg.norm(v))
-    angle = 2 * np.arctan2(size, abs(w))
-    return np.array(v) * float(np.sign(w or 1.0) * (angle / size if size > 0.0 else 2.0))
 
 
 def momentum_rows(pair: Pair, point: Point) -> Array:

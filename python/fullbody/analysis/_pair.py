@@ -30,12 +30,6 @@ def cross(v: Any) -> Array:
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
-def exponential(v: Any) -> Array:
-    """Return the quaternion (4,) of a rotation vector."""
-    angle = float(np.linalg.norm(v))
-    return np.array([np.cos(angle / 2), *(0.5 * np.sinc(angle / (2 * np.pi)) * np.asarray(v))])
-
-
 @dataclass(frozen=True)
 class Pose:
     """The pose of two bodies in a frame that turns with them: their separation and both attitudes."""
@@ -54,8 +48,7 @@ class Pose:
 
     def moved(self, by: Array) -> Pose:
         """Return the pose after a change (9,): of the separation, and rotation vectors in both body frames."""
-        turned = [rotations.product(q, exponential(by[3 + 3 * k : 6 + 3 * k])) for k, q in enumerate(self.attitude)]
-        attitude = np.array(turned)
+        attitude = rotations.products(self.attitude, rotations.of_vectors(np.reshape(by[3:9], (2, 3))))
         return Pose(self.r + by[:3], attitude / np.linalg.norm(attitude, axis=1, keepdims=True))
 
 

@@ -12,7 +12,7 @@ from ..base import rotations
 from ..base.tables import number
 from ..errors import BodiesOverlap, NotConverged
 from ..motion.system import System
-from ._flow import SPINS, TURNS, Point, flow, generators, momentum_rows, rotation_vector
+from ._flow import SPINS, TURNS, Point, flow, generators, momentum_rows
 from ._linear import even
 from ._pair import Array, Pair
 
@@ -93,7 +93,7 @@ def begun(system: System, pair: Pair, point: Point, time: float, count: int) -> 
         axis, back = axes[k], whole.pose.attitude[k]
         if axis is None and system.bodies[k]._semi_axes(system._units) is not None:
             misses = [
-                float(np.linalg.norm(rotation_vector(end.pose.attitude[k], rotations.product(back, half))))
+                float(np.linalg.norm(rotations.between(rotations.product(back, half), end.pose.attitude[k])))
                 for half in _HALF_TURNS
             ]
             shooting.half[k] = int(np.argmin(misses))

@@ -34,6 +34,29 @@ def product(*quaternions: Any) -> _Array:
     return functools.reduce(_core.quaternion_product, quaternions)
 
 
+def products(first: _Array, second: _Array) -> _Array:
+    """Return the products (..., 4) of quaternions (..., 4), each of which turns by ``second``, then by ``first``."""
+    (w, v), (u, r) = ((q[..., :1], q[..., 1:]) for q in (first, second))
+    scalar = w * u - (v * r).sum(axis=-1, keepdims=True)
+    return np.concatenate([scalar, w * r + u * v + np.cross(v, r)], axis=-1)
+
+
+def of_vectors(vectors: Any) -> _Array:
+    """Return the quaternions (..., 4) of rotation vectors (..., 3), whose length is the angle in radians."""
+    v = np.asarray(vectors, dtype=np.float64)
+    angle = np.linalg.norm(v, axis=-1, keepdims=True)
+    return np.concatenate([np.cos(0.5 * angle), 0.5 * np.sinc(0.5 * angle / np.pi) * v], axis=-1)
+
+
+def between(first: _Array, second: _Array) -> _Array:
+    """Return the shortest rotation vectors (..., 3), in the frame of the first, from attitudes (..., 4) to others."""
+    turn = products(first * [1.0, -1.0, -1.0, -1.0], second)
+    scalar, vector = turn[..., :1], np.where(turn[..., :1] < 0.0, -turn[..., 1:], turn[..., 1:])
+    sine = np.linalg.norm(vector, axis=-1, keepdims=True)
+    angle = 2.0 * np.arctan2(sine, np.abs(scalar))
+    return np.asarray(vector * np.divide(angle, sine, out=np.full_like(sine, 2.0), where=sine > 0.0))
+
+
 def quaternion(matrix: Any) -> _Array:
     """Return the quaternion (4,) of a rotation matrix (3, 3); Bar-Itzhack (2000), J. Guid. Control Dyn. 23, 1085."""
     m = np.asarray(matrix, dtype=np.float64)

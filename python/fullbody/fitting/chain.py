@@ -1,4 +1,4 @@
-"""What a setup makes of the parameters of a fit, and its derivatives: of the start, and of the system's parameters.
+"""Derivatives of the start and of the system's parameters, which a setup returns, by the parameters of a fit.
 
 A setup integrates nothing, so that it is differenced. The system is compared as the numbers that describe it. Which of
 its own parameters have changed, and by how much, is solved from the changes of these numbers; a change that none of
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..base import rotations
 from ..errors import InvalidInput
 from .differences import derivative
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from ..model.state import State
     from ..motion.system import System
 
-__all__ = ["Chain", "Made", "SetupDerivatives", "rotation_between"]
+__all__ = ["Chain", "Made", "SetupDerivatives"]
 
 _Array = npt.NDArray[np.float64]
 
@@ -52,11 +53,10 @@ class Made:
 
     def moved(self, other: Made) -> _Array:
         """Return the tangent vector (12 N,) from this state to another one, and the change of its time, (12 N + 1,)."""
-        turn = rotation_between(self.core.attitude, other.core.attitude)
         parts = [
             other.core.position - self.core.position,
             other.core.velocity - self.core.velocity,
-            turn,
+            rotations.between(self.core.attitude, other.core.attitude),
             other.core.spin - self.core.spin,
         ]
         return np.append(np.stack(parts, axis=1).ravel(), other.core.time - self.core.time)
@@ -83,17 +83,6 @@ class Made:
 
 
 _ABSENT = object()
-
-
-def rotation_between(first: _Array, second: _Array) -> _Array:
-    """Return the rotation vectors (N, 3), in the frame of the first, from attitudes (N, 4) to others."""
-    w, v = first[:, :1], -first[:, 1:]
-    scalar = w * second[:, :1] - np.sum(v * second[:, 1:], axis=1, keepdims=True)
-    vector = w * second[:, 1:] + second[:, :1] * v + np.cross(v, second[:, 1:])
-    vector = np.where(scalar < 0.0, -vector, vector)
-    sine = np.linalg.norm(vector, axis=1, keepdims=True)
-    angle = 2.0 * np.arctan2(sine, np.abs(scalar))
-    return np.asarray(vector * np.divide(angle, sine, out=np.full_like(sine, 2.0), where=sine > 0.0))
 
 
 def _described(system: System) -> tuple[_Array, list[str], dict[str, Any]]:
@@ -236,7 +225,7 @@ class _SystemChain:
         scale = np.where(scale > 0.0, scale, np.maximum(np.abs(columns).max(axis=1, initial=0.0), 1e-300))
         used: dict[str, _Array] = {}
         for name, column in zip(known, (columns / scale[:, None]).T, strict=True):
-            # Of several parameters that make the same change one is enough.
+            # Where several parameters make the same change, the first of them is used.
             if column[rows].any() and not any(_parallel(column, other) for other in used.values()):
                 used[name] = column
         scaled = np.stack(list(used.values()), axis=1) if used else np.zeros((len(rows), 0))

@@ -32,7 +32,7 @@ _ROUNDING, _NOISE = 1e-13, 1e-8
 
 
 class Observed(Protocol):
-    """What a fit asks of observations; classes of other authors that have these methods can be fitted too.
+    """The methods that a fit calls on observations; any class that has them can be fitted.
 
     A class may also have ``derivatives(run)``, which gives what ``run.derivative_of(observed.pulls)`` does, and
     ``widening(system)``, the logarithms of factors by which parameters widen the variances.
@@ -212,7 +212,7 @@ class Problem:
         return joined(ahead, back)
 
     def of(self, one: Any, run: Run, what: str) -> Any:
-        """What a method of observations gives for a run that has their samples alone."""
+        """Call a method of observations with the samples of a run at the times of these observations."""
         return getattr(one, what)(chosen(run, self._emission(one, run.system)))
 
     def jacobian(self, point: Point) -> Jacobian:

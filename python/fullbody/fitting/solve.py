@@ -252,7 +252,8 @@ class _Solver:
             self._last = self._problem.point(values)
         point = self._last
         jacobian = self._problem.jacobian(point)
-        cost = 0.5 * float(np.sum(self._vector(point) ** 2))
+        vector = self._vector(point)
+        cost = 0.5 * float(np.sum(vector**2))
         if self._best is None or cost <= self._best.cost:
             self._best = _Solution(point, jacobian, cost, "", 0)
         self._iterations += 1
@@ -264,7 +265,7 @@ class _Solver:
         rows[: len(pulls)] *= weights[:, None]
         prior = np.diag(1.0 / self._parameters.sigma)[self._priors]
         matrix = np.concatenate([rows, prior])
-        self._distance = self._step(values, matrix, self._vector(point))
+        self._distance = self._step(values, matrix, vector)
         if self._distance < _CLOSE:
             raise _Converged
         return matrix

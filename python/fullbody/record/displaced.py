@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from ..base import rotations
 from ..base.units import is_quantity
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
@@ -129,22 +130,13 @@ def _moved(record: Any, columns: _Array, by: float) -> dict[str, _Array]:
     """Return the numbers of states (K,) displaced by tangent vectors (K, 12 N)."""
     samples, bodies = record["position"].shape[:2]
     moved = (by * columns).reshape(samples, bodies, 4, 3)
-    angle = np.linalg.norm(moved[:, :, 2], axis=-1, keepdims=True)
-    turn = np.concatenate([np.cos(0.5 * angle), 0.5 * np.sinc(0.5 * angle / np.pi) * moved[:, :, 2]], axis=-1)
     return {
         "time": record["time"].copy(),
         "position": record["position"] + moved[:, :, 0],
         "velocity": record["velocity"] + moved[:, :, 1],
-        "attitude": _products(record["attitude"], turn),
+        "attitude": rotations.products(record["attitude"], rotations.of_vectors(moved[:, :, 2])),
         "spin": record["spin"] + moved[:, :, 3],
     }
-
-
-def _products(first: _Array, second: _Array) -> _Array:
-    """Return the quaternions (..., 4) of turning first by `second` and then by `first`."""
-    (w, v), (u, r) = ((q[..., :1], q[..., 1:]) for q in (first, second))
-    scalar = w * u - (v * r).sum(axis=-1, keepdims=True)
-    return np.concatenate([scalar, w * r + u * v + np.cross(v, r)], axis=-1)
 
 
 class _Record(dict[str, _Array]):
