@@ -1,7 +1,7 @@
 //! Integrals along a parallel of what a law makes bright, and of its derivatives.
 
 use super::law::{Law, Scattering};
-use super::lune::{Longitude, Lune};
+use super::lune::{Intervals, Longitude, Lune};
 use super::rule::Rule;
 use crate::math::Vec3;
 
@@ -60,7 +60,9 @@ impl Kernel<'_> {
     /// The integral of the brightness between two longitudes of a parallel.
     pub fn between(&self, from: Longitude, to: Longitude, z: f64, rho: f64) -> f64 {
         if let Some(constant) = self.constant {
-            return constant * rho * (self.lune.antiderivative(to) - self.lune.antiderivative(from));
+            let mut intervals = Intervals::default();
+            self.lune.extend(&mut intervals, from, to);
+            return constant * rho * self.lune.integral(&intervals);
         }
         let mut f = |angle: f64| {
             let (sin, cos) = angle.sin_cos();

@@ -24,6 +24,21 @@ pub struct Longitude {
     pub cos: f64,
 }
 
+/// Intervals of longitudes on a parallel, as their integral of g needs them: the sum of differences of sin(l - gamma), and the
+/// product of ratios of exp G, so that one logarithm serves all of them.
+#[derive(Debug, Clone, Copy)]
+pub struct Intervals {
+    plain: f64,
+    growth: f64,
+    decay: f64,
+}
+
+impl Default for Intervals {
+    fn default() -> Self {
+        Self { plain: 0.0, growth: 1.0, decay: 1.0 }
+    }
+}
+
 /// The lune of an ellipsoid that is seen and lit.
 #[derive(Debug, Clone)]
 pub struct Lune {
@@ -122,13 +137,27 @@ impl Lune {
         [if both > 0.0 { sight * light / both } else { 0.0 }, sight, light]
     }
 
-    /// An integral of g over the longitude.
+    /// The integral of g over the intervals of a parallel.
     #[inline]
-    pub fn antiderivative(&self, l: Longitude) -> f64 {
-        let y = self.relative_to_middle(l);
-        let plain = l.sin * self.gamma.cos - l.cos * self.gamma.sin;
+    pub fn integral(&self, intervals: &Intervals) -> f64 {
+        let log = (intervals.growth / intervals.decay).ln();
         self.lengths[0] * self.lengths[1] / self.sum
-            * (plain - self.middle.sin * self.gamma.sin * inverse_gudermannian(y))
+            * (intervals.plain - self.middle.sin * self.gamma.sin * log)
+    }
+
+    /// Adds the interval between two longitudes to those over which g is integrated.
+    #[inline]
+    pub fn extend(&self, intervals: &mut Intervals, from: Longitude, to: Longitude) {
+        let plain = |l: Longitude| l.sin * self.gamma.cos - l.cos * self.gamma.sin;
+        // exp G(y) = (1 + sin y) / cos y = cos y / (1 - sin y), whichever has no cancellation.
+        let growth = |l: Longitude| {
+            let y = self.relative_to_middle(l);
+            if y.sin >= 0.0 { (1.0 + y.sin, y.cos) } else { (y.cos, 1.0 - y.sin) }
+        };
+        let ((to_growth, to_decay), (from_growth, from_decay)) = (growth(to), growth(from));
+        intervals.plain += plain(to) - plain(from);
+        intervals.growth *= to_growth * from_decay;
+        intervals.decay *= to_decay * from_growth;
     }
 
     /// Integrals over y of (Q / (P + Q))^2 and (P / (P + Q))^2, each times 1, cos y and sin y.

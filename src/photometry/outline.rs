@@ -90,6 +90,11 @@ impl Outline {
         x * x + z * z > reach * reach
     }
 
+    /// Whether the outline reaches over parallels between two heights.
+    pub fn reaches(&self, low: f64, high: f64) -> bool {
+        self.centre[1] - self.half[1] < high && self.centre[1] + self.half[1] > low
+    }
+
     /// Whether the outline reaches over the parallel at z; if so, the sine of the position on it.
     #[inline]
     fn position(&self, z: f64) -> Option<f64> {

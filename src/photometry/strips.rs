@@ -1,19 +1,18 @@
 //! The brightness of an ellipsoid of which others hide parts, by strips along the parallels of its lune.
 //!
 //! On a parallel every outline covers one interval of longitudes, and what is left between them has the integrals of
-//! [`Kernel`]. Over the height z Gauss's rule is taken between the heights at which the intervals change their kind, in tau with
-//! z = m + h sin tau, so that the square roots at either end are smooth. An unknown change costs time, not accuracy: the rule
+//! [`Kernel`]. Over the height z Gauss's rule is taken between the heights at which the intervals change their kind, in t with
+//! z = m + h t (3 - t^2) / 2, so that the square roots at either end are smooth. An unknown change costs time, not accuracy: the rule
 //! halves its intervals until it has converged.
 //!
 //! Where the outline moves, x by dx at a constant height, the brightness over abc changes by |p| Q/(P+Q) T dx dz for an
 //! occultation, since dOmega = dx dz / (p.u / |p|), and by |q| P/(P+Q) T dx dz for an eclipse.
 
 use super::kernel::{Kernel, PARTIAL_TOLERANCE, PARTIALS};
-use super::lune::Longitude;
+use super::lune::{Intervals, Longitude};
 use super::outline::{Hiding, Outline};
 use crate::math::Vec3;
 use nalgebra::Matrix3;
-use std::f64::consts::FRAC_PI_2;
 
 /// What the shift of an outline does to the brightness over abc, as sums over the outline's visible points with weights w: v are
 /// points of the hiding ellipsoid's unit sphere, u those of the other one's, and reach is the way from the second to the first
@@ -81,24 +80,43 @@ impl Strips<'_> {
         }
     }
 
+    /// Whether the strip between two heights has a closed form, since no outline reaches it.
+    fn is_bare(&self, low: f64, high: f64) -> bool {
+        self.kernel.constant.is_some() && !self.outlines.iter().any(|outline| outline.reaches(low, high))
+    }
+
+    /// The integral of the brightness along what no outline covers of a parallel.
+    fn parallel(&self, z: f64, rho: f64, covered: &mut Vec<[End; 2]>) -> f64 {
+        if let Some(constant) = self.kernel.constant {
+            let mut intervals = Intervals::default();
+            self.uncovered(z, rho, covered, |from, to| {
+                self.kernel.lune.extend(&mut intervals, from.0, to.0);
+            });
+            return constant * rho * self.kernel.lune.integral(&intervals);
+        }
+        let mut sum = 0.0;
+        self.uncovered(z, rho, covered, |from, to| sum += self.kernel.between(from.0, to.0, z, rho));
+        sum
+    }
+
     /// The brightness over a b c.
     pub fn brightness(&self) -> f64 {
         let mut covered = Vec::with_capacity(self.outlines.len());
         let mut total = 0.0;
         for [low, high] in self.panels() {
             let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-            let mut f = |tau: f64| {
-                let (sin, cos) = tau.sin_cos();
-                let (z, rho) = height(middle + half * sin);
-                let mut sum = 0.0;
-                self.uncovered(z, rho, &mut covered, |from, to| {
-                    sum += self.kernel.between(from.0, to.0, z, rho);
-                });
-                [half * cos * sum]
+            if self.is_bare(low, high) {
+                let lune = self.kernel.lune;
+                total += self.kernel.between(lune.terminator(), lune.limb(), 0.0, 1.0) * widths(low, high)[0];
+                continue;
+            }
+            let mut f = |t: f64| {
+                let (place, slope) = smoothed(t);
+                let (z, rho) = height(middle + half * place);
+                [half * slope * self.parallel(z, rho, &mut covered)]
             };
             let tolerance = [self.kernel.tolerance()];
-            let ends = [-FRAC_PI_2, FRAC_PI_2];
-            let [sum] = self.kernel.rule.integrate(ends, &tolerance, &mut f, &mut |_, _| {});
+            let [sum] = self.kernel.rule.integrate([-1.0, 1.0], &tolerance, &mut f, &mut |_, _| {});
             total += sum;
         }
         total
@@ -113,13 +131,21 @@ impl Strips<'_> {
         let longest = self.kernel.lune.lengths[0].max(self.kernel.lune.lengths[1]);
         let mut tolerances = [PARTIAL_TOLERANCE * longest; PARTIALS + 1];
         tolerances[..PARTIALS].copy_from_slice(&self.kernel.tolerances());
-        let ends = [-FRAC_PI_2, FRAC_PI_2];
         for [low, high] in self.panels() {
             let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+            if self.is_bare(low, high) {
+                let lune = self.kernel.lune;
+                let [across, along] = widths(low, high);
+                // The third of the derivatives by p, and by q, is that along the pole, with z in place of rho.
+                let all = self.kernel.partials_between(lune.terminator(), lune.limb(), 1.0, 1.0);
+                let size = |k: usize| if k == 3 || k == 6 { along } else { across };
+                (0..PARTIALS).for_each(|k| total[k] += all[k] * size(k));
+                continue;
+            }
             let mut accepted = Vec::new();
-            let mut f = |tau: f64| {
-                let (sin, cos) = tau.sin_cos();
-                let (z, rho) = height(middle + half * sin);
+            let mut f = |t: f64| {
+                let (place, slope) = smoothed(t);
+                let (z, rho) = height(middle + half * place);
                 let mut sums = [0.0; PARTIALS + 1];
                 self.uncovered(z, rho, &mut covered, |from, to| {
                     let part = self.kernel.partials_between(from.0, to.0, z, rho);
@@ -128,16 +154,16 @@ impl Strips<'_> {
                         sums[PARTIALS] += self.flux(end, z, rho).map_or(0.0, |(_, flux)| flux);
                     }
                 });
-                sums.map(|sum| half * cos * sum)
+                sums.map(|sum| half * slope * sum)
             };
             let take = &mut |middle, half| accepted.push((middle, half));
-            let sums = self.kernel.rule.integrate(ends, &tolerances, &mut f, take);
+            let sums = self.kernel.rule.integrate([-1.0, 1.0], &tolerances, &mut f, take);
             (0..PARTIALS).for_each(|k| total[k] += sums[k]);
             for (centre, width) in accepted {
                 for [x, weight] in &self.kernel.rule.nodes {
-                    let (sin, cos) = (centre + width * x).sin_cos();
-                    let (z, rho) = height(middle + half * sin);
-                    let weight = weight * width * half * cos;
+                    let (place, slope) = smoothed(centre + width * x);
+                    let (z, rho) = height(middle + half * place);
+                    let weight = weight * width * half * slope;
                     self.uncovered(z, rho, &mut covered, |from, to| {
                         for end in [from, to] {
                             self.add(end, z, rho, weight, hiding, lights, &mut moments);
@@ -183,6 +209,18 @@ impl Strips<'_> {
         sums.v_u += weighted * u.transpose();
         sums.v_v += weighted * v.transpose();
     }
+}
+
+/// The function t (3 - t^2) / 2, which takes -1 to 1 to the same and makes square roots at both ends smooth, and its derivative.
+fn smoothed(t: f64) -> (f64, f64) {
+    (0.5 * t * (3.0 - t * t), 1.5 * (1.0 - t * t))
+}
+
+/// The integrals over the height of the radius of the parallel and of the height.
+fn widths(low: f64, high: f64) -> [f64; 2] {
+    let of = |(z, rho): (f64, f64)| [0.5 * (z * rho + z.atan2(rho)), 0.5 * z * z];
+    let (high, low) = (of(height(high)), of(height(low)));
+    [high[0] - low[0], high[1] - low[1]]
 }
 
 /// A height on the sphere and the radius of its parallel.
