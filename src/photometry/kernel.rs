@@ -71,7 +71,7 @@ impl Kernel<'_> {
         };
         let mut total = 0.0;
         self.pieces(from, to, z, rho, |ends| {
-            let [sum] = self.rule.integrate(ends, &[self.tolerance()], &mut f, &mut |_, _| {});
+            let [sum] = self.rule.integrate(ends, &[self.tolerance()], &mut f, &mut |_| {});
             total += sum;
         });
         total
@@ -152,7 +152,7 @@ impl Kernel<'_> {
         };
         let mut total = [0.0; PARTIALS];
         self.pieces(from, to, z, rho, |ends| {
-            let sums = self.rule.integrate(ends, &self.tolerances(), &mut f, &mut |_, _| {});
+            let sums = self.rule.integrate(ends, &self.tolerances(), &mut f, &mut |_| {});
             total.iter_mut().zip(sums).for_each(|(total, sum)| *total += sum);
         });
         total

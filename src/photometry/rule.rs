@@ -1,85 +1,126 @@
-//! Gauss's rule that halves an interval until it has converged.
+//! Fejér's second rule, which doubles its nodes and then halves an interval until it has converged.
 //!
-//! The values at the nodes give the coefficients of Legendre's series. An interval has converged once the last ones are below
-//! the tolerance: the rule's error is then smaller, that of a smooth function by far. Several are looked at, since those of even
-//! functions alternate with zeros, and where they oscillate one alone may be small by chance.
+//! The nodes are cos(pi k / n), 0 < k < n, without the ends of the interval, and those for n are among those for 2 n, so that no
+//! value is computed twice. The values give the coefficients b_k of f(cos x) sin x = sum of b_k sin(k x), that is of f in
+//! Chebyshev's polynomials of the second kind. An interval has converged once the last ones are below the tolerance: the rule's
+//! error is then smaller. Several are looked at, since those of even functions alternate with zeros, and where they oscillate one
+//! alone may be small by chance. Fejér (1933), Math. Z. 37, 287; Trefethen (2008), SIAM Rev. 50, 67, compares such rules with
+//! Gauss's.
 
-use crate::math::gauss::legendre;
-use gauss_quad::GaussLegendre;
-use std::num::NonZeroUsize;
+use std::f64::consts::PI;
 
-/// Nodes of the rule.
-pub const NODES: usize = 24;
+/// The numbers n of the nested rules; each but the first is twice the one before.
+const ORDERS: [usize; 3] = [16, 32, 64];
 
-/// Coefficients that tell the error.
+/// Nodes of the largest rule.
+const NODES: usize = ORDERS[2] - 1;
+
+/// The number of coefficients that tell the error.
 const LAST: usize = 4;
 
 /// Intervals are halved at most so often. What a continuous integrand leaves on the last one is below rounding.
 const DEEPEST: u32 = 48;
 
-/// The nodes, weights and the factors of values in the coefficients of Legendre's series that tell the error.
+/// Nested rules; the first nodes of all are those of the smallest rule.
 #[derive(Debug, Clone)]
 pub struct Rule {
-    /// Nodes from -1 to 1, with weights that add up to two.
-    pub nodes: [[f64; 2]; NODES],
+    nodes: [f64; NODES],
+    orders: [Order; 3],
+}
+
+/// One of the nested rules.
+#[derive(Debug, Clone)]
+struct Order {
+    /// Weights of the nodes of this rule, which add up to two.
+    weights: Vec<f64>,
     /// Factors of the values in the last coefficients.
-    coefficients: [[f64; NODES]; LAST],
+    coefficients: [Vec<f64>; LAST],
+}
+
+/// A part of an interval on which a rule has converged.
+#[derive(Debug, Clone, Copy)]
+pub struct Piece {
+    middle: f64,
+    half: f64,
+    order: usize,
 }
 
 impl Default for Rule {
     fn default() -> Self {
-        let gauss = GaussLegendre::new(const { NonZeroUsize::new(NODES).unwrap() });
-        let mut nodes = [[0.0; 2]; NODES];
-        let given = gauss.nodes().zip(gauss.weights());
-        nodes.iter_mut().zip(given).for_each(|(node, (x, weight))| *node = [*x, *weight]);
-        let coefficients = std::array::from_fn(|k| {
-            let k = NODES - 1 - k;
-            nodes.map(|[x, weight]| (k as f64 + 0.5) * weight * legendre(x, k)[k])
-        });
-        Self { nodes, coefficients }
+        let largest = ORDERS[2];
+        // Multiples of the widest spacing come first, then those that each doubling adds.
+        let mut places: Vec<usize> = (1..largest).collect();
+        places.sort_by_key(|place| ORDERS.iter().position(|n| place % (largest / n) == 0));
+        let angles: [f64; NODES] = std::array::from_fn(|i| PI * places[i] as f64 / largest as f64);
+        let order = |n: usize| {
+            let angles = &angles[..n - 1];
+            let scale = 2.0 / n as f64;
+            let integral =
+                |x: f64| (1..n).step_by(2).map(|k| (k as f64 * x).sin() * 2.0 / k as f64).sum::<f64>();
+            Order {
+                weights: angles.iter().map(|x| scale * x.sin() * integral(*x)).collect(),
+                coefficients: std::array::from_fn(|last| {
+                    let k = (n - 1 - last) as f64;
+                    angles.iter().map(|x| scale * x.sin() * (k * x).sin()).collect()
+                }),
+            }
+        };
+        Self { nodes: angles.map(f64::cos), orders: ORDERS.map(order) }
     }
 }
 
 impl Rule {
-    /// The integrals of W functions, each to its tolerance. `accepted` is called with the middle and half the width of each
-    /// interval whose sum was taken.
+    /// The integrals of W functions, each to its tolerance. `accepted` is called with each piece whose sum was taken.
     pub fn integrate<const W: usize>(
         &self,
         [from, to]: [f64; 2],
         tolerances: &[f64; W],
         f: &mut impl FnMut(f64) -> [f64; W],
-        accepted: &mut impl FnMut(f64, f64),
+        accepted: &mut impl FnMut(Piece),
     ) -> [f64; W] {
         let mut total = [0.0; W];
         let mut stack = vec![(0.5 * (from + to), 0.5 * (to - from), 0)];
+        let mut values = [[0.0; W]; NODES];
         while let Some((middle, half, depth)) = stack.pop() {
-            let mut values = [[0.0; W]; NODES];
-            values.iter_mut().zip(&self.nodes).for_each(|(value, [x, _])| *value = f(middle + half * x));
-            if depth < DEEPEST && !self.converged(&values, half, tolerances) {
+            let mut known = 0;
+            let order = (0..ORDERS.len()).find(|order| {
+                let count = ORDERS[*order] - 1;
+                for (value, x) in values[known..count].iter_mut().zip(&self.nodes[known..]) {
+                    *value = f(middle + half * x);
+                }
+                known = count;
+                self.orders[*order].converged(&values[..count], half, tolerances)
+            });
+            if order.is_none() && depth < DEEPEST {
                 stack.extend([0.5, -0.5].map(|side| (middle + side * half, 0.5 * half, depth + 1)));
                 continue;
             }
-            for (value, [_, weight]) in values.iter().zip(&self.nodes) {
+            let order = order.unwrap_or(ORDERS.len() - 1);
+            for (value, weight) in values.iter().zip(&self.orders[order].weights) {
                 total.iter_mut().zip(value).for_each(|(sum, v)| *sum += half * weight * v);
             }
-            accepted(middle, half);
+            accepted(Piece { middle, half, order });
         }
         total
     }
 
-    fn converged<const W: usize>(
-        &self,
-        values: &[[f64; W]; NODES],
-        half: f64,
-        tolerances: &[f64; W],
-    ) -> bool {
+    /// The nodes on a piece of an interval, and their weights.
+    pub fn nodes(&self, piece: Piece) -> impl Iterator<Item = [f64; 2]> {
+        let weights = &self.orders[piece.order].weights;
+        self.nodes.iter().zip(weights).map(move |(x, w)| [piece.middle + piece.half * x, piece.half * w])
+    }
+}
+
+impl Order {
+    /// Whether the last coefficients of each function are below its tolerance, or mere rounding.
+    fn converged<const W: usize>(&self, values: &[[f64; W]], half: f64, tolerances: &[f64; W]) -> bool {
         (0..W).all(|k| {
             let size = values.iter().map(|value| value[k].abs()).fold(0.0, f64::max);
-            let of = |factors: &[f64; NODES]| {
+            let of = |factors: &Vec<f64>| {
                 factors.iter().zip(values).map(|(factor, value)| factor * value[k]).sum::<f64>().abs()
             };
             let last = self.coefficients.iter().map(of).fold(0.0, f64::max);
-            // Rounding has coefficients of any order. What is not a number never converges: whoever asks for the sum will see it.
+            // Rounding has coefficients of any order. A value that is not a number stays in the sum, which is then refused.
             !(2.0 * half * last > tolerances[k] && last > 64.0 * f64::EPSILON * size)
         })
     }

@@ -60,11 +60,16 @@ impl Strips<'_> {
     fn uncovered(&self, z: f64, rho: f64, covered: &mut Vec<[End; 2]>, mut between: impl FnMut(End, End)) {
         let lune = self.kernel.lune;
         covered.clear();
-        covered.extend(self.outlines.iter().enumerate().filter_map(|(index, outline)| {
-            let [(low, own_low), (high, own_high)] = outline.covers(lune, z, rho)?;
-            Some([(low, own_low.then_some((index, false))), (high, own_high.then_some((index, true)))])
-        }));
-        covered.sort_unstable_by(|a, b| a[0].0.sin.total_cmp(&b[0].0.sin));
+        for (index, outline) in self.outlines.iter().enumerate() {
+            if let Some([(low, own_low), (high, own_high)]) = outline.covers(lune, z, rho) {
+                let ends =
+                    [(low, own_low.then_some((index, false))), (high, own_high.then_some((index, true)))];
+                covered.push(ends);
+            }
+        }
+        if covered.len() > 1 {
+            covered.sort_unstable_by(|a, b| a[0].0.sin.total_cmp(&b[0].0.sin));
+        }
         let mut reached: End = (lune.terminator(), None);
         for &[low, high] in &*covered {
             if low.0.sin > reached.0.sin {
@@ -116,7 +121,7 @@ impl Strips<'_> {
                 [half * slope * self.parallel(z, rho, &mut covered)]
             };
             let tolerance = [self.kernel.tolerance()];
-            let [sum] = self.kernel.rule.integrate([-1.0, 1.0], &tolerance, &mut f, &mut |_, _| {});
+            let [sum] = self.kernel.rule.integrate([-1.0, 1.0], &tolerance, &mut f, &mut |_| {});
             total += sum;
         }
         total
@@ -156,20 +161,18 @@ impl Strips<'_> {
                 });
                 sums.map(|sum| half * slope * sum)
             };
-            let take = &mut |middle, half| accepted.push((middle, half));
+            let take = &mut |piece| accepted.push(piece);
             let sums = self.kernel.rule.integrate([-1.0, 1.0], &tolerances, &mut f, take);
             (0..PARTIALS).for_each(|k| total[k] += sums[k]);
-            for (centre, width) in accepted {
-                for [x, weight] in &self.kernel.rule.nodes {
-                    let (place, slope) = smoothed(centre + width * x);
-                    let (z, rho) = height(middle + half * place);
-                    let weight = weight * width * half * slope;
-                    self.uncovered(z, rho, &mut covered, |from, to| {
-                        for end in [from, to] {
-                            self.add(end, z, rho, weight, hiding, lights, &mut moments);
-                        }
-                    });
-                }
+            for [t, weight] in accepted.into_iter().flat_map(|piece| self.kernel.rule.nodes(piece)) {
+                let (place, slope) = smoothed(t);
+                let (z, rho) = height(middle + half * place);
+                let weight = weight * half * slope;
+                self.uncovered(z, rho, &mut covered, |from, to| {
+                    for end in [from, to] {
+                        self.add(end, z, rho, weight, hiding, lights, &mut moments);
+                    }
+                });
             }
         }
         (total, moments)
