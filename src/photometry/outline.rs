@@ -104,7 +104,7 @@ impl Outline {
 
     /// The interval of longitudes of the lune that the outline covers on a parallel. The flags tell which ends are the
     /// outline's, rather than the lune's.
-    #[inline]
+    #[inline(always)]
     pub fn covers(&self, lune: &Lune, z: f64, rho: f64) -> Option<[(Longitude, bool); 2]> {
         let sin = self.position(z)?;
         let middle = self.centre[0] + self.slope * (z - self.centre[1]);
