@@ -43,8 +43,10 @@ $(MATURIN):
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip 'maturin>=1.9,<2'
 
+# The crate compiles while pip collects the dependencies; the build that pip starts waits for it and goes on from there.
 $(VENV)/.built: $(MATURIN) pyproject.toml $(RUST)
-	$(BIN)/python -m pip install --quiet --no-build-isolation --editable '.[all]'
+	cargo build --quiet --locked --release & \
+		$(BIN)/python -m pip install --quiet --no-build-isolation --editable '.[all]'; status=$$?; wait; exit $$status
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.built
