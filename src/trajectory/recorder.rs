@@ -1,4 +1,4 @@
-//! What is recorded of a run, step by step: samples, events, the continuous solution and tangents.
+//! The record of a run is made step by step: samples, events, the continuous solution and tangent vectors.
 
 use super::approach::Contact;
 use super::dense::{piece_at, state_within};
@@ -51,7 +51,7 @@ pub(super) struct Recorder<'r, 'f> {
     /// The end of the run.
     pub until: f64,
     forward: bool,
-    /// Whether every step is looked into, for events or the continuous solution.
+    /// Whether the interior of every step is needed, for events or the continuous solution.
     pub looks_inside: bool,
     times: Times<'r>,
     detector: EventDetector,
@@ -180,7 +180,7 @@ impl<'r, 'f> Recorder<'r, 'f> {
     }
 
     /// Finds the events of the last step and keeps its continuous solution, up to the first terminal event,
-    /// whose index and time are returned, or up to where bodies touch.
+    /// whose index and time are returned, or up to the contact of two bodies.
     fn look_inside(
         &mut self,
         simulation: &Simulation,
@@ -205,7 +205,7 @@ impl<'r, 'f> Recorder<'r, 'f> {
         Ok(stop)
     }
 
-    /// Adds the derivatives of their states to the events of the last step, which are those from the index
+    /// Adds the derivatives of the state to each event of the last step; these are the events from the index
     /// `known` on.
     fn differentiate(
         &mut self,
@@ -277,9 +277,9 @@ impl Simulation {
     /// that take longer, and at the end. It stops the run by [`ControlFlow::Break`].
     ///
     /// # Errors
-    /// [`Error::InvalidInput`] refuses a record for another number of bodies and times that are not finite.
-    /// Bodies that meet, steps that become too small, forces that fail and an interruption have variants of
-    /// their own, which carry the time.
+    /// Returns [`Error::InvalidInput`] for a record of another number of bodies and for times that are not
+    /// finite. Bodies that touch, steps that become too small, forces that fail and an interruption have
+    /// variants of their own, which carry the time.
     pub fn integrate(
         &mut self,
         until: f64,

@@ -18,7 +18,7 @@ pub(super) struct StepTangentMap<'a> {
     pub variations: &'a mut Variations,
     pub collocation: &'a mut Collocation,
     pub columns: &'a mut [f64],
-    /// The time of the step's start, and how much of the step the drifts have covered.
+    /// The time of the step's start, and the part of the step that the drifts have covered.
     pub time: f64,
     pub covered: f64,
     /// Whether the derivatives of the present loads are known.
