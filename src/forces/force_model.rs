@@ -11,7 +11,7 @@ use crate::math::rotation::turned;
 use crate::shape::Body;
 use pulp::Simd;
 
-/// The numbers of a force's work, impulse and angular impulse: 1 + 3 + 3.
+/// The number of values of a force's work, impulse and angular impulse: 1 + 3 + 3.
 pub const WORK_AND_IMPULSE: usize = 7;
 
 /// The external forces of a system, prepared for evaluation.
@@ -21,17 +21,17 @@ pub struct ForceModel {
     wants_attitudes: bool,
 }
 
-/// The change that a switch makes: the force on a body, by a vector, at a zero of a function of its motion about
-/// another body.
+/// The change that a switch makes: the force on a body jumps where a function of the body's motion about
+/// another one is zero.
 #[derive(Debug, Clone, Copy)]
 pub struct SwitchJump {
-    /// The body.
+    /// The index of the body on which the force acts.
     pub on: usize,
-    /// The other body.
+    /// The index of the other body.
     pub about: usize,
-    /// The force after the switch less that before it, inertial.
+    /// The force after the switch minus the force before it, inertial.
     pub force: Vec3,
-    /// The function's derivatives.
+    /// The derivatives of the function that is zero at the switch.
     pub gradient: MarginGradient,
 }
 
@@ -156,7 +156,7 @@ impl ForceModel {
         self.terms.iter().map(of).collect()
     }
 
-    /// Iterates over the indices of the forces that are switched on and off.
+    /// Iterates over the indices of the forces that can be switched on and off.
     pub fn switched(&self) -> impl Iterator<Item = usize> + use<'_> {
         (0..self.terms.len()).filter(|force| self.push(*force).is_some())
     }
@@ -312,9 +312,9 @@ impl ForceModel {
         Ok(())
     }
 
-    /// Computes the derivatives of the loads of third bodies by the mu of their orbits, where G times the
-    /// masses of the system changes by `by`, and the mu of a third body that is given by its mass by `of_g`
-    /// times itself.
+    /// Passes the derivative of a third body's loads along a change of the mu of its orbit to the sink. `by`
+    /// is the change of G times the masses of the system; the mu of a third body that is given by its mass
+    /// changes by `of_g` times itself.
     pub fn by_total_mu(
         &mut self,
         snapshot: Snapshot,
@@ -333,8 +333,8 @@ impl ForceModel {
         Ok(())
     }
 
-    /// Computes the derivatives of the loads of third bodies on a body whose own field changes, at its mass:
-    /// of the force, inertial, and of the torque, in the body's frame.
+    /// Computes the derivatives of the loads of third bodies on a body whose own field changes while its mass
+    /// stays the same: of the force, inertial, and of the torque, body frame.
     pub fn by_change(&mut self, snapshot: Snapshot, body: usize, change: &BodyChange) -> Result<[Vec3; 2]> {
         let mut sums = [Vec3::zeros(); 2];
         for ForceTerm { kind, .. } in &mut self.terms {
@@ -385,7 +385,7 @@ impl ForceModel {
         [power, total.x, total.y, total.z, moment.x, moment.y, moment.z]
     }
 
-    /// Returns the third bodies in the form in which they act on points.
+    /// Returns the third bodies in the form in which they act on particles.
     pub fn on_points(&self) -> Vec<PointPull> {
         let of = |term: &ForceTerm| match &term.kind {
             ForceTermKind::ThirdBody(pull) => Some(PointPull::new(&term.name, pull)),

@@ -1,7 +1,8 @@
 //! External forces: forces and torques on the bodies of a system other than their mutual gravity.
 //!
 //! Takes the state of the bodies at a time; gives the loads of each force on every body. A [`Force`]
-//! describes one, for archives and the Python package; a [`ForceModel`] has them prepared for evaluation.
+//! describes a force, for archives and the Python package; a [`ForceModel`] holds the forces prepared for
+//! evaluation.
 //!
 //! Positions are relative to the system's *nominal* barycentre: where its barycentre would be without these
 //! forces, moving uniformly in the coordinates of the states. A third body's position is given relative to

@@ -1,4 +1,4 @@
-//! The pull of third bodies on a point that moves among the bodies of a system.
+//! The acceleration by third bodies of a point that moves among the bodies of a system.
 
 use super::third_body::{BattinFactors, ThirdBodyPull};
 use crate::error::Result;
@@ -6,8 +6,8 @@ use crate::math::Vec3;
 use crate::orbit::OrbitPosition;
 use pulp::Scalar;
 
-/// A third body's pull on points: its direct pull minus that on the nominal barycentre, with which the
-/// coordinates fall.
+/// The acceleration of points by a third body: its direct attraction minus that of the nominal barycentre,
+/// with which the coordinates fall.
 #[derive(Debug, Clone)]
 pub struct PointPull {
     name: String,
@@ -24,7 +24,7 @@ impl PointPull {
         &self.name
     }
 
-    /// Returns an error for times for which the path is not given.
+    /// Returns an error for times at which the path is not given.
     pub fn covers(&self, from: f64, to: f64) -> Result<()> {
         self.pull.covers(&self.name, from, to)
     }

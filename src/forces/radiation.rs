@@ -1,10 +1,10 @@
-//! The mean effects of sunlight over many rotations: a torque on one body (YORP), and a force on a
-//! synchronous secondary (BYORP).
+//! The mean effects of sunlight over many rotations: a torque on one body (YORP) and a force on a synchronous
+//! secondary (BYORP).
 //!
-//! Both are means over a rotation and over an orbit round the Sun: D. P. Rubincam (2000), Icarus 148, 2, for
-//! the torque along and across the spin as functions of the obliquity; M. Cuk & J. A. Burns (2005), Icarus
-//! 176, 418, and J. McMahon & D. Scheeres (2010), Icarus 209, 494, for the force along the secondary's
-//! motion.
+//! Both are means over a rotation and over an orbit round the Sun. The torques along and across the spin are
+//! functions of the obliquity as in D. P. Rubincam (2000), Icarus 148, 2; the force acts along the
+//! secondary's motion as in M. Cuk & J. A. Burns (2005), Icarus 176, 418, and J. McMahon & D. Scheeres
+//! (2010), Icarus 209, 494.
 
 use super::lock::Lock;
 use super::snapshot::{Load, Snapshot, Switch, place_to_turn, two_places};
@@ -17,10 +17,10 @@ use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 
-/// Sine of the angle between spin and pole below which they count as parallel.
+/// The sine of the angle between spin and pole below which they count as parallel.
 const PARALLEL: f64 = 1e-9;
 
-/// Rounding of a table of torques, relative to its largest.
+/// The rounding error of a table of torques, relative to its largest torque.
 const ROUNDING: f64 = 1e-12;
 
 /// The mean torque of radiation on a body.
@@ -29,20 +29,20 @@ const ROUNDING: f64 = 1e-12;
 pub struct Yorp {
     /// The name of the force.
     pub name: String,
-    /// The body.
+    /// The name of the body.
     pub on: String,
     /// The normal of the orbit round the Sun, from which the obliquity is measured.
     pub pole: [f64; 3],
-    /// Obliquities of a table, in rad; empty for torques that do not depend on it.
+    /// The obliquities of a table, in radians; empty for torques that do not depend on the obliquity.
     pub obliquity: Vec<f64>,
-    /// Torques along the spin: one, or one at each obliquity.
+    /// The torques along the spin: one, or one at each obliquity.
     pub along: Vec<f64>,
-    /// Torques across the spin, positive where they raise the obliquity.
+    /// The torques across the spin, positive where they raise the obliquity.
     pub across: Vec<f64>,
 }
 
 impl Yorp {
-    /// Refuses numbers that no such torque has, whatever system it acts in.
+    /// Returns an error for numbers that no such torque has, whatever system it acts in.
     pub(super) fn check(&self) -> Result<()> {
         self.pole_and_torque().map(drop)
     }
@@ -111,7 +111,7 @@ pub(super) struct YorpTorque {
     inertia: Vec3,
     pole: Vec3,
     torque: TorqueTable,
-    /// Size of the largest torque across the spin.
+    /// The size of the largest torque across the spin.
     largest: f64,
     pub loads: [Load; 1],
 }
@@ -282,9 +282,9 @@ impl YorpTorque {
 pub struct Byorp {
     /// The name of the force.
     pub name: String,
-    /// The secondary.
+    /// The name of the secondary.
     pub on: String,
-    /// The body about which it moves.
+    /// The name of the body about which it moves.
     pub about: String,
     /// The force along the secondary's motion, in the plane of its orbit and across the line to the other
     /// body.
@@ -292,7 +292,7 @@ pub struct Byorp {
 }
 
 impl Byorp {
-    /// Refuses numbers that no such force has, whatever system it acts in.
+    /// Returns an error for numbers that no such force has, whatever system it acts in.
     pub(super) fn check(&self) -> Result<()> {
         require_finite(&format!("force of {}", self.name), &[self.force])
     }
@@ -321,7 +321,7 @@ impl Byorp {
 pub(super) struct ByorpForce {
     pub lock: Lock,
     force: f64,
-    /// Whether the force acts, once a first state has decided that.
+    /// The switch of the force; `None` before the first state has decided whether the force acts.
     pub state: Option<Switch>,
     /// The smallest margin before a switch at all evaluations of the present step.
     lowest: f64,
@@ -333,7 +333,7 @@ pub(super) struct ByorpForce {
 const FAR: f64 = 0.05;
 
 impl ByorpForce {
-    /// Decides at the first state whether the force acts; later the switches on the way decide.
+    /// Decides at the first state whether the force acts; later its switches decide.
     pub fn begin_step(&mut self, snapshot: Snapshot) {
         self.lowest = f64::INFINITY;
         self.state.get_or_insert(Switch { on: self.lock.margin(snapshot) > 0.0, times: 0 });
@@ -377,7 +377,7 @@ impl ByorpForce {
     fn push(&self, snapshot: Snapshot) -> Vec3 {
         let (r, v) = snapshot.relative(self.lock.on, self.lock.about);
         let forwards = v * r.norm_squared() - r * r.dot(&v);
-        // The root and the quotient are independent, so that neither waits for the other.
+        // The square root and the quotient are independent, so that neither waits for the other.
         let square = forwards.norm_squared();
         forwards * if square > 0.0 { square.sqrt() * (self.force / square) } else { 0.0 }
     }

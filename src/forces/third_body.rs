@@ -1,13 +1,14 @@
-//! The gravity of a point mass on a prescribed path, such as the Sun or a planet that is passed.
+//! The gravity of a point mass on a prescribed path, such as the Sun or a planet that passes.
 //!
-//! With r a body relative to the nominal barycentre, p the third body relative to it and d = r - p, a point
-//! is accelerated relative to the nominal barycentre by
+//! With r the position of a body and p that of the third body relative to the nominal barycentre, and d = r -
+//! p, a point is accelerated relative to the nominal barycentre by
 //!
-//! a = -(mu/|d|^3) [r + f(q) p],  q = r.(r - 2p)/|p|^2,  f = q (3 + 3q + q^2) / (1 + (1+q)^(3/2)):
+//! a = -(mu/|d|^3) [r + f(q) p],  q = r.(r - 2p)/|p|^2,  f = q (3 + 3q + q^2) / (1 + (1+q)^(3/2)).
 //!
-//! R. H. Battin, An Introduction to the Mathematics and Methods of Astrodynamics (1999), section 8.4: the
-//! difference of two nearly equal accelerations without their cancellation. On a body with extent the third
-//! body exerts, by the third law, the opposite of the pull of the body's exact field on it.
+//! This is the form of R. H. Battin, An Introduction to the Mathematics and Methods of Astrodynamics (1999),
+//! section 8.4, for the difference of two nearly equal accelerations without their cancellation. By the third
+//! law, the force of the third body on a body with extent is the opposite of the force of the body's exact
+//! field on the third body.
 
 use super::{BodyBlock, Load, LoadJacobian, Snapshot};
 use crate::error::{Error, Result, require_finite, require_positive};
@@ -32,13 +33,13 @@ pub struct ThirdBody {
     /// The mass of the third body, where it was given: mu is G times this mass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,
-    /// Whose path about whom is given.
+    /// Which of the two moves on the given path about the other.
     pub of: WhoseOrbit,
     /// The path.
     pub path: Path,
 }
 
-/// Whose path about whom is given.
+/// Which of the two moves on the given path about the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum WhoseOrbit {
@@ -69,15 +70,16 @@ pub enum Path {
 }
 
 impl ThirdBody {
-    /// Refuses numbers that no third body has, whatever system it acts on.
+    /// Returns an error for numbers that no third body has, whatever system it acts on.
     pub(super) fn check(&self) -> Result<()> {
         self.motion(self.mu).map(drop)
     }
 
-    /// The path from the system's barycentre; `mu` is that of the third body and the system together.
+    /// Makes the evaluator of the path as seen from the system's barycentre; `mu` is that of the third body
+    /// and the system together.
     fn motion(&self, mu: f64) -> Result<PathEvaluator> {
         require_positive(&format!("mu of {}", self.name), self.mu)?;
-        // Whoever moves about whom: seen from the other one, the path is mirrored.
+        // The path is mirrored where it is given as seen from the third body.
         let mirrored = self.of == WhoseOrbit::System;
         match &self.path {
             Path::Orbit { elements, time } => {
@@ -173,7 +175,7 @@ impl ThirdBodyPull {
         }
     }
 
-    /// The orbit and the time of its elements, where the path is one.
+    /// Returns the orbit and the time of its elements; `None` for a table.
     pub fn orbit(&self) -> Option<(&OrbitPath, f64)> {
         match &self.motion {
             PathEvaluator::Orbit { cells, time, .. } => Some((cells.orbit(), *time)),
@@ -317,8 +319,8 @@ impl ThirdBodyPull {
 }
 
 impl ThirdBodyPull {
-    /// Returns the derivatives, by a change of a body at its mass, of what the body's extent adds to the
-    /// force and to the torque, both in its frame.
+    /// Returns the derivatives, by a change of a body at its mass, of the contribution of the body's extent
+    /// to the force and to the torque, both in the body frame.
     pub fn excess_by_change(
         &mut self,
         snapshot: Snapshot,
