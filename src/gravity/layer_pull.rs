@@ -1,4 +1,4 @@
-//! The difference between the pull of a polyhedron on a distant point and that of a point mass.
+//! The difference between the attraction of a distant point by a polyhedron and by a point mass.
 
 use super::{Facets, Layer};
 use crate::error::Result;
@@ -16,8 +16,8 @@ const DEGREES: [usize; 3] = [24, 12, 6];
 const TOLERANCE: f64 = 1e-15;
 
 /// The excess of the polyhedron's field over that of its mass at its centre, and its moment about the centre,
-/// from the points of its layers: for each point its field without that of its mass at the centre and without
-/// the dipole there, as in [`super::BodyPull`]. The dipoles of all points cancel.
+/// from the points of its layers. Each point contributes its field without that of its mass at the centre and
+/// without that of its dipole there, as in [`super::BodyPull`]; the dipoles of all points cancel.
 #[derive(Debug, Clone)]
 pub struct LayerPull {
     polyhedron: Polyhedron,
@@ -72,9 +72,9 @@ impl LayerPull {
         Some((excess * inverse_cube, x.cross(&moment) * inverse_cube))
     }
 
-    /// Returns the derivatives as [`super::ExtendedPull::jacobian`] does. With P = sum of w p h/|x|^3 over
-    /// the points p of a layer, whose dipole vanishes, -x cross g is -x cross P; and with s = |x - p|/|x| and
-    /// h5 = s^-5 - 1 the derivative of P is sum of w p (3 p (1 + h5) - 3 x h5)^T/|x|^5.
+    /// Returns the derivatives as [`super::ExtendedPull::jacobian`] does. The dipole of a layer's points p
+    /// with weights w vanishes. With P = sum of w p h/|x|^3 over the points, -x cross g is -x cross P. With s
+    /// = |x - p|/|x| and h5 = s^-5 - 1 the derivative of P is the sum of w p (3 p (1 + h5) - 3 x h5)^T/|x|^5.
     pub fn jacobian(&self, x: &Vec3) -> (Mat3, Mat3) {
         let square = x.norm_squared();
         let inverse_square = 1.0 / square;

@@ -1,4 +1,4 @@
-//! The difference between the pull of one body on a distant point and that of a point mass.
+//! The difference between the attraction of a distant point by one body and by a point mass.
 
 use super::{FarCut, FarSeries, FieldKernel, LayerPull, Near};
 use crate::error::Result;
@@ -14,7 +14,7 @@ use pulp::Scalar;
 /// The truncation error of the series, relative to the field of a point.
 const TOLERANCE: f64 = 1e-17;
 
-/// The size of the terms beyond the quadrupole, relative to it, at which they are left out.
+/// The size of the terms beyond the quadrupole, relative to it, at which they are neglected.
 const BEYOND_QUADRUPOLE: f64 = 1e-16;
 
 /// The excess of the body's field over that of its mass at its centre, and its moment about the centre. Both
@@ -93,7 +93,8 @@ impl ExtendedPull {
         Some((turned_back(&canonical, &force), turned_back(&canonical, &moment)))
     }
 
-    /// Returns dg/dx, and the derivative of -x cross g, per unit GM at a point `x` of the body frame outside.
+    /// Returns dg/dx and the derivative of -x cross g, per unit GM, at a point `x` of the body frame outside
+    /// the body.
     pub fn jacobian(&mut self, x: &Vec3) -> (Mat3, Mat3) {
         let canonical = self.ellipsoid.canonical();
         let x = turned(&canonical, x);
@@ -107,7 +108,8 @@ impl ExtendedPull {
         (back(gradient), back(torque_gradient))
     }
 
-    /// Returns the derivatives of g by the semi-axes, per unit GM at a point `x` of the body frame outside.
+    /// Returns the derivatives of g by the semi-axes, per unit GM, at a point `x` of the body frame outside
+    /// the body.
     pub fn semi_axis_derivatives(&mut self, x: &Vec3) -> [Vec3; 3] {
         let canonical = self.ellipsoid.canonical();
         let x = turned(&canonical, x);
@@ -124,7 +126,7 @@ impl ExtendedPull {
     }
 
     /// Returns the terms of the series that a distance needs, where kappa >= `kappa_min`. They depend on the
-    /// binary exponent alone, so that results do not depend on what was asked before.
+    /// binary exponent of `kappa_min` alone, so that results do not depend on earlier calls.
     fn cut(&mut self, kappa_min: f64) -> Option<FarCut> {
         // This is the double with the same exponent and no fraction: a power of two.
         let floor = f64::from_bits(kappa_min.max(0.0).to_bits() >> 52 << 52);
@@ -157,15 +159,15 @@ fn semi_axis_derivatives_at(kernel: impl FieldKernel, x: [Lanes<Scalar>; 3]) -> 
     Mat3::from(rows).transpose()
 }
 
-/// Returns the Jacobian of the field of a point, whose torque is zero.
+/// Returns the Jacobian of the field of a point mass, whose torque is zero.
 pub(crate) fn point_jacobian(x: &Vec3) -> (Mat3, Mat3) {
     let r = x.norm();
     let u = x / r;
     ((3.0 * u * u.transpose() - Mat3::identity()) / r / r / r, Mat3::zeros())
 }
 
-/// The excess of a body's pull over that of a point mass: that of its shape for an ordinary body, and the sum
-/// over the parts for a composite or a polyhedron.
+/// The excess of a body's attraction over that of a point mass: that of its shape for an ordinary body, and
+/// the sum over the parts for a composite or a polyhedron.
 #[derive(Debug, Clone)]
 pub enum BodyPull {
     /// One shape, in the body's own frame.
@@ -174,17 +176,17 @@ pub enum BodyPull {
     Composite(Vec<PartPull>),
 }
 
-/// The contribution of a part to the pull of its body.
+/// The contribution of a part to the attraction by its body.
 #[derive(Debug, Clone)]
 pub struct PartPull {
-    /// The share of the part in the body's mass.
+    /// The mass of the part divided by the mass of the body.
     share: f64,
     place: Placement,
     radius: f64,
     extended: Option<Extended>,
 }
 
-/// The pull of a part with extent.
+/// The attraction by a part with extent.
 #[derive(Debug, Clone)]
 enum Extended {
     Ellipsoid(Box<ExtendedPull>),
@@ -281,8 +283,9 @@ impl BodyPull {
         (gradient, torque_gradient)
     }
 
-    /// Returns the derivatives of the result of [`Self::at`] for a strength of one by a change of the body,
-    /// whose mass is given. They are differences of eighth order: the pull loses no digits at any distance.
+    /// Returns the derivatives of the result of [`Self::at`] for a strength of one by a change of the body
+    /// while its mass stays the same. They are differences of eighth order: the excess loses no digits at any
+    /// distance.
     pub fn by_change(
         &mut self,
         change: &BodyChange,
@@ -324,7 +327,7 @@ impl BodyPull {
 /// A change of a body that changes its own field.
 #[derive(Debug, Clone)]
 pub enum BodyChange {
-    /// A change of all lengths by a factor.
+    /// A change of all lengths by a common factor.
     Scale,
     /// A change of a number of a part of a composite.
     Part(PartDerivative),
