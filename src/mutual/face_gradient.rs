@@ -210,7 +210,7 @@ impl<K: FieldKernel> WithSimd for GradientSum<'_, K> {
     }
 }
 
-/// Returns what the cells of a range contribute to the derivatives of the loads by the semi-axes of the field
+/// Returns the contribution of a range of cells to the derivatives of the loads by the semi-axes of the field
 /// body.
 pub(super) fn semi_axis_derivatives(
     kernel: impl FieldKernel,

@@ -102,8 +102,8 @@ impl Pair {
         Err(self.not_converged(rule.integrated, pose, &why))
     }
 
-    /// Returns the derivatives over cells for this many digits, which the rule then has; `None` where the
-    /// cells are too many.
+    /// Returns the derivatives over cells for this many digits, which become the rule's digits; `None` where
+    /// there would be too many cells.
     fn over_cells(
         &self,
         rule: &mut Rule,
@@ -208,7 +208,7 @@ impl Pair {
         interrupt: &mut InterruptCheck,
         mut run: impl FnMut(Range<usize>),
     ) -> Result<()> {
-        /// The cost of potential, field and gradient in units of that of the potential.
+        /// The cost of potential, field and gradient in units of the cost of the potential.
         const GRADIENT: usize = 2;
         let each = GRADIENT * self.work_of_node(rule);
         if rule.node_kind == NodeKind::Faces {

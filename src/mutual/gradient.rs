@@ -34,18 +34,19 @@ pub(super) const ABREAST: usize = 4;
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct CanonicalJacobian {
     pub balance: Balance,
-    /// Derivative of the force by the position.
+    /// The derivative of the force by the position.
     pub force_by_position: Mat3,
-    /// Derivative of the force by a rotation of the body that is integrated over. That of the torque by the
-    /// position is its transpose.
+    /// The derivative of the force by a rotation of the body that is integrated over. The derivative of the
+    /// torque by the position is its transpose.
     pub force_by_rotation: Mat3,
-    /// Derivative of the torque by a rotation of the body that is integrated over.
+    /// The derivative of the torque by a rotation of the body that is integrated over.
     pub torque_by_rotation: Mat3,
-    /// Derivative of the field body's torque by the position.
+    /// The derivative of the field body's torque by the position.
     pub field_by_position: Mat3,
-    /// Derivative of the field body's torque by a rotation of the body that is integrated over.
+    /// The derivative of the field body's torque by a rotation of the body that is integrated over.
     pub field_by_rotation: Mat3,
-    /// Derivative of the loads by a factor of all lengths of the body that is integrated over, at its mass.
+    /// The derivatives of the loads by a factor of all lengths of the body that is integrated over, at its
+    /// mass.
     pub by_scale: Balance,
 }
 
@@ -88,7 +89,7 @@ pub(super) fn canonical_jacobian<const D: usize, const M: usize>(
             second += 1;
         }
     }
-    // The arms grow too.
+    // The arms grow with the lengths, too.
     jacobian.by_scale.torque += jacobian.balance.torque;
     jacobian
 }
@@ -101,15 +102,15 @@ struct GradientSum<'a, K, const D: usize, const M: usize> {
 }
 
 struct GradientMeans<const D: usize, const M: usize> {
-    /// Mean of g.
+    /// The mean of g.
     force: Vec3,
-    /// Means of y_k g.
+    /// The means of y_k g.
     moment: [Vec3; D],
-    /// Mean of n.
+    /// The mean of n.
     torque_field: Vec3,
-    /// Means of H, of H y_k, and of H y_k y_l with l not below k.
+    /// The means of H, of H y_k, and of H y_k y_l with l not below k.
     gradient: [Mat3; M],
-    /// Means of dn/dx, and of dn/dx y_k in the first D of the others.
+    /// The means of dn/dx, and of dn/dx y_k in the first D of the other elements.
     torque_gradient: [Mat3; M],
 }
 

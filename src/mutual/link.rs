@@ -15,8 +15,8 @@ use std::sync::Arc;
 /// nothing.
 pub const LEAST_TOLERANCE: f64 = 1e-16;
 
-/// The pair of two parts of two bodies. Its methods take and return quantities of the bodies: their pose, the
-/// loads about their centres, per unit of their masses.
+/// The pair of two parts of two bodies. Its methods take and return quantities of the bodies: the bodies'
+/// pose, and the loads about their centres per unit of their masses.
 #[derive(Debug, Clone)]
 pub struct Link {
     /// The pair of the shapes.
@@ -43,21 +43,22 @@ pub struct Foreseen {
     pub reach: f64,
     /// The angle by which each body rotates, in rad.
     pub turns: [f64; 2],
-    /// The factor by which they would have to grow to touch; infinite where it is not known.
+    /// The factor by which the bodies would have to grow to touch; infinite where it is not known.
     pub growth: f64,
 }
 
-/// The error that two parts are nearer to each other than the rule in use is valid for.
+/// The error that two parts are nearer to each other than the least separation for which the rule in use is
+/// valid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TooNear {
-    /// Separation of the parts' centres.
+    /// The separation of the parts' centres.
     pub separation: f64,
     /// The least separation for which the rule is valid.
     pub valid_from: f64,
 }
 
 impl Link {
-    /// Returns the numbers of parts of two bodies that make links; one each where the bodies count as points.
+    /// Returns the numbers of parts of two bodies that form links: one each where the bodies count as points.
     pub fn parts_of(bodies: [&Body; 2], method: Method) -> [usize; 2] {
         if method == Method::Point { [1; 2] } else { bodies.map(|body| body.parts().len()) }
     }
@@ -113,7 +114,7 @@ impl Link {
         let distance = own.separation.norm();
         let (mut reach, mut growth) = (foreseen.reach, foreseen.growth);
         if let Some(offsets) = &self.offsets {
-            // A chord is no longer than its arc, nor than two radii.
+            // A chord is at most as long as its arc, and at most two radii long.
             let swing = |body: usize| {
                 foreseen.turns[body].min(2.0)
                     * offsets.places[body].map_or(0.0, |place| place.position.norm())
@@ -196,7 +197,7 @@ impl Link {
         }
     }
 
-    /// Returns what this link contributes to the derivatives of the bodies' loads by the lengths of its
+    /// Returns the contribution of this link to the derivatives of the bodies' loads by the lengths of its
     /// parts.
     pub fn shape_derivatives(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<ShapeDerivatives> {
         match &self.offsets {
@@ -302,8 +303,8 @@ impl PartOffsets {
 }
 
 impl PartOffsets {
-    /// Converts derivatives likewise. The parts' separation changes with the bodies' rotations by A_i =
-    /// dr/dv_i = +-R_i [p_i]x.
+    /// Converts derivatives about the parts' centres to those about the bodies' centres. The parts'
+    /// separation changes with the bodies' rotations by A_i = dr/dv_i = +-R_i [p_i]x.
     fn jacobian_about_centres(&self, pose: &Pose, parts: &Jacobian) -> Jacobian {
         let rotations = [&pose.rotation_first, &pose.rotation_second];
         let signs = [1.0, -1.0];

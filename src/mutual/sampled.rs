@@ -1,7 +1,7 @@
 //! A body's attraction in the field of a polyhedron, evaluated at single points: its centre, its layer, or
 //! its faces.
 //!
-//! Over a layer or at a centre force, torque and energy are the means of g, y cross g and Phi (see
+//! Over a layer or at a centre, force, torque and energy are the means of g, y cross g and Phi (see
 //! [`super::means`]); over the faces they are the paper's surface integrals (see [`super::faces`]).
 
 use super::faces::Faces;

@@ -8,11 +8,11 @@
 //! ```
 //!
 //! The constant and the linear part of the monopole's potential 1/|x| about the centre x_0 are integrated in
-//! closed form: they give no force and the force -x_0/|x_0|^3, and no torque, but their round-off would be
-//! larger than the remainder. The sums contain the monopole beyond its linear part, and K - K(x_0) with K =
-//! Phi - 1/|x|, both without cancellation. The monopole exerts no torque on its own body, so that the field
-//! body's torque is that of K alone, without the round-off of the monopole's lever; with the rest it still
-//! makes up M_A + M_B + r x F_B = 0.
+//! closed form: the constant gives no force and the linear part the force -x_0/|x_0|^3, and neither gives a
+//! torque; in a sum their round-off would be larger than the remainder. The sums contain the monopole beyond
+//! its linear part, and K - K(x_0) with K = Phi - 1/|x|, both without cancellation. The monopole exerts no
+//! torque on its own body, so that the field body's torque is that of K alone, without the round-off of the
+//! monopole's lever; M_A + M_B + r x F_B = 0 still holds.
 //!
 //! F_i is a difference of pressures on opposite faces, divided by the distance of the faces. Bodies for which
 //! that loses too many digits are integrated over by the field instead: see [`super::means`].
