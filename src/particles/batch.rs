@@ -1,8 +1,8 @@
 //! A batch of particles, integrated over a range of the bodies' steps.
 //!
-//! Each lane of a block has a particle until that has reached the end of the range or of its flight; then it
-//! takes the next one of the batch. Since lanes do not depend on each other, results do not depend on how
-//! particles are batched.
+//! Each lane of a block has a particle until that particle has reached the end of the range or of its flight;
+//! then the lane takes the next particle of the batch. Since lanes do not depend on each other, results do
+//! not depend on how particles are divided into batches.
 
 use super::body_ephemeris::COLUMNS;
 use super::events::{Origin, ParticleEvent, ParticleOccurrence, scan};
@@ -44,7 +44,7 @@ pub struct BatchContext<'a> {
     pub origin: &'a Origin<'a>,
     /// The end of the range.
     pub end: f64,
-    /// 1 forwards, -1 backwards.
+    /// The sign of the direction of the flight: 1 forwards, -1 backwards.
     pub direction: f64,
 }
 
@@ -60,11 +60,11 @@ pub struct Batch<'a, 'b> {
     pub(super) particles: &'b mut [Particle],
     /// Six numbers for each output of each particle, particle by particle.
     samples: &'b mut [f64],
-    /// The centres of the bodies where the steps begin.
+    /// The positions of the bodies' centres at the beginning of the steps.
     starts: Vec<[Vec3; BLOCK]>,
     /// The polynomial of a step.
     segment: Segment,
-    /// The events of these particles.
+    /// The events that have happened to these particles.
     pub happened: Vec<ParticleOccurrence>,
 }
 
@@ -259,10 +259,11 @@ impl<'a, 'b> Batch<'a, 'b> {
 
     /// Returns whether a particle certainly has not touched a body in its step.
     ///
-    /// While it is no nearer to a body than half way from the least distance on the chord to contact, that
-    /// body attracts it by at most G m / (d - p)^2, where p is how far an equivalent mass distribution
-    /// extends. If with these accelerations its path nowhere departs from a chord by half the gap, it has not
-    /// been nearer. Forces other than the bodies' gravity may double on the way.
+    /// Let the particle be no nearer to a body than half way from the least distance on the chord to contact.
+    /// The body then attracts it by at most G m / (d - p)^2, where p is how far an equivalent mass
+    /// distribution extends. If with these accelerations the particle's path nowhere departs from a chord by
+    /// half the gap, the particle has not been nearer. Forces other than the bodies' gravity may double on
+    /// the way.
     fn apart(&self, lane: usize, end: &Vec3) -> bool {
         let BatchContext { surfaces, world, .. } = *self.flying;
         let x = Vec3::from([0, 1, 2].map(|c| self.stages.motion[c][lane]));
@@ -289,8 +290,9 @@ impl<'a, 'b> Batch<'a, 'b> {
         })
     }
 
-    /// Looks into an accepted step, which ends with the time, position and velocity `end`, for outputs,
-    /// events, contacts and escapes. Returns whether one of these has placed the particle.
+    /// Examines the interior of an accepted step, which ends with the time, position and velocity `end`, for
+    /// outputs, events, contacts and escapes. Returns whether one of these has set the particle's time and
+    /// motion.
     fn look(&mut self, index: usize, lane: usize, end: (f64, Vec3, Vec3)) -> Result<bool> {
         let BatchContext { world, rules, surfaces, direction, mu, .. } = *self.flying;
         self.stages.segment(lane, &mut self.segment);

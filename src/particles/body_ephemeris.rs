@@ -25,7 +25,7 @@ pub struct BodyEphemeris<'a> {
     stretch: Range<usize>,
     /// The length of a row: a multiple of the widest register.
     width: usize,
-    /// The number of rows of a step: the vector at its start, the part of it that rounding dropped, and the
+    /// The number of rows of a step: the vector at its start, the low part of that vector, and the
     /// coefficients.
     rows: usize,
     packed: Vec<f64>,
@@ -36,26 +36,26 @@ pub struct BodyEphemeris<'a> {
 /// Bounds of a body's motion over a range of steps.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct MotionBounds {
-    /// Speed of the centre.
+    /// A bound of the speed of the centre.
     pub speed: f64,
-    /// Acceleration of the centre.
+    /// A bound of the acceleration of the centre.
     pub acceleration: f64,
-    /// Spin.
+    /// A bound of the spin.
     pub spin: f64,
-    /// Rate of the spin, in the body frame.
+    /// A bound of the rate of the spin, in the body frame.
     pub spin_rate: f64,
 }
 
 /// The motion of a body at a time, relative to the nominal barycentre.
 #[derive(Debug, Clone, Copy)]
 pub struct BodyMotion {
-    /// Position of the centre.
+    /// The position of the centre.
     pub position: Vec3,
-    /// Velocity of the centre.
+    /// The velocity of the centre.
     pub velocity: Vec3,
-    /// Rotation matrix from the body frame to inertial axes.
+    /// The rotation matrix from the body frame to inertial axes.
     pub rotation: Mat3,
-    /// Spin, body frame.
+    /// The spin, body frame.
     pub spin: Vec3,
 }
 
@@ -105,7 +105,7 @@ impl<'a> BodyEphemeris<'a> {
             let at_edge = index > 0 && self.ends(index)[0] == time;
             let last = index + usize::from(!at_edge);
             let first = last.saturating_sub(most);
-            // The last step may end a rounding before the run.
+            // The last step may end before the run by a rounding error.
             let end = if first == 0 { until } else { self.ends(first)[0].max(until) };
             return (first..last, end);
         }

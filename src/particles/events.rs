@@ -44,9 +44,9 @@ pub struct ParticleOccurrence {
     pub particle: usize,
     /// The time of the event.
     pub time: f64,
-    /// Position from the nominal barycentre.
+    /// The position relative to the nominal barycentre.
     pub position: Vec3,
-    /// Velocity relative to it.
+    /// The velocity relative to the nominal barycentre.
     pub velocity: Vec3,
     /// Whether the function rises along the flight.
     pub rising: bool,

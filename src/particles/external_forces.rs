@@ -18,7 +18,7 @@ use crate::shape::Body;
 pub struct Radiation {
     /// The third body's name.
     pub by: String,
-    /// Force on unit area at unit distance: luminosity / (4 pi c).
+    /// The force on a unit area at a unit distance: luminosity / (4 pi c).
     pub strength: f64,
     /// The third body's radius.
     pub radius: f64,
@@ -60,7 +60,7 @@ impl ExternalForces {
         Ok(Self { light: radiation.map(light).transpose()?, pulls })
     }
 
-    /// Returns an error for times for which a path is not given.
+    /// Returns an error for times at which a path is not given.
     pub fn covers(&self, from: f64, to: f64) -> Result<()> {
         self.pulls.iter().try_for_each(|pull| pull.covers(from, to))
     }
@@ -75,8 +75,8 @@ impl ExternalForces {
         self.light.is_some()
     }
 
-    /// Returns the acceleration of a particle at a position from the nominal barycentre, where the bodies are
-    /// as in this lane of the columns.
+    /// Returns the acceleration of a particle at a position relative to the nominal barycentre, where the
+    /// bodies are as in this lane of the columns.
     pub fn acceleration(
         &mut self,
         time: f64,
@@ -115,7 +115,7 @@ impl ExternalForces {
 }
 
 /// Returns the visible part of a third body's disc from positions in a state, in the state's coordinates. The
-/// state's own barycentre is the nominal one.
+/// barycentre of the state counts as the nominal one.
 pub fn visible_from(
     system: &System,
     state: &State,

@@ -43,17 +43,17 @@ pub struct FlightPlan<'a> {
     pub radiation: Option<&'a Radiation>,
     /// The events that are searched for.
     pub watches: &'a [ParticleEvent],
-    /// The number of threads; as many as the machine runs at once unless given.
+    /// The number of threads; `None` for as many as the machine runs at once.
     pub threads: Option<NonZeroUsize>,
 }
 
 /// The record of a flight.
 #[derive(Debug, Clone, Default)]
 pub struct FlightRecord {
-    /// Position and velocity for each output of each particle, particle by particle. Outputs that were not
-    /// reached are NaN.
+    /// Position and velocity for each output of each particle, particle by particle; NaN for outputs that
+    /// were not reached.
     pub samples: Vec<f64>,
-    /// Events, by particle and along the flight of each.
+    /// Events, ordered by particle and along the flight of each particle.
     pub happened: Vec<ParticleOccurrence>,
 }
 

@@ -1,4 +1,4 @@
-//! The bodies' gravity on a block of particles.
+//! The acceleration of a block of particles by the bodies' gravity.
 //!
 //! A lane's result does not depend on the other lanes, so that a particle flies in the same way alone and
 //! among others.

@@ -11,7 +11,7 @@ use crate::math::compensated::two_sum;
 use crate::math::lanes::{BLOCK, Lanes};
 use pulp::{Arch, Simd, WithSimd};
 
-/// Position and velocity of a block.
+/// Positions and velocities of the particles of a block.
 pub type MotionBlock = [LaneBlock; 6];
 
 /// The bodies' ephemeris and gravity, with the integrator's pair.
@@ -32,24 +32,24 @@ pub struct World<'a> {
 pub struct Stages<'a> {
     world: World<'a>,
     external_forces: ExternalForces,
-    /// Times at which the steps begin.
+    /// The times at which the steps begin.
     pub time: LaneBlock,
-    /// Sizes of the steps.
+    /// The sizes of the steps.
     pub size: LaneBlock,
-    /// Positions from the nominal barycentre and velocities relative to it, where the steps begin.
+    /// The positions relative to the nominal barycentre and the velocities, where the steps begin.
     pub motion: MotionBlock,
-    /// The part of these numbers that rounding dropped.
+    /// The low parts of positions and velocities.
     pub low: MotionBlock,
-    /// Area-to-mass ratios.
+    /// The area-to-mass ratios.
     pub area_to_mass: LaneBlock,
-    /// Rates at the stages.
+    /// The rates at the stages.
     rates: Vec<MotionBlock>,
-    /// The bodies' columns where rates were last evaluated.
+    /// The bodies' columns at the last evaluation of the rates.
     columns: Vec<LaneBlock>,
     cursors: [usize; BLOCK],
     trial: MotionBlock,
     times: LaneBlock,
-    /// Squared distance from the nearest centre and potential of the centres, where the steps begin.
+    /// The squared distance from the nearest centre and the potential of the centres, where the steps begin.
     pub nearness: [LaneBlock; 2],
 }
 
@@ -73,7 +73,7 @@ impl<'a> Stages<'a> {
         }
     }
 
-    /// Returns the bodies' columns where rates were last evaluated.
+    /// Returns the bodies' columns at the last evaluation of the rates.
     pub fn columns(&self) -> &[LaneBlock] {
         &self.columns
     }
