@@ -21,7 +21,8 @@ use std::sync::Arc;
 /// source receives their records up to there.
 ///
 /// # Errors
-/// A machine that refuses to start the threads is an error; a member that fails is an answer.
+/// Returns an error if the machine refuses to start the threads. The error of a member is part of its
+/// outcome.
 ///
 /// ```
 /// use fullbody::dynamics::{Settings, State, System};
