@@ -10,15 +10,15 @@ use crate::math::stumpff::{REACH, stumpff};
 use pulp::Scalar;
 use std::f64::consts::TAU;
 
-/// The number of iterations after which every other one halves the bracket.
+/// The number of iterations after which every second one halves the bracket.
 const QUICK: u32 = 16;
 
 /// The changes of position and velocity along an orbit over a time.
 #[derive(Debug, Clone, Copy)]
 pub struct KeplerChange {
-    /// Change of the position.
+    /// The change of the position.
     pub position: Vec3,
-    /// Change of the velocity.
+    /// The change of the velocity.
     pub velocity: Vec3,
     /// The acceleration at the end.
     pub acceleration: Vec3,
@@ -72,8 +72,8 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
         let step = -residual * both / over;
         let danby = s + step;
         let within = |next: f64| next > low && next < high;
-        // Where `halley` vanishes or doubles overflow, Danby's step vanishes beside Newton's; that is no sign
-        // of convergence.
+        // Where `halley` vanishes or doubles overflow, Danby's step vanishes beside Newton's, which is not a
+        // sign of convergence.
         let sound = 10.0 * both >= less.abs() && over.is_finite();
         // Far out on a hyperbola, where the equation is exponential, halving the bracket is quicker than a
         // step of any order. A step that rounds to nothing ends at the root, which is an end of the bracket.
