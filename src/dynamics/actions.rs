@@ -23,7 +23,7 @@ struct Action {
 }
 
 impl Actions {
-    /// Starts with no forces on these bodies.
+    /// Makes the sum for these bodies, without any force.
     pub fn none(bodies: &[Body]) -> Self {
         let zero = Vec3::zeros();
         let none = |body: &Body| Action { acceleration: zero, torque: zero, inverse_mass: 1.0 / body.mass };

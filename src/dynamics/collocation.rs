@@ -1,10 +1,11 @@
 //! The variational equations over a step, by Gauss's collocation method.
 //!
-//! With n nodes the method has order 2 n, and evaluates the derivatives of the loads n times a step. It
-//! conserves every quadratic invariant of the equations, the symplectic form among them, to round-off. Within
+//! With n nodes the method has order 2 n and evaluates the derivatives of the loads n times a step. It
+//! conserves every quadratic invariant of the equations to round-off, among them the symplectic form. Within
 //! a step the rotation vectors are in inertial axes, where the body's own rotation does not enter their
-//! equation: theta' = R dspin. What remains couples the numbers weakly, so that a few sweeps through the
-//! step's equations converge. They begin with the extrapolated polynomial of the previous step.
+//! equation: theta' = R dspin. The remaining terms couple the numbers weakly, so that a few iterations
+//! ("sweeps") over the step's equations converge. They begin with the extrapolated polynomial of the previous
+//! step.
 
 use super::products::DEPTH;
 use super::sweeps::{CollocationStep, Sweeps, TOGETHER};
@@ -28,8 +29,8 @@ pub struct Collocation {
     stride: usize,
     turn: usize,
     bodies: usize,
-    /// A and B at the nodes, one after the other. The columns of A for rotations refer to rotation vectors in
-    /// inertial axes.
+    /// The matrices A and B at the nodes, one after the other. The columns of A for rotations refer to
+    /// rotation vectors in inertial axes.
     by_pose: Vec<f64>,
     by_rate: Vec<f64>,
     /// The derivatives of the rates by the parameters, at the nodes, as rows of columns.
@@ -42,7 +43,7 @@ pub struct Collocation {
     sizes: Vec<[f64; 3]>,
     inverse: Vec<f64>,
     inverse_rates: Vec<f64>,
-    /// The rates of p at the nodes of the previous step and of this one.
+    /// The rates of p at the nodes of the previous step and of the present one.
     pushes: [Vec<f64>; 2],
     /// The size of the previous step, where this step continues from its end.
     before: Option<f64>,
@@ -133,9 +134,9 @@ impl Collocation {
         self.before = None;
     }
 
-    /// Solves the equations of a step, given by its start and size; with `follows` it continues the step that
-    /// was remembered last. Returns whether the sweeps converged; then [`Self::reached`] has the solution at
-    /// its end.
+    /// Solves the equations of a step, given by its start and size; `follows` says that it continues the step
+    /// that was remembered last. Returns whether the sweeps converged; then [`Self::reached`] returns the
+    /// solution at the end.
     pub fn solve(
         &mut self,
         dynamics: &Dynamics,

@@ -11,7 +11,7 @@ use crate::math::{Mat3, Vec3, rotation};
 use crate::mutual::{Interaction, Link, Pair, Pose, TooNear};
 use std::ops::Range;
 
-/// The least cos theta of a trial state in the Tait-Bryan chart. An accepted state within ten times that
+/// The least cos theta of a trial state in Tait-Bryan angles. An accepted state within ten times that
 /// distance of the pole ends the run.
 pub(super) const POLE: f64 = 1e-4;
 
@@ -288,8 +288,8 @@ fn add(
 fn euler(inertia: Vec3, spin: Vec3, torque: Vec3) -> Vec3 {
     Vec3::from([0, 1, 2].map(|i| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        // The difference is formed first, so that the spin of a spheroid about its axis stays constant
-        // exactly.
+        // The difference of the moments is formed first, so that the spin of a spheroid about its axis stays
+        // exactly constant.
         let turning = torque[i] - (inertia[k] - inertia[j]) * spin[j] * spin[k];
         if inertia[i] > 0.0 { turning / inertia[i] } else { 0.0 }
     }))

@@ -33,7 +33,8 @@ impl Dynamics {
         y: &[f64],
     ) -> std::result::Result<(), Rejected> {
         let snapshot = self.view.show(time, y);
-        // The external loads are summed apart first, so that these sums do not wait for the mutual gravity.
+        // The external loads are summed separately first, so that these sums do not wait for the mutual
+        // gravity.
         self.actions.clear();
         let loaded = self.external_forces.load(simd, snapshot, &mut self.actions);
         loaded.map_err(|error| Rejected::Failed(Box::new(error)))?;
@@ -67,8 +68,9 @@ impl Dynamics {
         self.external_forces.add_jacobian(snapshot, jacobian)
     }
 
-    /// Passes to the sink the derivatives of the loads by a parameter that is a number of a force or acts on
-    /// the orbits of third bodies, at the vector of the last evaluation.
+    /// Passes to the sink the derivatives of the external loads by a parameter, at the vector of the last
+    /// evaluation. They are not zero for a parameter of a force and for one that changes the orbits of third
+    /// bodies.
     pub(super) fn by_parameter_outside(
         &mut self,
         time: f64,

@@ -113,8 +113,8 @@ impl Dynamics {
         self.work = work / self.parts.len() as u64;
     }
 
-    /// Returns how two bodies may move in a step: along straight lines, and falling from these; `None` for a
-    /// step of size zero.
+    /// Returns the predicted motion of two bodies in a step, along straight lines and with the deviation from
+    /// these by attraction; `None` for a step of size zero.
     fn foresee(
         &self,
         y: &[f64],

@@ -1,8 +1,8 @@
 //! The variational equations under the two flows of a splitting.
 //!
-//! The kicks change p by A q alone, with A of the loads without the Kepler motion. The drifts are either the
-//! Kepler motion and the free rotation, whose variational equations are those of a motion without other
-//! loads; or straight lines and the discrete rotation, whose derivative is in closed form.
+//! The kicks change p by A q alone, where A contains the loads without the Kepler motion. A drift is either
+//! the Kepler motion with the free rotation, whose variational equations are those of a motion without other
+//! loads, or the straight motion with the discrete rotation, whose derivative has a closed form.
 
 use super::discrete_rotor::RotationDerivatives;
 use super::layout::vector;
@@ -14,7 +14,7 @@ use crate::math::{Mat3, Vec3};
 
 impl Variations {
     /// Evaluates the coefficients of a kick as [`Self::look`] does, but without the spins, and without the
-    /// Kepler motion where that is the drift.
+    /// Kepler motion if that is the drift.
     pub fn look_at_kick(
         &mut self,
         dynamics: &mut Dynamics,
@@ -94,7 +94,8 @@ impl Variations {
                 }
             }
         }
-        // The Kepler motion does not move the barycentre, of which the masses change the shares.
+        // The Kepler motion does not move the barycentre, but a change of the masses changes the bodies'
+        // shares in it.
         for p in 0..self.parameters.len() {
             let centre: Vec3 =
                 (1..n).map(|i| self.share[i] * forced[i][p] + self.share_by(p, i) * accelerations[i]).sum();

@@ -1,7 +1,7 @@
 //! The variational equations over a step at Gauss's nodes, solved by sweeps, a register of columns at a time.
 //!
 //! The unknowns are the rates of p at the nodes. A sweep computes p from these rates, q from p, and new rates
-//! from q and p. Everything that a register of columns needs stays in the cache meanwhile.
+//! from q and p. All data of a register of columns stay in the cache meanwhile.
 
 use super::products::{DEPTH, product};
 use crate::math::Mat3;
@@ -11,26 +11,26 @@ use std::ops::Range;
 /// The number of columns that are solved together.
 pub(super) const TOGETHER: usize = 8;
 
-/// The largest number of sweeps; a step that takes more is better divided.
+/// The largest number of sweeps; a step that takes more should rather be divided.
 const MOST: usize = 30;
 
 /// The number of sweeps after which the change must halve from one to the next.
 const FIRST: usize = 4;
 
-/// The change, as a share of a column's size, below which a further sweep would change no digit.
+/// The change relative to a column's size below which a further sweep would change no digit.
 const ROUNDING: f64 = f64::EPSILON;
 
 /// The change that rounding may keep sweeps from removing.
 const NOISE: f64 = 256.0 * f64::EPSILON;
 
-/// The equations of a step at its nodes, one node after the other.
+/// The collocation equations of a step at its nodes, one node after the other.
 pub(super) struct CollocationStep<'a, const N: usize> {
     /// The number of rows in either half, and the number of columns.
     pub size: [usize; 2],
     /// Coefficients and weights of the collocation method, times the size of the step.
     pub integrals: [[f64; N]; N],
     pub weights: [f64; N],
-    /// A and B, with half of the rows of the system for each node, and the length of their rows.
+    /// The matrices A and B, with half of the rows of the system for each node, and the length of their rows.
     pub by_pose: &'a [f64],
     pub by_rate: &'a [f64],
     pub stride: usize,
@@ -43,7 +43,7 @@ pub(super) struct CollocationStep<'a, const N: usize> {
     pub ends: [&'a [Mat3]; 2],
     /// The factors of the two spins in each of Euler's equations.
     pub euler: &'a [[f64; 2]],
-    /// One over the natural size of every row, and of the rates of p times the size of the step.
+    /// The inverse natural size of every row, and of the rates of p times the size of the step.
     pub inverse: &'a [f64],
     pub inverse_rates: &'a [f64],
     /// The tangent vectors at the start.

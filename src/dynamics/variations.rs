@@ -32,16 +32,16 @@ const GRADIENT: u64 = 2;
 #[derive(Debug, Clone)]
 pub struct Variations {
     pub(super) bodies: usize,
-    /// Whether the barycentre offset is among the numbers.
+    /// Whether the barycentre offset is among the numbers of a tangent vector.
     pub(super) free: bool,
     pub(super) masses: Vec<f64>,
-    /// Masses over the total.
+    /// The masses relative to the total mass.
     pub(super) share: Vec<f64>,
     pub(super) parameters: Vec<Parameter>,
     pub(super) inertia: Vec<Vec3>,
     pub(super) jacobian: LoadJacobian,
-    /// Rows of A and, where a force depends on velocities or spins, of its contribution to B, padded with
-    /// zeros.
+    /// The rows of A and, where a force depends on velocities or spins, of the force's contribution to B,
+    /// padded with zeros.
     pub(super) by_pose: Vec<f64>,
     pub(super) by_rate: Vec<f64>,
     pub(super) stride: usize,
@@ -51,7 +51,7 @@ pub struct Variations {
     by_inertia: Vec<Option<(usize, Vec3)>>,
     /// For every parameter the composite that changes with it, and its derivatives.
     by_part: Vec<Option<(usize, PartDerivative)>>,
-    /// With third bodies, the bodies whose semi-axes are parameters, with their pulls.
+    /// With third bodies, the bodies whose semi-axes are parameters, with the excess of their attraction.
     pulls: Vec<(usize, ExtendedPull)>,
     /// With third bodies, the parameters with which a body's own field changes.
     changes: Vec<(usize, usize, BodyChange)>,
@@ -141,8 +141,8 @@ impl Variations {
         columns
     }
 
-    /// Writes one over the natural size of every number of a tangent vector, from those of each body's
-    /// position, velocity and spin. The size of rotations is one, and is left as it is.
+    /// Writes the inverse natural size of every number of a tangent vector, from the natural sizes of each
+    /// body's position, velocity and spin. The size of rotations is one, and is not written.
     pub fn inverse_sizes(&self, sizes: &[[f64; 3]], inverse: &mut [f64]) {
         let mut put = |row: usize, size: f64| inverse[row..row + 3].fill(1.0 / size);
         for (body, [length, speed, spin]) in sizes.iter().enumerate() {
@@ -399,14 +399,14 @@ impl Variations {
     }
 }
 
-/// Returns a torque over the moments of inertia; zero for a body without any.
+/// Returns a torque divided by the moments of inertia; zero for a body without inertia.
 fn over(torque: &Vec3, inertia: &Vec3) -> Vec3 {
     torque.zip_map(inertia, |torque, inertia| if inertia > 0.0 { torque / inertia } else { 0.0 })
 }
 
 impl Dynamics {
-    /// Prepares [`Variations::look`], from a vector of the motion on, with the rules in use. It may allocate
-    /// and is called between steps only.
+    /// Prepares [`Variations::look`] with the rules in use, for motions that begin at this vector. It may
+    /// allocate and is called between steps only.
     pub fn prepare_variations(
         &mut self,
         variations: &Variations,
