@@ -8,7 +8,7 @@ use crate::interrupt::InterruptCheck;
 use crate::math::rows::stride;
 
 impl Stepper {
-    /// The starting step of Hairer, Norsett & Wanner, section II.4.
+    /// Returns the size of the first step by the method of Hairer, Norsett & Wanner, section II.4.
     pub(super) fn first_step(
         &mut self,
         equations: &mut impl Equations,
