@@ -60,9 +60,9 @@ fn harmonics<S: Simd>(x: [Lanes<S>; 3], degree: usize, out: &mut [Lanes<S>]) {
 /// Computes sums of weights times harmonics over points and adds them to `sums`. The points come in whole
 /// blocks.
 pub struct WeightedHarmonics<'a> {
-    /// Coordinates.
+    /// The coordinates of the points.
     pub points: [&'a [f64]; 3],
-    /// Weights.
+    /// The weights of the points.
     pub weights: &'a [f64],
     /// The highest degree.
     pub degree: usize,
@@ -93,9 +93,9 @@ impl WithSimd for WeightedHarmonics<'_> {
 
 /// Evaluates a series of harmonics, sum of coefficient times S_nm, at every point.
 pub struct HarmonicSeries<'a> {
-    /// Coordinates, in whole blocks.
+    /// The coordinates of the points, in whole blocks.
     pub points: [&'a [f64]; 3],
-    /// Coefficients, in the order of [`place`].
+    /// The coefficients, in the order of [`place`].
     pub coefficients: &'a [f64],
     /// The highest degree.
     pub degree: usize,
