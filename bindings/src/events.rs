@@ -58,14 +58,14 @@ pub fn events(py: Python<'_>, watched: &[Watched<'_>], listener: &Arc<Listener>)
     watched.iter().map(event).collect()
 }
 
-/// Derivatives of a condition's function: by a tangent vector, by time, by parameters, and by its own
+/// The derivatives of a condition's function by a tangent vector, by time, by parameters, and by its own
 /// parameters.
 type FunctionDerivatives<'py> = (Bound<'py, PyArrayDyn<f64>>, f64, Vec<f64>, Vec<(String, f64)>);
 
 #[pymethods]
 impl PyCondition {
-    /// Returns the derivatives (12N,) of the function by a tangent vector, its derivative by time, those (P,)
-    /// by parameters, and those by the condition's own parameters under their names.
+    /// Returns the derivatives (12N,) of the function by a tangent vector, its derivative by time, the
+    /// derivatives (P,) by parameters, and those by the condition's own parameters under their names.
     fn derivatives<'py>(
         &self,
         py: Python<'py>,

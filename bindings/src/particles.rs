@@ -21,22 +21,22 @@ use std::sync::Arc;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
-/// Time, positions (P, 3), velocities (P, 3), area-to-mass ratios (P,).
+/// The particles of a flight: time, positions (P, 3), velocities (P, 3), area-to-mass ratios (P,).
 type Given<'py> =
     (f64, PyReadonlyArrayDyn<'py, f64>, PyReadonlyArrayDyn<'py, f64>, PyReadonlyArray1<'py, f64>);
 
-/// What happens at a contact: `"stop"`, `"remove"`, or the numbers of a bounce.
+/// The response to a contact: `"stop"`, `"remove"`, or the numbers of a bounce.
 #[derive(FromPyObject)]
 pub enum Met {
     Bounce(f64, f64, f64),
     Named(String),
 }
 
-/// An event: `"shadow"` with the visible part, `"periapsis"` with the body's index, or `"function"` with the
-/// function; then the direction.
+/// An event: `"shadow"` with the visible part of the disc, `"periapsis"` with the body's index, or
+/// `"function"` with the function; then the direction.
 type Watched<'py> = (String, Bound<'py, PyAny>, i8);
 
-/// Flies particles along a run. Returns the record, and the error that cut the flight short, if any.
+/// Flies particles along a run. Returns the record, and the error that ended the flight early, if any.
 ///
 /// The GIL is released; about every 25 ms it is taken to check for Ctrl-C and to call `progress(start, time,
 /// end)`.

@@ -141,13 +141,13 @@ impl PySystem {
         Ok(Self { inner: inner.with_forces(forces(&described, &functions)?)? })
     }
 
-    /// The descriptions of the bodies.
+    /// Returns the descriptions of the bodies.
     #[getter]
     fn bodies<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
         to_python(py, &self.inner.bodies())
     }
 
-    /// The descriptions of the external forces.
+    /// Returns the descriptions of the external forces.
     #[getter]
     fn forces<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
         to_python(py, &self.inner.forces())
@@ -168,7 +168,8 @@ impl PySystem {
         Ok((all(|load| load.force)?, all(|load| load.torque)?))
     }
 
-    /// Returns positions and velocities (K, 3) of a third body at times (K,), from the nominal barycentre.
+    /// Returns positions and velocities (K, 3) of a third body at times (K,), relative to the nominal
+    /// barycentre.
     fn third_body<'py>(
         &self,
         py: Python<'py>,
@@ -183,13 +184,13 @@ impl PySystem {
         Ok((from_vectors(py, &position)?, from_vectors(py, &velocity)?))
     }
 
-    /// Masses (N,).
+    /// Returns the masses (N,).
     #[getter]
     fn masses<'py>(&self, py: Python<'py>) -> Result<Array<'py>> {
         array(py, self.inner.masses(), &[self.inner.bodies().len()])
     }
 
-    /// The description of the settings.
+    /// Returns the description of the settings.
     #[getter]
     fn settings<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
         to_python(py, self.inner.settings())
@@ -226,7 +227,7 @@ impl PySystem {
         ))
     }
 
-    /// Names of the parameters by which runs can be differentiated.
+    /// Returns the names of the parameters by which runs can be differentiated.
     #[getter]
     fn parameters(&self) -> Vec<String> {
         Parameter::of(&self.inner).into_iter().map(|(name, _)| name).collect()
@@ -248,8 +249,8 @@ impl PySystem {
 
     /// Returns the numbers for warnings about a start. The first tuple holds a body, its speed, its speed of
     /// escape and the limit in speeds of escape. The second one holds a pair, its distance, a heavy body, the
-    /// distance of that, the rounding of the pair's coordinates, the tolerance that can be met and the limit
-    /// in distances.
+    /// distance of that body, the rounding of the pair's coordinates, the tolerance that can be met and the
+    /// limit in distances.
     fn start_warnings(&self, state: &PyState, tolerance: Option<f64>) -> (Option<Fast>, Option<Far>) {
         let fast = self.inner.unbound(&state.inner).map(|u| (u.body, u.speed, u.escape, FAST));
         let far = self.inner.far_from_barycentre(&state.inner, tolerance);
