@@ -1,4 +1,4 @@
-"""Pictures of modes, branches and sections."""
+"""Plots of modes, branches and sections."""
 
 from __future__ import annotations
 
