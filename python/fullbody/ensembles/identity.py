@@ -177,10 +177,10 @@ class _Digest:
                 self._feed(value)
 
     def _pickled(self, thing: Any, kind: type) -> None:
-        """Add an object by what Python's pickling protocol says of it."""
+        """Add an object by its content according to Python's pickling protocol."""
         reduce = copyreg.dispatch_table.get(kind)
         try:
-            # Pickle looks for a name in all imported modules, some of which warn of whoever looks into them.
+            # Pickle looks for a name in all imported modules, some of which issue warnings when an attribute is read.
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 reduced = thing.__reduce_ex__(4) if reduce is None else reduce(thing)
