@@ -413,7 +413,7 @@ class Occurrence:
     Attributes
     ----------
     event : Event
-        The event that was asked for.
+        The event that was detected.
     time : float or Quantity
     state : State
     """
