@@ -1,4 +1,4 @@
-"""Reading of NetCDF-4 files, whose content is checked as anybody may have written them."""
+"""Reading of NetCDF-4 files, whose content is checked since any program may have written them."""
 
 from __future__ import annotations
 
