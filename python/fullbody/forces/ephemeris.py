@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["about_sun", "barycentric", "dense_table", "path"]
 
 _Array = npt.NDArray[np.float64]
-#: G times mass, km^3/s^2, from DE440 (Park et al. 2021, table 2); values of planets with satellites include these.
+#: G times the mass in km^3/s^2, from DE440 (Park et al. 2021, table 2), for planets together with their satellites.
 _GM = {
     "sun": 132712440041.279419,
     "mercury": 22031.868551,
