@@ -46,7 +46,7 @@ class ParticleEvent(ScalarFields):
 @named_options
 @dataclass(frozen=True, eq=False)
 class Shadow(ParticleEvent):
-    """Entry of a particle into the bodies' shadow (the visible part of the source's disc falls), or exit from it.
+    """Entry of a particle into the bodies' shadow, or exit from it: a change of the visible part of the source's disc.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ class Function(ParticleEvent):
 
 
 def rebuilt(described: dict[str, Any]) -> ParticleEvent:
-    """Rebuild an event from its description; a function, which files cannot keep, raises when it is called."""
+    """Rebuild an event from its description; a function, which files do not store, raises an error when called."""
     options = dict(described)
     kind = options.pop("kind")
     if kind == "Function":
