@@ -80,7 +80,9 @@ def fate(run: Run, *, body: int | str = 1, about: int | str = 0, beyond: Any = N
     if last is not None and isinstance(last.event, Escape) and body in _places(system, last.event):
         return {"fate": "escape", "fate_time": last.time}
     if len(run) == 0:
-        raise InvalidInput("the run has no samples to tell a fate by; expected a run with its end, as of output='ends'")
+        raise InvalidInput(
+            "the run has no samples, which determine its fate; expected a run with its end, as of output='ends'"
+        )
     gone = _gone(run, body, about, limit)
     if gone[-1]:
         since = len(gone) - int(np.argmin(gone[::-1])) if not gone.all() else 0

@@ -139,7 +139,7 @@ class Store:
             if ATTRIBUTE not in found.attrs:
                 raise InvalidInput(f"the file has no attribute {ATTRIBUTE}")
         except InvalidInput as error:
-            raise InvalidInput(f"{self.path} is no map of a sweep: {error}; expected one, or a new name") from error
+            raise InvalidInput(f"{self.path} is not a sweep's map: {error}; expected one, or a new name") from error
         names = {name: found.coords[name] for name in found.coords if f"parameter {name}" in self._manifest}
         columns: Columns = {
             name: (one.dims, one.values.ravel().tolist(), one.attrs.get("units")) for name, one in names.items()

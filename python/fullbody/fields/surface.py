@@ -198,7 +198,7 @@ def surface(system: System, state: State, body: int | str = 0, *, rows: int = 36
     core, own = system._strip(state), system._core_bodies()[place]
     found = samples(own, count)
     if not len(found.points):
-        raise InvalidInput(f"{system.names[place]} has no surface; expected a body that is no point mass")
+        raise InvalidInput(f"{system.names[place]} has no surface; expected a body other than a point mass")
     r, turn, spin = found.points, core.rotation_matrix[place], core.spin[place]
     here, pose = core.position[place], (core.position[None], core.attitude[None])
     all_bodies = gravity_at(system._attracting, *pose, here + r @ turn.T, Units())

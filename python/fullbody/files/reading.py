@@ -132,7 +132,7 @@ class Content:
         try:
             return build(json.loads(text))
         except json.JSONDecodeError as error:
-            raise InvalidInput(f"attribute {name} is no JSON: {error}") from error
+            raise InvalidInput(f"attribute {name} is not JSON: {error}") from error
         except RecursionError as error:
             raise InvalidInput(f"attribute {name} has brackets in brackets, too deep to be read") from error
         except KeyError as error:

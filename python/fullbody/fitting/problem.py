@@ -311,7 +311,9 @@ def _arguments(function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
     try:
         return inspect.signature(function).parameters
     except (TypeError, ValueError) as error:
-        raise InvalidInput(f"{function!r} does not tell its arguments; expected a function of Python") from error
+        raise InvalidInput(
+            f"{function!r} has arguments that Python cannot list; expected a function of Python"
+        ) from error
 
 
 def _taken(function: Callable[..., Any], names: Sequence[str]) -> tuple[str, ...]:

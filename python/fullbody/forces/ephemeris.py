@@ -155,7 +155,7 @@ def barycentric(body: Any, times: Time, ephemeris: Any) -> _Array:
         try:
             found = get_body_barycentric(body, times, ephemeris=ephemeris)
         except (AttributeError, KeyError, ValueError, TypeError, OSError) as error:
-            raise InvalidInput(f"{body} cannot be had from the ephemeris {ephemeris!r}: {error}") from error
+            raise InvalidInput(f"{body} is not available from the ephemeris {ephemeris!r}: {error}") from error
     return np.asarray(found.xyz.to_value("km").T, dtype=np.float64)
 
 

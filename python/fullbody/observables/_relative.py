@@ -55,7 +55,7 @@ class RelativeMotion:
         about = int(body == 0) if about is None else about
         about = run.system._place(about, f"about of {what}")
         if body == about:
-            raise InvalidInput(f"{what} is asked of body {body} about itself; expected two bodies")
+            raise InvalidInput(f"body and about of {what} are both {body}; expected two bodies")
         self.body, self.about, self.what = body, about, what
         self.name = f"body {body} ({run.system.names[body]})"
         self.units = run.system._units

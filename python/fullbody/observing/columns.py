@@ -189,4 +189,4 @@ def _dates(values: Any, dates: tuple[str, str] | None, attrs: Mapping[str, Any])
     try:
         return Time(np.asarray(values), format=dates[0], scale=dates[1])
     except (ValueError, TypeError) as error:
-        raise InvalidInput(f"the times of the table are no dates of the format and scale {dates!r}: {error}") from error
+        raise InvalidInput(f"times of the table are not dates of the format and scale {dates!r}: {error}") from error

@@ -111,8 +111,8 @@ def from_spice(target: Any, observer: Any, kernels: Sequence[Any], span: Any, li
         try:
             rows = [spice.spkpos(whose, et + time, "J2000", how, origin) for time in times]
         except spice.utils.exceptions.SpiceyError as error:
-            what = f"where {whose} is from {origin} between {start.isot} and {(start + length * u.s).isot}"
-            raise InvalidInput(f"the kernels do not tell {what}: {plain(error)}") from error
+            what = f"the position of {whose} from {origin} between {start.isot} and {(start + length * u.s).isot}"
+            raise InvalidInput(f"the kernels do not contain {what}: {plain(error)}") from error
         return np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
 
     target, observer = str(target), str(observer)

@@ -194,11 +194,11 @@ def _refuse_choices(
     """Raise an error for invalid components, options and choices."""
     for component in components:
         if not isinstance(component, Component):
-            raise InvalidInput(f"{component!r} is no Component; expected fullbody.Component(...)")
+            raise InvalidInput(f"{component!r} is not a Component; expected fullbody.Component(...)")
     own = options_of(binary)
     refuse_unknown(options, [*own, *(o for o in options_of(System) if o not in (*own, "bodies"))], "binary")
     if "bodies" in options:
-        raise InvalidInput("'bodies' is no option of binary, which makes them; expected primary and secondary")
+        raise InvalidInput("'bodies' is not an option of binary, which makes them; expected primary and secondary")
     if at_rest not in ("barycentre", "primary"):
         raise InvalidInput(f"at_rest is {at_rest!r}; expected 'barycentre' or 'primary'")
     if elements not in (None, "osculating", "mean"):

@@ -248,7 +248,7 @@ def test_epochs_of_ready_made_systems(name):
             make(epoch="2001-05-25 TDB")
         assert make(epoch=None)[0].options["epoch"] == own
     for option in ("G", "bodies", "gravty"):
-        with pytest.raises(fullbody.InvalidInput, match=f"'{option}' is no option of this system"):
+        with pytest.raises(fullbody.InvalidInput, match=f"'{option}' is not an option of this system"):
             make(**{option: 1.0})
 
 
