@@ -196,7 +196,7 @@ def test_options_that_do_not_exist():
     for make in (fullbody.systems.kw4, fullbody.systems.case1, fullbody.systems.didymos):
         refused(lambda make=make: make(gravty="point"), "'gravty'", "did you mean 'gravity'? expected some of gravity")
     refused(lambda: fullbody.systems.didymos(epoch="2022-09-26 TDB"), "epoch is '2022-09-26 TDB'; expected none")
-    refused(lambda: System(BODIES, G=1.0, colour="red"), "'colour' is not an option of System; expected some of bodies, G")
+    refused(lambda: System(BODIES, G=1.0, colour="red"), "'colour' is not an option of System; expected some of bodies")
     refused(lambda: START.replace(positon=POSITION), "'positon'", "did you mean 'position'?", "velocity, attitude")
     # What inspect and the editors see is the function itself.
     assert "gravity_tolerance" in inspect.signature(System).parameters
