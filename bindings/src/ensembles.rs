@@ -1,7 +1,7 @@
 //! Many simulations in parallel.
 
 use super::descriptions::from_python;
-use super::events::{Watched, events};
+use super::events::{EventSpec, events};
 use super::listening::Listener;
 use super::runs::{Sampling, TangentRequest, arrays};
 use super::systems::{PyState, PySystem};
@@ -24,7 +24,7 @@ type Given<'py> = (
     Bound<'py, PyDict>,
     f64,
     Sampling<'py>,
-    Vec<Watched<'py>>,
+    Vec<EventSpec<'py>>,
     bool,
     TangentRequest,
 );

@@ -46,11 +46,11 @@ impl PyToward {
 }
 
 /// A condition with its direction and whether the run ends there.
-pub type Watched<'py> = (Bound<'py, PyCondition>, i8, bool);
+pub type EventSpec<'py> = (Bound<'py, PyCondition>, i8, bool);
 
 /// Makes the core's events. The first exception of a function goes to `listener`.
-pub fn events(py: Python<'_>, watched: &[Watched<'_>], listener: &Arc<Listener>) -> Vec<Event<'static>> {
-    let event = |(condition, direction, terminal): &Watched<'_>| Event {
+pub fn events(py: Python<'_>, watched: &[EventSpec<'_>], listener: &Arc<Listener>) -> Vec<Event<'static>> {
+    let event = |(condition, direction, terminal): &EventSpec<'_>| Event {
         condition: condition.get().condition(py, listener),
         direction: *direction,
         terminal: *terminal,

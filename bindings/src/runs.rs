@@ -2,7 +2,7 @@
 
 use super::arrays::array;
 use super::descriptions::{from_python, to_python};
-use super::events::{PyCondition, Watched, events};
+use super::events::{EventSpec, PyCondition, events};
 use super::forces::{Function, call};
 use super::listening::{Listener, listening};
 use super::systems::{PyState, PySystem};
@@ -174,7 +174,7 @@ impl PySimulation {
         py: Python<'py>,
         until: f64,
         output: Sampling<'py>,
-        watched: Vec<Watched<'py>>,
+        watched: Vec<EventSpec<'py>>,
         dense: bool,
         progress: Option<Py<PyAny>>,
         autosave: Option<(f64, Py<PyAny>)>,

@@ -9,7 +9,7 @@ use super::rotations::matrices;
 use crate::errors::Result;
 use fullbody::dynamics::{FAR, FAST, Parameter, State, System, TANGENT_SIZE};
 use fullbody::forces::Load;
-use fullbody::gravity::BodyPull;
+use fullbody::gravity::BodyAttraction;
 use fullbody::math::Vec3;
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::rotation;
@@ -135,7 +135,9 @@ impl PySystem {
     ) -> Result<Self> {
         let bodies: Vec<_> = bodies.iter().map(|body| body.inner.clone()).collect();
         if !described.is_empty() {
-            listening(py, |interrupt| bodies.iter().try_for_each(|body| BodyPull::moments(body, interrupt)))?;
+            listening(py, |interrupt| {
+                bodies.iter().try_for_each(|body| BodyAttraction::moments(body, interrupt))
+            })?;
         }
         let inner = System::new(bodies, gravitational_constant, from_python(settings)?)?;
         Ok(Self { inner: inner.with_forces(forces(&described, &functions)?)? })

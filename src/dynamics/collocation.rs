@@ -44,7 +44,7 @@ pub struct Collocation {
     inverse: Vec<f64>,
     inverse_rates: Vec<f64>,
     /// The rates of p at the nodes of the previous step and of the present one.
-    pushes: [Vec<f64>; 2],
+    p_rates: [Vec<f64>; 2],
     /// The size of the previous step, where this step continues from its end.
     before: Option<f64>,
     /// The tangent vectors at the end of the step.
@@ -77,7 +77,7 @@ impl Collocation {
             sizes: vec![[1.0; 3]; bodies],
             inverse: vec![1.0; 2 * half],
             inverse_rates: vec![1.0; half],
-            pushes: [0, 1].map(|_| vec![0.0; half * count * lanes]),
+            p_rates: [0, 1].map(|_| vec![0.0; half * count * lanes]),
             before: None,
             reached: vec![0.0; 2 * half * width],
             work: vec![0.0; half * (2 * count + 3) * TOGETHER],
@@ -164,7 +164,7 @@ impl Collocation {
         let Self { half, width, stride, turn, .. } = *self;
         let rates = self.inverse_rates.iter_mut().zip(&self.inverse[half..]);
         rates.for_each(|(rate, inverse)| *rate = size.abs() * inverse);
-        let [before, pushes] = &mut self.pushes;
+        let [before, p_rates] = &mut self.p_rates;
         // The polynomial of the previous step does not reach into a much longer one.
         let growth = size_before.map(|before| size / before).filter(|growth| (0.0..=2.0).contains(growth));
         let factors = growth.map(|growth| {
@@ -198,7 +198,7 @@ impl Collocation {
             let range = first..width.min(first + TOGETHER);
             let arch = few(dynamics.system().arch(), range.len());
             let (out, work) = (&mut self.reached, &mut self.work);
-            if !arch.dispatch(Sweeps { step: &step, range, out, pushes, work }) {
+            if !arch.dispatch(Sweeps { step: &step, range, out, p_rates, work }) {
                 return Ok(false);
             }
         }
@@ -212,7 +212,7 @@ impl Collocation {
 
     /// Keeps the polynomial of the step that was solved, which has this size, as the start for the next one.
     pub fn remember(&mut self, size: f64) {
-        self.pushes.swap(0, 1);
+        self.p_rates.swap(0, 1);
         self.before = Some(size);
     }
 

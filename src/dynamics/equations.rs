@@ -1,8 +1,8 @@
 //! The equations of motion over the integrator's vector.
 
-use super::actions::Actions;
+use super::external_loads::ExternalLoads;
 use super::layout::vector;
-use super::view::View;
+use super::snapshot_buffer::SnapshotBuffer;
 use super::{AttitudeChart, BarycentricFrame, Energy, Layout, Rejected, System, invariants};
 use crate::error::Result;
 use crate::forces::ForceModel;
@@ -31,12 +31,12 @@ pub struct Dynamics {
     pub(super) parts: Vec<(Range<usize>, Range<usize>)>,
     inertia: Vec<Vec3>,
     /// The attitudes of the last vector that was evaluated.
-    pub(super) view: View,
+    pub(super) view: SnapshotBuffer,
     pub(super) acceleration: Vec<Vec3>,
     pub(super) torque: Vec<Vec3>,
     pub(super) external_forces: ForceModel,
     /// The sum of the external forces.
-    pub(super) actions: Actions,
+    pub(super) external_loads: ExternalLoads,
     /// The acceleration of the barycentre by the external forces.
     pub(super) barycentre_acceleration: Vec3,
 }
@@ -67,11 +67,11 @@ impl Dynamics {
             parts: vec![(0..links.len(), Pair::ALL)],
             links,
             inertia: system.bodies().iter().map(|body| body.inertia()).collect(),
-            view: View::new(*frame, external_forces.wants_attitudes()),
+            view: SnapshotBuffer::new(*frame, external_forces.wants_attitudes()),
             acceleration: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
             external_forces,
-            actions: Actions::none(system.bodies()),
+            external_loads: ExternalLoads::none(system.bodies()),
             barycentre_acceleration: Vec3::zeros(),
             system: system.clone(),
         })

@@ -37,7 +37,7 @@ impl System {
         let mut variations = Variations::new(&dynamics, parameters.to_vec())?;
         dynamics.prepare_variations(&variations, state.time, &y, interrupt)?;
         interrupt.charge(variations.work(&dynamics), state.time)?;
-        variations.look(&mut dynamics, state.time, &y, interrupt)?;
+        variations.evaluate(&mut dynamics, state.time, &y, interrupt)?;
         let (loads, rates, by_parameters) =
             (variations.loads().to_vec(), variations.absolute_rates(), variations.absolute_forcing());
         let mut rate = vec![0.0; y.len()];

@@ -7,7 +7,7 @@
 //! at any distance, because that contribution is computed by itself. The positions of a composite's parts and
 //! the scale of a polyhedron are treated in the same way.
 
-use super::third_body::{BattinFactors, ThirdBodyPull, inside};
+use super::third_body::{BattinFactors, ThirdBodyAttraction, inside};
 use super::{Force, ForceParameter, Load, Path, Snapshot};
 use crate::error::Result;
 use crate::gravity::BodyChange;
@@ -104,7 +104,7 @@ impl Force {
     }
 }
 
-impl ThirdBodyPull {
+impl ThirdBodyAttraction {
     /// Computes the derivatives of the loads on every body at a snapshot along a change of the third body's
     /// position. Allocates nothing.
     ///
@@ -130,8 +130,9 @@ impl ThirdBodyPull {
                 for (by, weight) in steps(STEP * from.norm() / length) {
                     let OrbitPosition { position, inverse_square, inverse_cube } =
                         OrbitPosition::from(x + along * by);
-                    let pulled = extended.at(&position, inverse_square, inverse_cube, strength);
-                    let (excess, moment) = pulled.ok_or_else(|| inside(name, snapshot.time, &body.name))?;
+                    let attracted = extended.at(&position, inverse_square, inverse_cube, strength);
+                    let (excess, moment) =
+                        attracted.ok_or_else(|| inside(name, snapshot.time, &body.name))?;
                     load.force += turned(turn, &excess) * weight;
                     load.torque += moment * weight;
                 }

@@ -12,7 +12,7 @@
 
 use super::{BodyBlock, Load, LoadJacobian, Snapshot};
 use crate::error::{Error, Result, require_finite, require_positive};
-use crate::gravity::{BodyChange, BodyPull, ExtendedPull, point_jacobian};
+use crate::gravity::{BodyAttraction, BodyChange, ExtendedAttraction, point_jacobian};
 use crate::math::Vec3;
 use crate::math::matrix::{times, times_cross, times_transposed};
 use crate::math::rotation::{turned, turned_back};
@@ -106,13 +106,13 @@ impl ThirdBody {
         of: usize,
         bodies: &[Body],
         gravitational_constant: f64,
-    ) -> Result<ThirdBodyPull> {
+    ) -> Result<ThirdBodyAttraction> {
         let total: f64 = bodies.iter().map(|body| body.mass).sum();
         let motion = self.motion(self.mu + gravitational_constant * total)?;
-        let pulled: Vec<_> = bodies.iter().map(PulledBody::new).collect();
-        let on_body = |(on, body): (usize, &PulledBody)| Load::none(of, on, body.extended.is_some());
-        let loads: Vec<_> = pulled.iter().enumerate().map(on_body).collect();
-        Ok(ThirdBodyPull {
+        let attracted: Vec<_> = bodies.iter().map(AttractedBody::new).collect();
+        let on_body = |(on, body): (usize, &AttractedBody)| Load::none(of, on, body.extended.is_some());
+        let loads: Vec<_> = attracted.iter().enumerate().map(on_body).collect();
+        Ok(ThirdBodyAttraction {
             mu: self.mu,
             by_mass: self.mass.is_some(),
             motion,
@@ -120,7 +120,7 @@ impl ThirdBody {
             largest: bodies.iter().map(|body| body.circumradius()).fold(0.0, f64::max),
             loads: loads.clone(),
             changes: loads,
-            bodies: pulled,
+            bodies: attracted,
         })
     }
 }
@@ -133,7 +133,7 @@ enum PathEvaluator {
 
 /// The evaluator of a third body.
 #[derive(Debug, Clone)]
-pub(super) struct ThirdBodyPull {
+pub(super) struct ThirdBodyAttraction {
     pub mu: f64,
     pub by_mass: bool,
     motion: PathEvaluator,
@@ -141,7 +141,7 @@ pub(super) struct ThirdBodyPull {
     pub path_derivatives: Option<(f64, (Vec3, [Vec3; 8]))>,
     /// The largest circumradius of a body.
     largest: f64,
-    pub bodies: Vec<PulledBody>,
+    pub bodies: Vec<AttractedBody>,
     pub loads: Vec<Load>,
     /// The buffers for the derivatives of the loads.
     pub changes: Vec<Load>,
@@ -149,21 +149,21 @@ pub(super) struct ThirdBodyPull {
 
 /// A body on which the third body acts.
 #[derive(Debug, Clone)]
-pub(super) struct PulledBody {
+pub(super) struct AttractedBody {
     pub name: String,
     pub mass: f64,
     radius: f64,
-    pub extended: Option<BodyPull>,
+    pub extended: Option<BodyAttraction>,
 }
 
-impl PulledBody {
+impl AttractedBody {
     fn new(body: &Body) -> Self {
-        let (name, extended) = (body.name.clone(), BodyPull::new(body));
+        let (name, extended) = (body.name.clone(), BodyAttraction::new(body));
         Self { name, mass: body.mass, radius: body.circumradius(), extended }
     }
 }
 
-impl ThirdBodyPull {
+impl ThirdBodyAttraction {
     /// Returns position and velocity relative to the nominal barycentre.
     pub fn place(&self, time: f64) -> Result<(Vec3, Vec3)> {
         match &self.motion {
@@ -252,8 +252,8 @@ impl ThirdBodyPull {
             let strength = -self.mu * body.mass;
             let mut force = (r + f * p) * (cube * strength);
             if let Some(extended) = &mut body.extended {
-                let pulled = extended.at(&turned_back(turn, &from), inverse_square, cube, strength);
-                let Some((excess, moment)) = pulled else {
+                let attracted = extended.at(&turned_back(turn, &from), inverse_square, cube, strength);
+                let Some((excess, moment)) = attracted else {
                     return Err(inside(name, snapshot.time, &body.name));
                 };
                 force += turned(turn, &excess);
@@ -271,7 +271,7 @@ impl ThirdBodyPull {
     }
 }
 
-impl ThirdBodyPull {
+impl ThirdBodyAttraction {
     /// Adds the derivatives of the loads, from the Jacobian of every body's own field at the third body. The
     /// force on a body is F = -mu m R g(x) at x = R^T (p - r), and its torque is mu m n(x) with n = -x cross
     /// g. dF/dtheta is the transpose of dn/dr, since both are derivatives of one potential.
@@ -296,7 +296,7 @@ impl ThirdBodyPull {
     }
 }
 
-impl ThirdBodyPull {
+impl ThirdBodyAttraction {
     /// Adds the derivatives of the force on a body, inertial, and of the torque, in its frame, by its
     /// semi-axes: in the notation of [`Self::add_jacobian`] these are -mu m R dg/da_i and -mu m x cross
     /// dg/da_i.
@@ -304,7 +304,7 @@ impl ThirdBodyPull {
         &mut self,
         snapshot: Snapshot,
         body: usize,
-        extended: &mut ExtendedPull,
+        extended: &mut ExtendedAttraction,
         sums: &mut [[Vec3; 2]; 3],
     ) -> Result<()> {
         let OrbitPosition { position: p, .. } = self.position(Scalar, snapshot.time)?;
@@ -318,7 +318,7 @@ impl ThirdBodyPull {
     }
 }
 
-impl ThirdBodyPull {
+impl ThirdBodyAttraction {
     /// Returns the derivatives, by a change of a body at its mass, of the contribution of the body's extent
     /// to the force and to the torque, both in the body frame.
     pub fn excess_by_change(
@@ -333,10 +333,11 @@ impl ThirdBodyPull {
             BattinFactors::of(r.dot(&(r - 2.0 * p)) * place.inverse_square);
         let (inverse_square, inverse_cube) = (place.inverse_square * square, place.inverse_cube * cube);
         let x = turned_back(&snapshot.rotation[body], &(p - r));
-        let PulledBody { mass, extended, .. } = &mut self.bodies[body];
+        let AttractedBody { mass, extended, .. } = &mut self.bodies[body];
         let strength = -self.mu * *mass;
-        let moved =
-            extended.as_mut().map(|pull| pull.by_change(change, *mass, &x, inverse_square, inverse_cube));
+        let moved = extended
+            .as_mut()
+            .map(|attraction| attraction.by_change(change, *mass, &x, inverse_square, inverse_cube));
         moved.map_or([Vec3::zeros(); 2], |moved| moved.map(|v| v * strength))
     }
 }

@@ -196,11 +196,11 @@ impl Ellipsoidal {
         let u = [u[0] * inverse, u[1] * inverse, u[2] * inverse];
         let near = shrink * inverse;
         let potential = c(self.scales[0]) * near;
-        let pull = c(-self.scales[1]) * near * near;
+        let attraction = c(-self.scales[1]) * near * near;
         let tide = c(self.scales[2]) * near * near * near;
         Gravity {
             potential,
-            field: [pull * u[0], pull * u[1], pull * u[2]],
+            field: [attraction * u[0], attraction * u[1], attraction * u[2]],
             gradient: gradient_from_factors(u, c(3.0) * tide, [tide; 3]),
         }
     }

@@ -103,9 +103,9 @@ impl WithSimd for Attraction<'_> {
         for (((x, y), z), weight) in points.zip(Lanes::blocks(simd, &self.layer.weights)) {
             let d = [x - place[0], y - place[1], z - place[2]];
             let inverse_square = x.constant(1.0) / dot(d, d);
-            let pull = weight * inverse_square.sqrt();
-            potential.add(pull);
-            let cube = pull * inverse_square;
+            let attraction = weight * inverse_square.sqrt();
+            potential.add(attraction);
+            let cube = attraction * inverse_square;
             trace.add(cube);
             let fifth = cube * inverse_square;
             for i in 0..3 {

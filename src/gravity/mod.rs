@@ -21,14 +21,17 @@ mod body_field;
 mod ellipsoidal;
 mod far;
 mod layer;
-mod layer_pull;
+mod layer_attraction;
 mod many;
 mod near;
 mod polyhedral;
-mod pull;
+mod attraction;
 
 #[doc(hidden)]
 pub use anywhere::Anywhere;
+pub(crate) use attraction::point_jacobian;
+#[doc(hidden)]
+pub use attraction::{BodyAttraction, BodyChange, ExtendedAttraction};
 pub use body_field::{Attractor, BodyField};
 #[doc(hidden)]
 pub use ellipsoidal::Ellipsoidal;
@@ -38,15 +41,12 @@ pub use far::{Far, FarCut, FarSeries};
 #[doc(hidden)]
 pub use layer::Layer;
 #[doc(hidden)]
-pub use layer_pull::LayerPull;
+pub use layer_attraction::LayerAttraction;
 pub use many::{Points, Wanted};
 #[doc(hidden)]
 pub use near::{Near, kappa};
 #[doc(hidden)]
 pub use polyhedral::{Facets, PolyhedralField};
-pub(crate) use pull::point_jacobian;
-#[doc(hidden)]
-pub use pull::{BodyChange, BodyPull, ExtendedPull};
 
 use crate::math::lanes::{INTERLEAVED, Lanes, dot};
 use pulp::Simd;

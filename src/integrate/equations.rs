@@ -55,14 +55,14 @@ pub trait Equations {
 }
 
 /// The reason why an evaluation or an attempt was not completed.
-pub(super) enum Unmade {
+pub(super) enum Incomplete {
     /// The equations cannot be evaluated there; a shorter step may help.
     Refused(&'static str),
     /// The caller has interrupted the run, or the equations failed for good.
     Ended(Error),
 }
 
-impl From<Refusal> for Unmade {
+impl From<Refusal> for Incomplete {
     fn from(refusal: Refusal) -> Self {
         match refusal {
             Refusal::Shorter(reason) => Self::Refused(reason),
@@ -71,7 +71,7 @@ impl From<Refusal> for Unmade {
     }
 }
 
-impl Unmade {
+impl Incomplete {
     /// Returns the error that ends the integration; `of` makes it from the reason of a refusal.
     pub fn error(self, of: impl FnOnce(&str) -> Error) -> Error {
         match self {
@@ -90,9 +90,9 @@ pub(super) fn evaluate(
     rate: &mut [f64],
     counts: bool,
     interrupt: &mut InterruptCheck,
-) -> std::result::Result<(), Unmade> {
+) -> std::result::Result<(), Incomplete> {
     for part in 0..equations.parts() {
-        interrupt.charge(equations.work(), time).map_err(Unmade::Ended)?;
+        interrupt.charge(equations.work(), time).map_err(Incomplete::Ended)?;
         equations.derivative(part, time, y, rate)?;
     }
     if counts {

@@ -186,7 +186,7 @@ pub fn extremum<E>(mut f: impl FnMut(f64) -> Result<f64, E>, a: f64, b: f64) -> 
 
 /// The number of equal intervals at whose ends [`first_fall`] samples a function, which may have one extremum
 /// in each.
-const LOOKS: usize = 8;
+const INTERVALS: usize = 8;
 
 /// The distance of two further samples from the start and the end, as a fraction of the whole interval.
 const NEAR: f64 = 1e-3;
@@ -196,12 +196,12 @@ const NEAR: f64 = 1e-3;
 pub fn first_fall<E>(mut f: impl FnMut(f64) -> Result<f64, E>, end: f64) -> Result<Option<(f64, f64)>, E> {
     let place = |k: usize| match k {
         1 => NEAR * end,
-        k if k == LOOKS + 1 => (1.0 - NEAR) * end,
-        k if k > LOOKS => end,
-        k => k.saturating_sub(1) as f64 / LOOKS as f64 * end,
+        k if k == INTERVALS + 1 => (1.0 - NEAR) * end,
+        k if k > INTERVALS => end,
+        k => k.saturating_sub(1) as f64 / INTERVALS as f64 * end,
     };
     let (mut before, mut last) = (None, (0.0, f(0.0)?.max(0.0)));
-    for k in 1..LOOKS + 3 {
+    for k in 1..INTERVALS + 3 {
         let next = (place(k), f(place(k))?);
         // Between three values of which the middle one is the least there is a minimum.
         if let Some((from, above)) = before

@@ -3,7 +3,7 @@
 mod start;
 
 use super::control::{Controller, Tolerance};
-use super::equations::{Equations, Unmade, evaluate};
+use super::equations::{Equations, Incomplete, evaluate};
 use super::memory::{Memory, Statistics};
 use super::segment::Segment;
 use super::step::Step;
@@ -177,8 +177,8 @@ impl Stepper {
                     self.statistics.rejected += 1;
                     self.next = size * self.controller.rejected(error, self.tableau.error_order);
                 }
-                Err(Unmade::Ended(error)) => return Err(error),
-                Err(Unmade::Refused(reason)) => {
+                Err(Incomplete::Ended(error)) => return Err(error),
+                Err(Incomplete::Refused(reason)) => {
                     self.statistics.rejected += 1;
                     self.next = size * self.controller.rejected(f64::INFINITY, self.tableau.error_order);
                     self.refuse_tiny(self.next, reason)?;
@@ -321,7 +321,7 @@ impl Stepper {
         equations: &mut impl Equations,
         size: f64,
         interrupt: &mut InterruptCheck,
-    ) -> std::result::Result<f64, Unmade> {
+    ) -> std::result::Result<f64, Incomplete> {
         let dimension = self.high.len();
         let time = self.time();
         self.formed = false;
@@ -361,10 +361,14 @@ impl Stepper {
         }
         if !quick {
             // The norm takes about as long as one part of an evaluation.
-            interrupt.charge(equations.work(), time).map_err(Unmade::Ended)?;
+            interrupt.charge(equations.work(), time).map_err(Incomplete::Ended)?;
         }
         let error = equations.norm(&self.high, &self.trial[..dimension], &self.tolerance);
-        if error.is_finite() { Ok(error) } else { Err(Unmade::Refused("the error estimate is not finite")) }
+        if error.is_finite() {
+            Ok(error)
+        } else {
+            Err(Incomplete::Refused("the error estimate is not finite"))
+        }
     }
 
     /// Writes y + size sum_j a_ij k_j for the numbers that the rates depend on.

@@ -23,7 +23,7 @@ use crate::interrupt::{InterruptCheck, UNITS};
 use crate::math::lanes::{Lanes, Total, total_matrix};
 use crate::math::matrix::{cross_times, times_cross};
 use crate::math::{Mat3, Vec3};
-use crate::quadrature::{Division, Order, Stretch};
+use crate::quadrature::{Division, NodeRange, Order};
 use pulp::{Simd, WithSimd};
 use std::ops::{AddAssign, Range};
 
@@ -336,7 +336,7 @@ impl CanonicalJacobian {
 /// The means of dg_j/da_i over a_i in row i, and the means of these times the coordinates of the nodes.
 struct AxisSum<'a, K> {
     kernel: K,
-    nodes: Stretch<'a>,
+    nodes: NodeRange<'a>,
     origin: Vec3,
     arms: [Vec3; 3],
 }

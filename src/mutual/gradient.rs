@@ -23,7 +23,7 @@ use crate::math::lanes::{Total, total_vector};
 use crate::math::matrix::{cross_times, times_cross};
 use crate::math::rotation::turned;
 use crate::math::{Mat3, Vec3};
-use crate::quadrature::{Nodes, Stretch};
+use crate::quadrature::{NodeRange, Nodes};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::AddAssign;
 
@@ -70,15 +70,15 @@ pub(super) fn canonical_jacobian<const D: usize, const M: usize>(
     };
     let mut second = 1 + D;
     for k in 0..D {
-        let pull = &sums.moment[k];
-        jacobian.balance.torque += axes[k].cross(pull);
+        let attraction = &sums.moment[k];
+        jacobian.balance.torque += axes[k].cross(attraction);
         jacobian.force_by_rotation -= times_cross(&sums.gradient[1 + k], &axes[k]);
         jacobian.field_by_rotation -= times_cross(&sums.torque_gradient[1 + k], &axes[k]);
         jacobian.by_scale.force += turned(&sums.gradient[1 + k], &axes[k]);
         jacobian.by_scale.torque_field += turned(&sums.torque_gradient[1 + k], &axes[k]);
         // This is the term (alpha x e) x g.
         jacobian.torque_by_rotation +=
-            axes[k] * pull.transpose() - Mat3::from_diagonal_element(axes[k].dot(pull));
+            axes[k] * attraction.transpose() - Mat3::from_diagonal_element(axes[k].dot(attraction));
         for l in k..D {
             let product = times_cross(&cross_times(&axes[k], &sums.gradient[second]), &axes[l]);
             jacobian.torque_by_rotation -= if l == k { product } else { product + product.transpose() };
@@ -96,7 +96,7 @@ pub(super) fn canonical_jacobian<const D: usize, const M: usize>(
 
 struct GradientSum<'a, K, const D: usize, const M: usize> {
     kernel: K,
-    nodes: Stretch<'a>,
+    nodes: NodeRange<'a>,
     origin: Vec3,
     axes: [Vec3; D],
 }
@@ -222,10 +222,10 @@ impl<S: Simd, const D: usize, const M: usize> GradientAccumulator<S, D, M> {
         let torque_gradient = field.torque_gradient(x, (n, f), sum.kernel.square_differences());
         for i in 0..3 {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            let pull = x[i] * field.rd[i];
-            self.force[i].add_product(weight, pull);
+            let attraction = x[i] * field.rd[i];
+            self.force[i].add_product(weight, attraction);
             for m in 0..D {
-                self.moments[m][i].add_product(share[1 + m], pull);
+                self.moments[m][i].add_product(share[1 + m], attraction);
             }
             self.torque[i].add_product(weight * x[j], x[k] * field.rd_difference[i]);
             for m in 0..=D {

@@ -38,7 +38,7 @@ struct PartOffsets {
 
 /// The predicted motion of two bodies in the time for which a rule is chosen.
 #[derive(Debug, Clone, Copy)]
-pub struct Foreseen {
+pub struct PredictedMotion {
     /// The least separation of their centres.
     pub reach: f64,
     /// The angle by which each body rotates, in rad.
@@ -101,25 +101,25 @@ impl Link {
     pub fn prepare(
         &mut self,
         pose: &Pose,
-        foreseen: Option<&Foreseen>,
+        predicted: Option<&PredictedMotion>,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         let own = self.pose(pose);
-        let closing = foreseen.map_or(0.0, |foreseen| self.closing(pose, &own, foreseen));
+        let closing = predicted.map_or(0.0, |predicted| self.closing(pose, &own, predicted));
         self.pair.prepare(&own, closing, interrupt)
     }
 
     /// Returns the share of the parts' separation that may close without overlap.
-    fn closing(&self, pose: &Pose, own: &Pose, foreseen: &Foreseen) -> f64 {
+    fn closing(&self, pose: &Pose, own: &Pose, predicted: &PredictedMotion) -> f64 {
         let distance = own.separation.norm();
-        let (mut reach, mut growth) = (foreseen.reach, foreseen.growth);
+        let (mut reach, mut growth) = (predicted.reach, predicted.growth);
         if let Some(offsets) = &self.offsets {
             // A chord is at most as long as its arc, and at most two radii long.
             let swing = |body: usize| {
-                foreseen.turns[body].min(2.0)
+                predicted.turns[body].min(2.0)
                     * offsets.places[body].map_or(0.0, |place| place.position.norm())
             };
-            reach = distance - (pose.separation.norm() - foreseen.reach) - swing(0) - swing(1);
+            reach = distance - (pose.separation.norm() - predicted.reach) - swing(0) - swing(1);
             growth = f64::INFINITY;
         }
         let touching = if reach > self.pair.apart_from() {
@@ -322,9 +322,9 @@ impl PartOffsets {
         let by_own = [0, 1].map(|i| {
             let own =
                 parts.torque_by_separation[i] * moved[i] + parts.torque_by_rotation[i] * turn[i].transpose();
-            let pull =
+            let attraction =
                 (rotations[i].transpose() * force).cross_matrix() + rotations[i].transpose() * by_turn[i];
-            (turn[i] * own + lever[i] * pull * signs[i]) * self.share
+            (turn[i] * own + lever[i] * attraction * signs[i]) * self.share
         });
         let other =
             parts.torque_by_separation[0] * moved[1] + parts.torque_first_by_second * turn[1].transpose();

@@ -18,7 +18,7 @@ use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
 use crate::math::lanes::{INTERLEAVED, Lanes, Total, splat_vector, total_vector};
-use crate::quadrature::{Nodes, Stretch};
+use crate::quadrature::{NodeRange, Nodes};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::AddAssign;
 
@@ -56,7 +56,7 @@ pub(super) fn mean_potential<const D: usize>(
 
 struct ForceSum<'a, K, const D: usize> {
     kernel: K,
-    nodes: Stretch<'a>,
+    nodes: NodeRange<'a>,
     origin: Vec3,
     axes: [Vec3; D],
 }
@@ -124,10 +124,10 @@ impl<S: Simd, const D: usize> ForceAccumulator<S, D> {
         let field = sum.kernel.field(x);
         let wx = [weight * x[0], weight * x[1], weight * x[2]];
         for i in 0..3 {
-            let pull = wx[i] * field.rd[i];
+            let attraction = wx[i] * field.rd[i];
             self.force[i].add_product(wx[i], field.rd[i]);
             for k in 0..D {
-                self.moments[k][i].add_product(pull, y[k]);
+                self.moments[k][i].add_product(attraction, y[k]);
             }
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
             self.torque[i].add_product(wx[j] * x[k], field.rd_difference[i]);
@@ -137,7 +137,7 @@ impl<S: Simd, const D: usize> ForceAccumulator<S, D> {
 
 struct PotentialSum<'a, K, const D: usize> {
     kernel: K,
-    nodes: Stretch<'a>,
+    nodes: NodeRange<'a>,
     origin: Vec3,
     axes: [Vec3; D],
 }
@@ -163,7 +163,7 @@ impl<K: FieldKernel, const D: usize> WithSimd for PotentialSum<'_, K, D> {
 #[inline(always)]
 pub(super) fn load<S: Simd, const N: usize>(
     simd: S,
-    nodes: &Stretch<'_>,
+    nodes: &NodeRange<'_>,
     register: usize,
 ) -> ([Lanes<S, N>; 3], Lanes<S, N>) {
     let from = register * S::F64_LANES;

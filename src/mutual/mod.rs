@@ -37,7 +37,7 @@ pub use axes::ShapeDerivatives;
 #[doc(hidden)]
 pub use jacobian::Jacobian;
 #[doc(hidden)]
-pub use link::{Foreseen, LEAST_TOLERANCE, Link, TooNear};
+pub use link::{LEAST_TOLERANCE, Link, PredictedMotion, TooNear};
 pub use method::Method;
 #[doc(hidden)]
 pub use multipole::Multipole;

@@ -21,7 +21,7 @@ use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Total, dot, splat_vector, total_vector};
-use crate::quadrature::{Nodes, Stretch};
+use crate::quadrature::{NodeRange, Nodes};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::AddAssign;
 
@@ -147,7 +147,7 @@ impl<S: Simd> BeyondLinear<S> {
 
 struct MomentSum<'a, K> {
     kernel: K,
-    nodes: Stretch<'a>,
+    nodes: NodeRange<'a>,
     semi_axes: [f64; 3],
     roles: &'a Roles,
 }
@@ -206,7 +206,7 @@ impl<K: FieldKernel> WithSimd for MomentSum<'_, K> {
 
 struct SurfaceEnergySum<'a, K> {
     kernel: K,
-    nodes: Stretch<'a>,
+    nodes: NodeRange<'a>,
     semi_axes: [f64; 3],
     roles: &'a Roles,
 }

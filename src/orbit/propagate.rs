@@ -34,15 +34,15 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
     }
     let r0 = position.norm();
     let inverse = 1.0 / r0;
-    let (square, pull) = (velocity.norm_squared(), mu * inverse);
-    let beta = 2.0 * pull - square;
+    let (square, attraction) = (velocity.norm_squared(), mu * inverse);
+    let beta = 2.0 * attraction - square;
     let mut time = time;
     if beta > 0.0 && time.abs() * beta * beta.sqrt() > TAU * mu {
         time %= TAU * mu / (beta * beta.sqrt());
     }
     // In units of the distance at the start, Kepler's equation is s + eta0 G2 + zeta0 G3 = t/r0. Its left
     // side rises with s, since its derivative is the distance, and is zero with t.
-    let (eta0, zeta) = (position.dot(velocity), square - pull);
+    let (eta0, zeta) = (position.dot(velocity), square - attraction);
     let eta = eta0 * inverse;
     let (mut low, mut high) = if time > 0.0 { (0.0, f64::INFINITY) } else { (f64::NEG_INFINITY, 0.0) };
     let slope = time * inverse;
@@ -103,8 +103,8 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
                 functions(beta, s)
             };
             let nearness = 1.0 / (1.0 + (eta * g[1] + zeta * g[2]));
-            let (f, g_time) = (-pull * g[2], r0 * g[1] + eta0 * g[2]);
-            let (fdot, gdot) = (-(pull * inverse) * g[1] * nearness, f * nearness);
+            let (f, g_time) = (-attraction * g[2], r0 * g[1] + eta0 * g[2]);
+            let (fdot, gdot) = (-(attraction * inverse) * g[1] * nearness, f * nearness);
             let change = [f * position + g_time * velocity, fdot * position + gdot * velocity];
             let there = nearness * inverse;
             let acceleration = (position + change[0]) * (-mu * there * there * there);

@@ -22,7 +22,7 @@ pub struct BodyEphemeris<'a> {
     /// The earlier end of each step.
     from: Vec<f64>,
     /// The range of steps that is packed.
-    stretch: Range<usize>,
+    step_range: Range<usize>,
     /// The length of a row: a multiple of the widest register.
     width: usize,
     /// The number of rows of a step: the vector at its start, the low part of that vector, and the
@@ -73,7 +73,7 @@ impl<'a> BodyEphemeris<'a> {
             frame,
             segments,
             from,
-            stretch: 0..0,
+            step_range: 0..0,
             width: (COLUMNS * bodies).next_multiple_of(8),
             rows: 2 + terms,
             packed: Vec::new(),
@@ -99,7 +99,7 @@ impl<'a> BodyEphemeris<'a> {
     }
 
     /// Returns the range of at most `most` steps from a time towards another, and the time at which it ends.
-    pub fn stretch(&self, time: f64, until: f64, most: usize) -> (Range<usize>, f64) {
+    pub fn step_range(&self, time: f64, until: f64, most: usize) -> (Range<usize>, f64) {
         let (index, count) = (self.index(time), self.segments.len());
         if until < time {
             let at_edge = index > 0 && self.ends(index)[0] == time;
@@ -115,14 +115,14 @@ impl<'a> BodyEphemeris<'a> {
     }
 
     /// Packs a range of the steps.
-    pub fn pack(&mut self, stretch: Range<usize>) {
+    pub fn pack(&mut self, step_range: Range<usize>) {
         let layout = self.frame.layout;
         let wide = layout.chart.width();
         self.packed.clear();
-        self.packed.resize(stretch.len() * self.rows * self.width, 0.0);
+        self.packed.resize(step_range.len() * self.rows * self.width, 0.0);
         self.bounds.fill(MotionBounds::default());
         for (segment, out) in
-            self.segments[stretch.clone()].iter().zip(self.packed.chunks_exact_mut(self.rows * self.width))
+            self.segments[step_range.clone()].iter().zip(self.packed.chunks_exact_mut(self.rows * self.width))
         {
             let (high, low) = segment.start_vector();
             let vectors = [high, low].into_iter().chain(segment.coefficients().chunks_exact(high.len()));
@@ -149,7 +149,7 @@ impl<'a> BodyEphemeris<'a> {
                 bounds.spin_rate = bounds.spin_rate.max(turning / size);
             }
         }
-        self.stretch = stretch;
+        self.step_range = step_range;
     }
 
     /// Writes the columns of all bodies at the times of a block's lanes, which must be within the packed
@@ -165,18 +165,18 @@ impl<'a> BodyEphemeris<'a> {
         let mut numbers = [0.0; GROUP];
         for lane in 0..BLOCK {
             let time = times[lane];
-            let mut at = cursors[lane].clamp(self.stretch.start, self.stretch.end - 1);
-            while at > self.stretch.start && self.from[at] > time {
+            let mut at = cursors[lane].clamp(self.step_range.start, self.step_range.end - 1);
+            while at > self.step_range.start && self.from[at] > time {
                 at -= 1;
             }
-            while at + 1 < self.stretch.end && self.from[at + 1] <= time {
+            while at + 1 < self.step_range.end && self.from[at + 1] <= time {
                 at += 1;
             }
             cursors[lane] = at;
             let segment = self.segments[at];
             let basis = segment.basis(segment.fraction(time));
-            let step =
-                &self.packed[(at - self.stretch.start) * self.rows * self.width..][..self.rows * self.width];
+            let step = &self.packed[(at - self.step_range.start) * self.rows * self.width..]
+                [..self.rows * self.width];
             let mut first = 0;
             for columns in out.chunks_mut(GROUP) {
                 sum(simd, step, self.width, first, &basis, &mut numbers);

@@ -11,7 +11,7 @@ use crate::math::lanes::BLOCK;
 use crate::math::rotation::turned_back;
 
 /// The number of times in each step of the bodies at which a lift-off is tested.
-const LOOKS: usize = 4;
+const LIFT_TESTS: usize = 4;
 
 /// The least push, relative to the sum of the accelerations of which it consists, with which a particle lifts
 /// off or flies on after a slow bounce. With a smaller push it would not leave the surface by more than the
@@ -40,7 +40,7 @@ impl Batch<'_, '_> {
         let from = start.max(held);
         let off = if from < end { self.lift(index, body, (&place, &normal), from, end)? } else { None };
         let until = off.unwrap_or(end);
-        let ephemeris = self.flying.world.ephemeris;
+        let ephemeris = self.flying.model.ephemeris;
         while let Some(time) = self.due(index, until, true) {
             let (x, v) = ephemeris.pose(body, time).without(&place, &Vec3::zeros());
             self.record(index, &x, &v);
@@ -67,7 +67,7 @@ impl Batch<'_, '_> {
         v: &Vec3,
     ) -> Result<()> {
         let time = hit.time;
-        let pose = self.flying.world.ephemeris.pose(body, time);
+        let pose = self.flying.model.ephemeris.pose(body, time);
         let landing = self.flying.surfaces[body].landing(&pose, hit.part, (x, v));
         let Landing { place, normal, velocity } = landing;
         let inwards = velocity.dot(&normal);
@@ -125,7 +125,7 @@ impl Batch<'_, '_> {
         (place, normal, velocity): (&Vec3, &Vec3, &Vec3),
         times: LaneBlock,
     ) -> Result<LaneBlock> {
-        let ephemeris = self.flying.world.ephemeris;
+        let ephemeris = self.flying.model.ephemeris;
         let probe = &mut self.probe;
         probe.time = times;
         probe.area_to_mass = [self.particles[index].area_to_mass; BLOCK];
@@ -160,7 +160,7 @@ impl Batch<'_, '_> {
         start: f64,
         end: f64,
     ) -> Result<Option<f64>> {
-        let ephemeris = self.flying.world.ephemeris;
+        let ephemeris = self.flying.model.ephemeris;
         let at = (at.0, at.1, &Vec3::zeros());
         let mut last = (start, self.pushes(index, body, at, [start; BLOCK])?[0] - LIFT);
         if last.1 > 0.0 {
@@ -171,7 +171,7 @@ impl Batch<'_, '_> {
             let mut time = last.0;
             let times: LaneBlock = std::array::from_fn(|_| {
                 let [from, to] = ephemeris.ends(ephemeris.index(time));
-                let stride = (to - from) / LOOKS as f64;
+                let stride = (to - from) / LIFT_TESTS as f64;
                 time = if end - time > stride { time + stride } else { end };
                 time
             });

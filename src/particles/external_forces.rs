@@ -7,7 +7,7 @@ use super::body_ephemeris::{COLUMNS, LaneBlock};
 use super::shadow::Disc;
 use crate::dynamics::{BarycentricFrame, State, System};
 use crate::error::{Error, Result, require_finite};
-use crate::forces::{ForceModel, PointPull};
+use crate::forces::{ForceModel, PointAttraction};
 use crate::interrupt::InterruptCheck;
 use crate::math::rotation::matrix;
 use crate::math::{Mat3, Vec3};
@@ -27,7 +27,7 @@ pub struct Radiation {
 /// The external forces on particles, prepared for evaluation.
 #[derive(Debug, Clone)]
 pub struct ExternalForces {
-    pulls: Vec<PointPull>,
+    attractions: Vec<PointAttraction>,
     light: Option<Light>,
 }
 
@@ -42,13 +42,16 @@ struct Light {
 impl ExternalForces {
     /// Takes the third bodies of a force model, with the radiation of one of them.
     pub fn new(force_model: &ForceModel, radiation: Option<&Radiation>, bodies: &[Body]) -> Result<Self> {
-        let pulls = force_model.on_points();
+        let attractions = force_model.on_points();
         let light = |radiation: &Radiation| {
-            let source = pulls.iter().position(|pull| pull.name() == radiation.by).ok_or_else(|| {
-                let names: Vec<_> = pulls.iter().map(PointPull::name).collect();
-                let expected = format!("the name of a third body of the system, one of {names:?}");
-                Error::invalid("by of Radiation", format!("{:?}", radiation.by), expected)
-            })?;
+            let source = attractions
+                .iter()
+                .position(|attraction| attraction.name() == radiation.by)
+                .ok_or_else(|| {
+                    let names: Vec<_> = attractions.iter().map(PointAttraction::name).collect();
+                    let expected = format!("the name of a third body of the system, one of {names:?}");
+                    Error::invalid("by of Radiation", format!("{:?}", radiation.by), expected)
+                })?;
             for (what, value) in [("strength", radiation.strength), ("radius", radiation.radius)] {
                 require_finite(&format!("{what} of Radiation"), &[value])?;
                 if value < 0.0 {
@@ -57,17 +60,17 @@ impl ExternalForces {
             }
             Ok(Light { source, strength: radiation.strength, disc: Disc::new(radiation.radius, bodies) })
         };
-        Ok(Self { light: radiation.map(light).transpose()?, pulls })
+        Ok(Self { light: radiation.map(light).transpose()?, attractions })
     }
 
     /// Returns an error for times at which a path is not given.
     pub fn covers(&self, from: f64, to: f64) -> Result<()> {
-        self.pulls.iter().try_for_each(|pull| pull.covers(from, to))
+        self.attractions.iter().try_for_each(|attraction| attraction.covers(from, to))
     }
 
     /// Returns whether there are no forces.
     pub fn is_empty(&self) -> bool {
-        self.pulls.is_empty()
+        self.attractions.is_empty()
     }
 
     /// Returns whether there is radiation.
@@ -86,9 +89,9 @@ impl ExternalForces {
         lane: usize,
     ) -> Result<Vec3> {
         let mut sum = Vec3::zeros();
-        for (index, pull) in self.pulls.iter_mut().enumerate() {
-            let place = pull.place(time)?;
-            sum += pull.acceleration(&place, x);
+        for (index, attraction) in self.attractions.iter_mut().enumerate() {
+            let place = attraction.place(time)?;
+            sum += attraction.acceleration(&place, x);
             if let Some(light) = &mut self.light
                 && light.source == index
                 && area_to_mass != 0.0
@@ -109,7 +112,7 @@ impl ExternalForces {
     /// the position relative to its centre. Without radiation it is one.
     pub fn seen(&mut self, time: f64, x: &Vec3, place: impl FnMut(usize) -> (Mat3, Vec3)) -> Result<f64> {
         let Some(light) = &mut self.light else { return Ok(1.0) };
-        let towards = self.pulls[light.source].place(time)?.position - x;
+        let towards = self.attractions[light.source].place(time)?.position - x;
         Ok(light.disc.visible(&towards, place))
     }
 }

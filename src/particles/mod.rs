@@ -10,7 +10,7 @@ mod fate;
 mod flight;
 mod contacts;
 mod external_forces;
-mod pull;
+mod attraction;
 mod batch;
 mod shadow;
 mod stage;

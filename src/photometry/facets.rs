@@ -93,14 +93,14 @@ struct Facet {
 
 /// The facets through which rays along a direction leave solids, in a tree of boxes whose third axis is the
 /// direction.
-struct Leaving {
+struct ExitFacets {
     frame: Mat3,
     direction: Vec3,
     facets: Vec<Facet>,
     tree: Tree,
 }
 
-impl Leaving {
+impl ExitFacets {
     fn new(facets: &[Facet], direction: &Vec3) -> Self {
         let mut axis = Vec3::zeros();
         axis[direction.iamin()] = 1.0;
@@ -202,7 +202,7 @@ fn union(polygons: &[Vec<[f64; 2]>]) -> f64 {
 /// The facets of several bodies, and which of them hide light.
 pub struct Faceted {
     facets: Vec<Vec<Facet>>,
-    leaving: [Leaving; 2],
+    exits: [ExitFacets; 2],
 }
 
 impl Faceted {
@@ -212,8 +212,8 @@ impl Faceted {
         let facets: Vec<Vec<Facet>> =
             meshes.iter().map(|(body, mesh, position, turn)| mesh.placed(*body, position, turn)).collect();
         let all = facets.concat();
-        let leaving = directions.map(|direction| Leaving::new(&all, &direction));
-        Self { facets, leaving }
+        let exits = directions.map(|direction| ExitFacets::new(&all, &direction));
+        Self { facets, exits }
     }
 
     /// Returns for each facet of one body its brightness and the brightness that it would have unobstructed.
@@ -225,7 +225,7 @@ impl Faceted {
         time: f64,
         interrupt: &mut InterruptCheck,
     ) -> Result<Vec<[f64; 2]>> {
-        let [sight, sun] = [Light::Sight, Light::Sun].map(|light| &self.leaving[light as usize]);
+        let [sight, sun] = [Light::Sight, Light::Sun].map(|light| &self.exits[light as usize]);
         let across = sight.direction.cross(&sun.direction);
         let of = |facet: &Facet| {
             let [mu, mu0] = [sight, sun].map(|light| facet.normal.dot(&light.direction));

@@ -15,4 +15,4 @@ pub use convergence::Order;
 #[doc(hidden)]
 pub use convergence::{Degrees, closest_confocal, focal_distance, focal_vectors, guess_degree, layer_degree};
 #[doc(hidden)]
-pub use nodes::{Nodes, Stretch};
+pub use nodes::{NodeRange, Nodes};

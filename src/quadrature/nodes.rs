@@ -24,7 +24,7 @@ pub struct Nodes {
 
 /// A range of a rule's nodes, in whole blocks.
 #[derive(Clone, Copy)]
-pub struct Stretch<'a> {
+pub struct NodeRange<'a> {
     /// The coordinates of the points.
     pub points: [&'a [f64]; 3],
     /// The weights of the points.
@@ -127,22 +127,22 @@ impl Nodes {
     /// Returns a sum over the nodes, made of partial sums. A plain sum of many nearly equal terms would lose
     /// digits in proportion to their number, since all are rounded to the same side.
     #[inline(always)]
-    pub fn sum<T: AddAssign>(&self, over: impl Fn(Stretch<'_>) -> T) -> T {
+    pub fn sum<T: AddAssign>(&self, over: impl Fn(NodeRange<'_>) -> T) -> T {
         let length = self.weights.len();
-        let mut sum = over(self.stretch(0..length.min(LONGEST)));
+        let mut sum = over(self.part(0..length.min(LONGEST)));
         for from in (LONGEST..length).step_by(LONGEST) {
-            sum += over(self.stretch(from..length.min(from + LONGEST)));
+            sum += over(self.part(from..length.min(from + LONGEST)));
         }
         sum
     }
 
     /// Returns the nodes of a range, which ends between blocks.
     #[inline(always)]
-    fn stretch(&self, range: Range<usize>) -> Stretch<'_> {
+    fn part(&self, range: Range<usize>) -> NodeRange<'_> {
         let [x, y, z] = &self.points;
         let points = [&x[range.clone()], &y[range.clone()], &z[range.clone()]];
         let count = self.count.min(range.end) - range.start;
-        Stretch { points, weights: &self.weights[range], count }
+        NodeRange { points, weights: &self.weights[range], count }
     }
 
     /// Returns the number of points with a weight.

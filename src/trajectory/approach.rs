@@ -59,8 +59,8 @@ pub(super) struct Approach {
     changes: Vec<f64>,
     /// The largest acceleration of each body, and the largest accelerations of two bodies together at unit
     /// distance.
-    pulls: Vec<f64>,
-    pull: f64,
+    attractions: Vec<f64>,
+    attraction: f64,
     /// The least separation of each pair of centres along straight lines.
     nearest: Vec<f64>,
     /// The positions at both ends of the piece that is searched.
@@ -103,14 +103,14 @@ impl Approach {
         let n = bodies.len();
         let all: f64 = bodies.iter().map(|body| body.mu).sum();
         let terms = bodies.iter().map(|body| body.terms).fold(1.0, f64::max);
-        let pull = if n == 2 { all } else { 2.0 * all } * terms;
+        let attraction = if n == 2 { all } else { 2.0 * all } * terms;
         Self {
             extended: n > 1 && bodies.iter().any(|body| body.radius > 0.0),
             bodies,
             bends: vec![0.0; n],
             changes: Vec::new(),
-            pulls: vec![0.0; n],
-            pull,
+            attractions: vec![0.0; n],
+            attraction,
             nearest: vec![0.0; n * n.saturating_sub(1) / 2],
             ends: vec![[Vec3::zeros(); 2]; n],
         }
@@ -194,7 +194,7 @@ impl Approach {
     /// its gap, then no pair has been nearer, and none has touched. The same bound holds for the series of
     /// any degree, whose terms of degree n are at most n + 1 times ((p_1 + p_2) / d)^n of the first.
     fn apart(&mut self, lines: &Lines, weight: f64, interrupt: &mut InterruptCheck) -> Result<bool> {
-        self.pulls.fill(0.0);
+        self.attractions.fill(0.0);
         let n = self.bodies.len();
         let mut index = 0;
         for i in 0..n {
@@ -207,8 +207,8 @@ impl Approach {
                 let inner = 0.5 * (self.nearest[index] + a.radius + b.radius) - (a.focal + b.focal);
                 if weight > 0.0 {
                     let per_mu = if inner > 0.0 { 1.0 / (inner * inner) } else { f64::INFINITY };
-                    self.pulls[i] += a.terms * b.mu * per_mu;
-                    self.pulls[j] += b.terms * a.mu * per_mu;
+                    self.attractions[i] += a.terms * b.mu * per_mu;
+                    self.attractions[j] += b.terms * a.mu * per_mu;
                 }
                 index += 1;
             }
@@ -216,7 +216,7 @@ impl Approach {
         let mut pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j))).zip(&self.nearest);
         // A NaN makes the answer false.
         Ok(pairs.all(|((i, j), near)| {
-            let bend = self.bends[i] + self.bends[j] + weight * (self.pulls[i] + self.pulls[j]);
+            let bend = self.bends[i] + self.bends[j] + weight * (self.attractions[i] + self.attractions[j]);
             bend + MARGIN * near <= 0.5 * (near - (self.bodies[i].radius + self.bodies[j].radius))
         }))
     }
@@ -248,7 +248,7 @@ impl Approach {
             }
         }
         let square = inner * inner;
-        Ok(inner > 0.0 && 2.0 * bend * square + weight * self.pull <= 0.5 * gap * square)
+        Ok(inner > 0.0 && 2.0 * bend * square + weight * self.attraction <= 0.5 * gap * square)
     }
 
     /// Returns the first contact on a piece, which has this index in the step.

@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 /// The units of work of evaluations after which the clock is read between steps.
-const LOOK: u64 = UNITS / 32;
+const CLOCK_WORK: u64 = UNITS / 32;
 
 /// The progress of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -213,10 +213,10 @@ impl<'r, 'f> Recorder<'r, 'f> {
         simulation: &mut Simulation,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        for happened in &mut self.record.events[known..] {
+        for occurrence in &mut self.record.events[known..] {
             let pieces = simulation.propagator.pieces();
-            happened.derivatives =
-                self.tangents.at(&mut simulation.motion, pieces, &happened.state, interrupt)?;
+            occurrence.derivatives =
+                self.tangents.at(&mut simulation.motion, pieces, &occurrence.state, interrupt)?;
         }
         Ok(())
     }
@@ -370,7 +370,7 @@ impl Simulation {
             }
             // The clock is read only after enough work, since steps may be quick.
             unseen += self.motion.equations.work() * self.motion.equations.parts() as u64;
-            let look = recorder.looks_inside || unseen >= LOOK;
+            let look = recorder.looks_inside || unseen >= CLOCK_WORK;
             unseen = if look { 0 } else { unseen };
             if look && called.elapsed() >= HOOK_INTERVAL {
                 called = Instant::now();

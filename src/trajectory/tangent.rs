@@ -311,7 +311,7 @@ impl Tangent {
                 let fraction = from + collocation.gauss().nodes[node] * (next - from);
                 piece.at(fraction, y);
                 interrupt.charge(variations.work(equations), time)?;
-                variations.look(equations, piece.time_at(fraction), y, interrupt)?;
+                variations.evaluate(equations, piece.time_at(fraction), y, interrupt)?;
                 collocation.take(node, equations, variations, y);
             }
             piece.at(from, y);

@@ -71,7 +71,7 @@ impl Flows for StepTangentMap<'_> {
                 };
             for node in 0..collocation.gauss().nodes.len() {
                 at(equations, collocation.gauss().nodes[node], &mut y, interrupt)?;
-                variations.look_at_drift(equations, &y);
+                variations.evaluate_drift(equations, &y);
                 collocation.take(node, equations, variations, &y);
             }
             at(equations, 0.0, &mut y, interrupt)?;
@@ -97,7 +97,7 @@ impl Flows for StepTangentMap<'_> {
         if !self.known {
             interrupt.charge(self.variations.work(self.equations), self.time)?;
             let kepler = self.splitting.drift_kind() == DriftKind::Kepler;
-            self.variations.look_at_kick(
+            self.variations.evaluate_kick(
                 self.equations,
                 self.time + self.covered,
                 high,

@@ -6,7 +6,7 @@ use crate::math::Mat3;
 
 /// The frame of the vectors, with the rotations at the last vector.
 #[derive(Debug, Clone)]
-pub(super) struct View {
+pub(super) struct SnapshotBuffer {
     pub frame: BarycentricFrame,
     /// The rotation matrices at the last vector.
     pub rotation: Vec<Mat3>,
@@ -14,7 +14,7 @@ pub(super) struct View {
     attitude: Vec<[f64; 4]>,
 }
 
-impl View {
+impl SnapshotBuffer {
     pub fn new(frame: BarycentricFrame, attitudes: bool) -> Self {
         let bodies = frame.layout.bodies;
         Self {
