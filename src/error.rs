@@ -20,7 +20,8 @@ pub enum Error {
 
     /// Two bodies share interior points, where the exterior potential does not hold.
     #[error(
-        "{first} and {second} overlap at time {time}; expected interiors apart (a run can end at the contact: events.Contact, terminal)"
+        "{first} and {second} overlap at time {time}; expected interiors apart (a run can end at the \
+         contact: events.Contact, terminal)"
     )]
     BodiesOverlap {
         /// The name of one body.

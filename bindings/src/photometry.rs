@@ -20,7 +20,8 @@ pub struct PyPhotometer {
     inner: Photometer,
 }
 
-/// Epochs: times (K,), positions (K N, 3), attitudes (K N, 4), directions to the observer and to the Sun (K, 3).
+/// Epochs: times (K,), positions (K N, 3), attitudes (K N, 4), directions to the observer and to the Sun (K,
+/// 3).
 #[derive(FromPyObject)]
 struct Epochs<'py>(
     PyReadonlyArray1<'py, f64>,

@@ -13,8 +13,8 @@ use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3};
 
 impl Variations {
-    /// Evaluates the coefficients of a kick as [`Self::evaluate`] does, but without the spins, and without the
-    /// Kepler motion if that is the drift.
+    /// Evaluates the coefficients of a kick as [`Self::evaluate`] does, but without the spins, and without
+    /// the Kepler motion if that is the drift.
     pub fn evaluate_kick(
         &mut self,
         dynamics: &mut Dynamics,

@@ -74,7 +74,8 @@ impl Splitting {
             return Err(Error::invalid(
                 "integrator",
                 format!("one of fixed steps, with the force {}, which depends on velocities", force.name()),
-                "Verner98 or another Runge-Kutta pair: the kicks of a splitting change velocities at places alone",
+                "Verner98 or another Runge-Kutta pair: the kicks of a splitting change velocities at places \
+                 alone",
             ));
         }
         let masses = dynamics.system().masses();

@@ -60,8 +60,9 @@ impl Dynamics {
         if before == 0.0 || before * after < 0.0 {
             let name = &self.system.bodies()[jump.on].name;
             let detail = format!(
-                "the lock of {name} neither lasts nor ends: the force, which acts while it is locked, takes it out of the lock, and \
-                 without the force it comes back at once; expected a weaker force, whose effect in an orbit is small"
+                "the lock of {name} neither lasts nor ends: the force, which acts while it is locked, takes \
+                 it out of the lock, and without the force it comes back at once; expected a weaker force, \
+                 whose effect in an orbit is small"
             );
             return Err(failed(self, &detail));
         }

@@ -7,7 +7,8 @@
 //! Positions are relative to the system's *nominal* barycentre: where its barycentre would be without these
 //! forces, moving uniformly in the coordinates of the states. A third body's position is given relative to
 //! it, and the coordinates fall with the nominal barycentre in the third body's gravity. In these coordinates
-//! the effect of a third body is thus the difference of its attractions on a body and on the nominal barycentre.
+//! the effect of a third body is thus the difference of its attractions on a body and on the nominal
+//! barycentre.
 
 mod force;
 mod function;

@@ -159,8 +159,10 @@ impl YorpTorque {
         let (angle, towards) = (sine.atan2(cosine.abs()), rate * step < 0.0);
         if driven && towards && (angle <= PARALLEL || (rate * step).abs() >= angle) {
             return failed(format!(
-                "it brings the spin of {}, at an obliquity of {} rad, to the pole by time {}, where the torque across the spin has no \
-                 direction; expected torques across the spin that vanish at obliquities of 0 and pi: a table of them",
+                "it brings the spin of {}, at an obliquity of {} rad, to the pole by time {}, where the \
+                 torque across the spin has no \
+                 direction; expected torques across the spin that vanish at obliquities of 0 and pi: a \
+                 table of them",
                 self.body,
                 sine.atan2(cosine),
                 snapshot.time + (angle / rate).abs().copysign(step)
@@ -247,7 +249,8 @@ impl YorpTorque {
         let aside = [across, along_rate, across_rate] != [0.0; 3];
         if aside && sine < PARALLEL {
             let detail = format!(
-                "the spin of {}, at an obliquity of {} rad, is parallel to the pole, where the torque across the spin has no derivatives",
+                "the spin of {}, at an obliquity of {} rad, is parallel to the pole, where the torque \
+                 across the spin has no derivatives",
                 self.body,
                 sine.atan2(cosine)
             );

@@ -343,7 +343,8 @@ impl ThirdBodyAttraction {
 }
 
 /// The detail of the error for a place at which the acceleration of the barycentre has no bound.
-const AT_BARYCENTRE: &str = "it comes as near to the barycentre as the largest body is wide; expected a path that stays outside the system";
+const AT_BARYCENTRE: &str = "it comes as near to the barycentre as the largest body is wide; expected a path that stays outside the \
+     system";
 
 #[cold]
 fn failed(name: &str, time: f64, detail: &str) -> Error {

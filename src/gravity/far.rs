@@ -4,7 +4,8 @@
 //! int_sbar^inf dT / (sqrt(T^3 + e2 T + e3) ...), since the sum of the d_i is zero; e2 and e3 are the
 //! elementary symmetric functions of the d_i. Expanding in 1/T gives
 //!
-//!   R_i = u^(3/2) sum_n 3 k_n / (2n + 3) u^n,   k = coefficients of (1 + e2 z^2 + e3 z^3)^(-1/2) / (1 + d_i z),
+//!   R_i = u^(3/2) sum_n 3 k_n / (2n + 3) u^n,
+//!                         k = coefficients of (1 + e2 z^2 + e3 z^3)^(-1/2) / (1 + d_i z),
 //!   R_F = u^(1/2) sum_n h_n / (2n + 1) u^n,     h = coefficients of (1 + e2 z^2 + e3 z^3)^(-1/2),
 //!
 //! The coefficients depend on the body alone. The series of R_j - R_i has the last factor (d_i - d_j)/((1 +

@@ -72,9 +72,10 @@ impl LayerAttraction {
         Some((excess * inverse_cube, x.cross(&moment) * inverse_cube))
     }
 
-    /// Returns the derivatives as [`super::ExtendedAttraction::jacobian`] does. The dipole of a layer's points p
-    /// with weights w vanishes. With P = sum of w p h/|x|^3 over the points, -x cross g is -x cross P. With s
-    /// = |x - p|/|x| and h5 = s^-5 - 1 the derivative of P is the sum of w p (3 p (1 + h5) - 3 x h5)^T/|x|^5.
+    /// Returns the derivatives as [`super::ExtendedAttraction::jacobian`] does. The dipole of a layer's
+    /// points p with weights w vanishes. With P = sum of w p h/|x|^3 over the points, -x cross g is -x cross
+    /// P. With s = |x - p|/|x| and h5 = s^-5 - 1 the derivative of P is the sum of w p (3 p (1 + h5) - 3 x
+    /// h5)^T/|x|^5.
     pub fn jacobian(&self, x: &Vec3) -> (Mat3, Mat3) {
         let square = x.norm_squared();
         let inverse_square = 1.0 / square;

@@ -6,7 +6,8 @@
 //! With V the volume, per unit GM,
 //!
 //!   Phi = (1/2V) [ sum_e r_e.E_e r_e L_e - sum_f r_f.F_f r_f w_f ],
-//!   g   = (1/V) [ sum_f F_f r_f w_f - sum_e E_e r_e L_e ],    dg/dx = (1/V) [ sum_e E_e L_e - sum_f F_f w_f ],
+//!   g   = (1/V) [ sum_f F_f r_f w_f - sum_e E_e r_e L_e ],
+//!   dg/dx = (1/V) [ sum_e E_e L_e - sum_f F_f w_f ],
 //!
 //!   L_e = ln (p + q + e)/(p + q - e),   tan(w_f/2) = a.(b x c) / (abc + a b.c + b c.a + c a.b).
 //!

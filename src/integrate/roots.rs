@@ -61,7 +61,8 @@ pub fn root<E>(
 /// nearer to each other count as a double root.
 const HALVINGS: u32 = 44;
 
-/// Finds the simple roots above -1 and up to 1, in rising order, of a polynomial of the eighth degree at most.
+/// Finds the simple roots above -1 and up to 1, in rising order, of a polynomial of the eighth degree at
+/// most.
 ///
 /// The roots are separated by Descartes' rule: an interval contains no more roots than there are changes of
 /// sign in the Bernstein coefficients, and exactly one root for one change. Other intervals are halved.

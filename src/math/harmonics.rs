@@ -4,7 +4,8 @@
 //! below zero), so that the addition theorem is P_n(u . v) = sum_m S_nm(u) S_nm(v) for unit vectors and no
 //! S_nm exceeds |x|^n. They are made by
 //!
-//!   S_nn  = sqrt((2n - 1)/(2n)) (x S_{n-1,n-1} - y S_{n-1,1-n}),   S_n,-n likewise with (x, y) turned,   S_11 = x,
+//!   S_nn  = sqrt((2n - 1)/(2n)) (x S_{n-1,n-1} - y S_{n-1,1-n}),   S_11 = x,
+//!   S_n,-n = sqrt((2n - 1)/(2n)) (x S_{n-1,1-n} + y S_{n-1,n-1}),
 //!   S_nm  = [(2n - 1) z S_{n-1,m} - sqrt((n-1)^2 - m^2) |x|^2 S_{n-2,m}] / sqrt(n^2 - m^2).
 
 use super::lanes::{Lanes, Total, dot};

@@ -80,7 +80,8 @@ impl Pair {
             return Err(Error::NotConverged {
                 what: format!("{} between {} and {}", self.method, self.bodies[0].name, self.bodies[1].name),
                 detail: format!(
-                    "at separation {} the series of their moments diverges: it takes {from}, the sum of their circumscribed radii",
+                    "at separation {} the series of their moments diverges: it takes {from}, the sum of \
+                     their circumscribed radii",
                     pose.separation.norm()
                 ),
             });

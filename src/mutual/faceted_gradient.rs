@@ -94,7 +94,8 @@ impl Pair {
         let tolerance = self.tolerance;
         let why = if difference.is_finite() {
             format!(
-                "two rules for the derivatives differ by {difference:.1e}, more than the tolerance {tolerance:e}"
+                "two rules for the derivatives differ by {difference:.1e}, more than the tolerance \
+                 {tolerance:e}"
             )
         } else {
             self.too_many()

@@ -4,7 +4,8 @@
 //! density of unit mass is 3 / (4 pi a b c), so that with <.> the mean over the sphere
 //!
 //! ```text
-//! F_i = (3/a_i) <Phi u_i>,    M_i = 3 (a_j/a_k - a_k/a_j) <Phi u_j u_k>,    U = <Phi - |y|^2/2 sum_i g_i u_i / a_i>.
+//! F_i = (3/a_i) <Phi u_i>,    M_i = 3 (a_j/a_k - a_k/a_j) <Phi u_j u_k>,
+//! U = <Phi - |y|^2/2 sum_i g_i u_i / a_i>.
 //! ```
 //!
 //! The constant and the linear part of the monopole's potential 1/|x| about the centre x_0 are integrated in

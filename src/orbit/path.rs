@@ -76,8 +76,8 @@ impl OrbitPath {
         Ok((position, velocity))
     }
 
-    /// Returns the position at a time after the epoch of the elements, and its derivatives: by a, e, i, Omega,
-    /// omega, M, the epoch, and mu.
+    /// Returns the position at a time after the epoch of the elements, and its derivatives: by a, e, i,
+    /// Omega, omega, M, the epoch, and mu.
     ///
     /// At a fixed mean anomaly the eccentric anomaly has dE/de = sin E / (1 - e cos E), and on a hyperbola
     /// dH/de = -sinh H / (e cosh H - 1). The mean motion is sqrt(mu / |a|^3).

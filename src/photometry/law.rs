@@ -1,14 +1,14 @@
 //! Scattering laws: the brightness of a surface element by the cosines of emission and incidence.
 //!
-//! With mu = n.e toward the observer, mu0 = n.s toward the Sun and the phase angle g between e and s, the brightness of an
-//! element dS is mu mu0 / (mu + mu0) T(mu, mu0, g) dS, times the albedo. The factor T is one for Lommel-Seeliger's law and
-//! mu + mu0 for Lambert's.
+//! With mu = n.e toward the observer, mu0 = n.s toward the Sun and the phase angle g between e and s, the
+//! brightness of an element dS is mu mu0 / (mu + mu0) T(mu, mu0, g) dS, times the albedo. The factor T is one
+//! for Lommel-Seeliger's law and mu + mu0 for Lambert's.
 //!
-//! Hapke's law is T = w/4 [(1 + B(g)) P(g) + H(mu) H(mu0) - 1], with H(x) = (1 + 2 x) / (1 + 2 x sqrt(1 - w)) and
-//! B(g) = B0 / (1 + tan(g/2) / h) (Hapke 1981, 1986), the phase function P of Henyey & Greenstein, and the correction for
-//! macroscopic roughness of Hapke (1984), which replaces the cosines by effective ones and multiplies by a shadowing function.
-//! The bidirectional reflectance is r = (w / 4 pi) mu0 / (mu + mu0) [...], and the brightness here is pi r mu dS, in the
-//! normalisation in which Lambert's law is mu mu0.
+//! Hapke's law is T = w/4 [(1 + B(g)) P(g) + H(mu) H(mu0) - 1], with H(x) = (1 + 2 x) / (1 + 2 x sqrt(1 - w))
+//! and B(g) = B0 / (1 + tan(g/2) / h) (Hapke 1981, 1986), the phase function P of Henyey & Greenstein, and
+//! the correction for macroscopic roughness of Hapke (1984), which replaces the cosines by effective ones and
+//! multiplies by a shadowing function. The bidirectional reflectance is r = (w / 4 pi) mu0 / (mu + mu0)
+//! [...], and the brightness here is pi r mu dS, in the normalisation in which Lambert's law is mu mu0.
 
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -23,7 +23,8 @@ pub struct Hapke {
     pub opposition_amplitude: f64,
     /// Angular width h of the opposition surge.
     pub opposition_width: f64,
-    /// Asymmetry of Henyey & Greenstein's phase function, from -1 (backward) to 1; zero for isotropic scattering.
+    /// Asymmetry of Henyey & Greenstein's phase function, from -1 (backward) to 1; zero for isotropic
+    /// scattering.
     pub asymmetry: f64,
     /// Mean slope angle of the macroscopic roughness, radians.
     pub roughness: f64,

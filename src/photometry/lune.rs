@@ -1,8 +1,9 @@
 //! The part of an ellipsoid that faces both the observer and the Sun.
 //!
-//! The ellipsoid x = A u, A = diag(a, b, c), is mapped to the unit sphere of u. With e toward the observer and s toward the Sun
-//! in body axes, p = A^-1 e and q = A^-1 s, the cosines are mu = p.u / n and mu0 = q.u / n with n = |A^-1 u|, and
-//! dS = abc n dOmega. So mu mu0 / (mu + mu0) dS = abc f dOmega with f = (p.u)(q.u) / ((p + q).u).
+//! The ellipsoid x = A u, A = diag(a, b, c), is mapped to the unit sphere of u. With e toward the observer
+//! and s toward the Sun in body axes, p = A^-1 e and q = A^-1 s, the cosines are mu = p.u / n and mu0 = q.u /
+//! n with n = |A^-1 u|, and dS = abc n dOmega. So mu mu0 / (mu + mu0) dS = abc f dOmega with f = (p.u)(q.u) /
+//! ((p + q).u).
 //!
 //! The sphere has its pole k along p x q; a point has the height z = u.k and the longitude l from p toward q.
 //! The lune is the region in which p.u and q.u are positive. It lies between the terminator, l = A - pi/2,
@@ -134,8 +135,8 @@ impl Lune {
 
     /// Returns antiderivatives by y of (Q / (P + Q))^2 and (P / (P + Q))^2, each times 1, cos y and sin y.
     ///
-    /// With kappa = |q| / |p + q| the first ratio is kappa (cos gamma + sin gamma tan y), and the second one likewise
-    /// with |p| and -L in place of gamma.
+    /// With kappa = |q| / |p + q| the first ratio is kappa (cos gamma + sin gamma tan y), and the second one
+    /// likewise with |p| and -L in place of gamma.
     pub fn squares(&self, l: Longitude) -> [[f64; 3]; 2] {
         let y = self.relative_to_middle(l);
         let (angle, log) = (y.sin.atan2(y.cos), -y.cos.ln());

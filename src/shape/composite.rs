@@ -86,7 +86,8 @@ fn check_inertia(name: &str, inertia: &Vec3, size: f64) -> Result<()> {
     };
     if !inertia.iter().all(|moment| *moment > ROUNDING * size && moment.is_finite()) {
         return refuse(
-            "finite numbers above zero: parts with extent or points that are not on one line, and no void beside them",
+            "finite numbers above zero: parts with extent or points that are not on one line, and no void \
+             beside them",
         );
     }
     if 2.0 * largest - inertia.sum() > ROUNDING * size {

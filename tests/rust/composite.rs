@@ -156,7 +156,8 @@ proptest! {
     #[test]
     fn the_pull_of_a_composite(direction in direction(), distance in 4.0..60.0f64) {
         let body = club();
-        let (field, mut attraction) = (FieldOf::new(&body, 1.0 / body.mass()), BodyAttraction::new(&body).unwrap());
+        let field = FieldOf::new(&body, 1.0 / body.mass());
+        let mut attraction = BodyAttraction::new(&body).unwrap();
         let x = direction * distance;
         let g = field.field(&x).unwrap();
         let (excess, moment) = attraction.at(&x, distance.powi(-2), distance.powi(-3), 1.0).unwrap();

@@ -391,7 +391,8 @@ fn no_drift() {
         let momentum = |k: usize| Vec3::from_column_slice(&record.angular_momentum[3 * k..3 * k + 3]);
         let turned = (momentum(n - 1) - momentum(0)).norm() / momentum(0).norm();
         println!(
-            "{integrator:?}: energy {first:.1e} then {last:.1e}, angular momentum {turned:.1e}, {} evaluations",
+            "{integrator:?}: energy {first:.1e} then {last:.1e}, angular momentum {turned:.1e}, {} \
+             evaluations",
             simulation.statistics().evaluations
         );
         assert!(last < 3.0 * first && turned < 1e-13);
