@@ -652,7 +652,6 @@ def test_the_search_for_a_mean_period_is_made_once(monkeypatch):
     searches = []
     search = module.start_with_period
     monkeypatch.setattr(module, "start_with_period", lambda *given: searches.append(1) or search(*given))
-    module._of_packed.cache_clear()
     first, again = (fullbody.systems.didymos_after_dart(tilt=0.0123) for _ in range(2))
     assert first == again
     # The masses of the orbit before the impact need none.
