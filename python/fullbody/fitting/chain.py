@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..model.state import State
     from ..motion.system import System
 
-__all__ = ["Chain", "Made", "SetupDerivatives"]
+__all__ = ["Chain", "SetupDerivatives", "SetupResult"]
 
 _Array = npt.NDArray[np.float64]
 
@@ -32,7 +32,7 @@ _LEFT = 1e-6
 _ROUNDING = 1e-13
 
 
-class Made:
+class SetupResult:
     """A system and a state that a setup has made, in plain numbers.
 
     Attributes
@@ -51,7 +51,7 @@ class Made:
         self.numbers, self.places, self.rest = _described(system)
         self.functions = system._functions()
 
-    def moved(self, other: Made) -> _Array:
+    def moved(self, other: SetupResult) -> _Array:
         """Return the tangent vector (12 N,) from this state to another one, and the change of its time, (12 N + 1,)."""
         parts = [
             other.core.position - self.core.position,
@@ -67,7 +67,7 @@ class Made:
         largest = [np.abs(core.position).max(), np.abs(core.velocity).max(), 1.0, np.abs(core.spin).max()]
         return np.append(np.tile(np.repeat(largest, 3), len(core.position)), abs(core.time))
 
-    def difference(self, other: Made) -> str | None:
+    def difference(self, other: SetupResult) -> str | None:
         """Return the first place at which two descriptions differ in other than numbers, or ``None``."""
         if self.functions != other.functions:
             names = [force.name for force in (*self.functions, *other.functions)]
@@ -138,11 +138,11 @@ class Chain:
     Parameters
     ----------
     make : callable
-        A function that takes values (P,) and returns the :class:`Made` of the setup.
+        A function that takes values (P,) and returns the :class:`SetupResult` of the setup.
     names : sequence of str
     """
 
-    def __init__(self, make: Callable[[_Array], Made], names: Sequence[str]) -> None:
+    def __init__(self, make: Callable[[_Array], SetupResult], names: Sequence[str]) -> None:
         self._make, self._names = make, tuple(names)
         self._steps: list[dict[str, float]] = [{} for _ in names]
         self._system = _SystemChain()
@@ -184,7 +184,7 @@ class Chain:
                 found.setdefault(name, place)
         return SetupDerivatives(start, system, found)
 
-    def _column(self, base: Made, values: _Array, k: int, size: float, other: list[str]) -> _Array | None:
+    def _column(self, base: SetupResult, values: _Array, k: int, size: float, other: list[str]) -> _Array | None:
         """Return derivatives of the start, its time and the system's numbers; ``other`` receives all other changes."""
         noise = _ROUNDING * np.concatenate([base.sizes(), np.abs(base.numbers)])
         start = np.append(np.tile(np.repeat(np.arange(4), 3), len(base.core.position)), 4)
@@ -210,7 +210,7 @@ class _SystemChain:
         #: The constant derivatives of the numbers by those parameters that are themselves one of the numbers.
         self._own: dict[str, _Array] = {}
 
-    def solve(self, base: Made, numbers: _Array) -> tuple[dict[str, _Array], list[str | None]]:
+    def solve(self, base: SetupResult, numbers: _Array) -> tuple[dict[str, _Array], list[str | None]]:
         """Solve for the derivatives of a system's parameters from those (D, P) of the numbers that describe it.
 
         Returns the derivatives by name, and for each of P the place of a number whose change no parameter makes, or
@@ -240,7 +240,7 @@ class _SystemChain:
         solved = np.where(np.abs(solved) > 1e-9 * np.abs(solved).max(axis=0, initial=1e-300), solved, 0.0)
         return {name: row for name, row in zip(used, solved / width[:, None], strict=True) if row.any()}, left
 
-    def _changes(self, base: Made, name: str) -> _Array | None:
+    def _changes(self, base: SetupResult, name: str) -> _Array | None:
         """Return the derivatives (D,) of the numbers that describe a system by one of its parameters.
 
         It is ``None`` if motions of this system cannot be differentiated by the parameter.

@@ -15,7 +15,7 @@ from ..errors import InvalidInput
 from ..model.state import State
 from ..motion.samples import chosen, joined
 from ..motion.system import System
-from .chain import Chain, Made
+from .chain import Chain, SetupResult
 from .differences import REFUSALS, derivative
 from .free import Parameters
 
@@ -55,7 +55,7 @@ class Point:
     Attributes
     ----------
     values : ndarray, (P,)
-    made : Made
+    made : SetupResult
     run : Run
         The samples at all times that the observations need.
     observations : list of Observed
@@ -66,7 +66,7 @@ class Point:
     """
 
     values: _Array
-    made: Made
+    made: SetupResult
     run: Run
     observations: list[Any]
     pulls: list[_Array]
@@ -132,11 +132,11 @@ class Problem:
         self.runs = self.differentiated = self.refused = 0
         self.reason = ""
 
-    def make(self, values: _Array) -> Made:
+    def make(self, values: _Array) -> SetupResult:
         """Call the setup, and return its system and state."""
         return self._make(self.parameters.named(values))
 
-    def _make(self, named: dict[str, Any]) -> Made:
+    def _make(self, named: dict[str, Any]) -> SetupResult:
         found = self.setup(**{name: named[name] for name in self.of_setup})
         try:
             system, state = found
@@ -144,7 +144,7 @@ class Problem:
             raise TypeError(f"setup returned {found!r}; expected (system, state)") from error
         if not isinstance(system, System) or not isinstance(state, State):
             raise TypeError(f"setup returned {found!r}; expected (system, state)")
-        return Made(system, state)
+        return SetupResult(system, state)
 
     def observations(self, values: _Array) -> list[Any]:
         """Return the observations; those that are functions are called with these values of their parameters."""
@@ -185,7 +185,7 @@ class Problem:
         both = zip(self.given, observations, strict=True)
         return [np.sqrt(one.widening(system)) for given, one in both if callable(given) and hasattr(one, "widening")]
 
-    def times(self, made: Made, observations: list[Any]) -> _Array:
+    def times(self, made: SetupResult, observations: list[Any]) -> _Array:
         """Return all times at which the observations need samples, in numbers of the system's units."""
         parts = [self._emission(one, made.system) for one in observations]
         return np.unique(np.concatenate(parts))
@@ -193,7 +193,7 @@ class Problem:
     def _emission(self, one: Any, system: System) -> _Array:
         return system._units.strip(one.emission(system), "time", f"times of {one!r}")
 
-    def _run(self, made: Made, observations: list[Any], derivatives: Sequence[str] | None) -> Run:
+    def _run(self, made: SetupResult, observations: list[Any], derivatives: Sequence[str] | None) -> Run:
         """Run forward and backward from the epoch of the state over all observations, with samples at their times."""
         times, epoch = self.times(made, observations), made.core.time
         options: dict[str, Any] = {"integrator": self.integrator}

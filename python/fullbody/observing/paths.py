@@ -12,8 +12,8 @@ from ..base.units import Units, need
 from ..errors import InvalidInput
 from ..forces.ephemeris import about_sun, barycentric, dense_table
 from ..frames import rotation
+from ..spice.conventions import spiceypy
 from ..spice.kernel import plain
-from ..spice.place import spiceypy
 from ..spice.state import loaded
 from .times import LIGHT_SPEED, are_dates, date, kilometres, seconds, system_epoch
 

@@ -38,7 +38,7 @@ class ParticleEvent(ScalarFields):
         """Return the description of the event for files."""
         return {"kind": type(self).__name__, "direction": integer(self.direction)}
 
-    def _watched(self, system: System) -> tuple[Any, ...]:
+    def _event_spec(self, system: System) -> tuple[Any, ...]:
         """Return the event in the form that the core takes."""
         raise InvalidInput(f"event is {self!r}; expected one of fullbody.particles, such as Shadow()")
 
@@ -67,7 +67,7 @@ class Shadow(ParticleEvent):
     def _describe(self, system: System) -> dict[str, Any]:
         return {**super()._describe(system), "visible": self.visible}
 
-    def _watched(self, system: System) -> tuple[Any, ...]:
+    def _event_spec(self, system: System) -> tuple[Any, ...]:
         return ("shadow", float(self.visible), integer(self.direction))
 
 
@@ -88,7 +88,7 @@ class Periapsis(ParticleEvent):
     def _describe(self, system: System) -> dict[str, Any]:
         return {**super()._describe(system), "body": place(self.body, system.names, "body of Periapsis")}
 
-    def _watched(self, system: System) -> tuple[Any, ...]:
+    def _event_spec(self, system: System) -> tuple[Any, ...]:
         return ("periapsis", place(self.body, system.names, "body of Periapsis"), integer(self.direction))
 
 
@@ -115,7 +115,7 @@ class Function(ParticleEvent):
     def _describe(self, system: System) -> dict[str, Any]:
         return {**super()._describe(system), "name": getattr(self.f, "__name__", "function")}
 
-    def _watched(self, system: System) -> tuple[Any, ...]:
+    def _event_spec(self, system: System) -> tuple[Any, ...]:
         call: Any = self.f
         return ("function", lambda time, x, v: float(np.asarray(call(time, x, v))), integer(self.direction))
 

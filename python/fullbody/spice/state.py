@@ -14,8 +14,8 @@ from ..base.arguments import named_options
 from ..errors import InvalidInput
 from ..model.shapes import PointMass
 from ..model.state import State
+from .conventions import Conventions, body_numbers, number, spiceypy
 from .kernel import plain
-from .place import Place, body_numbers, number, spiceypy
 
 if TYPE_CHECKING:
     from ..motion.system import System
@@ -81,7 +81,7 @@ def state(
     >>> float(abs(found.spin - run(6.0).spin).max().value) < 1e-11
     True
     """
-    place = Place(system, "a state from SPICE")
+    place = Conventions(system, "a state from SPICE")
     numbers, observer = body_numbers(ids, system.names), number(barycentre, "barycentre")
     missing = [name for k, name in enumerate(system.names) if k not in numbers]
     if missing:
