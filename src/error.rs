@@ -1,5 +1,5 @@
-//! The one error type. Every variant carries what a person needs to act: which body, when, which value
-//! and what was expected. The Python classes of the same names are raised from these.
+//! The one error type. Every variant carries what is needed to correct the fault: which body, when, which
+//! value and what was expected. The Python package raises exceptions of the same names from these.
 
 use thiserror::Error;
 
@@ -7,90 +7,91 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// An argument that describes nothing physical, or has the wrong shape.
+    /// An argument is not physically meaningful or has the wrong shape.
     #[error("{what} is {value}; expected {expected}")]
     InvalidInput {
-        /// The quantity, with the body it belongs to.
+        /// The name of the quantity, with the body to which it belongs.
         what: String,
-        /// The offending value, printed.
+        /// The rejected value as text.
         value: String,
-        /// What would have been accepted.
+        /// The values that are accepted.
         expected: String,
     },
 
-    /// Two bodies share interior points: the exterior potential does not hold there.
+    /// Two bodies share interior points, where the exterior potential does not hold.
     #[error(
-        "{first} and {second} overlap at time {time}; expected interiors apart (a run can end at the contact: events.Contact, terminal)"
+        "{first} and {second} overlap at time {time}; expected interiors apart (a run can end at the \
+         contact: events.Contact, terminal)"
     )]
     BodiesOverlap {
-        /// Name of one body.
+        /// The name of one body.
         first: String,
-        /// Name of the other.
+        /// The name of the other body.
         second: String,
-        /// Time in the system's units.
+        /// The time in the system's units.
         time: f64,
     },
 
-    /// The error control asks for a step that no longer advances the time.
+    /// The error control requires a step so small that it no longer advances the time.
     #[error("step size {step:e} at time {time} is too small to advance the time; {reason}")]
     StepSizeTooSmall {
-        /// Time in the system's units.
+        /// The time in the system's units.
         time: f64,
-        /// The step asked for.
+        /// The size of the step.
         step: f64,
-        /// What made the steps shrink.
+        /// The reason why the steps became small.
         reason: String,
     },
 
-    /// A quadrature or iteration that reached its stated limit.
+    /// A quadrature or an iteration reached its limit.
     #[error("{what} did not converge: {detail}")]
     NotConverged {
-        /// The computation.
+        /// The name of the computation.
         what: String,
-        /// The limit reached, and what would help.
+        /// The limit that was reached, and what would help.
         detail: String,
     },
 
-    /// The Tait-Bryan chart came too near its pole (theta = 90 degrees).
+    /// The Tait-Bryan angles came too near their pole, theta = 90 degrees.
     #[error(
         "attitude of {body} at time {time} has |cos theta| = {cos_theta:.3e}, too near the pole of the \
          Tait-Bryan angles; use attitude_chart=\"quaternion\""
     )]
     ChartSingularity {
-        /// Name of the body.
+        /// The name of the body.
         body: String,
-        /// Time in the system's units.
+        /// The time in the system's units.
         time: f64,
-        /// Distance from the pole.
+        /// The distance from the pole, |cos theta|.
         cos_theta: f64,
     },
 
-    /// An external force cannot be had, or its function failed.
+    /// An external force is not available, or its function failed.
     #[error("force {force} at time {time}: {detail}")]
     ForceFailed {
-        /// Name of the force.
+        /// The name of the force.
         force: String,
-        /// Time in the system's units.
+        /// The time in the system's units.
         time: f64,
-        /// What went wrong.
+        /// The description of the failure.
         detail: String,
-        /// The value that the function returned instead of success, where that is what went wrong.
+        /// The value that the function returned instead of success, if it returned one.
         answer: Option<i32>,
     },
 
     /// The caller's hook asked to stop (Ctrl-C); the state stays at the last accepted step.
     #[error("interrupted at time {time}")]
     Interrupted {
-        /// Time of the last accepted step.
+        /// The time of the last accepted step.
         time: f64,
     },
 }
 
-/// Result with this crate's [`enum@Error`].
+/// The result type of this crate, with [`enum@Error`] as the error.
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// Returns an [`Error::InvalidInput`] from anything printable.
+    /// Makes an [`Error::InvalidInput`] from a quantity, a value and an expectation.
     pub fn invalid(
         what: impl Into<String>,
         value: impl std::fmt::Display,
@@ -120,7 +121,7 @@ impl Error {
     }
 }
 
-/// Why the rates of change cannot be evaluated at a trial state.
+/// The reason why the rates of change cannot be evaluated at a trial state.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Refusal {

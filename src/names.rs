@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serializer};
 /// A type with a few values, each of which has a name. A serialized field is written as that name with
 /// `#[serde(with = "crate::names")]`.
 pub trait Named: Copy + PartialEq + 'static {
-    /// What the choice is about, for errors.
+    /// The name of the choice in error messages.
     const WHAT: &'static str;
     /// All values with their names.
     const NAMES: &'static [(&'static str, Self)];

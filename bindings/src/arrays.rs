@@ -1,4 +1,4 @@
-//! numpy arrays in and out, C order.
+//! Conversion of numpy arrays, in C order.
 
 use crate::errors::Result;
 use fullbody::error::Error;

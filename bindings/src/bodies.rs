@@ -94,7 +94,7 @@ impl PyBody {
         Ok(Self { inner: Body::composite(name, given)? })
     }
 
-    /// The parts of a composite as they were given, in its working frame; empty for an ordinary body.
+    /// Returns the parts of a composite as they were given, in its working frame; empty for an ordinary body.
     #[getter]
     fn given<'py>(&self, py: Python<'py>) -> Result<Vec<Given<'py>>> {
         let of =
@@ -102,7 +102,7 @@ impl PyBody {
         self.inner.given().iter().map(of).collect()
     }
 
-    /// All parts in the body frame.
+    /// Returns all parts in the body frame.
     #[getter]
     fn parts<'py>(&self, py: Python<'py>) -> Result<Vec<Placed<'py>>> {
         let parts = self.inner.parts().iter();
@@ -114,20 +114,20 @@ impl PyBody {
             .collect()
     }
 
-    /// Position and attitude of the working frame of a composite or a polyhedron in the body frame.
+    /// Returns position and attitude of the working frame of a composite or a polyhedron in the body frame.
     #[getter]
     fn working_frame(&self) -> Option<([f64; 3], [f64; 4])> {
         self.inner.working_frame().map(|frame| (frame.position.into(), frame.attitude))
     }
 
-    /// Semi-axes of an ordinary body, or those of the homogeneous ellipsoid with a composite's mass and
-    /// inertia.
+    /// Returns the semi-axes of an ordinary body, or those of the homogeneous ellipsoid with a composite's
+    /// mass and inertia.
     #[getter]
     fn semi_axes(&self) -> [f64; 3] {
         self.inner.semi_axes()
     }
 
-    /// Volume, or that of the ellipsoid with the semi-axes of a composite.
+    /// Returns the volume; for a composite, that of the ellipsoid with its semi-axes.
     #[getter]
     fn volume(&self) -> f64 {
         self.inner.volume()

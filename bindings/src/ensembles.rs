@@ -1,7 +1,7 @@
 //! Many simulations in parallel.
 
 use super::descriptions::from_python;
-use super::events::{Watched, events};
+use super::events::{EventSpec, events};
 use super::listening::Listener;
 use super::runs::{Sampling, TangentRequest, arrays};
 use super::systems::{PyState, PySystem};
@@ -24,16 +24,16 @@ type Given<'py> = (
     Bound<'py, PyDict>,
     f64,
     Sampling<'py>,
-    Vec<Watched<'py>>,
+    Vec<EventSpec<'py>>,
     bool,
     TangentRequest,
 );
 
 /// Runs members from an iterator over threads.
 ///
-/// The outcome of each goes to `take(tag, record, counts, time, error)`: with the error alone where the
-/// member could not begin, and with nothing where it had not begun at an interrupt. `report(done, under_way)`
-/// is called about every 25 ms. Both and the iterator are called in the caller's thread, which checks for
+/// The outcome of each goes to `take(tag, record, counts, time, error)`: with the error alone if the member
+/// could not begin, and with the tag alone if it had not begun at an interrupt. `report(done, under_way)` is
+/// called about every 25 ms. Both and the iterator are called in the caller's thread, which checks for
 /// Ctrl-C; an exception in them stops all runs and is raised at the end. The GIL is released except for these
 /// calls, for event functions and for forces that are Python functions.
 #[pyfunction]
@@ -46,7 +46,7 @@ pub fn integrate_many(
 ) -> Result<()> {
     let (listener, stopped) = (Listener::default(), Cell::new(false));
     let mut source = PyJobSource { members: members.unbind(), take, report, listener, stopped };
-    // Each thread is known to Python as one, which otherwise would be a new one in each function that it
+    // Each thread is known to Python as one thread; otherwise it would be a new one in each function that it
     // calls.
     let life = |life: WorkerThread| Python::attach(|py| py.detach(|| life.run()));
     let outcome = py.detach(|| run_within(&mut source, threads, life));
@@ -56,7 +56,7 @@ pub fn integrate_many(
     }
 }
 
-/// What identifies a member to the caller, and the exceptions of its event functions.
+/// The object by which the caller identifies a member, and the exceptions of its event functions.
 type Tag = (Py<PyAny>, Arc<Listener>);
 
 struct PyJobSource {
@@ -68,7 +68,7 @@ struct PyJobSource {
 }
 
 impl PyJobSource {
-    /// Calls into Python; an exception stops all runs.
+    /// Calls Python code, whose exception stops all runs.
     fn ask<T>(&self, what: impl FnOnce(Python<'_>) -> Result<T>) -> Option<T> {
         let stop = |error: Raised| {
             self.stopped.set(true);

@@ -1,4 +1,4 @@
-//! The crate's errors as the exception classes of `fullbody.errors`.
+//! Conversion of the crate's errors to the exception classes of `fullbody.errors`.
 
 use fullbody::error::Error;
 use numpy::AsSliceError;
@@ -17,7 +17,7 @@ pyo3::import_exception!(fullbody.errors, StepSizeTooSmall);
 #[derive(Debug)]
 pub struct Raised(PyErr);
 
-/// What a function that Python calls returns.
+/// The result of a function that Python calls.
 pub type Result<T, E = Raised> = std::result::Result<T, E>;
 
 impl From<PyErr> for Raised {

@@ -46,11 +46,11 @@ impl PyToward {
 }
 
 /// A condition with its direction and whether the run ends there.
-pub type Watched<'py> = (Bound<'py, PyCondition>, i8, bool);
+pub type EventSpec<'py> = (Bound<'py, PyCondition>, i8, bool);
 
 /// Makes the core's events. The first exception of a function goes to `listener`.
-pub fn events(py: Python<'_>, watched: &[Watched<'_>], listener: &Arc<Listener>) -> Vec<Event<'static>> {
-    let event = |(condition, direction, terminal): &Watched<'_>| Event {
+pub fn events(py: Python<'_>, watched: &[EventSpec<'_>], listener: &Arc<Listener>) -> Vec<Event<'static>> {
+    let event = |(condition, direction, terminal): &EventSpec<'_>| Event {
         condition: condition.get().condition(py, listener),
         direction: *direction,
         terminal: *terminal,
@@ -58,14 +58,14 @@ pub fn events(py: Python<'_>, watched: &[Watched<'_>], listener: &Arc<Listener>)
     watched.iter().map(event).collect()
 }
 
-/// Derivatives of a condition's function: by a tangent vector, by time, by parameters, and by its own
+/// The derivatives of a condition's function by a tangent vector, by time, by parameters, and by its own
 /// parameters.
 type FunctionDerivatives<'py> = (Bound<'py, PyArrayDyn<f64>>, f64, Vec<f64>, Vec<(String, f64)>);
 
 #[pymethods]
 impl PyCondition {
-    /// Returns the derivatives (12N,) of the function by a tangent vector, its derivative by time, those (P,)
-    /// by parameters, and those by the condition's own parameters under their names.
+    /// Returns the derivatives (12N,) of the function by a tangent vector, its derivative by time, the
+    /// derivatives (P,) by parameters, and those by the condition's own parameters under their names.
     fn derivatives<'py>(
         &self,
         py: Python<'py>,

@@ -23,17 +23,17 @@ pub struct PyAttraction {
     arch: Arch,
 }
 
-/// Points, each with the state that it belongs to.
+/// Points, each with the state to which it belongs.
 struct Query<'a> {
-    /// Positions and attitudes of all bodies, state by state.
+    /// The positions and attitudes of all bodies, state by state.
     positions: Vec<Vec3>,
     attitudes: Vec<[f64; 4]>,
-    /// For each point the index of its state, where there are several.
+    /// The index of the state of each point, where there are several states.
     states: Option<&'a [i64]>,
     points: &'a [f64],
     /// The shape of the caller's array of points.
     shape: &'a [usize],
-    /// The one body whose gravity is asked for.
+    /// The one body whose gravity is requested.
     body: Option<usize>,
 }
 
@@ -56,9 +56,9 @@ impl PyAttraction {
     }
 
     /// Fills arrays at points (P, 3): the potential (P,) and the field (P, 3), or the gradient (P, 3, 3)
-    /// alone, according to the list of arrays. The index (P,) of each point's state selects the bodies'
+    /// alone, depending on the number of arrays. The index (P,) of each point's state selects the bodies'
     /// positions (K N, 3) and attitudes (K N, 4); without indices there is one state. Errors name points by
-    /// their index in a shape.
+    /// their index in an array of the given shape.
     #[expect(clippy::too_many_arguments)]
     fn gravity(
         &self,
@@ -113,7 +113,7 @@ impl PyAttraction {
         Ok(())
     }
 
-    /// Returns the bodies that are asked for, placed as they are in a state.
+    /// Returns the requested bodies, placed as they are in a state.
     fn attractors(&self, query: &Query<'_>, state: usize) -> Vec<Attractor<'_>> {
         let bodies = self.fields.len();
         let places = query.body.map_or(0..bodies, |body| body..body + 1);

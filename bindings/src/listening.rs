@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 
-/// Keeps the first exception of a call that has released the GIL.
+/// The first exception of a call that has released the GIL.
 #[derive(Default)]
 pub struct Listener {
     raised: Mutex<Option<PyErr>>,
@@ -36,7 +36,7 @@ impl Listener {
         }
     }
 
-    /// Returns the exception of a call that failed: the one that was kept, or that of the error.
+    /// Returns the exception of a call that failed: the one that was kept, or the one for the error.
     pub fn explain(&self, error: Error) -> PyErr {
         self.raised().unwrap_or_else(|| Raised::from(error).into())
     }

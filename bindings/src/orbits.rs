@@ -1,4 +1,4 @@
-//! Kepler elements, many at a time.
+//! Conversion of Kepler elements, many at a time.
 
 use super::arrays::{array, from_vectors, rows, vectors};
 use crate::errors::Result;

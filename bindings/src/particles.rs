@@ -21,22 +21,22 @@ use std::sync::Arc;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
-/// Time, positions (P, 3), velocities (P, 3), area-to-mass ratios (P,).
+/// The particles of a flight: time, positions (P, 3), velocities (P, 3), area-to-mass ratios (P,).
 type Given<'py> =
     (f64, PyReadonlyArrayDyn<'py, f64>, PyReadonlyArrayDyn<'py, f64>, PyReadonlyArray1<'py, f64>);
 
-/// What happens at a contact: `"stop"`, `"remove"`, or the numbers of a bounce.
+/// The response to a contact: `"stop"`, `"remove"`, or the numbers of a bounce.
 #[derive(FromPyObject)]
-pub enum Met {
+pub enum PyContactResponse {
     Bounce(f64, f64, f64),
     Named(String),
 }
 
-/// An event: `"shadow"` with the visible part, `"periapsis"` with the body's index, or `"function"` with the
-/// function; then the direction.
-type Watched<'py> = (String, Bound<'py, PyAny>, i8);
+/// An event: `"shadow"` with the visible part of the disc, `"periapsis"` with the body's index, or
+/// `"function"` with the function; then the direction.
+type ParticleEventSpec<'py> = (String, Bound<'py, PyAny>, i8);
 
-/// Flies particles along a run. Returns the record, and the error that cut the flight short, if any.
+/// Flies particles along a run. Returns the record, and the error that ended the flight early, if any.
 ///
 /// The GIL is released; about every 25 ms it is taken to check for Ctrl-C and to call `progress(start, time,
 /// end)`.
@@ -50,10 +50,10 @@ pub fn fly<'py>(
     until: f64,
     output: Sampling<'py>,
     integrator: &Bound<'py, PyDict>,
-    contact: Met,
+    contact: PyContactResponse,
     escape: Option<(f64, bool)>,
     radiation: Option<(String, f64, f64)>,
-    watched: Vec<Watched<'py>>,
+    spec: Vec<ParticleEventSpec<'py>>,
     threads: Option<NonZeroUsize>,
     progress: Option<Py<PyAny>>,
 ) -> Result<(Bound<'py, PyDict>, Option<PyErr>)> {
@@ -73,15 +73,17 @@ pub fn fly<'py>(
         tableau,
         tolerance,
         contact: match contact {
-            Met::Bounce(normal, tangential, rest) => ContactResponse::Bounce { normal, tangential, rest },
-            Met::Named(name) if name == "remove" => ContactResponse::Remove,
-            Met::Named(_) => ContactResponse::Stop,
+            PyContactResponse::Bounce(normal, tangential, rest) => {
+                ContactResponse::Bounce { normal, tangential, rest }
+            }
+            PyContactResponse::Named(name) if name == "remove" => ContactResponse::Remove,
+            PyContactResponse::Named(_) => ContactResponse::Stop,
         },
         escape: escape.map(|(distance, unbound)| Escape { distance, unbound }),
     };
     let radiation = radiation.map(|(by, strength, radius)| Radiation { by, strength, radius });
     let listener = Arc::new(Listener::default());
-    let watches = watched.into_iter().map(|watched| watch(watched, &listener)).collect::<Result<Vec<_>>>()?;
+    let events = spec.into_iter().map(|spec| event(spec, &listener)).collect::<Result<Vec<_>>>()?;
     let mut flying: Vec<Particle> = positions
         .iter()
         .zip(&velocities)
@@ -97,7 +99,7 @@ pub fn fly<'py>(
         output: &output,
         rules: &rules,
         radiation: radiation.as_ref(),
-        watches: &watches,
+        events: &events,
         threads,
     };
     let outcome = py.detach(|| {
@@ -188,22 +190,22 @@ fn arrays<'py>(
     )?;
     let strikes: Vec<u32> = particles.iter().map(|particle| particle.strikes).collect();
     dict.set_item("strikes", numpy::PyArray1::from_vec(py, strikes))?;
-    let happened = record.happened;
-    let n = happened.len();
+    let occurrences = record.occurrences;
+    let n = occurrences.len();
     let vectors = |f: fn(&fullbody::particles::ParticleOccurrence) -> &Vec3| {
-        happened.iter().map(f).flat_map(|v| [v.x, v.y, v.z]).collect::<Vec<f64>>()
+        occurrences.iter().map(f).flat_map(|v| [v.x, v.y, v.z]).collect::<Vec<f64>>()
     };
-    dict.set_item("event", happened.iter().map(|h| h.watch).collect::<Vec<_>>())?;
-    dict.set_item("event_particle", happened.iter().map(|h| h.particle).collect::<Vec<_>>())?;
-    dict.set_item("event_rising", happened.iter().map(|h| h.rising).collect::<Vec<_>>())?;
-    dict.set_item("event_time", array(py, happened.iter().map(|h| h.time).collect(), &[n])?)?;
+    dict.set_item("event", occurrences.iter().map(|h| h.event).collect::<Vec<_>>())?;
+    dict.set_item("event_particle", occurrences.iter().map(|h| h.particle).collect::<Vec<_>>())?;
+    dict.set_item("event_rising", occurrences.iter().map(|h| h.rising).collect::<Vec<_>>())?;
+    dict.set_item("event_time", array(py, occurrences.iter().map(|h| h.time).collect(), &[n])?)?;
     dict.set_item("event_position", array(py, vectors(|h| &h.position), &[n, 3])?)?;
     dict.set_item("event_velocity", array(py, vectors(|h| &h.velocity), &[n, 3])?)?;
     Ok(dict)
 }
 
 /// Makes the core's event. The first exception of a function goes to `listener`.
-fn watch((kind, what, direction): Watched<'_>, listener: &Arc<Listener>) -> Result<ParticleEvent> {
+fn event((kind, what, direction): ParticleEventSpec<'_>, listener: &Arc<Listener>) -> Result<ParticleEvent> {
     let condition = match kind.as_str() {
         "shadow" => ParticleCondition::Shadow { visible: what.extract()? },
         "periapsis" => ParticleCondition::Periapsis { body: what.extract()? },

@@ -1,4 +1,4 @@
-//! Brightness of bodies.
+//! The brightness of bodies.
 
 use super::arrays::{array, rows, vectors};
 use super::bodies::PyBody;
@@ -14,13 +14,14 @@ use pyo3::types::PyDict;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
-/// Bodies with their surfaces, ready for any number of epochs.
+/// Bodies with their surfaces, for which the brightness at any number of epochs is computed.
 #[pyclass(frozen, name = "Photometer", module = "fullbody._core")]
 pub struct PyPhotometer {
     inner: Photometer,
 }
 
-/// Epochs: times (K,), positions (K N, 3), attitudes (K N, 4), directions to the observer and to the Sun (K, 3).
+/// Epochs: times (K,), positions (K N, 3), attitudes (K N, 4), directions to the observer and to the Sun (K,
+/// 3).
 #[derive(FromPyObject)]
 struct Epochs<'py>(
     PyReadonlyArray1<'py, f64>,
@@ -30,7 +31,7 @@ struct Epochs<'py>(
     PyReadonlyArrayDyn<'py, f64>,
 );
 
-/// The same in the core's types.
+/// The epochs in the core's types.
 struct Taken {
     times: Vec<f64>,
     positions: Vec<Vec3>,
@@ -92,7 +93,7 @@ impl PyPhotometer {
         Ok(Self { inner: Photometer::new(bodies, surfaces, mutual, sun_radius)? })
     }
 
-    /// The brightness (K, N) of each body.
+    /// Returns the brightness (K, N) of each body.
     fn brightness<'py>(&self, py: Python<'py>, epochs: Epochs<'py>) -> Result<Array<'py>> {
         let count = self.inner.bodies().len();
         let taken = epochs.take(count)?;
@@ -102,8 +103,9 @@ impl PyPhotometer {
         array(py, all.concat(), &[taken.times.len(), count])
     }
 
-    /// The brightness (K, N), its derivatives (K, N, N, 9) by positions, rotation vectors and semi-axes of each body, and
-    /// (K, N, 2, 3) by the unit vectors to the observer and to the Sun.
+    /// Returns the brightness (K, N), its derivatives (K, N, N, 9) by positions, rotation vectors and
+    /// semi-axes of each body, and its derivatives (K, N, 2, 3) by the unit vectors to the observer and to
+    /// the Sun.
     fn partials<'py>(
         &self,
         py: Python<'py>,

@@ -36,19 +36,19 @@ impl PyPolyhedron {
         Ok(inner.into())
     }
 
-    /// Vertices (V, 3) as they were given, in the working frame.
+    /// Returns the vertices (V, 3) as they were given, in the working frame.
     #[getter]
     fn given<'py>(&self, py: Python<'py>) -> Result<Array<'py>> {
         from_vectors(py, &self.inner.given().collect::<Vec<_>>())
     }
 
-    /// Vertices (V, 3) in the polyhedron's own frame.
+    /// Returns the vertices (V, 3) in the polyhedron's own frame.
     #[getter]
     fn vertices<'py>(&self, py: Python<'py>) -> Result<Array<'py>> {
         from_vectors(py, &self.inner.vertices().collect::<Vec<_>>())
     }
 
-    /// Triangles (F, 3) as indices of vertices.
+    /// Returns the triangles (F, 3) as indices of vertices.
     #[getter]
     fn faces<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray2<i64>>> {
         let faces = self.inner.faces();
@@ -67,14 +67,14 @@ impl PyPolyhedron {
         self.inner.volume()
     }
 
-    /// Position and attitude of the working frame in the polyhedron's own frame.
+    /// Returns position and attitude of the working frame in the polyhedron's own frame.
     #[getter]
     fn working_frame(&self) -> ([f64; 3], [f64; 4]) {
         let frame = self.inner.working_frame();
         (frame.position.into(), frame.attitude)
     }
 
-    /// Principal moments of inertia of unit mass (3,).
+    /// Returns the principal moments of inertia of unit mass (3,).
     #[getter]
     fn inertia_per_mass<'py>(&self, py: Python<'py>) -> Result<Array<'py>> {
         array(py, self.inner.inertia_per_mass().as_slice().to_vec(), &[3])
@@ -86,7 +86,8 @@ impl PyPolyhedron {
     }
 }
 
-/// Converts rows of three indices. Indices below zero are refused here, those too large with their face.
+/// Converts rows of three indices. Indices below zero are refused here; indices that are too large are
+/// refused later, with their face.
 fn indices(faces: &PyReadonlyArray2<'_, i64>) -> Result<Vec<[u32; 3]>, Error> {
     let view = faces.as_array();
     if view.shape()[1] != 3 {

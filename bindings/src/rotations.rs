@@ -1,4 +1,4 @@
-//! Attitudes, many at a time.
+//! Conversion of attitudes, many at a time.
 
 use super::arrays::{array, rows};
 use crate::errors::Result;

@@ -2,7 +2,7 @@
 
 use super::arrays::array;
 use super::descriptions::{from_python, to_python};
-use super::events::{PyCondition, Watched, events};
+use super::events::{EventSpec, PyCondition, events};
 use super::forces::{Function, call};
 use super::listening::{Listener, listening};
 use super::systems::{PyState, PySystem};
@@ -25,7 +25,7 @@ use std::time::{Duration, Instant};
 type RuleRow = ([usize; 2], Option<[usize; 2]>, String, Option<(usize, usize, (usize, usize))>);
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
-/// When samples are recorded: `None` for every step, `"ends"`, a spacing, or times (K,).
+/// The times at which samples are recorded: `None` for every step, `"ends"`, a spacing, or times (K,).
 #[derive(FromPyObject)]
 pub enum Sampling<'py> {
     // This variant comes first, since an array of one number also converts to a number.
@@ -45,8 +45,8 @@ impl From<Sampling<'_>> for Output {
     }
 }
 
-/// What is integrated along the tangent of a run: the parameters of the derivatives, or `None`, and whether
-/// indicators of chaos are computed.
+/// The tangent vectors that are integrated beside a run: the parameters of the derivatives, or `None`, and
+/// whether indicators of chaos are computed.
 #[derive(FromPyObject)]
 pub struct TangentRequest(Option<Vec<String>>, bool);
 
@@ -58,7 +58,7 @@ impl TangentRequest {
     }
 }
 
-/// The stepping object.
+/// A simulation.
 #[pyclass(name = "Simulation", module = "fullbody._core")]
 pub struct PySimulation {
     inner: Simulation,
@@ -102,7 +102,7 @@ impl PySimulation {
         Ok(PyBytes::new(py, &self.inner.to_bytes()?))
     }
 
-    /// The text that is kept with the simulation.
+    /// Returns the text that is kept with the simulation.
     #[getter]
     fn notes(&self) -> &str {
         &self.inner.notes
@@ -118,20 +118,20 @@ impl PySimulation {
         PyState { inner: self.inner.state() }
     }
 
-    /// The conserved quantities at the start: time, four energies, angular momentum.
+    /// Returns the conserved quantities at the start: time, four energies, angular momentum.
     #[getter]
     fn start(&self) -> [f64; 8] {
         self.inner.start().numbers()
     }
 
-    /// The conserved quantities at the present state: time, four energies, angular momentum.
+    /// Returns the conserved quantities at the present state: time, four energies, angular momentum.
     #[getter]
     fn invariants(&mut self, py: Python<'_>) -> Result<[f64; 8]> {
         listening(py, |interrupt| Ok(self.inner.invariants(interrupt)?.numbers()))
     }
 
-    /// Work, impulse and angular impulse (F, 7) of each external force since the start, one force after the
-    /// other.
+    /// Returns work, impulse and angular impulse (F, 7) of each external force since the start, one force
+    /// after the other.
     #[getter]
     fn work_and_impulse(&self) -> Vec<f64> {
         self.inner.work_and_impulse().to_vec()
@@ -141,15 +141,15 @@ impl PySimulation {
         listening(py, |interrupt| self.inner.set_state(&state.inner, interrupt))
     }
 
-    /// Accepted steps, rejected attempts, evaluations.
+    /// Returns the numbers of accepted steps, rejected attempts and evaluations.
     #[getter]
     fn statistics(&self) -> (u64, u64, u64) {
         let s = self.inner.statistics();
         (s.steps, s.rejected, s.evaluations)
     }
 
-    /// The quadrature in use for each pair: bodies, indices of the parts of composites, method, and the rule,
-    /// if it has one: integrated body, points, (n, m).
+    /// Returns the quadrature in use for each pair: bodies, indices of the parts of composites, method, and
+    /// the rule, if it has one, as integrated body, points and (n, m).
     #[getter]
     fn rules(&self) -> Vec<RuleRow> {
         let row = |row: Quadrature| {
@@ -163,7 +163,7 @@ impl PySimulation {
         listening(py, |interrupt| self.inner.step(end, interrupt))
     }
 
-    /// Runs to a time. Returns the record, and the error that cut it short, if any.
+    /// Runs to a time. Returns the record, and the error that ended the run early, if any.
     ///
     /// The GIL is released; about every 50 ms it is taken to check for Ctrl-C and, between steps, to call
     /// `progress(start, time, end)` and, every `autosave[0]` seconds, `autosave[1](bytes)`. Event functions
@@ -174,7 +174,7 @@ impl PySimulation {
         py: Python<'py>,
         until: f64,
         output: Sampling<'py>,
-        watched: Vec<Watched<'py>>,
+        watched: Vec<EventSpec<'py>>,
         dense: bool,
         progress: Option<Py<PyAny>>,
         autosave: Option<(f64, Py<PyAny>)>,
@@ -222,13 +222,13 @@ pub struct PyDense {
 
 #[pymethods]
 impl PyDense {
-    /// First and last time, in the direction of the run.
+    /// Returns the first and the last time, in the direction of the run.
     #[getter]
     fn range(&self) -> (f64, f64) {
         self.inner.range()
     }
 
-    /// Memory of the polynomials in bytes.
+    /// Returns the memory of the polynomials in bytes.
     #[getter]
     fn bytes(&self) -> usize {
         self.inner.bytes()
@@ -273,8 +273,8 @@ impl PyDense {
     }
 }
 
-/// Returns the tolerances (rtol, atol) that the integrators work with: rtol is raised where their sum is
-/// below what doubles can resolve.
+/// Returns the tolerances (rtol, atol) with which the integrators work: rtol is raised where their sum is
+/// below the accuracy of doubles.
 #[pyfunction]
 pub fn tolerance(rtol: f64, atol: f64) -> Result<(f64, f64)> {
     let tolerance = Tolerance::new(rtol, atol)?;

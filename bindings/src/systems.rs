@@ -9,7 +9,7 @@ use super::rotations::matrices;
 use crate::errors::Result;
 use fullbody::dynamics::{FAR, FAST, Parameter, State, System, TANGENT_SIZE};
 use fullbody::forces::Load;
-use fullbody::gravity::BodyPull;
+use fullbody::gravity::BodyAttraction;
 use fullbody::math::Vec3;
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::rotation;
@@ -135,19 +135,21 @@ impl PySystem {
     ) -> Result<Self> {
         let bodies: Vec<_> = bodies.iter().map(|body| body.inner.clone()).collect();
         if !described.is_empty() {
-            listening(py, |interrupt| bodies.iter().try_for_each(|body| BodyPull::moments(body, interrupt)))?;
+            listening(py, |interrupt| {
+                bodies.iter().try_for_each(|body| BodyAttraction::moments(body, interrupt))
+            })?;
         }
         let inner = System::new(bodies, gravitational_constant, from_python(settings)?)?;
         Ok(Self { inner: inner.with_forces(forces(&described, &functions)?)? })
     }
 
-    /// The descriptions of the bodies.
+    /// Returns the descriptions of the bodies.
     #[getter]
     fn bodies<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
         to_python(py, &self.inner.bodies())
     }
 
-    /// The descriptions of the external forces.
+    /// Returns the descriptions of the external forces.
     #[getter]
     fn forces<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
         to_python(py, &self.inner.forces())
@@ -168,7 +170,8 @@ impl PySystem {
         Ok((all(|load| load.force)?, all(|load| load.torque)?))
     }
 
-    /// Returns positions and velocities (K, 3) of a third body at times (K,), from the nominal barycentre.
+    /// Returns positions and velocities (K, 3) of a third body at times (K,), relative to the nominal
+    /// barycentre.
     fn third_body<'py>(
         &self,
         py: Python<'py>,
@@ -183,13 +186,13 @@ impl PySystem {
         Ok((from_vectors(py, &position)?, from_vectors(py, &velocity)?))
     }
 
-    /// Masses (N,).
+    /// Returns the masses (N,).
     #[getter]
     fn masses<'py>(&self, py: Python<'py>) -> Result<Array<'py>> {
         array(py, self.inner.masses(), &[self.inner.bodies().len()])
     }
 
-    /// The description of the settings.
+    /// Returns the description of the settings.
     #[getter]
     fn settings<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
         to_python(py, self.inner.settings())
@@ -226,7 +229,7 @@ impl PySystem {
         ))
     }
 
-    /// Names of the parameters by which runs can be differentiated.
+    /// Returns the names of the parameters by which runs can be differentiated.
     #[getter]
     fn parameters(&self) -> Vec<String> {
         Parameter::of(&self.inner).into_iter().map(|(name, _)| name).collect()
@@ -248,8 +251,8 @@ impl PySystem {
 
     /// Returns the numbers for warnings about a start. The first tuple holds a body, its speed, its speed of
     /// escape and the limit in speeds of escape. The second one holds a pair, its distance, a heavy body, the
-    /// distance of that, the rounding of the pair's coordinates, the tolerance that can be met and the limit
-    /// in distances.
+    /// distance of that body, the rounding of the pair's coordinates, the tolerance that can be met and the
+    /// limit in distances.
     fn start_warnings(&self, state: &PyState, tolerance: Option<f64>) -> (Option<Fast>, Option<Far>) {
         let fast = self.inner.unbound(&state.inner).map(|u| (u.body, u.speed, u.escape, FAST));
         let far = self.inner.far_from_barycentre(&state.inner, tolerance);

@@ -47,7 +47,7 @@ def z_motion(until: float = paper.CASES_LATE) -> tuple[dict[str, Motion], Run]:
         if seed == 0.0:
             unseeded = run
     for name in ("double", "symmetric"):
-        curves[name] = _motion(*_dop853(system, state, until, name == "symmetric"))
+        curves[name] = _motion(*dop853(system, state, until, name == "symmetric"))
     return curves, unseeded
 
 
@@ -56,7 +56,7 @@ def _motion(times: _Array, z: _Array) -> Motion:
     return Motion(middle, high)
 
 
-def _dop853(system: System, state: State, until: float, symmetric: bool) -> tuple[_Array, _Array]:
+def dop853(system: System, state: State, until: float, symmetric: bool) -> tuple[_Array, _Array]:
     """Times and z of A by an independent integrator; its rates are written out here in plain doubles."""
     mass = np.array([body.mass for body in system.bodies])[:, None]
     inertia = np.array([body.inertia for body in system.bodies])

@@ -1,10 +1,11 @@
 //! The variational equations over a step, by Gauss's collocation method.
 //!
-//! With n nodes the method has order 2 n, and evaluates the derivatives of the loads n times a step. It
-//! conserves every quadratic invariant of the equations, the symplectic form among them, to round-off. Within
+//! With n nodes the method has order 2 n and evaluates the derivatives of the loads n times a step. It
+//! conserves every quadratic invariant of the equations to round-off, among them the symplectic form. Within
 //! a step the rotation vectors are in inertial axes, where the body's own rotation does not enter their
-//! equation: theta' = R dspin. What remains couples the numbers weakly, so that a few sweeps through the
-//! step's equations converge. They begin with the extrapolated polynomial of the previous step.
+//! equation: theta' = R dspin. The remaining terms couple the numbers weakly, so that a few iterations
+//! ("sweeps") over the step's equations converge. They begin with the extrapolated polynomial of the previous
+//! step.
 
 use super::products::DEPTH;
 use super::sweeps::{CollocationStep, Sweeps, TOGETHER};
@@ -28,8 +29,8 @@ pub struct Collocation {
     stride: usize,
     turn: usize,
     bodies: usize,
-    /// A and B at the nodes, one after the other. The columns of A for rotations refer to rotation vectors in
-    /// inertial axes.
+    /// The matrices A and B at the nodes, one after the other. The columns of A for rotations refer to
+    /// rotation vectors in inertial axes.
     by_pose: Vec<f64>,
     by_rate: Vec<f64>,
     /// The derivatives of the rates by the parameters, at the nodes, as rows of columns.
@@ -42,8 +43,8 @@ pub struct Collocation {
     sizes: Vec<[f64; 3]>,
     inverse: Vec<f64>,
     inverse_rates: Vec<f64>,
-    /// The rates of p at the nodes of the previous step and of this one.
-    pushes: [Vec<f64>; 2],
+    /// The rates of p at the nodes of the previous step and of the present one.
+    p_rates: [Vec<f64>; 2],
     /// The size of the previous step, where this step continues from its end.
     before: Option<f64>,
     /// The tangent vectors at the end of the step.
@@ -76,7 +77,7 @@ impl Collocation {
             sizes: vec![[1.0; 3]; bodies],
             inverse: vec![1.0; 2 * half],
             inverse_rates: vec![1.0; half],
-            pushes: [0, 1].map(|_| vec![0.0; half * count * lanes]),
+            p_rates: [0, 1].map(|_| vec![0.0; half * count * lanes]),
             before: None,
             reached: vec![0.0; 2 * half * width],
             work: vec![0.0; half * (2 * count + 3) * TOGETHER],
@@ -133,9 +134,9 @@ impl Collocation {
         self.before = None;
     }
 
-    /// Solves the equations of a step, given by its start and size; with `follows` it continues the step that
-    /// was remembered last. Returns whether the sweeps converged; then [`Self::reached`] has the solution at
-    /// its end.
+    /// Solves the equations of a step, given by its start and size; `follows` says that it continues the step
+    /// that was remembered last. Returns whether the sweeps converged; then [`Self::reached`] returns the
+    /// solution at the end.
     pub fn solve(
         &mut self,
         dynamics: &Dynamics,
@@ -163,7 +164,7 @@ impl Collocation {
         let Self { half, width, stride, turn, .. } = *self;
         let rates = self.inverse_rates.iter_mut().zip(&self.inverse[half..]);
         rates.for_each(|(rate, inverse)| *rate = size.abs() * inverse);
-        let [before, pushes] = &mut self.pushes;
+        let [before, p_rates] = &mut self.p_rates;
         // The polynomial of the previous step does not reach into a much longer one.
         let growth = size_before.map(|before| size / before).filter(|growth| (0.0..=2.0).contains(growth));
         let factors = growth.map(|growth| {
@@ -197,7 +198,7 @@ impl Collocation {
             let range = first..width.min(first + TOGETHER);
             let arch = few(dynamics.system().arch(), range.len());
             let (out, work) = (&mut self.reached, &mut self.work);
-            if !arch.dispatch(Sweeps { step: &step, range, out, pushes, work }) {
+            if !arch.dispatch(Sweeps { step: &step, range, out, p_rates, work }) {
                 return Ok(false);
             }
         }
@@ -211,7 +212,7 @@ impl Collocation {
 
     /// Keeps the polynomial of the step that was solved, which has this size, as the start for the next one.
     pub fn remember(&mut self, size: f64) {
-        self.pushes.swap(0, 1);
+        self.p_rates.swap(0, 1);
         self.before = Some(size);
     }
 

@@ -12,9 +12,9 @@ use pulp::Scalar;
 /// Returns the changes of attitude and spin in one step of the discrete free rotation: Lee, Leok & McClamroch
 /// (2007), Comput. Methods Appl. Mech. Engrg. 196, 2907.
 ///
-/// F J_d - J_d F^T = h S(J spin) is solved for F by Newton's method. For F of the unit quaternion (sqrt(1 -
-/// |p|^2), p) it reads p_0 J p + p x J p = h J spin / 2. Returns `None` where the step is too long for a
-/// solution.
+/// The equation F J_d - J_d F^T = h S(J spin) is solved for F by Newton's method. For the rotation F of the
+/// unit quaternion (sqrt(1 - |p|^2), p) it reads p_0 J p + p x J p = h J spin / 2. Returns `None` where the
+/// step is too long for a solution.
 pub fn variational_rotation(
     inertia: Vec3,
     q: Quaternion,
@@ -31,7 +31,7 @@ pub fn variational_rotation(
     let p = half_turn(inertia, spin, time)?;
     let scalar = (1.0 - p.norm_squared()).sqrt();
     let turn = [-p.norm_squared() / (1.0 + scalar), p.x, p.y, p.z];
-    // The change of the spin is that of the body-frame angular momentum, F^T (J spin) - J spin, over J.
+    // The change of the spin is the change of the body-frame angular momentum, F^T (J spin) - J spin, over J.
     let across = p.cross(&inertia.component_mul(&spin));
     let change = 2.0 * (p.cross(&across) - scalar * across);
     scalar.is_finite().then(|| (product(q, turn), change.component_div(&inertia)))
@@ -77,11 +77,11 @@ fn half_turn_jacobian(inertia: Vec3, p: &Vec3) -> Mat3 {
 /// are linear in the changes of the old spin and of the moments of inertia.
 #[derive(Debug, Clone, Copy)]
 pub struct RotationDerivatives {
-    /// F^T.
+    /// The transposed rotation F^T.
     pub back: Mat3,
-    /// The derivatives of xi by the spin and by the moments.
+    /// The derivatives of xi by the spin and by the moments of inertia.
     pub turn: [Mat3; 2],
-    /// The derivatives of the new spin by the spin and by the moments.
+    /// The derivatives of the new spin by the old spin and by the moments of inertia.
     pub spin: [Mat3; 2],
 }
 

@@ -1,8 +1,8 @@
 //! The equations of motion over the integrator's vector.
 
-use super::actions::Actions;
+use super::external_loads::ExternalLoads;
 use super::layout::vector;
-use super::view::View;
+use super::snapshot_buffer::SnapshotBuffer;
 use super::{AttitudeChart, BarycentricFrame, Energy, Layout, Rejected, System, invariants};
 use crate::error::Result;
 use crate::forces::ForceModel;
@@ -11,7 +11,7 @@ use crate::math::{Mat3, Vec3, rotation};
 use crate::mutual::{Interaction, Link, Pair, Pose, TooNear};
 use std::ops::Range;
 
-/// The least cos theta of a trial state in the Tait-Bryan chart. An accepted state within ten times that
+/// The least cos theta of a trial state in Tait-Bryan angles. An accepted state within ten times that
 /// distance of the pole ends the run.
 pub(super) const POLE: f64 = 1e-4;
 
@@ -31,12 +31,12 @@ pub struct Dynamics {
     pub(super) parts: Vec<(Range<usize>, Range<usize>)>,
     inertia: Vec<Vec3>,
     /// The attitudes of the last vector that was evaluated.
-    pub(super) view: View,
+    pub(super) view: SnapshotBuffer,
     pub(super) acceleration: Vec<Vec3>,
     pub(super) torque: Vec<Vec3>,
     pub(super) external_forces: ForceModel,
     /// The sum of the external forces.
-    pub(super) actions: Actions,
+    pub(super) external_loads: ExternalLoads,
     /// The acceleration of the barycentre by the external forces.
     pub(super) barycentre_acceleration: Vec3,
 }
@@ -67,11 +67,11 @@ impl Dynamics {
             parts: vec![(0..links.len(), Pair::ALL)],
             links,
             inertia: system.bodies().iter().map(|body| body.inertia()).collect(),
-            view: View::new(*frame, external_forces.wants_attitudes()),
+            view: SnapshotBuffer::new(*frame, external_forces.wants_attitudes()),
             acceleration: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
             external_forces,
-            actions: Actions::none(system.bodies()),
+            external_loads: ExternalLoads::none(system.bodies()),
             barycentre_acceleration: Vec3::zeros(),
             system: system.clone(),
         })
@@ -288,8 +288,8 @@ fn add(
 fn euler(inertia: Vec3, spin: Vec3, torque: Vec3) -> Vec3 {
     Vec3::from([0, 1, 2].map(|i| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        // The difference is formed first, so that the spin of a spheroid about its axis stays constant
-        // exactly.
+        // The difference of the moments is formed first, so that the spin of a spheroid about its axis stays
+        // exactly constant.
         let turning = torque[i] - (inertia[k] - inertia[j]) * spin[j] * spin[k];
         if inertia[i] > 0.0 { turning / inertia[i] } else { 0.0 }
     }))

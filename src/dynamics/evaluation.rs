@@ -13,14 +13,14 @@ const NEW_PAIR: u64 = 500;
 /// Forces (inertial), torques (body frames) and the potential energy at a state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyInteraction {
-    /// Force on every body.
+    /// The force on every body, inertial.
     pub force: Vec<Vec3>,
-    /// Torque on every body about its own centre, in its frame.
+    /// The torque on every body about its own centre, in its frame.
     pub torque: Vec<Vec3>,
-    /// Potential energy, negative.
+    /// The potential energy, negative.
     pub potential_energy: f64,
     /// The truncation error of a series: the size of its next two degrees relative to the force between two
-    /// bodies, for the pair where that is largest; zero for the other methods.
+    /// bodies, for the pair for which it is largest; zero for the other methods.
     pub truncation_error: f64,
 }
 
@@ -70,8 +70,8 @@ impl System {
         Ok(result)
     }
 
-    /// Returns the loads of each external force on the bodies that it acts on. The state's own barycentre is
-    /// the nominal one.
+    /// Returns the loads of each external force on the bodies on which it acts. The barycentre of the state
+    /// counts as the nominal one.
     pub fn external_loads(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Vec<Load>> {
         self.check(state, interrupt)?;
         let mut force_model = self.force_model().clone();

@@ -3,7 +3,7 @@
 use super::{Dynamics, Parameter, Rejected};
 use crate::error::Result;
 use crate::forces::{Load, LoadJacobian, Snapshot, WORK_AND_IMPULSE};
-use crate::gravity::{BodyChange, ExtendedPull};
+use crate::gravity::{BodyChange, ExtendedAttraction};
 use crate::math::Vec3;
 use pulp::{Scalar, Simd, WithSimd};
 
@@ -33,11 +33,12 @@ impl Dynamics {
         y: &[f64],
     ) -> std::result::Result<(), Rejected> {
         let snapshot = self.view.show(time, y);
-        // The external loads are summed apart first, so that these sums do not wait for the mutual gravity.
-        self.actions.clear();
-        let loaded = self.external_forces.load(simd, snapshot, &mut self.actions);
+        // The external loads are summed separately first, so that these sums do not wait for the mutual
+        // gravity.
+        self.external_loads.clear();
+        let loaded = self.external_forces.load(simd, snapshot, &mut self.external_loads);
         loaded.map_err(|error| Rejected::Failed(Box::new(error)))?;
-        self.barycentre_acceleration = self.actions.add_to(&mut self.acceleration, &mut self.torque);
+        self.barycentre_acceleration = self.external_loads.add_to(&mut self.acceleration, &mut self.torque);
         Ok(())
     }
 
@@ -67,8 +68,9 @@ impl Dynamics {
         self.external_forces.add_jacobian(snapshot, jacobian)
     }
 
-    /// Passes to the sink the derivatives of the loads by a parameter that is a number of a force or acts on
-    /// the orbits of third bodies, at the vector of the last evaluation.
+    /// Passes to the sink the derivatives of the external loads by a parameter, at the vector of the last
+    /// evaluation. They are not zero for a parameter of a force and for one that changes the orbits of third
+    /// bodies.
     pub(super) fn by_parameter_outside(
         &mut self,
         time: f64,
@@ -107,9 +109,9 @@ impl Dynamics {
         time: f64,
         y: &[f64],
         body: usize,
-        pull: &mut ExtendedPull,
+        attraction: &mut ExtendedAttraction,
     ) -> Result<[[Vec3; 2]; 3]> {
-        self.external_forces.semi_axis_derivatives(self.view.shown(time, y), body, pull)
+        self.external_forces.semi_axis_derivatives(self.view.shown(time, y), body, attraction)
     }
 
     /// Returns a snapshot of the vector of the last evaluation, or of one with the same attitudes.

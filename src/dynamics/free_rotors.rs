@@ -11,21 +11,20 @@ use pulp::{Scalar, Simd};
 
 pub(super) type Quaternion = [f64; 4];
 
-/// The largest angle by which a body with three different moments is rotated in one call, in rad: some 160
+/// The largest angle by which a body with three different moments is rotated in one call, in rad: about 160
 /// revolutions.
 pub const FARTHEST: f64 = 1024.0;
 
-/// Up to this angle, in rad, a loose bound of the angle is accepted.
+/// The angle, in rad, up to which a loose bound of the angle is accepted.
 const FEW: f64 = 64.0;
 
 /// Returns an upper bound of the angle by which a freely rotating body with three different moments rotates
 /// in a time.
-///
 /// The spin stays below |L| over the smallest moment. For a needle that tumbles end over end this bound is
-/// too large by the ratio of its moments. Beyond `FEW` a second bound is computed and the smaller one taken:
-/// every component of the spin stays below its value where the conserved L^2 and energy T leave nothing to
-/// one of the others. With I_1 < I_2 < I_3, L^2 - 2 T I_1 = I_2 (I_2 - I_1) w_2^2 + I_3 (I_3 - I_1) w_3^2 and
-/// 2 T I_3 - L^2 = I_1 (I_3 - I_1) w_1^2 + I_2 (I_3 - I_2) w_2^2.
+/// too large by the ratio of its moments. Beyond `FEW` a second bound is computed and the smaller one is
+/// taken. It follows from the conserved L^2 and energy T, which limit every component of the spin. With I_1 <
+/// I_2 < I_3, L^2 - 2 T I_1 = I_2 (I_2 - I_1) w_2^2 + I_3 (I_3 - I_1) w_3^2 and 2 T I_3 - L^2 = I_1 (I_3 -
+/// I_1) w_1^2 + I_2 (I_3 - I_2) w_2^2.
 pub fn farthest_turn(inertia: Vec3, spin: Vec3, time: f64) -> f64 {
     let by_momentum = inertia.component_mul(&spin).norm() / inertia.min() * time.abs();
     if by_momentum <= FEW {
@@ -82,7 +81,7 @@ pub(super) struct Bodies<'a> {
 /// `Triaxial`.
 #[derive(Debug, Clone)]
 pub struct FreeRotors {
-    /// The bodies with two equal moments; their constant is the ratio of the third moment to these.
+    /// The bodies with two equal moments; their constant is the ratio of the third moment to the equal ones.
     symmetric: RotorGroup<1>,
     triaxial: RotorGroup<TRIAXIAL>,
 }
@@ -91,7 +90,7 @@ pub struct FreeRotors {
 #[derive(Debug, Clone)]
 struct RotorGroup<const K: usize> {
     members: Vec<GroupedRotor>,
-    /// Constants of the members, padded to whole registers.
+    /// The constants of the members, padded to whole registers.
     constants: [Vec<f64>; K],
 }
 

@@ -9,13 +9,13 @@ use crate::shape::Body;
 /// Energy in its parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Energy {
-    /// Sum of the three parts.
+    /// The sum of the three parts.
     pub total: f64,
-    /// Kinetic energy of the centres.
+    /// The kinetic energy of the centres.
     pub translational: f64,
-    /// Kinetic energy of the spins.
+    /// The kinetic energy of the spins.
     pub rotational: f64,
-    /// Potential energy, negative.
+    /// The potential energy, negative.
     pub potential: f64,
 }
 
@@ -31,9 +31,9 @@ impl Energy {
 pub struct Invariants {
     /// The time.
     pub time: f64,
-    /// Energy in its parts.
+    /// The energy in its parts.
     pub energy: Energy,
-    /// Total angular momentum about the origin.
+    /// The total angular momentum about the origin.
     pub angular_momentum: Vec3,
 }
 
@@ -74,9 +74,10 @@ pub(super) fn angular_momentum(bodies: &[Body], state: &State) -> Vec3 {
     })
 }
 
-/// Returns the total angular momentum for an integrator's vector: that of the bodies about the barycentre,
-/// that of the nominal barycentre about the origin, which is constant, and what the barycentre offset adds.
-/// Computed from the bodies' absolute positions it would lose digits as the system travels.
+/// Returns the total angular momentum for an integrator's vector. It is the sum of the bodies' angular
+/// momentum about the barycentre, the constant angular momentum of the nominal barycentre about the origin,
+/// and the contribution of the barycentre offset. Computed from the bodies' absolute positions it would lose
+/// digits as the system travels.
 pub(super) fn angular_momentum_of_vector(
     bodies: &[Body],
     frame: &BarycentricFrame,

@@ -8,13 +8,13 @@ use crate::math::Vec3;
 use crate::math::compensated::{add_each, two_sum};
 use crate::orbit::{KeplerChange, kepler_change};
 
-/// The change before the first drift, which is not a number.
+/// The change before the first drift, filled with NaN.
 const UNKNOWN: KeplerChange = {
     let nothing = Vec3::new(f64::NAN, f64::NAN, f64::NAN);
     KeplerChange { position: nothing, velocity: nothing, acceleration: nothing }
 };
 
-/// Constants from the masses, and buffers.
+/// Jacobi's coordinates of a system: constants from the masses, and buffers.
 #[derive(Debug, Clone)]
 pub(super) struct Jacobi {
     mu: Vec<f64>,
@@ -42,8 +42,8 @@ impl Jacobi {
         }
     }
 
-    /// Moves the bodies over a time. The error is the index of a body for which Kepler's equation is not
-    /// solved in doubles.
+    /// Moves the bodies over a time. The error is the index of a body for which Kepler's equation has no
+    /// solution in doubles.
     #[inline(always)]
     pub fn drift(&mut self, time: f64, high: &mut Blocks, low: &mut Blocks) -> Result<(), usize> {
         let n = high.position.len();
@@ -75,8 +75,8 @@ impl Jacobi {
         Ok(())
     }
 
-    /// Returns a body's acceleration by the Kepler motion at the end of the last drift. Bodies must be asked
-    /// for from the last to the first, with a `centre` that begins as zero.
+    /// Returns a body's acceleration by the Kepler motion at the end of the last drift. It must be called for
+    /// the bodies from the last to the first, with a `centre` that begins as zero.
     #[inline(always)]
     pub fn acceleration(&self, body: usize, centre: &mut Vec3) -> Vec3 {
         left(body, self.shares[body], &self.changes[body].acceleration, centre)
@@ -99,7 +99,8 @@ fn left(body: usize, share: f64, jacobi: &Vec3, centre: &mut Vec3) -> Vec3 {
     *centre + jacobi
 }
 
-/// The barycentre of the bodies before one, in two parts: for two bodies the vector from it is then exact.
+/// The barycentre of the bodies before a given one, in two parts: for two bodies the vector from it is then
+/// exact.
 struct Centre {
     high: [f64; 3],
     low: [f64; 3],
@@ -117,7 +118,7 @@ impl Centre {
         vector
     }
 
-    /// Includes that body, whose share in the mass is given.
+    /// Includes the next body, given its mass relative to that of the bodies up to it.
     #[inline(always)]
     fn take(&mut self, share: f64, vector: &Vec3) {
         for c in 0..3 {

@@ -5,18 +5,19 @@ use super::{BarycentricFrame, Parameter, Rejected, State, System, TANGENT_SIZE, 
 use crate::error::{Error, Result};
 use crate::interrupt::InterruptCheck;
 
-/// Derivatives by positions and attitudes, velocities and spins, and parameters.
+/// The derivatives of a system's loads and rates by positions and attitudes, velocities and spins, and
+/// parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SystemJacobian {
-    /// The rates of change of the state: velocity, acceleration, spin and its rate for each body, 12 N
-    /// numbers.
+    /// The rates of change of the state, 12 N numbers: velocity, acceleration, spin and rate of the spin for
+    /// each body.
     pub flow: Vec<f64>,
-    /// Derivatives of forces (inertial) and torques (body frames), body by body, by positions and rotation
-    /// vectors (body frames): 6 N rows.
+    /// The derivatives of forces (inertial) and torques (body frames), body by body, by positions and
+    /// rotation vectors (body frames): 6 N rows.
     pub loads: Vec<f64>,
-    /// Derivatives of the rates of a tangent vector by its 12 N numbers: 12 N rows.
+    /// The derivatives of the rates of a tangent vector by its 12 N numbers: 12 N rows.
     pub rates: Vec<f64>,
-    /// Derivatives of these rates by the parameters: P rows.
+    /// The derivatives of the rates of a tangent vector by the parameters: P rows.
     pub by_parameters: Vec<f64>,
 }
 
@@ -36,7 +37,7 @@ impl System {
         let mut variations = Variations::new(&dynamics, parameters.to_vec())?;
         dynamics.prepare_variations(&variations, state.time, &y, interrupt)?;
         interrupt.charge(variations.work(&dynamics), state.time)?;
-        variations.look(&mut dynamics, state.time, &y, interrupt)?;
+        variations.evaluate(&mut dynamics, state.time, &y, interrupt)?;
         let (loads, rates, by_parameters) =
             (variations.loads().to_vec(), variations.absolute_rates(), variations.absolute_forcing());
         let mut rate = vec![0.0; y.len()];

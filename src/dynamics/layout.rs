@@ -22,7 +22,7 @@ use crate::names::Named;
 /// The chart in which attitudes are integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum AttitudeChart {
-    /// Unit quaternions: no singularity.
+    /// Unit quaternions, which have no singularity.
     #[default]
     Quaternion,
     /// The paper's angles (phi, theta, psi), singular at theta = 90 degrees.
@@ -36,7 +36,7 @@ impl Named for AttitudeChart {
 }
 
 impl AttitudeChart {
-    /// Returns the numbers per body.
+    /// Returns the number of values per body.
     pub fn width(self) -> usize {
         match self {
             Self::Quaternion => 4,
@@ -48,11 +48,11 @@ impl AttitudeChart {
 /// The layout of the integrator's vector, which determines the offsets of its blocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
-    /// Number of bodies.
+    /// The number of bodies.
     pub bodies: usize,
     /// The chart in which attitudes are stored.
     pub chart: AttitudeChart,
-    /// Number of external forces.
+    /// The number of external forces.
     pub forces: usize,
 }
 
@@ -62,14 +62,14 @@ impl Layout {
         self.dependent() + WORK_AND_IMPULSE * self.forces
     }
 
-    /// Returns the index of the first of the six numbers of the barycentre offset, which equals the number of
-    /// all numbers of the bodies.
+    /// Returns the index of the first of the six numbers of the barycentre offset, which equals the length of
+    /// the blocks of the bodies.
     #[inline]
     pub fn barycentre_offset(self) -> usize {
         (9 + self.chart.width()) * self.bodies
     }
 
-    /// Returns how many numbers the rates of change depend on: all but work and impulse.
+    /// Returns the number of values on which the rates of change depend: all but work and impulse.
     #[inline]
     pub fn dependent(self) -> usize {
         self.barycentre_offset() + if self.forces > 0 { 6 } else { 0 }
@@ -86,25 +86,25 @@ impl Layout {
         self.dependent() + WORK_AND_IMPULSE * force
     }
 
-    /// Index of the first position component of a body.
+    /// Returns the index of the first position component of a body.
     #[inline]
     pub fn position(self, body: usize) -> usize {
         3 * body
     }
 
-    /// Index of the first velocity component of a body.
+    /// Returns the index of the first velocity component of a body.
     #[inline]
     pub fn velocity(self, body: usize) -> usize {
         3 * (self.bodies + body)
     }
 
-    /// Index of the first attitude component of a body.
+    /// Returns the index of the first attitude component of a body.
     #[inline]
     pub fn attitude(self, body: usize) -> usize {
         6 * self.bodies + self.chart.width() * body
     }
 
-    /// Index of the first spin component of a body.
+    /// Returns the index of the first spin component of a body.
     #[inline]
     pub fn spin(self, body: usize) -> usize {
         (6 + self.chart.width()) * self.bodies + 3 * body
@@ -143,15 +143,15 @@ pub struct BarycentricFrame {
     pub layout: Layout,
     /// The time at which the barycentre was at `barycentre`.
     pub epoch: f64,
-    /// Position of the barycentre at `epoch`.
+    /// The position of the barycentre at `epoch`.
     pub barycentre: [f64; 3],
-    /// Velocity of the nominal barycentre.
+    /// The velocity of the nominal barycentre.
     pub barycentre_velocity: [f64; 3],
 }
 
 impl BarycentricFrame {
-    /// Returns the frame of a state, the state in it as a vector, and the part of the vector that rounding
-    /// dropped. Tait-Bryan angles start in their principal range.
+    /// Returns the frame of a state, and the state in it as a vector with its low part. Tait-Bryan angles
+    /// start in their principal range.
     pub fn new(layout: Layout, masses: &[f64], state: &State) -> (Self, Vec<f64>, Vec<f64>) {
         let total = sum(masses.iter().copied());
         let mean = |vectors: &[Vec3]| {
@@ -215,8 +215,8 @@ impl BarycentricFrame {
         }
     }
 
-    /// Returns the bodies of a vector at a time as external forces see them, with their rotation matrices
-    /// and, where forces need them, their attitudes.
+    /// Returns the snapshot of a vector at a time, with the bodies' rotation matrices and, where forces need
+    /// them, their attitudes.
     #[inline(always)]
     pub fn snapshot<'a>(
         &self,

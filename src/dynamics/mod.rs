@@ -5,7 +5,7 @@
 //! in the body frames, and either quaternions or the paper's Tait-Bryan kinematics (`eq:DiffEq_phi` to
 //! `eq:DiffEq_psi`) for the attitudes.
 
-mod actions;
+mod external_loads;
 mod evaluation;
 mod collocation;
 mod tangent;
@@ -32,7 +32,7 @@ mod system;
 mod free_rotors;
 mod variations;
 mod vector;
-mod view;
+mod snapshot_buffer;
 
 #[doc(hidden)]
 pub use collocation::Collocation;

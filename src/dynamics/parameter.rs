@@ -15,16 +15,17 @@ pub enum Parameter {
     GravitationalConstant,
     /// The mass of a body, at a fixed shape.
     Mass(usize),
-    /// The density of a body, at a fixed shape: the derivative by the mass times this volume.
+    /// The density of a body, at a fixed shape; the number is the body's volume, by which the derivative by
+    /// the mass is multiplied.
     Density(usize, f64),
     /// A semi-axis of an ellipsoid, at a fixed mass.
     SemiAxis(usize, usize),
     /// A factor of all lengths of a polyhedron at a fixed mass; its value is one.
     Scale(usize),
-    /// A number of a part of a composite, with the indices of the body and the part: the mass of the part, or
-    /// a coordinate of its position in the working frame.
+    /// A parameter of a part of a composite, with the indices of the body and the part: the mass of the part,
+    /// or a coordinate of its position in the working frame.
     Part(usize, usize, PartNumber),
-    /// A number of a force, with the index of the force.
+    /// A parameter of a force, with the index of the force.
     OfForce(usize, ForceParameter),
 }
 
@@ -97,7 +98,7 @@ impl Parameter {
         parameter.of_part(system.bodies()).map(|_| *parameter)
     }
 
-    /// Returns the body and its derivatives, where the parameter is a number of a part of a composite.
+    /// Returns the body and its derivatives, where the parameter belongs to a part of a composite.
     pub(super) fn of_part(self, bodies: &[Body]) -> Result<Option<(usize, PartDerivative)>> {
         let Self::Part(body, part, number) = self else { return Ok(None) };
         bodies[body].by_part(part, number).map(|derivative| Some((body, derivative)))
@@ -148,9 +149,9 @@ impl Parameter {
         Some((body, inertia))
     }
 
-    /// Returns the relative derivatives of the effects of a force on a body: of its acceleration, and of the
-    /// rate of its spin at constant moments of inertia. They are the relative derivative of the loads minus
-    /// that of the body's mass.
+    /// Returns the relative derivatives of the effects of a force on a body: of the body's acceleration, and
+    /// of the rate of its spin at constant moments of inertia. They are the relative derivative of the loads
+    /// minus that of the body's mass.
     pub(super) fn of_rates(
         self,
         force: usize,

@@ -1,48 +1,49 @@
-//! Starts that can be integrated but are probably a mistake: the numbers behind the warnings about them.
+//! Starts that can be integrated but are probably mistakes: the numbers in the warnings about them.
 
 use super::{State, System};
 use crate::math::Vec3;
 
-/// A body is taken as unbound from this many speeds of escape on. A day taken for an hour makes 24 of them.
+/// The ratio of speed to speed of escape from which a body counts as unbound. If a day is mistaken for an
+/// hour it is 24.
 pub const FAST: f64 = 10.0;
 
-/// A pair is taken as far from the barycentre from this many of its own distances on, where the rounding of
-/// coordinates exceeds the default tolerances.
+/// The ratio of a pair's distance from the barycentre to its separation from which the pair counts as far:
+/// the rounding of coordinates then exceeds the default tolerances.
 pub const FAR: f64 = 1e3;
 
-/// A body that is so much faster than the others' speed of escape that their attraction can hardly be meant
-/// to hold it.
+/// A body that is so much faster than the others' speed of escape that it can hardly be meant to be bound.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unbound {
     /// The index of the body.
     pub body: usize,
     /// The speed of the body relative to the barycentre of the others.
     pub speed: f64,
-    /// The speed of escape there.
+    /// The speed of escape at the body's position.
     pub escape: f64,
 }
 
-/// Bodies near each other that are far from the barycentre, which the integrators count positions from.
+/// Two bodies near each other that are far from the barycentre, relative to which the integrators take
+/// positions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FarFromBarycentre {
     /// The indices of a body and of its nearest neighbour.
     pub pair: [usize; 2],
-    /// The distance between the two.
+    /// The distance between the two bodies of the pair.
     pub apart: f64,
-    /// The index of the body that draws the barycentre to itself.
+    /// The index of the heavy body near which the barycentre lies.
     pub heavy: usize,
-    /// The distance of that body from the first of the pair.
+    /// The distance of the heavy body from the first body of the pair.
     pub distance: f64,
-    /// The length at which the coordinates of the pair round.
+    /// The size of the rounding of the pair's coordinates.
     pub rounding: f64,
-    /// The smallest power of ten that is above this rounding, relative to the distance of the pair:
-    /// tolerances below it cannot be met.
+    /// The least tolerance that can be met: the smallest power of ten above the rounding relative to the
+    /// distance of the pair.
     pub tolerance: f64,
 }
 
 impl System {
-    /// Returns the body of a start that is fastest in units of its speed of escape, if it exceeds [`FAST`] of
-    /// these.
+    /// Returns the body of a start that is fastest relative to its speed of escape, if the ratio exceeds
+    /// [`FAST`].
     pub fn unbound(&self, state: &State) -> Option<Unbound> {
         let masses = self.masses();
         let of = |body: usize| {
@@ -64,9 +65,9 @@ impl System {
         (ratio(&fastest) > FAST).then_some(fastest)
     }
 
-    /// Returns the body of a start that is farthest from the barycentre in units of the distance of its
-    /// nearest neighbour, if it exceeds [`FAR`] of these and the coordinates are too coarse for the
-    /// tolerance. Fixed steps have no tolerance.
+    /// Returns the body of a start that is farthest from the barycentre relative to the distance of its
+    /// nearest neighbour, if the ratio exceeds [`FAR`] and the coordinates are too coarse for the tolerance.
+    /// Fixed steps have no tolerance.
     pub fn far_from_barycentre(&self, state: &State, tolerance: Option<f64>) -> Option<FarFromBarycentre> {
         let masses = self.masses();
         let others = |body: usize| {

@@ -49,7 +49,7 @@ impl KickProduct<'_> {
         let (q, p) = columns.split_at_mut(half * width);
         let size = simd.splat_f64s(size);
         for first in (0..width).step_by(lanes) {
-            // The last lanes overlap those before and leave out the columns that are done.
+            // The last lanes overlap those before, and columns that are done are skipped.
             let at = first.min(width - lanes);
             for (row, weights) in matrix.chunks_exact(stride).enumerate() {
                 let mut sum = simd.splat_f64s(0.0);

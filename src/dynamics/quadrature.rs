@@ -5,14 +5,14 @@ use super::{Dynamics, State};
 use crate::mutual::Method;
 use crate::quadrature::Order;
 
-/// How the interaction of two bodies, or of a part of one and a part of the other, is computed.
+/// The quadrature of the interaction of two bodies, or of a part of one body and a part of the other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quadrature {
-    /// Indices of the bodies in the system.
+    /// The indices of the bodies in the system.
     pub bodies: [usize; 2],
-    /// Indices of the parts in their bodies; `None` for two ordinary bodies.
+    /// The indices of the parts in their bodies; `None` for two ordinary bodies.
     pub parts: Option<[usize; 2]>,
-    /// The method.
+    /// The method of the interaction.
     pub method: Method,
     /// The rule in use; a series has none.
     pub rule: Option<QuadratureRule>,
@@ -21,17 +21,17 @@ pub struct Quadrature {
 /// A quadrature rule in use.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QuadratureRule {
-    /// Index of the body that is integrated over.
+    /// The index of the body that is integrated over.
     pub integrated: usize,
-    /// Number of points.
+    /// The number of points.
     pub points: usize,
-    /// The rule's order.
+    /// The order of the rule.
     pub order: Order,
 }
 
 impl Dynamics {
     /// Returns the quadratures in use, with the numbers of points that they take at a state. Pairs of points
-    /// have none and are left out.
+    /// are omitted, since they have no quadrature.
     pub fn quadratures_at(&self, state: &State) -> Vec<Quadrature> {
         let row = |(i, j, link): &(usize, usize, crate::mutual::Link)| {
             let bodies = [*i, *j];

@@ -7,9 +7,9 @@ use crate::error::{Error, Refusal};
 pub enum Rejected {
     /// Two bodies, or two parts of them, are nearer to each other than the rule in use is valid for.
     TooClose {
-        /// Indices of the two bodies in the system.
+        /// The indices of the two bodies in the system.
         bodies: [usize; 2],
-        /// Separation of the centres of these bodies or parts.
+        /// The separation of the centres of these bodies or parts.
         separation: f64,
         /// The least separation for which the rule is valid.
         valid_from: f64,

@@ -2,7 +2,7 @@
 //! lanes.
 //!
 //! Takes constants of the moments of inertia, attitudes, spins and a time; gives the changes of attitude and
-//! spin, so that a caller who keeps low parts loses nothing of them. Components of vectors are in cyclic
+//! spin, which a caller adds to numbers with low parts without loss. Components of vectors are in cyclic
 //! order, beginning with the distinguished axis.
 
 use crate::math::Vec3;
@@ -68,8 +68,8 @@ pub(super) trait RotorKind<const K: usize> {
     ) -> ([Numbers<S>; 4], [Numbers<S>; 3]);
 }
 
-/// A rotor with two equal moments, with the symmetry axis first: it rotates about the angular momentum at
-/// |L|/I and then about the axis. The constant is the ratio of the third moment to the two equal ones.
+/// A rotor with two equal moments, with the symmetry axis first. It rotates about the angular momentum at the
+/// rate |L|/I and then about the axis. The constant is the ratio of the third moment to the two equal ones.
 pub(super) struct Symmetric;
 
 impl RotorKind<1> for Symmetric {
@@ -100,7 +100,8 @@ impl RotorKind<1> for Symmetric {
     }
 }
 
-/// The closed-form rotation of Euler's top, from the state in the middle of the step.
+/// The closed-form free rotation of a body with three different moments, from the state in the middle of the
+/// step.
 ///
 /// Measured from the axis of the intermediate moment, the spin is w = (a_1 sn, a_2 cn, a_3 dn) with Jacobi's
 /// elliptic functions. Half of the step is the unit of time here, and s = sn(l)/l, c = cn(l) and d = dn(l)
@@ -116,15 +117,15 @@ impl RotorKind<1> for Symmetric {
 ///   w' - w = 2 s (r_1 u_2 u_3, r_2 u_3 u_1 d, r_3 u_1 u_2 c) f^2 / g,  g = f^2 - r_2 r_3 (u_1 f)^2 s^2.
 /// The quaternion of the rotation is that of a discrete rotor (see [`super::variational_rotation`]) whose
 /// moments depend on the energy T, the angular momentum L and the time alone: Hairer & Vilmart (2006), J.
-/// Phys. A 39, 13225. It therefore suffices to know its angle where u_1 = 0. With N = I_1^2 r_1^2 a_2^2 a_3^2
-/// / L^2 half of that is
+/// Phys. A 39, 13225. It therefore suffices to know the rotation angle where u_1 = 0. With N = I_1^2 r_1^2
+/// a_2^2 a_3^2 / L^2 half of that angle is
 ///
 ///   phi = 2 T/L - (1 - 2 T I_1/L^2) (J - 1) L/I_1,
 ///   J = int_0^s dy / ((1 - N y^2) ((1 - x y^2) (1 - z y^2))^(1/2)),
 ///
-/// Legendre's third integral (van Zon & Schofield 2007, J. Comput. Phys. 225, 145). It, s, c and d do not
-/// depend on how fast the body rotates but only on how fast its spin moves in the body frame, so that short
-/// series suffice.
+/// where J is Legendre's third integral (van Zon & Schofield 2007, J. Comput. Phys. 225, 145). J, s, c and d
+/// do not depend on how fast the body rotates but only on how fast its spin moves in the body frame, so that
+/// short series suffice.
 pub(super) struct Triaxial;
 
 /// The number of constants of a triaxial rotor.
@@ -147,7 +148,7 @@ struct RotorMoments<S: Simd> {
 /// The largest x + z, for which the first omitted terms of the series are below 1e-17 of their sums.
 const SHORT: f64 = 0.004;
 
-/// The spin and the conserved quantities of the rotation. Half the time is the unit of time.
+/// The spin and the conserved quantities of a rotation, with half of the step as the unit of time.
 #[derive(Clone, Copy)]
 struct RotorState<S: Simd> {
     spin: [Numbers<S>; 3],

@@ -6,7 +6,7 @@ use super::{AttitudeChart, Dynamics};
 use crate::error::{Error, Result};
 use crate::forces::Switch;
 use crate::interrupt::{InterruptCheck, UNITS};
-use crate::mutual::{Foreseen, Pair, Pose, RuleMemory};
+use crate::mutual::{Pair, Pose, PredictedMotion, RuleMemory};
 use crate::shape::least_distance;
 
 /// The units of work of choosing or restoring a link's rule, and of copying it from another object.
@@ -71,12 +71,12 @@ impl Dynamics {
             interrupt.charge(CHOICE, time)?;
             let pose = self.pose(y, i, j);
             let growth = self.system.check_apart(i, j, &pose, time, interrupt)?;
-            let foreseen = self.foresee(y, i, j, &pose, growth, step);
+            let predicted = self.predict(y, i, j, &pose, growth, step);
             while let Some((a, b, link)) = self.links.get_mut(index)
                 && (*a, *b) == (i, j)
             {
                 interrupt.charge(CHOICE, time)?;
-                link.prepare(&pose, foreseen.as_ref(), interrupt).map_err(|error| error.at(time))?;
+                link.prepare(&pose, predicted.as_ref(), interrupt).map_err(|error| error.at(time))?;
                 work += LINK + link.pair.work();
                 index += 1;
             }
@@ -113,9 +113,9 @@ impl Dynamics {
         self.work = work / self.parts.len() as u64;
     }
 
-    /// Returns how two bodies may move in a step: along straight lines, and falling from these; `None` for a
-    /// step of size zero.
-    fn foresee(
+    /// Returns the predicted motion of two bodies in a step, along straight lines and with the deviation from
+    /// these by attraction; `None` for a step of size zero.
+    fn predict(
         &self,
         y: &[f64],
         i: usize,
@@ -123,7 +123,7 @@ impl Dynamics {
         pose: &Pose,
         growth: f64,
         step: f64,
-    ) -> Option<Foreseen> {
+    ) -> Option<PredictedMotion> {
         if step == 0.0 {
             return None;
         }
@@ -134,7 +134,7 @@ impl Dynamics {
         let mu = self.system.gravitational_constant * (bodies[i].mass + bodies[j].mass);
         let fall = 0.5 * mu * (step / distance).powi(2);
         let turn = |body: usize| vector(y, self.layout.spin(body)).norm() * step.abs();
-        Some(Foreseen {
+        Some(PredictedMotion {
             reach: least_distance(&pose.separation, &path) - fall,
             turns: [turn(i), turn(j)],
             growth,

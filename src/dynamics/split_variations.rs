@@ -1,8 +1,8 @@
 //! The variational equations under the two flows of a splitting.
 //!
-//! The kicks change p by A q alone, with A of the loads without the Kepler motion. The drifts are either the
-//! Kepler motion and the free rotation, whose variational equations are those of a motion without other
-//! loads; or straight lines and the discrete rotation, whose derivative is in closed form.
+//! The kicks change p by A q alone, where A contains the loads without the Kepler motion. A drift is either
+//! the Kepler motion with the free rotation, whose variational equations are those of a motion without other
+//! loads, or the straight motion with the discrete rotation, whose derivative has a closed form.
 
 use super::discrete_rotor::RotationDerivatives;
 use super::layout::vector;
@@ -13,9 +13,9 @@ use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3};
 
 impl Variations {
-    /// Evaluates the coefficients of a kick as [`Self::look`] does, but without the spins, and without the
-    /// Kepler motion where that is the drift.
-    pub fn look_at_kick(
+    /// Evaluates the coefficients of a kick as [`Self::evaluate`] does, but without the spins, and without
+    /// the Kepler motion if that is the drift.
+    pub fn evaluate_kick(
         &mut self,
         dynamics: &mut Dynamics,
         time: f64,
@@ -30,8 +30,8 @@ impl Variations {
         Ok(())
     }
 
-    /// Evaluates the coefficients of the drift of Kepler motion and free rotation as [`Self::look`] does.
-    pub fn look_at_drift(&mut self, dynamics: &Dynamics, y: &[f64]) {
+    /// Evaluates the coefficients of the drift of Kepler motion and free rotation as [`Self::evaluate`] does.
+    pub fn evaluate_drift(&mut self, dynamics: &Dynamics, y: &[f64]) {
         self.clear(dynamics.layout(), y, true);
         self.by_pose.fill(0.0);
         self.by_rate.fill(0.0);
@@ -58,9 +58,9 @@ impl Variations {
             let (distance, before) = (r.norm(), within);
             within += self.masses[i];
             let u = r / distance;
-            let pull = u / (distance * distance);
+            let attraction = u / (distance * distance);
             let slope = (3.0 * u * u.transpose() - Mat3::identity()) * (g * within / distance.powi(3));
-            accelerations[i] -= pull * (g * within);
+            accelerations[i] -= attraction * (g * within);
             for j in 1..=i {
                 let share = if j == i { 1.0 } else { -self.masses[j] / before };
                 rows[i][j] += slope * share;
@@ -68,7 +68,7 @@ impl Variations {
             for (k, parameter) in self.parameters.iter().enumerate() {
                 let mass: f64 = (0..=i).map(|body| parameter.of_mass(body)).sum();
                 let mu = g * mass + if *parameter == Parameter::GravitationalConstant { within } else { 0.0 };
-                forced[i][k] -= pull * mu;
+                forced[i][k] -= attraction * mu;
             }
             for k in 1..i {
                 let share = self.masses[k] / before;
@@ -94,7 +94,8 @@ impl Variations {
                 }
             }
         }
-        // The Kepler motion does not move the barycentre, of which the masses change the shares.
+        // The Kepler motion does not move the barycentre, but a change of the masses changes the bodies'
+        // shares in it.
         for p in 0..self.parameters.len() {
             let centre: Vec3 =
                 (1..n).map(|i| self.share[i] * forced[i][p] + self.share_by(p, i) * accelerations[i]).sum();
@@ -134,7 +135,7 @@ impl Variations {
         Some(())
     }
 
-    /// Applies a kick with the coefficients of the last [`Self::look_at_kick`].
+    /// Applies a kick with the coefficients of the last [`Self::evaluate_kick`].
     pub fn kick(&self, arch: pulp::Arch, size: f64, columns: &mut [f64]) {
         let shape @ [half, width] = [self.half(), self.width()];
         let (matrix, stride) = (&self.by_pose, self.stride);

@@ -5,10 +5,10 @@
 //! | [`DriftKind::Kepler`] | Kepler motion in Jacobi's coordinates, free rotation | the rest of the forces, all torques |
 //! | [`DriftKind::Free`] | straight motion, discrete free rotation | all forces, all torques |
 //!
-//! The first is for the splittings of Wisdom & Holman (1991), Astron. J. 102, 1528: in Jacobi's coordinates
-//! body i moves about the barycentre of the bodies before it with mu = G (m_0 + ... + m_i). For two bodies
-//! this is their relative orbit. The second makes the Lie group variational integrator of half a kick, a
-//! drift and half a kick.
+//! The Kepler drift belongs to the splittings of Wisdom & Holman (1991), Astron. J. 102, 1528: in Jacobi's
+//! coordinates body i moves about the barycentre of the bodies before it with mu = G (m_0 + ... + m_i). For
+//! two bodies this is their relative orbit. The free drift, between two half kicks, makes the Lie group
+//! variational integrator.
 
 mod failures;
 
@@ -47,7 +47,7 @@ pub struct Splitting {
     spin_rate: Vec<[f64; 3]>,
     /// Whether the accelerations and rates of spin belong to the present vector.
     loaded: bool,
-    /// Time and size of the step.
+    /// The time and the size of the step.
     time: f64,
     step: f64,
     /// The changes of attitudes and spins by a drift.
@@ -56,7 +56,7 @@ pub struct Splitting {
     covered: f64,
     /// The units of work of rotating each body through the step, for [`InterruptCheck`].
     work: Vec<u64>,
-    /// Velocities and spins in the middle of a kick, for the work of external forces.
+    /// The velocities and spins in the middle of a kick, for the work of external forces.
     middle: [Vec<[f64; 3]>; 2],
 }
 
@@ -74,7 +74,8 @@ impl Splitting {
             return Err(Error::invalid(
                 "integrator",
                 format!("one of fixed steps, with the force {}, which depends on velocities", force.name()),
-                "Verner98 or another Runge-Kutta pair: the kicks of a splitting change velocities at places alone",
+                "Verner98 or another Runge-Kutta pair: the kicks of a splitting change velocities at places \
+                 alone",
             ));
         }
         let masses = dynamics.system().masses();
@@ -126,7 +127,7 @@ impl Splitting {
     }
 
     /// Returns the accelerations and rates of spin of the present vector, where they are known: together with
-    /// the vector they decide how a run goes on.
+    /// the vector they determine how a run continues.
     pub fn loads(&self) -> Option<Vec<[f64; 6]>> {
         let both = self.acceleration.iter().zip(&self.spin_rate);
         self.loaded.then(|| both.map(|([a, b, c], [x, y, z])| [*a, *b, *c, *x, *y, *z]).collect())
@@ -153,7 +154,7 @@ impl Splitting {
         }
     }
 
-    /// Advances by the flow of the large part.
+    /// Advances by the flow of the larger part.
     pub fn drift(
         &mut self,
         dynamics: &Dynamics,
@@ -226,7 +227,7 @@ impl Splitting {
         too_far.map_or(Ok(()), |body| Err(self.too_far(dynamics, body, spin[body].into())))
     }
 
-    /// Advances by the flow of the small part. Returns the number of evaluations.
+    /// Advances by the flow of the smaller part. Returns the number of evaluations.
     pub fn kick(
         &mut self,
         dynamics: &mut Dynamics,

@@ -1,4 +1,4 @@
-//! The state of a system as users see it.
+//! The state of a system.
 
 use crate::error::{Error, Result, require_finite};
 use crate::math::{Vec3, rotation};
@@ -23,15 +23,15 @@ use crate::math::{Vec3, rotation};
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
-    /// Time in the system's units.
+    /// The time in the system's units.
     pub(crate) time: f64,
-    /// Centres, inertial.
+    /// The positions of the bodies' centres, inertial.
     pub(crate) position: Vec<Vec3>,
-    /// Velocities of the centres, inertial.
+    /// The velocities of the centres, inertial.
     pub(crate) velocity: Vec<Vec3>,
-    /// Unit quaternions `[w, x, y, z]`, body frame to inertial.
+    /// The attitudes: unit quaternions `[w, x, y, z]`, body frame to inertial.
     pub(crate) attitude: Vec<[f64; 4]>,
-    /// Angular velocities in the body frames.
+    /// The angular velocities, body frames.
     pub(crate) spin: Vec<Vec3>,
 }
 
@@ -109,8 +109,8 @@ impl State {
         Self::new(time, position, velocity, attitude, spin)
     }
 
-    /// Makes a state from positions and attitudes alone, for what depends on them only: velocities and spins
-    /// are NaN.
+    /// Makes a state from positions and attitudes alone, for quantities that depend on nothing else:
+    /// velocities and spins are NaN.
     ///
     /// # Errors
     /// The errors are those of [`Self::new`].
@@ -125,7 +125,7 @@ impl State {
     /// Returns the state at another time.
     ///
     /// # Errors
-    /// A time that is not finite is refused.
+    /// Returns an error for a time that is not finite.
     pub fn with_time(self, time: f64) -> Result<Self> {
         Self::new(time, self.position, self.velocity, self.attitude, self.spin)
     }
@@ -167,7 +167,7 @@ impl State {
         self.time
     }
 
-    /// Returns the centres of the bodies, inertial frame.
+    /// Returns the positions of the bodies' centres, inertial frame.
     pub fn position(&self) -> &[Vec3] {
         &self.position
     }

@@ -1,7 +1,7 @@
 //! The variational equations over a step at Gauss's nodes, solved by sweeps, a register of columns at a time.
 //!
 //! The unknowns are the rates of p at the nodes. A sweep computes p from these rates, q from p, and new rates
-//! from q and p. Everything that a register of columns needs stays in the cache meanwhile.
+//! from q and p. All data of a register of columns stay in the cache meanwhile.
 
 use super::products::{DEPTH, product};
 use crate::math::Mat3;
@@ -11,26 +11,26 @@ use std::ops::Range;
 /// The number of columns that are solved together.
 pub(super) const TOGETHER: usize = 8;
 
-/// The largest number of sweeps; a step that takes more is better divided.
+/// The largest number of sweeps; a step that takes more should rather be divided.
 const MOST: usize = 30;
 
 /// The number of sweeps after which the change must halve from one to the next.
 const FIRST: usize = 4;
 
-/// The change, as a share of a column's size, below which a further sweep would change no digit.
+/// The change relative to a column's size below which a further sweep would change no digit.
 const ROUNDING: f64 = f64::EPSILON;
 
 /// The change that rounding may keep sweeps from removing.
 const NOISE: f64 = 256.0 * f64::EPSILON;
 
-/// The equations of a step at its nodes, one node after the other.
+/// The collocation equations of a step at its nodes, one node after the other.
 pub(super) struct CollocationStep<'a, const N: usize> {
     /// The number of rows in either half, and the number of columns.
     pub size: [usize; 2],
     /// Coefficients and weights of the collocation method, times the size of the step.
     pub integrals: [[f64; N]; N],
     pub weights: [f64; N],
-    /// A and B, with half of the rows of the system for each node, and the length of their rows.
+    /// The matrices A and B, with half of the rows of the system for each node, and the length of their rows.
     pub by_pose: &'a [f64],
     pub by_rate: &'a [f64],
     pub stride: usize,
@@ -43,7 +43,7 @@ pub(super) struct CollocationStep<'a, const N: usize> {
     pub ends: [&'a [Mat3]; 2],
     /// The factors of the two spins in each of Euler's equations.
     pub euler: &'a [[f64; 2]],
-    /// One over the natural size of every row, and of the rates of p times the size of the step.
+    /// The inverse natural size of every row, and of the rates of p times the size of the step.
     pub inverse: &'a [f64],
     pub inverse_rates: &'a [f64],
     /// The tangent vectors at the start.
@@ -60,7 +60,7 @@ pub(super) struct Sweeps<'a, const N: usize> {
     /// The tangent vectors at the end.
     pub out: &'a mut [f64],
     /// The rates of p at the nodes.
-    pub pushes: &'a mut [f64],
+    pub p_rates: &'a mut [f64],
     pub work: &'a mut [f64],
 }
 
@@ -93,7 +93,7 @@ impl<const N: usize> Sweeps<'_, N> {
         // The last lanes overlap those before them.
         let at = first.min(width - lanes);
         let place = first * half * N;
-        let pushes = nodes::<S, N>(&mut self.pushes[place..place + length]);
+        let p_rates = nodes::<S, N>(&mut self.p_rates[place..place + length]);
         let (q, rest) = self.work.split_at_mut(length);
         let (p, rest) = rest.split_at_mut(length);
         let (q, p) = (nodes::<S, N>(q), nodes::<S, N>(p));
@@ -104,23 +104,23 @@ impl<const N: usize> Sweeps<'_, N> {
             Some(factors) => {
                 let before = S::as_simd_f64s(&step.before[place..place + length]).0.as_chunks::<N>().0;
                 for row in 0..half {
-                    pushes[row] = along(simd, simd.splat_f64s(0.0), &before[row], factors);
+                    p_rates[row] = along(simd, simd.splat_f64s(0.0), &before[row], factors);
                 }
             }
-            None => pushes.fill([simd.splat_f64s(0.0); N]),
+            None => p_rates.fill([simd.splat_f64s(0.0); N]),
         }
-        step.motions(simd, start, pushes, p);
+        step.motions(simd, start, p_rates, p);
         let mut share_before = f64::NAN;
         for sweep in 1.. {
             step.places(simd, start, p, q);
             for row in 0..half {
-                last[row] = pushes[row][N - 1];
+                last[row] = p_rates[row][N - 1];
             }
             for i in 0..N {
-                step.rates(simd, (i, at), q, p, pushes);
+                step.rates(simd, (i, at), q, p, p_rates);
             }
-            step.motions(simd, start, pushes, p);
-            let share = step.change(simd, scale, pushes, last);
+            step.motions(simd, start, p_rates, p);
+            let share = step.change(simd, scale, p_rates, last);
             // After the first sweep the ratio is not a number.
             let ratio = share / share_before;
             // This is the sum of all further changes if each decreases by the same factor.
@@ -138,7 +138,7 @@ impl<const N: usize> Sweeps<'_, N> {
             }
             share_before = share;
         }
-        step.end(simd, at, start, [p, pushes], self.out);
+        step.end(simd, at, start, [p, p_rates], self.out);
         true
     }
 }
@@ -166,10 +166,10 @@ impl<const N: usize> CollocationStep<'_, N> {
 
     /// Computes p at the nodes.
     #[inline(always)]
-    fn motions<S: Simd>(&self, simd: S, start: &[S::f64s], pushes: &[[S::f64s; N]], p: &mut [[S::f64s; N]]) {
+    fn motions<S: Simd>(&self, simd: S, start: &[S::f64s], p_rates: &[[S::f64s; N]], p: &mut [[S::f64s; N]]) {
         let half = self.size[0];
         for row in 0..half {
-            p[row] = along(simd, start[half + row], &pushes[row], &self.integrals);
+            p[row] = along(simd, start[half + row], &p_rates[row], &self.integrals);
         }
     }
 
@@ -198,11 +198,11 @@ impl<const N: usize> CollocationStep<'_, N> {
         (i, at): (usize, usize),
         q: &[[S::f64s; N]],
         p: &[[S::f64s; N]],
-        pushes: &mut [[S::f64s; N]],
+        p_rates: &mut [[S::f64s; N]],
     ) {
         let [half, width] = self.size;
         for row in 0..half {
-            pushes[row][i] = if self.forcing.is_empty() {
+            p_rates[row][i] = if self.forcing.is_empty() {
                 simd.splat_f64s(0.0)
             } else {
                 load::<S>(self.forcing, (i * half + row) * width + at)
@@ -220,7 +220,7 @@ impl<const N: usize> CollocationStep<'_, N> {
                     rows[k] = from[DEPTH * block + k][i];
                 }
                 for row in 0..half {
-                    pushes[row][i] = product(simd, &matrix[row * blocks + block], &rows, pushes[row][i]);
+                    p_rates[row][i] = product(simd, &matrix[row * blocks + block], &rows, p_rates[row][i]);
                 }
             }
         }
@@ -229,8 +229,8 @@ impl<const N: usize> CollocationStep<'_, N> {
             for c in 0..3 {
                 let [a, b] = self.euler[3 * (i * self.bodies() + body) + c];
                 let (j, k) = (row + (c + 1) % 3, row + (c + 2) % 3);
-                let sum = simd.mul_add_e_f64s(simd.splat_f64s(a), p[j][i], pushes[row + c][i]);
-                pushes[row + c][i] = simd.mul_add_e_f64s(simd.splat_f64s(b), p[k][i], sum);
+                let sum = simd.mul_add_e_f64s(simd.splat_f64s(a), p[j][i], p_rates[row + c][i]);
+                p_rates[row + c][i] = simd.mul_add_e_f64s(simd.splat_f64s(b), p[k][i], sum);
             }
         }
     }
@@ -238,10 +238,16 @@ impl<const N: usize> CollocationStep<'_, N> {
     /// Returns the change by a sweep as a share of the columns' sizes: at the last node, since it grows with
     /// the time within the step.
     #[inline(always)]
-    fn change<S: Simd>(&self, simd: S, mut scale: S::f64s, pushes: &[[S::f64s; N]], last: &[S::f64s]) -> f64 {
+    fn change<S: Simd>(
+        &self,
+        simd: S,
+        mut scale: S::f64s,
+        p_rates: &[[S::f64s; N]],
+        last: &[S::f64s],
+    ) -> f64 {
         let mut change = simd.splat_f64s(0.0);
         for row in 0..last.len() {
-            let (inverse, now) = (simd.splat_f64s(self.inverse_rates[row]), pushes[row][N - 1]);
+            let (inverse, now) = (simd.splat_f64s(self.inverse_rates[row]), p_rates[row][N - 1]);
             let by = size(simd, simd.sub_f64s(now, last[row]));
             change = simd.mul_add_e_f64s(by, inverse, change);
             scale = simd.mul_add_e_f64s(size(simd, now), inverse, scale);
@@ -256,7 +262,7 @@ impl<const N: usize> CollocationStep<'_, N> {
         simd: S,
         at: usize,
         start: &[S::f64s],
-        [p, pushes]: [&[[S::f64s; N]]; 2],
+        [p, p_rates]: [&[[S::f64s; N]]; 2],
         out: &mut [f64],
     ) {
         let ([half, width], weights) = (self.size, &self.weights);
@@ -265,7 +271,7 @@ impl<const N: usize> CollocationStep<'_, N> {
             if !spinning.contains(&row) {
                 store::<S>(out, row * width + at, plus(simd, start[row], &p[row], weights));
             }
-            store::<S>(out, (half + row) * width + at, plus(simd, start[half + row], &pushes[row], weights));
+            store::<S>(out, (half + row) * width + at, plus(simd, start[half + row], &p_rates[row], weights));
         }
         for body in 0..self.bodies() {
             let (row, rates) = (self.turn + 3 * body, self.turning(simd, body, p));

@@ -1,12 +1,12 @@
 //! Forces that are switched at zeros of a function of the motion: where the next switch is, and the map of
 //! tangent vectors across it.
 //!
-//! At a switch the rates of change jump from f to f + j. A neighbouring motion, with the tangent vector
-//! delta, passes the zero of the function g earlier by g'(delta) / g'(f). For this time the jump acts on it
-//! already, or not yet, so that its tangent vector behind the switch is
+//! At a switch the rates of change jump from f to f + j. A neighbouring motion with the tangent vector delta
+//! passes the zero of the function g earlier by the time g'(delta) / g'(f), which may be negative. During
+//! this time only one of the two motions has the jump, so that the tangent vector after the switch is
 //!
 //!   delta + j g'(delta) / g'(f),
-//! and the same holds for the derivative by a parameter, where the derivative of g by the parameter is added
+//! The derivative by a parameter changes in the same way, where the derivative of g by the parameter is added
 //! to g'(delta). The matrix of this map is called the saltation matrix.
 
 use super::layout::vector;
@@ -28,9 +28,9 @@ impl Dynamics {
         switched.into_iter().find(|force| self.switch_margin(*force, time, y) < 0.0)
     }
 
-    /// Returns the jump at the switch of a force at a vector, with the rate of its function before it. It
-    /// refuses a switch that would be undone at once, where the motion leads to the switch both with the
-    /// force and without it.
+    /// Returns the jump at the switch of a force at a vector, with the rate of its function before the
+    /// switch. Returns an error for a switch that would be undone at once, where the motion leads to the
+    /// switch both with the force and without it.
     pub fn switch_jump(&mut self, force: usize, time: f64, y: &[f64]) -> Result<(SwitchJump, f64)> {
         let failed = |dynamics: &Self, detail: &str| Error::ForceFailed {
             force: dynamics.external_forces.name(force).to_owned(),
@@ -56,12 +56,13 @@ impl Dynamics {
             + gradient.by_rotation.dot(&vector(y, layout.spin(jump.on)))
             + gradient.by_spin.dot(&vector(&rate, layout.spin(jump.on)));
         let after = before + gradient.by_velocity.dot(&jump.force) / self.system.bodies()[jump.on].mass;
-        // Unless the function's rate keeps its sign, the function would come back to its zero.
+        // If the function's rate changes its sign, the function returns to its zero.
         if before == 0.0 || before * after < 0.0 {
             let name = &self.system.bodies()[jump.on].name;
             let detail = format!(
-                "the lock of {name} neither lasts nor ends: the force, which acts while it is locked, takes it out of the lock, and \
-                 without the force it comes back at once; expected a weaker force, whose effect in an orbit is small"
+                "the lock of {name} neither lasts nor ends: the force, which acts while it is locked, takes \
+                 it out of the lock, and without the force it comes back at once; expected a weaker force, \
+                 whose effect in an orbit is small"
             );
             return Err(failed(self, &detail));
         }

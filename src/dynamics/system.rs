@@ -21,14 +21,14 @@ const REACH: f64 = 1e100;
 /// The units of work of checking a pair's separation, for [`InterruptCheck`].
 const CHECK: u64 = 10;
 
-/// The settings of a system: how gravity is computed and attitudes are stored. Archives and the Python
-/// package use this description.
+/// The settings of a system, which determine how gravity is computed and attitudes are stored. Archives and
+/// the Python package use this description.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
-    /// The method of the interactions; the focal rule by default.
+    /// The method of mutual gravity; the focal rule by default.
     pub gravity: Method,
-    /// Tolerance of the quadrature, relative to the force; 1e-14 by default.
+    /// The tolerance of the quadrature, relative to the force; 1e-14 by default.
     pub gravity_tolerance: f64,
     /// A fixed order of the quadrature instead of the tolerance; none by default.
     pub order: Option<Order>,
@@ -52,7 +52,7 @@ impl Default for Settings {
     }
 }
 
-/// Bodies under their mutual gravity.
+/// A system: bodies under their mutual gravity, with settings and external forces.
 #[derive(Debug, Clone)]
 pub struct System {
     pub(super) bodies: Vec<Body>,
@@ -69,9 +69,9 @@ impl System {
     /// Makes a system of bodies with distinct names; G is in the units of everything else.
     ///
     /// # Errors
-    /// [`Error::InvalidInput`] names what cannot be: no bodies, two of one name, a negative or infinite G, a
-    /// tolerance outside (0, 1), an order beside polyhedra or out of range, vector instructions that the
-    /// machine lacks.
+    /// Returns [`Error::InvalidInput`] if there are no bodies, for two bodies of one name, a negative or
+    /// infinite G, a tolerance outside (0, 1), an order that is out of range or given with polyhedra, and
+    /// vector instructions that the machine lacks.
     pub fn new(bodies: Vec<Body>, gravitational_constant: f64, settings: Settings) -> Result<Self> {
         if bodies.is_empty() {
             return Err(Error::invalid("number of bodies", 0, "at least one"));
@@ -132,34 +132,34 @@ impl System {
         Ok(Self { forces, force_model, ..self })
     }
 
-    /// Returns the system with a store of shared data, in which other systems may have put what its pairs
-    /// need.
+    /// Returns the system with a store of shared data, in which other systems may already have stored data
+    /// for its pairs.
     #[must_use]
     pub fn sharing(self, store: Arc<Store>) -> Self {
         Self { store, ..self }
     }
 
-    /// The bodies.
+    /// Returns the bodies.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
 
-    /// The gravitational constant.
+    /// Returns the gravitational constant.
     pub fn gravitational_constant(&self) -> f64 {
         self.gravitational_constant
     }
 
-    /// The settings.
+    /// Returns the settings.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// The external forces.
+    /// Returns the external forces.
     pub fn forces(&self) -> &[Force] {
         &self.forces
     }
 
-    /// Returns the external forces, prepared for evaluation. Copies of them are evaluated.
+    /// Returns the external forces prepared for evaluation; they are copied before they are evaluated.
     pub fn force_model(&self) -> &ForceModel {
         &self.force_model
     }

@@ -1,4 +1,4 @@
-//! Tangent vectors of the bodies' own numbers, from those in relative coordinates.
+//! Conversion of tangent vectors from relative coordinates to those of the bodies.
 
 use super::{State, Variations};
 use crate::math::Vec3;
@@ -47,8 +47,8 @@ impl Variations {
             let nominal = self.nominal_by_masses(k, start);
             combination.clear();
             combination.push((2 * half + k, 1.0));
-            // Where the barycentre has an equation of its own, its offset is relative to the nominal one,
-            // which the masses move.
+            // Where the barycentre has an equation of its own, its offset is relative to the nominal
+            // barycentre, which changes with the masses.
             if let Some(row) = self.barycentre() {
                 for (block, offset) in nominal.iter().enumerate() {
                     combination.extend((0..3).map(|c| (block * half + row + c, -offset[c])));
@@ -57,7 +57,8 @@ impl Variations {
             let elapsed = now.time - start.time;
             let mut moved = [nominal[0] + nominal[1] * elapsed, nominal[1]];
             if !self.free {
-                // The barycentre is then the mean of all bodies with shares that depend on the masses.
+                // The barycentre is then the mean of all bodies, weighted by fractions that depend on the
+                // masses.
                 let [place, motion] = self.nominal_by_masses(k, now);
                 moved[0] -= place;
                 moved[1] -= motion;
@@ -67,8 +68,8 @@ impl Variations {
         (transition, sensitivity)
     }
 
-    /// Returns the change of the mean position and velocity with the shares that a parameter gives the
-    /// bodies.
+    /// Returns the change of the mean position and velocity that follows from the change of the bodies' mass
+    /// fractions by a parameter.
     fn nominal_by_masses(&self, parameter: usize, state: &State) -> [Vec3; 2] {
         let mean = |of: &[Vec3]| {
             (0..self.bodies).map(|body| self.share_by(parameter, body) * of[body]).sum::<Vec3>()
@@ -76,7 +77,7 @@ impl Variations {
         [mean(&state.position), mean(&state.velocity)]
     }
 
-    /// Returns the derivative of a body's share in the total mass by a parameter.
+    /// Returns the derivative by a parameter of a body's mass relative to the total mass.
     pub(super) fn share_by(&self, parameter: usize, body: usize) -> f64 {
         let total: f64 = self.masses.iter().sum();
         let by_mass = |body: usize| self.parameters[parameter].of_mass(body) / total;

@@ -15,7 +15,7 @@ use super::products::DEPTH;
 use super::{Dynamics, Parameter};
 use crate::error::{Error, Result};
 use crate::forces::{Load, LoadJacobian};
-use crate::gravity::{BodyChange, ExtendedPull};
+use crate::gravity::{BodyChange, ExtendedAttraction};
 use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
 use crate::math::compensated::sum;
@@ -32,16 +32,16 @@ const GRADIENT: u64 = 2;
 #[derive(Debug, Clone)]
 pub struct Variations {
     pub(super) bodies: usize,
-    /// Whether the barycentre offset is among the numbers.
+    /// Whether the barycentre offset is among the numbers of a tangent vector.
     pub(super) free: bool,
     pub(super) masses: Vec<f64>,
-    /// Masses over the total.
+    /// The masses relative to the total mass.
     pub(super) share: Vec<f64>,
     pub(super) parameters: Vec<Parameter>,
     pub(super) inertia: Vec<Vec3>,
     pub(super) jacobian: LoadJacobian,
-    /// Rows of A and, where a force depends on velocities or spins, of its contribution to B, padded with
-    /// zeros.
+    /// The rows of A and, where a force depends on velocities or spins, of the force's contribution to B,
+    /// padded with zeros.
     pub(super) by_pose: Vec<f64>,
     pub(super) by_rate: Vec<f64>,
     pub(super) stride: usize,
@@ -51,8 +51,8 @@ pub struct Variations {
     by_inertia: Vec<Option<(usize, Vec3)>>,
     /// For every parameter the composite that changes with it, and its derivatives.
     by_part: Vec<Option<(usize, PartDerivative)>>,
-    /// With third bodies, the bodies whose semi-axes are parameters, with their pulls.
-    pulls: Vec<(usize, ExtendedPull)>,
+    /// With third bodies, the bodies whose semi-axes are parameters, with the excess of their attraction.
+    attractions: Vec<(usize, ExtendedAttraction)>,
     /// With third bodies, the parameters with which a body's own field changes.
     changes: Vec<(usize, usize, BodyChange)>,
     /// The number of columns for the initial state.
@@ -72,9 +72,9 @@ impl Variations {
         let of_axes =
             |body: usize| parameters.iter().any(|p| p.semi_axis().is_some_and(|(of, _)| of == body));
         let beside = dynamics.external_forces().has_third_body();
-        let pulled = bodies.iter().enumerate().filter(|(body, _)| beside && of_axes(*body));
-        let pulls = pulled
-            .filter_map(|(body, of)| Some((body, ExtendedPull::of_ellipsoid(&of.parts()[0].shape)?)))
+        let attracted = bodies.iter().enumerate().filter(|(body, _)| beside && of_axes(*body));
+        let attractions = attracted
+            .filter_map(|(body, of)| Some((body, ExtendedAttraction::of_ellipsoid(&of.parts()[0].shape)?)))
             .collect();
         let by_part = parameters.iter().map(|parameter| parameter.of_part(bodies));
         let by_part = by_part.collect::<Result<Vec<_>>>()?;
@@ -84,7 +84,16 @@ impl Variations {
             _ => None,
         };
         let changes = parameters.iter().enumerate().filter(|_| beside).filter_map(of_change).collect();
-        Ok(Self { initial: 2 * all.half(), parameters, by_inertia, by_part, pulls, changes, forcing, ..all })
+        Ok(Self {
+            initial: 2 * all.half(),
+            parameters,
+            by_inertia,
+            by_part,
+            attractions,
+            changes,
+            forcing,
+            ..all
+        })
     }
 
     /// Prepares a single tangent vector.
@@ -116,7 +125,7 @@ impl Variations {
             initial: 1,
             by_inertia: Vec::new(),
             by_part: Vec::new(),
-            pulls: Vec::new(),
+            attractions: Vec::new(),
             changes: Vec::new(),
             forcing: Vec::new(),
             parameters: Vec::new(),
@@ -141,8 +150,8 @@ impl Variations {
         columns
     }
 
-    /// Writes one over the natural size of every number of a tangent vector, from those of each body's
-    /// position, velocity and spin. The size of rotations is one, and is left as it is.
+    /// Writes the inverse natural size of every number of a tangent vector, from the natural sizes of each
+    /// body's position, velocity and spin. The size of rotations is one, and is not written.
     pub fn inverse_sizes(&self, sizes: &[[f64; 3]], inverse: &mut [f64]) {
         let mut put = |row: usize, size: f64| inverse[row..row + 3].fill(1.0 / size);
         for (body, [length, speed, spin]) in sizes.iter().enumerate() {
@@ -170,13 +179,13 @@ impl Variations {
         self.free.then(|| 6 * self.bodies - 3)
     }
 
-    /// Returns the units of work of [`Self::look`].
+    /// Returns the units of work of [`Self::evaluate`].
     pub fn work(&self, dynamics: &Dynamics) -> u64 {
         GRADIENT * dynamics.work() * dynamics.parts() as u64 + (self.by_pose.len() / 64) as u64
     }
 
     /// Evaluates A, B and the derivatives by the parameters at a vector of the motion. Allocates nothing.
-    pub fn look(
+    pub fn evaluate(
         &mut self,
         dynamics: &mut Dynamics,
         time: f64,
@@ -235,8 +244,8 @@ impl Variations {
                     forcing[j][1] += over(&(by.torque_second * strength), &self.inertia[j]);
                     // This is the effect of the body's own mass.
                     let sign = if which == 0 { 1.0 } else { -1.0 };
-                    let pull = sign * g * masses[1 - which] * derivative.mass / masses[which];
-                    forcing[*body][0] -= loads.force_on_first * pull;
+                    let attraction = sign * g * masses[1 - which] * derivative.mass / masses[which];
+                    forcing[*body][0] -= loads.force_on_first * attraction;
                     continue;
                 }
                 let by = parameter.of_pair([i, j], g, masses);
@@ -295,8 +304,9 @@ impl Variations {
 
     /// Adds the derivatives by semi-axes of the loads of third bodies.
     fn force_by_axes(&mut self, dynamics: &mut Dynamics, time: f64, y: &[f64]) -> Result<()> {
-        for (body, pull) in &mut self.pulls {
-            let semi_axis_derivatives = dynamics.external_semi_axis_derivatives(time, y, *body, pull)?;
+        for (body, attraction) in &mut self.attractions {
+            let semi_axis_derivatives =
+                dynamics.external_semi_axis_derivatives(time, y, *body, attraction)?;
             for (parameter, forcing) in self.parameters.iter().zip(self.forcing.chunks_exact_mut(self.bodies))
             {
                 let Some((_, axis)) = parameter.semi_axis().filter(|(of, _)| of == body) else { continue };
@@ -399,14 +409,14 @@ impl Variations {
     }
 }
 
-/// Returns a torque over the moments of inertia; zero for a body without any.
+/// Returns a torque divided by the moments of inertia; zero for a body without inertia.
 fn over(torque: &Vec3, inertia: &Vec3) -> Vec3 {
     torque.zip_map(inertia, |torque, inertia| if inertia > 0.0 { torque / inertia } else { 0.0 })
 }
 
 impl Dynamics {
-    /// Prepares [`Variations::look`], from a vector of the motion on, with the rules in use. It may allocate
-    /// and is called between steps only.
+    /// Prepares [`Variations::evaluate`] with the rules in use, for motions that begin at this vector. It may
+    /// allocate and is called between steps only.
     pub fn prepare_variations(
         &mut self,
         variations: &Variations,

@@ -37,7 +37,7 @@ impl Dynamics {
             let [l, v, n] = &mut out[body];
             *v = v.max(speed);
             *n = n.max(spin);
-            // A body that nothing moves or rotates has no error either, but must not divide by zero.
+            // A body without any motion or attraction has no error either, but its scale must not be zero.
             *v = if *v > 0.0 { *v } else { *l };
             *n = if *n > 0.0 { *n } else { 1.0 };
         }

@@ -84,7 +84,7 @@ impl Member {
     }
 }
 
-/// Returns the part of a run that is done, from 0 to 1.
+/// Returns the finished part of a run, from 0 to 1.
 fn part(now: Progress) -> f64 {
     let part = (now.time - now.start) / (now.end - now.start);
     if now.time == now.end { 1.0 } else { part.clamp(0.0, 1.0 - f64::EPSILON) }

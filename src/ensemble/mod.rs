@@ -21,7 +21,8 @@ use std::sync::Arc;
 /// source receives their records up to there.
 ///
 /// # Errors
-/// A machine that refuses to start the threads is an error; a member that fails is an answer.
+/// Returns an error if the machine refuses to start the threads. The error of a member is part of its
+/// outcome.
 ///
 /// ```
 /// use fullbody::dynamics::{Settings, State, System};
@@ -49,7 +50,8 @@ use std::sync::Arc;
 ///         let system = System::new(vec![body("A"), body("B")], 1.0, Settings::default()).unwrap();
 ///         let (at, by) = (Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 1.0 + 0.01 * index as f64, 0.0));
 ///         let (upright, rest) = (vec![[1.0, 0.0, 0.0, 0.0]; 2], vec![Vec3::zeros(); 2]);
-///         let state = State::new(0.0, vec![-at / 2.0, at / 2.0], vec![-by / 2.0, by / 2.0], upright, rest).unwrap();
+///         let (position, velocity) = (vec![-at / 2.0, at / 2.0], vec![-by / 2.0, by / 2.0]);
+///         let state = State::new(0.0, position, velocity, upright, rest).unwrap();
 ///         let member = Member {
 ///             system,
 ///             state,

@@ -1,4 +1,4 @@
-//! The description of a force, for archives and the Python package.
+//! The description of a force, as archives and the Python package use it.
 
 use super::{Byorp, Function, ThirdBody, Tide, Yorp};
 use crate::error::Result;

@@ -1,17 +1,17 @@
 //! The external forces of a system as terms of a sum, with their work and impulse.
 
 use super::{
-    Force, ForceParameter, Load, LoadJacobian, LoadSink, MarginGradient, PointPull, Snapshot, Switch,
+    Force, ForceParameter, Load, LoadJacobian, LoadSink, MarginGradient, PointAttraction, Snapshot, Switch,
     function, radiation, third_body, tide,
 };
 use crate::error::{Error, Result};
-use crate::gravity::{BodyChange, ExtendedPull};
+use crate::gravity::{BodyChange, ExtendedAttraction};
 use crate::math::Vec3;
 use crate::math::rotation::turned;
 use crate::shape::Body;
 use pulp::Simd;
 
-/// The numbers of a force's work, impulse and angular impulse: 1 + 3 + 3.
+/// The number of values of a force's work, impulse and angular impulse: 1 + 3 + 3.
 pub const WORK_AND_IMPULSE: usize = 7;
 
 /// The external forces of a system, prepared for evaluation.
@@ -21,17 +21,17 @@ pub struct ForceModel {
     wants_attitudes: bool,
 }
 
-/// The change that a switch makes: the force on a body, by a vector, at a zero of a function of its motion about
-/// another body.
+/// The change that a switch makes: the force on a body jumps where a function of the body's motion about
+/// another one is zero.
 #[derive(Debug, Clone, Copy)]
 pub struct SwitchJump {
-    /// The body.
+    /// The index of the body on which the force acts.
     pub on: usize,
-    /// The other body.
+    /// The index of the other body.
     pub about: usize,
-    /// The force after the switch less that before it, inertial.
+    /// The force after the switch minus the force before it, inertial.
     pub force: Vec3,
-    /// The function's derivatives.
+    /// The derivatives of the function that is zero at the switch.
     pub gradient: MarginGradient,
 }
 
@@ -43,7 +43,7 @@ struct ForceTerm {
 
 #[derive(Debug, Clone)]
 enum ForceTermKind {
-    ThirdBody(third_body::ThirdBodyPull),
+    ThirdBody(third_body::ThirdBodyAttraction),
     Tide(tide::TidalForce),
     Yorp(radiation::YorpTorque),
     Byorp(radiation::ByorpForce),
@@ -55,7 +55,7 @@ impl ForceTermKind {
     #[inline(always)]
     fn loads(&self) -> &[Load] {
         match self {
-            Self::ThirdBody(pull) => &pull.loads,
+            Self::ThirdBody(attraction) => &attraction.loads,
             Self::Tide(tide) => &tide.loads,
             Self::Yorp(turn) => &turn.loads,
             Self::Byorp(push) => &push.loads,
@@ -117,8 +117,8 @@ impl ForceModel {
     /// is given, or in which a third body comes inside the system.
     pub fn check(&mut self, snapshot: Snapshot, to: f64) -> Result<()> {
         for ForceTerm { name, kind } in &mut self.terms {
-            if let ForceTermKind::ThirdBody(pull) = kind {
-                pull.check(name, to, snapshot)?;
+            if let ForceTermKind::ThirdBody(attraction) = kind {
+                attraction.check(name, to, snapshot)?;
             }
         }
         Ok(())
@@ -128,7 +128,7 @@ impl ForceModel {
     /// all along it.
     pub fn reach(&self, from: f64, to: f64) -> f64 {
         let ends = self.terms.iter().filter_map(|term| match &term.kind {
-            ForceTermKind::ThirdBody(pull) => Some(pull.span()),
+            ForceTermKind::ThirdBody(attraction) => Some(attraction.span()),
             _ => None,
         });
         ends.fold(to, |to, (first, last)| if to < from { to.max(first) } else { to.min(last) })
@@ -156,7 +156,7 @@ impl ForceModel {
         self.terms.iter().map(of).collect()
     }
 
-    /// Iterates over the indices of the forces that are switched on and off.
+    /// Iterates over the indices of the forces that can be switched on and off.
     pub fn switched(&self) -> impl Iterator<Item = usize> + use<'_> {
         (0..self.terms.len()).filter(|force| self.push(*force).is_some())
     }
@@ -217,9 +217,9 @@ impl ForceModel {
     pub fn load<S: Simd>(&mut self, simd: S, snapshot: Snapshot, to: &mut impl LoadSink) -> Result<()> {
         for ForceTerm { name, kind } in &mut self.terms {
             match kind {
-                ForceTermKind::ThirdBody(pull) => {
-                    pull.load(simd, name, snapshot)?;
-                    to.take(&pull.loads);
+                ForceTermKind::ThirdBody(attraction) => {
+                    attraction.load(simd, name, snapshot)?;
+                    to.take(&attraction.loads);
                 }
                 ForceTermKind::Tide(tide) => {
                     tide.load(snapshot);
@@ -247,7 +247,7 @@ impl ForceModel {
     pub fn add_jacobian(&mut self, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()> {
         for ForceTerm { name, kind } in &mut self.terms {
             match kind {
-                ForceTermKind::ThirdBody(pull) => pull.add_jacobian(snapshot, jacobian)?,
+                ForceTermKind::ThirdBody(attraction) => attraction.add_jacobian(snapshot, jacobian)?,
                 ForceTermKind::Tide(tide) => tide.add_jacobian(snapshot, jacobian),
                 ForceTermKind::Yorp(turn) => turn.add_jacobian(name, snapshot, jacobian)?,
                 ForceTermKind::Byorp(push) => push.add_jacobian(snapshot, jacobian),
@@ -266,12 +266,12 @@ impl ForceModel {
         &mut self,
         snapshot: Snapshot,
         body: usize,
-        pull: &mut ExtendedPull,
+        attraction: &mut ExtendedAttraction,
     ) -> Result<[[Vec3; 2]; 3]> {
         let mut sums = [[Vec3::zeros(); 2]; 3];
         for ForceTerm { kind, .. } in &mut self.terms {
             if let ForceTermKind::ThirdBody(third) = kind {
-                third.semi_axis_derivatives(snapshot, body, pull, &mut sums)?;
+                third.semi_axis_derivatives(snapshot, body, attraction, &mut sums)?;
             }
         }
         Ok(sums)
@@ -294,15 +294,15 @@ impl ForceModel {
     ) -> Result<()> {
         let ForceTerm { name, kind } = &mut self.terms[force];
         match kind {
-            ForceTermKind::ThirdBody(pull) => {
-                let (place, derivatives) = pull.path_derivatives(snapshot.time)?;
+            ForceTermKind::ThirdBody(attraction) => {
+                let (place, derivatives) = attraction.path_derivatives(snapshot.time)?;
                 let (change, mu) = match parameter {
                     ForceParameter::Element(which) => (derivatives[which], 0.0),
                     ForceParameter::Mass => (derivatives[7] * gravitational_constant, gravitational_constant),
                     _ => (derivatives[7], 1.0),
                 };
-                pull.loads.iter().for_each(|load| to(load, mu / pull.mu));
-                pull.along(name, snapshot, place, &change)?.iter().for_each(|load| to(load, 1.0));
+                attraction.loads.iter().for_each(|load| to(load, mu / attraction.mu));
+                attraction.along(name, snapshot, place, &change)?.iter().for_each(|load| to(load, 1.0));
             }
             ForceTermKind::Tide(tide) => tide.by_parameter(snapshot, parameter, to),
             ForceTermKind::Yorp(turn) => turn.by_parameter(snapshot, parameter, to),
@@ -312,9 +312,9 @@ impl ForceModel {
         Ok(())
     }
 
-    /// Computes the derivatives of the loads of third bodies by the mu of their orbits, where G times the
-    /// masses of the system changes by `by`, and the mu of a third body that is given by its mass by `of_g`
-    /// times itself.
+    /// Passes the derivative of a third body's loads along a change of the mu of its orbit to the sink. `by`
+    /// is the change of G times the masses of the system; the mu of a third body that is given by its mass
+    /// changes by `of_g` times itself.
     pub fn by_total_mu(
         &mut self,
         snapshot: Snapshot,
@@ -323,23 +323,26 @@ impl ForceModel {
         of_g: f64,
         to: &mut impl FnMut(&Load, f64),
     ) -> Result<()> {
-        if let ForceTerm { name, kind: ForceTermKind::ThirdBody(pull) } = &mut self.terms[force]
+        if let ForceTerm { name, kind: ForceTermKind::ThirdBody(attraction) } = &mut self.terms[force]
             && by != 0.0
         {
-            let by = by + if pull.by_mass { of_g * pull.mu } else { 0.0 };
-            let (place, derivatives) = pull.path_derivatives(snapshot.time)?;
-            pull.along(name, snapshot, place, &(derivatives[7] * by))?.iter().for_each(|load| to(load, 1.0));
+            let by = by + if attraction.by_mass { of_g * attraction.mu } else { 0.0 };
+            let (place, derivatives) = attraction.path_derivatives(snapshot.time)?;
+            attraction
+                .along(name, snapshot, place, &(derivatives[7] * by))?
+                .iter()
+                .for_each(|load| to(load, 1.0));
         }
         Ok(())
     }
 
-    /// Computes the derivatives of the loads of third bodies on a body whose own field changes, at its mass:
-    /// of the force, inertial, and of the torque, in the body's frame.
+    /// Computes the derivatives of the loads of third bodies on a body whose own field changes while its mass
+    /// stays the same: of the force, inertial, and of the torque, body frame.
     pub fn by_change(&mut self, snapshot: Snapshot, body: usize, change: &BodyChange) -> Result<[Vec3; 2]> {
         let mut sums = [Vec3::zeros(); 2];
         for ForceTerm { kind, .. } in &mut self.terms {
-            if let ForceTermKind::ThirdBody(pull) = kind {
-                let moved = pull.by_change(snapshot, body, change)?;
+            if let ForceTermKind::ThirdBody(attraction) = kind {
+                let moved = attraction.by_change(snapshot, body, change)?;
                 (0..2).for_each(|k| sums[k] += moved[k]);
             }
         }
@@ -355,8 +358,8 @@ impl ForceModel {
     /// proportional, at a fixed path of a third body.
     pub fn powers(&self, force: usize, mass_of: usize, on: usize) -> [f64; 2] {
         match &self.terms[force].kind {
-            ForceTermKind::ThirdBody(pull) => {
-                [f64::from(pull.by_mass), if mass_of == on { 1.0 } else { 0.0 }]
+            ForceTermKind::ThirdBody(attraction) => {
+                [f64::from(attraction.by_mass), if mass_of == on { 1.0 } else { 0.0 }]
             }
             ForceTermKind::Tide(tide) => [1.0, if mass_of == tide.by { 2.0 } else { 0.0 }],
             ForceTermKind::Yorp(_) | ForceTermKind::Byorp(_) | ForceTermKind::Function(_) => [0.0; 2],
@@ -385,10 +388,10 @@ impl ForceModel {
         [power, total.x, total.y, total.z, moment.x, moment.y, moment.z]
     }
 
-    /// Returns the third bodies in the form in which they act on points.
-    pub fn on_points(&self) -> Vec<PointPull> {
+    /// Returns the third bodies in the form in which they act on particles.
+    pub fn on_points(&self) -> Vec<PointAttraction> {
         let of = |term: &ForceTerm| match &term.kind {
-            ForceTermKind::ThirdBody(pull) => Some(PointPull::new(&term.name, pull)),
+            ForceTermKind::ThirdBody(attraction) => Some(PointAttraction::new(&term.name, attraction)),
             _ => None,
         };
         self.terms.iter().filter_map(of).collect()
@@ -396,19 +399,19 @@ impl ForceModel {
 
     /// Returns position and velocity of a third body relative to the nominal barycentre at a time.
     pub fn third_body(&self, force: usize, time: f64) -> Result<(Vec3, Vec3)> {
-        let (name, pull) = self.pull(force)?;
-        pull.covers(name, time, time)?;
-        pull.place(time)
+        let (name, attraction) = self.attraction(force)?;
+        attraction.covers(name, time, time)?;
+        attraction.place(time)
     }
 
     /// Returns an error for the index of a force that is not a third body.
     pub fn expect_third_body(&self, force: usize) -> Result<()> {
-        self.pull(force).map(drop)
+        self.attraction(force).map(drop)
     }
 
-    fn pull(&self, force: usize) -> Result<(&str, &third_body::ThirdBodyPull)> {
+    fn attraction(&self, force: usize) -> Result<(&str, &third_body::ThirdBodyAttraction)> {
         match self.terms.get(force) {
-            Some(ForceTerm { name, kind: ForceTermKind::ThirdBody(pull) }) => Ok((name, pull)),
+            Some(ForceTerm { name, kind: ForceTermKind::ThirdBody(attraction) }) => Ok((name, attraction)),
             _ => Err(Error::invalid("a third body", force, "the place of one among the forces")),
         }
     }

@@ -1,6 +1,6 @@
-//! The numbers of forces by which motions can be differentiated.
+//! The parameters of forces by which motions can be differentiated.
 
-/// A number of a force by which motions can be differentiated.
+/// A parameter of a force by which motions can be differentiated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ForceParameter {
     /// G times the mass of a third body.

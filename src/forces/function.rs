@@ -14,8 +14,8 @@ use std::sync::Arc;
 /// *velocity, const double *attitude, const double *spin, double *force, double *torque, void *data)`.
 ///
 /// Arrays are (bodies, 3), attitudes (bodies, 4), in C order: positions, velocities and forces in the
-/// coordinates of the states, spins and torques in body frames. Forces and torques come in as zeros. The
-/// answer is that of success, or the run ends.
+/// coordinates of the states, spins and torques in body frames. Forces and torques are zero when the function
+/// is called. The run ends if the function returns anything but the value for success.
 pub type ForceFunction = unsafe extern "C" fn(
     f64,
     i64,
@@ -120,14 +120,14 @@ impl Function {
 #[derive(Debug, Clone)]
 pub(super) struct FunctionForce {
     call: Call,
-    /// NaN for velocities and spins of a force that is declared to depend on neither, so that a function that
-    /// uses them anyway fails.
+    /// Arrays of NaN, passed as velocities and spins of a force that is declared to depend on neither, so
+    /// that a function that uses them anyway fails.
     unknown: Option<Vec<Vec3>>,
     position: Vec<Vec3>,
     velocity: Vec<Vec3>,
     force: Vec<Vec3>,
     torque: Vec<Vec3>,
-    /// Names of the bodies that are points.
+    /// The name of each body that is a point, `None` for others.
     points: Vec<Option<String>>,
     pub loads: Vec<Load>,
 }

@@ -1,4 +1,4 @@
-//! The derivatives of forces and torques by the poses of the bodies and by the rates of these.
+//! The derivatives of forces and torques by the poses of the bodies and by the rates of the poses.
 
 use crate::math::Mat3;
 use crate::mutual::Jacobian;
@@ -57,7 +57,7 @@ impl LoadJacobian {
         add(&mut self.by_rate, self.size, row, column, block, factor);
     }
 
-    /// Adds the derivatives of the interaction of two bodies, multiplied by `strength`, G m m.
+    /// Adds the derivatives of the interaction of two bodies, multiplied by `strength`, which is G m_i m_j.
     pub fn add_pair(&mut self, jacobian: &Jacobian, [i, j]: [usize; 2], strength: f64) {
         let force = &jacobian.force_by_separation;
         for (row, sign) in [(i, strength), (j, -strength)] {

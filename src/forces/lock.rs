@@ -1,5 +1,5 @@
-//! Whether a secondary is locked to the body that it moves about, as a function of the state whose zeros are
-//! the switches of BYORP.
+//! The condition under which a secondary is locked to the body that it moves about, as a function of the
+//! state whose zeros are the switches of BYORP.
 //!
 //! With r and v the secondary's position and velocity from the other body, h = r x v, n = h/|h|, and inertial
 //! vectors a and s along the body axes of its smallest and largest moments of inertia, it is locked while
@@ -19,65 +19,65 @@ use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// The margin of a state that has no orbit's normal or no frequency of libration: no secondary is locked
-/// there.
+/// The margin of a state in which the orbit has no normal or the libration no frequency: no secondary is
+/// locked there.
 const NEVER: f64 = -1.0;
 
-/// A secondary, the body that it moves about, and what its libration depends on.
+/// A secondary and the body that it moves about, with the constants of its libration.
 #[derive(Debug, Clone)]
 pub(super) struct Lock {
     pub on: usize,
     pub about: usize,
-    /// Body axes of the smallest, the middle and the largest moment of inertia.
+    /// The body axes of the smallest, the middle and the largest moment of inertia.
     axes: [usize; 3],
     inertia: Vec3,
-    /// 3 (B - A) / C.
+    /// The constant 3 (B - A) / C of the moments of inertia.
     elongation: f64,
-    /// G times the mass of the two.
+    /// G times the mass of both bodies.
     mu: f64,
 }
 
 /// The derivatives of the margin.
 #[derive(Debug, Clone, Copy)]
 pub struct MarginGradient {
-    /// With the secondary's position from the other body, inertial.
+    /// Derivatives by the secondary's position relative to the other body, inertial.
     pub by_position: Vec3,
-    /// With its velocity from there.
+    /// Derivatives by the secondary's velocity relative to the other body, inertial.
     pub by_velocity: Vec3,
-    /// With a rotation vector of the secondary, in its frame.
+    /// Derivatives by a rotation vector of the secondary, body frame.
     pub by_rotation: Vec3,
-    /// With its spin, in its frame.
+    /// Derivatives by the secondary's spin, body frame.
     pub by_spin: Vec3,
-    /// With its principal moments of inertia.
+    /// Derivatives by the secondary's principal moments of inertia.
     pub by_inertia: Vec3,
-    /// With the logarithm of mu.
+    /// The derivative by the logarithm of mu.
     pub by_mu: f64,
 }
 
-/// The quantities that the margin is made of.
+/// The quantities of which the margin consists.
 struct Geometry {
     r: Vec3,
     v: Vec3,
     distance: f64,
-    /// |h|.
+    /// The length |h|.
     momentum: f64,
     normal: Vec3,
     line: Vec3,
-    /// Inertial axes of the smallest and the largest moment, and the inertial spin.
+    /// The inertial axes of the smallest and the largest moment, and the inertial spin.
     long: Vec3,
     short: Vec3,
     spin: Vec3,
-    /// psi' and w^2.
+    /// The rate psi' and the square w^2.
     rate: f64,
     frequency: f64,
-    /// a.l, a.n and 1 - (a.n)^2.
+    /// The numbers a.l, a.n and 1 - (a.n)^2.
     cosine: f64,
     height: f64,
     flat: f64,
 }
 
 impl Lock {
-    /// Refuses a secondary without a longest axis.
+    /// Makes the lock of two bodies; returns an error for a secondary without a longest axis.
     pub fn new(
         name: &str,
         [on, about]: [usize; 2],
@@ -98,12 +98,13 @@ impl Lock {
         Ok(Self { on, about, axes, inertia, elongation, mu })
     }
 
-    /// Bound of the rounding error of a margin that is zero: the spin and the orbit's rate nearly cancel in psi'.
+    /// Returns a bound of the rounding error of a margin of zero: the spin and the orbit's rate nearly cancel
+    /// in psi'.
     pub fn rounding(&self) -> f64 {
         32.0 * f64::EPSILON * (1.0 + 1.0 / self.elongation.sqrt())
     }
 
-    /// The margin: above zero while the secondary is locked.
+    /// Returns the margin, which is above zero while the secondary is locked.
     #[inline(always)]
     pub fn margin(&self, snapshot: Snapshot) -> f64 {
         self.geometry(snapshot).map_or(NEVER, |at| self.upright(&at).min(self.librating(&at)))
@@ -116,18 +117,19 @@ impl Lock {
 
     #[inline(always)]
     fn librating(&self, at: &Geometry) -> f64 {
-        // A long axis along the normal has no angle from the line; it is not upright.
+        // A long axis along the normal has no angle from the line of centres; the secondary is then not
+        // upright.
         let aligned = if at.flat > 0.0 { at.cosine * at.cosine / at.flat } else { 0.0 };
         aligned - at.rate * at.rate / at.frequency
     }
 
-    /// `None` where there is no normal or no frequency.
+    /// Returns the quantities of the margin; `None` where there is no normal or no frequency.
     #[inline(always)]
     fn geometry(&self, snapshot: Snapshot) -> Option<Geometry> {
         let (r, v) = snapshot.relative(self.on, self.about);
         let (distance, h) = (r.norm(), r.cross(&v));
         let (momentum, frequency) = (h.norm(), self.elongation * self.mu / (distance * distance * distance));
-        // Written so that a NaN is none as well.
+        // The comparisons are written so that they are false for NaN.
         let sound = momentum > 0.0 && frequency > 0.0;
         if !sound {
             return None;
@@ -155,16 +157,17 @@ impl Lock {
         })
     }
 
-    /// The derivatives of the margin; none where it is [`NEVER`].
+    /// Returns the derivatives of the margin; `None` where the margin is [`NEVER`].
     pub fn gradient(&self, snapshot: Snapshot) -> Option<MarginGradient> {
         let at = self.geometry(snapshot)?;
         let turn = &snapshot.rotation[self.on];
-        // Of a change b.dn, since |h| dn is the part of dh = dr x v + r x dv across n; and of |h| itself.
+        // This gives the derivatives of b.n, since |h| dn is the component of dh = dr x v + r x dv
+        // perpendicular to n, and those of |h|.
         let of_normal = |b: Vec3| {
             let b = (b - at.normal * at.normal.dot(&b)) / at.momentum;
             [at.v.cross(&b), b.cross(&at.r)]
         };
-        // Of a change b.da, where a = R e turns by R theta.
+        // This gives the derivative of b.a, where a = R e changes by R (theta x e).
         let of_axis = |axis: &Vec3, b: Vec3| turned_back(turn, &axis.cross(&b));
         if self.upright(&at) < self.librating(&at) {
             let sign = at.short.dot(&at.normal).signum();

@@ -1,12 +1,14 @@
 //! External forces: forces and torques on the bodies of a system other than their mutual gravity.
 //!
 //! Takes the state of the bodies at a time; gives the loads of each force on every body. A [`Force`]
-//! describes one, for archives and the Python package; a [`ForceModel`] has them prepared for evaluation.
+//! describes a force, for archives and the Python package; a [`ForceModel`] holds the forces prepared for
+//! evaluation.
 //!
 //! Positions are relative to the system's *nominal* barycentre: where its barycentre would be without these
 //! forces, moving uniformly in the coordinates of the states. A third body's position is given relative to
 //! it, and the coordinates fall with the nominal barycentre in the third body's gravity. In these coordinates
-//! the effect of a third body is thus the difference of its pulls on a body and on the nominal barycentre.
+//! the effect of a third body is thus the difference of its attractions on a body and on the nominal
+//! barycentre.
 
 mod force;
 mod function;
@@ -31,7 +33,7 @@ pub use load_jacobian::{BodyBlock, LoadJacobian};
 #[doc(hidden)]
 pub use lock::MarginGradient;
 #[doc(hidden)]
-pub use point::PointPull;
+pub use point::PointAttraction;
 pub use radiation::{Byorp, Yorp};
 pub use snapshot::{Load, Snapshot};
 #[doc(hidden)]

@@ -1,12 +1,13 @@
-//! The numbers of forces by which motions are differentiated, and the derivatives of the loads by them.
+//! The parameters of forces by which motions are differentiated, and the derivatives of the loads by them.
 //!
-//! Where loads are proportional to a number, their derivative is the loads with that number set to one. The
-//! loads of a third body act through its position p too, which its orbit gives: dp/dq of each element is in
-//! closed form, as is the derivative of the pull on a point along dp. That of what a body's extent adds is a
-//! difference of eighth order, which loses no digits at any distance, as the sum itself. The positions of a
-//! composite's parts and the scale of a polyhedron are treated in the same way.
+//! Where loads are proportional to a parameter, their derivative is the loads with that parameter set to one.
+//! The loads of a third body depend on its orbit through its position p. The derivatives dp/dq by the
+//! elements have closed forms, as has the derivative of the acceleration of a point along dp. The
+//! contribution of a body's extent is differentiated by a difference of eighth order, which loses no digits
+//! at any distance, because that contribution is computed by itself. The positions of a composite's parts and
+//! the scale of a polyhedron are treated in the same way.
 
-use super::third_body::{BattinFactors, ThirdBodyPull, inside};
+use super::third_body::{BattinFactors, ThirdBodyAttraction, inside};
 use super::{Force, ForceParameter, Load, Path, Snapshot};
 use crate::error::Result;
 use crate::gravity::BodyChange;
@@ -15,11 +16,11 @@ use crate::math::difference::{STEP, steps};
 use crate::math::rotation::{turned, turned_back};
 use crate::orbit::OrbitPosition;
 
-/// The names of the numbers of an orbit, in the order of [`crate::orbit::OrbitPath::derivatives`].
+/// The names of the parameters of an orbit, in the order of [`crate::orbit::OrbitPath::derivatives`].
 const ELEMENTS: [&str; 7] = ["a", "e", "i", "Omega", "omega", "M", "time"];
 
 impl Force {
-    /// Returns the numbers by which motions are differentiated, with their names.
+    /// Returns the parameters by which motions are differentiated, with their names.
     pub fn parameters(&self) -> Vec<(&'static str, ForceParameter)> {
         use ForceParameter as P;
         match self {
@@ -38,7 +39,7 @@ impl Force {
         }
     }
 
-    /// Returns a natural size of the changes of a number.
+    /// Returns a natural size of the changes of a parameter.
     pub fn parameter_size(&self, parameter: ForceParameter, gravitational_constant: f64) -> f64 {
         use ForceParameter as P;
         let or_one = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
@@ -64,8 +65,8 @@ impl Force {
         }
     }
 
-    /// Returns the force with a number changed; the gravitational constant relates the mass of a third body
-    /// to its mu.
+    /// Returns the force with a parameter changed by `by`; the gravitational constant relates the mass of a
+    /// third body to its mu.
     pub fn with_parameter(&self, parameter: ForceParameter, by: f64, gravitational_constant: f64) -> Self {
         use ForceParameter as P;
         let mut force = self.clone();
@@ -103,9 +104,9 @@ impl Force {
     }
 }
 
-impl ThirdBodyPull {
-    /// Computes the derivative of the loads at a snapshot along a change of the third body's position, one
-    /// for every body. Allocates nothing.
+impl ThirdBodyAttraction {
+    /// Computes the derivatives of the loads on every body at a snapshot along a change of the third body's
+    /// position. Allocates nothing.
     ///
     /// In the notation of [`super::third_body`] the acceleration K |d|^-3 (r + f p) changes with |d|^-3 by
     /// 3 |d|^-5 (p - r).dp, with f by 3/2 sqrt(1 + q) dq, where dq = -2 (r.dp + q p.dp)/|p|^2, and with p.
@@ -129,8 +130,9 @@ impl ThirdBodyPull {
                 for (by, weight) in steps(STEP * from.norm() / length) {
                     let OrbitPosition { position, inverse_square, inverse_cube } =
                         OrbitPosition::from(x + along * by);
-                    let pulled = extended.at(&position, inverse_square, inverse_cube, strength);
-                    let (excess, moment) = pulled.ok_or_else(|| inside(name, snapshot.time, &body.name))?;
+                    let attracted = extended.at(&position, inverse_square, inverse_cube, strength);
+                    let (excess, moment) =
+                        attracted.ok_or_else(|| inside(name, snapshot.time, &body.name))?;
                     load.force += turned(turn, &excess) * weight;
                     load.torque += moment * weight;
                 }
@@ -139,8 +141,8 @@ impl ThirdBodyPull {
         Ok(&self.changes)
     }
 
-    /// Returns the position, and its derivatives by the numbers of the orbit and by mu; these are zero for a
-    /// table.
+    /// Returns the position with its derivatives by the elements of the orbit and by mu; the derivatives are
+    /// zero for a table.
     pub fn path_derivatives(&mut self, time: f64) -> Result<(Vec3, [Vec3; 8])> {
         if let Some((_, known)) = self.path_derivatives.filter(|(at, _)| *at == time) {
             return Ok(known);
@@ -153,8 +155,8 @@ impl ThirdBodyPull {
         Ok(known)
     }
 
-    /// Returns the derivatives of force (inertial) and torque (in the body's frame) on a body whose own field
-    /// changes, at its mass.
+    /// Returns the derivatives of force (inertial) and torque (body frame) on a body whose own field changes
+    /// while its mass stays the same.
     pub fn by_change(&mut self, snapshot: Snapshot, body: usize, change: &BodyChange) -> Result<[Vec3; 2]> {
         let (place, _) = self.path_derivatives(snapshot.time)?;
         let [force, torque] = self.excess_by_change(snapshot, body, change, &OrbitPosition::from(place));

@@ -1,22 +1,22 @@
-//! The pull of third bodies on a point that moves among the bodies of a system.
+//! The acceleration by third bodies of a point that moves among the bodies of a system.
 
-use super::third_body::{BattinFactors, ThirdBodyPull};
+use super::third_body::{BattinFactors, ThirdBodyAttraction};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::orbit::OrbitPosition;
 use pulp::Scalar;
 
-/// A third body's pull on points: its direct pull minus that on the nominal barycentre, with which the
-/// coordinates fall.
+/// The acceleration of points by a third body: its direct attraction minus that of the nominal barycentre,
+/// with which the coordinates fall.
 #[derive(Debug, Clone)]
-pub struct PointPull {
+pub struct PointAttraction {
     name: String,
-    pull: ThirdBodyPull,
+    attraction: ThirdBodyAttraction,
 }
 
-impl PointPull {
-    pub(super) fn new(name: &str, pull: &ThirdBodyPull) -> Self {
-        Self { name: name.to_owned(), pull: pull.clone() }
+impl PointAttraction {
+    pub(super) fn new(name: &str, attraction: &ThirdBodyAttraction) -> Self {
+        Self { name: name.to_owned(), attraction: attraction.clone() }
     }
 
     /// Returns the third body's name.
@@ -24,15 +24,15 @@ impl PointPull {
         &self.name
     }
 
-    /// Returns an error for times for which the path is not given.
+    /// Returns an error for times at which the path is not given.
     pub fn covers(&self, from: f64, to: f64) -> Result<()> {
-        self.pull.covers(&self.name, from, to)
+        self.attraction.covers(&self.name, from, to)
     }
 
     /// Returns the position of the third body relative to the nominal barycentre.
     #[inline]
     pub fn place(&mut self, time: f64) -> Result<OrbitPosition> {
-        self.pull.position(Scalar, time)
+        self.attraction.position(Scalar, time)
     }
 
     /// Returns the acceleration of a point at a position relative to the nominal barycentre.
@@ -40,6 +40,6 @@ impl PointPull {
     pub fn acceleration(&self, place: &OrbitPosition, r: &Vec3) -> Vec3 {
         let p = place.position;
         let powers = BattinFactors::of(-r.dot(&(p - r + p)) * place.inverse_square);
-        (r + powers.f * p) * (-self.pull.mu * place.inverse_cube * powers.cube)
+        (r + powers.f * p) * (-self.attraction.mu * place.inverse_cube * powers.cube)
     }
 }

@@ -1,10 +1,10 @@
-//! The mean effects of sunlight over many rotations: a torque on one body (YORP), and a force on a
-//! synchronous secondary (BYORP).
+//! The mean effects of sunlight over many rotations: a torque on one body (YORP) and a force on a synchronous
+//! secondary (BYORP).
 //!
-//! Both are means over a rotation and over an orbit round the Sun: D. P. Rubincam (2000), Icarus 148, 2, for
-//! the torque along and across the spin as functions of the obliquity; M. Cuk & J. A. Burns (2005), Icarus
-//! 176, 418, and J. McMahon & D. Scheeres (2010), Icarus 209, 494, for the force along the secondary's
-//! motion.
+//! Both are means over a rotation and over an orbit round the Sun. The torques along and across the spin are
+//! functions of the obliquity as in D. P. Rubincam (2000), Icarus 148, 2; the force acts along the
+//! secondary's motion as in M. Cuk & J. A. Burns (2005), Icarus 176, 418, and J. McMahon & D. Scheeres
+//! (2010), Icarus 209, 494.
 
 use super::lock::Lock;
 use super::snapshot::{Load, Snapshot, Switch, place_to_turn, two_places};
@@ -17,10 +17,10 @@ use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 
-/// Sine of the angle between spin and pole below which they count as parallel.
+/// The sine of the angle between spin and pole below which they count as parallel.
 const PARALLEL: f64 = 1e-9;
 
-/// Rounding of a table of torques, relative to its largest.
+/// The rounding error of a table of torques, relative to its largest torque.
 const ROUNDING: f64 = 1e-12;
 
 /// The mean torque of radiation on a body.
@@ -29,20 +29,20 @@ const ROUNDING: f64 = 1e-12;
 pub struct Yorp {
     /// The name of the force.
     pub name: String,
-    /// The body.
+    /// The name of the body.
     pub on: String,
     /// The normal of the orbit round the Sun, from which the obliquity is measured.
     pub pole: [f64; 3],
-    /// Obliquities of a table, in rad; empty for torques that do not depend on it.
+    /// The obliquities of a table, in radians; empty for torques that do not depend on the obliquity.
     pub obliquity: Vec<f64>,
-    /// Torques along the spin: one, or one at each obliquity.
+    /// The torques along the spin: one, or one at each obliquity.
     pub along: Vec<f64>,
-    /// Torques across the spin, positive where they raise the obliquity.
+    /// The torques across the spin, positive where they raise the obliquity.
     pub across: Vec<f64>,
 }
 
 impl Yorp {
-    /// Refuses numbers that no such torque has, whatever system it acts in.
+    /// Returns an error for numbers that no such torque has, whatever system it acts in.
     pub(super) fn check(&self) -> Result<()> {
         self.pole_and_torque().map(drop)
     }
@@ -111,7 +111,7 @@ pub(super) struct YorpTorque {
     inertia: Vec3,
     pole: Vec3,
     torque: TorqueTable,
-    /// Size of the largest torque across the spin.
+    /// The size of the largest torque across the spin.
     largest: f64,
     pub loads: [Load; 1],
 }
@@ -159,8 +159,10 @@ impl YorpTorque {
         let (angle, towards) = (sine.atan2(cosine.abs()), rate * step < 0.0);
         if driven && towards && (angle <= PARALLEL || (rate * step).abs() >= angle) {
             return failed(format!(
-                "it brings the spin of {}, at an obliquity of {} rad, to the pole by time {}, where the torque across the spin has no \
-                 direction; expected torques across the spin that vanish at obliquities of 0 and pi: a table of them",
+                "it brings the spin of {}, at an obliquity of {} rad, to the pole by time {}, where the \
+                 torque across the spin has no \
+                 direction; expected torques across the spin that vanish at obliquities of 0 and pi: a \
+                 table of them",
                 self.body,
                 sine.atan2(cosine),
                 snapshot.time + (angle / rate).abs().copysign(step)
@@ -247,7 +249,8 @@ impl YorpTorque {
         let aside = [across, along_rate, across_rate] != [0.0; 3];
         if aside && sine < PARALLEL {
             let detail = format!(
-                "the spin of {}, at an obliquity of {} rad, is parallel to the pole, where the torque across the spin has no derivatives",
+                "the spin of {}, at an obliquity of {} rad, is parallel to the pole, where the torque \
+                 across the spin has no derivatives",
                 self.body,
                 sine.atan2(cosine)
             );
@@ -282,9 +285,9 @@ impl YorpTorque {
 pub struct Byorp {
     /// The name of the force.
     pub name: String,
-    /// The secondary.
+    /// The name of the secondary.
     pub on: String,
-    /// The body about which it moves.
+    /// The name of the body about which it moves.
     pub about: String,
     /// The force along the secondary's motion, in the plane of its orbit and across the line to the other
     /// body.
@@ -292,7 +295,7 @@ pub struct Byorp {
 }
 
 impl Byorp {
-    /// Refuses numbers that no such force has, whatever system it acts in.
+    /// Returns an error for numbers that no such force has, whatever system it acts in.
     pub(super) fn check(&self) -> Result<()> {
         require_finite(&format!("force of {}", self.name), &[self.force])
     }
@@ -321,7 +324,7 @@ impl Byorp {
 pub(super) struct ByorpForce {
     pub lock: Lock,
     force: f64,
-    /// Whether the force acts, once a first state has decided that.
+    /// The switch of the force; `None` before the first state has decided whether the force acts.
     pub state: Option<Switch>,
     /// The smallest margin before a switch at all evaluations of the present step.
     lowest: f64,
@@ -333,7 +336,7 @@ pub(super) struct ByorpForce {
 const FAR: f64 = 0.05;
 
 impl ByorpForce {
-    /// Decides at the first state whether the force acts; later the switches on the way decide.
+    /// Decides at the first state whether the force acts; later its switches decide.
     pub fn begin_step(&mut self, snapshot: Snapshot) {
         self.lowest = f64::INFINITY;
         self.state.get_or_insert(Switch { on: self.lock.margin(snapshot) > 0.0, times: 0 });
@@ -377,7 +380,7 @@ impl ByorpForce {
     fn push(&self, snapshot: Snapshot) -> Vec3 {
         let (r, v) = snapshot.relative(self.lock.on, self.lock.about);
         let forwards = v * r.norm_squared() - r * r.dot(&v);
-        // The root and the quotient are independent, so that neither waits for the other.
+        // The square root and the quotient are independent, so that neither waits for the other.
         let square = forwards.norm_squared();
         forwards * if square > 0.0 { square.sqrt() * (self.force / square) } else { 0.0 }
     }

@@ -1,4 +1,4 @@
-//! The bodies at one time as external forces see them, and the loads that the forces exert.
+//! The bodies at one time in the form that external forces take, and the loads that the forces exert.
 
 use crate::error::{Error, Result};
 use crate::math::rotation::turned;
@@ -6,7 +6,7 @@ use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 
-/// The bodies at a time, as external forces see them.
+/// The bodies at a time in the form that external forces take.
 #[derive(Debug, Clone, Copy)]
 pub struct Snapshot<'a> {
     /// The time.
@@ -51,9 +51,9 @@ impl Snapshot<'_> {
 /// The load of one force on one of the bodies on which it acts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Load {
-    /// Index of the force in the list of forces.
+    /// The index of the force in the list of forces.
     pub of: usize,
-    /// Index of the body.
+    /// The index of the body.
     pub on: usize,
     /// The force, inertial.
     pub force: Vec3,

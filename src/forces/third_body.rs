@@ -1,17 +1,18 @@
-//! The gravity of a point mass on a prescribed path, such as the Sun or a planet that is passed.
+//! The gravity of a point mass on a prescribed path, such as the Sun or a planet that passes.
 //!
-//! With r a body relative to the nominal barycentre, p the third body relative to it and d = r - p, a point
-//! is accelerated relative to the nominal barycentre by
+//! With r the position of a body and p that of the third body relative to the nominal barycentre, and d = r -
+//! p, a point is accelerated relative to the nominal barycentre by
 //!
-//! a = -(mu/|d|^3) [r + f(q) p],  q = r.(r - 2p)/|p|^2,  f = q (3 + 3q + q^2) / (1 + (1+q)^(3/2)):
+//! a = -(mu/|d|^3) [r + f(q) p],  q = r.(r - 2p)/|p|^2,  f = q (3 + 3q + q^2) / (1 + (1+q)^(3/2)).
 //!
-//! R. H. Battin, An Introduction to the Mathematics and Methods of Astrodynamics (1999), section 8.4: the
-//! difference of two nearly equal accelerations without their cancellation. On a body with extent the third
-//! body exerts, by the third law, the opposite of the pull of the body's exact field on it.
+//! This is the form of R. H. Battin, An Introduction to the Mathematics and Methods of Astrodynamics (1999),
+//! section 8.4, for the difference of two nearly equal accelerations without their cancellation. By the third
+//! law, the force of the third body on a body with extent is the opposite of the force of the body's exact
+//! field on the third body.
 
 use super::{BodyBlock, Load, LoadJacobian, Snapshot};
 use crate::error::{Error, Result, require_finite, require_positive};
-use crate::gravity::{BodyChange, BodyPull, ExtendedPull, point_jacobian};
+use crate::gravity::{BodyAttraction, BodyChange, ExtendedAttraction, point_jacobian};
 use crate::math::Vec3;
 use crate::math::matrix::{times, times_cross, times_transposed};
 use crate::math::rotation::{turned, turned_back};
@@ -32,13 +33,13 @@ pub struct ThirdBody {
     /// The mass of the third body, where it was given: mu is G times this mass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,
-    /// Whose path about whom is given.
+    /// Which of the two moves on the given path about the other.
     pub of: WhoseOrbit,
     /// The path.
     pub path: Path,
 }
 
-/// Whose path about whom is given.
+/// Which of the two moves on the given path about the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum WhoseOrbit {
@@ -69,15 +70,16 @@ pub enum Path {
 }
 
 impl ThirdBody {
-    /// Refuses numbers that no third body has, whatever system it acts on.
+    /// Returns an error for numbers that no third body has, whatever system it acts on.
     pub(super) fn check(&self) -> Result<()> {
         self.motion(self.mu).map(drop)
     }
 
-    /// The path from the system's barycentre; `mu` is that of the third body and the system together.
+    /// Makes the evaluator of the path as seen from the system's barycentre; `mu` is that of the third body
+    /// and the system together.
     fn motion(&self, mu: f64) -> Result<PathEvaluator> {
         require_positive(&format!("mu of {}", self.name), self.mu)?;
-        // Whoever moves about whom: seen from the other one, the path is mirrored.
+        // The path is mirrored where it is given as seen from the third body.
         let mirrored = self.of == WhoseOrbit::System;
         match &self.path {
             Path::Orbit { elements, time } => {
@@ -104,13 +106,13 @@ impl ThirdBody {
         of: usize,
         bodies: &[Body],
         gravitational_constant: f64,
-    ) -> Result<ThirdBodyPull> {
+    ) -> Result<ThirdBodyAttraction> {
         let total: f64 = bodies.iter().map(|body| body.mass).sum();
         let motion = self.motion(self.mu + gravitational_constant * total)?;
-        let pulled: Vec<_> = bodies.iter().map(PulledBody::new).collect();
-        let on_body = |(on, body): (usize, &PulledBody)| Load::none(of, on, body.extended.is_some());
-        let loads: Vec<_> = pulled.iter().enumerate().map(on_body).collect();
-        Ok(ThirdBodyPull {
+        let attracted: Vec<_> = bodies.iter().map(AttractedBody::new).collect();
+        let on_body = |(on, body): (usize, &AttractedBody)| Load::none(of, on, body.extended.is_some());
+        let loads: Vec<_> = attracted.iter().enumerate().map(on_body).collect();
+        Ok(ThirdBodyAttraction {
             mu: self.mu,
             by_mass: self.mass.is_some(),
             motion,
@@ -118,7 +120,7 @@ impl ThirdBody {
             largest: bodies.iter().map(|body| body.circumradius()).fold(0.0, f64::max),
             loads: loads.clone(),
             changes: loads,
-            bodies: pulled,
+            bodies: attracted,
         })
     }
 }
@@ -131,7 +133,7 @@ enum PathEvaluator {
 
 /// The evaluator of a third body.
 #[derive(Debug, Clone)]
-pub(super) struct ThirdBodyPull {
+pub(super) struct ThirdBodyAttraction {
     pub mu: f64,
     pub by_mass: bool,
     motion: PathEvaluator,
@@ -139,7 +141,7 @@ pub(super) struct ThirdBodyPull {
     pub path_derivatives: Option<(f64, (Vec3, [Vec3; 8]))>,
     /// The largest circumradius of a body.
     largest: f64,
-    pub bodies: Vec<PulledBody>,
+    pub bodies: Vec<AttractedBody>,
     pub loads: Vec<Load>,
     /// The buffers for the derivatives of the loads.
     pub changes: Vec<Load>,
@@ -147,21 +149,21 @@ pub(super) struct ThirdBodyPull {
 
 /// A body on which the third body acts.
 #[derive(Debug, Clone)]
-pub(super) struct PulledBody {
+pub(super) struct AttractedBody {
     pub name: String,
     pub mass: f64,
     radius: f64,
-    pub extended: Option<BodyPull>,
+    pub extended: Option<BodyAttraction>,
 }
 
-impl PulledBody {
+impl AttractedBody {
     fn new(body: &Body) -> Self {
-        let (name, extended) = (body.name.clone(), BodyPull::new(body));
+        let (name, extended) = (body.name.clone(), BodyAttraction::new(body));
         Self { name, mass: body.mass, radius: body.circumradius(), extended }
     }
 }
 
-impl ThirdBodyPull {
+impl ThirdBodyAttraction {
     /// Returns position and velocity relative to the nominal barycentre.
     pub fn place(&self, time: f64) -> Result<(Vec3, Vec3)> {
         match &self.motion {
@@ -173,7 +175,7 @@ impl ThirdBodyPull {
         }
     }
 
-    /// The orbit and the time of its elements, where the path is one.
+    /// Returns the orbit and the time of its elements; `None` for a table.
     pub fn orbit(&self) -> Option<(&OrbitPath, f64)> {
         match &self.motion {
             PathEvaluator::Orbit { cells, time, .. } => Some((cells.orbit(), *time)),
@@ -250,8 +252,8 @@ impl ThirdBodyPull {
             let strength = -self.mu * body.mass;
             let mut force = (r + f * p) * (cube * strength);
             if let Some(extended) = &mut body.extended {
-                let pulled = extended.at(&turned_back(turn, &from), inverse_square, cube, strength);
-                let Some((excess, moment)) = pulled else {
+                let attracted = extended.at(&turned_back(turn, &from), inverse_square, cube, strength);
+                let Some((excess, moment)) = attracted else {
                     return Err(inside(name, snapshot.time, &body.name));
                 };
                 force += turned(turn, &excess);
@@ -269,7 +271,7 @@ impl ThirdBodyPull {
     }
 }
 
-impl ThirdBodyPull {
+impl ThirdBodyAttraction {
     /// Adds the derivatives of the loads, from the Jacobian of every body's own field at the third body. The
     /// force on a body is F = -mu m R g(x) at x = R^T (p - r), and its torque is mu m n(x) with n = -x cross
     /// g. dF/dtheta is the transpose of dn/dr, since both are derivatives of one potential.
@@ -294,7 +296,7 @@ impl ThirdBodyPull {
     }
 }
 
-impl ThirdBodyPull {
+impl ThirdBodyAttraction {
     /// Adds the derivatives of the force on a body, inertial, and of the torque, in its frame, by its
     /// semi-axes: in the notation of [`Self::add_jacobian`] these are -mu m R dg/da_i and -mu m x cross
     /// dg/da_i.
@@ -302,7 +304,7 @@ impl ThirdBodyPull {
         &mut self,
         snapshot: Snapshot,
         body: usize,
-        extended: &mut ExtendedPull,
+        extended: &mut ExtendedAttraction,
         sums: &mut [[Vec3; 2]; 3],
     ) -> Result<()> {
         let OrbitPosition { position: p, .. } = self.position(Scalar, snapshot.time)?;
@@ -316,9 +318,9 @@ impl ThirdBodyPull {
     }
 }
 
-impl ThirdBodyPull {
-    /// Returns the derivatives, by a change of a body at its mass, of what the body's extent adds to the
-    /// force and to the torque, both in its frame.
+impl ThirdBodyAttraction {
+    /// Returns the derivatives, by a change of a body at its mass, of the contribution of the body's extent
+    /// to the force and to the torque, both in the body frame.
     pub fn excess_by_change(
         &mut self,
         snapshot: Snapshot,
@@ -331,16 +333,18 @@ impl ThirdBodyPull {
             BattinFactors::of(r.dot(&(r - 2.0 * p)) * place.inverse_square);
         let (inverse_square, inverse_cube) = (place.inverse_square * square, place.inverse_cube * cube);
         let x = turned_back(&snapshot.rotation[body], &(p - r));
-        let PulledBody { mass, extended, .. } = &mut self.bodies[body];
+        let AttractedBody { mass, extended, .. } = &mut self.bodies[body];
         let strength = -self.mu * *mass;
-        let moved =
-            extended.as_mut().map(|pull| pull.by_change(change, *mass, &x, inverse_square, inverse_cube));
+        let moved = extended
+            .as_mut()
+            .map(|attraction| attraction.by_change(change, *mass, &x, inverse_square, inverse_cube));
         moved.map_or([Vec3::zeros(); 2], |moved| moved.map(|v| v * strength))
     }
 }
 
 /// The detail of the error for a place at which the acceleration of the barycentre has no bound.
-const AT_BARYCENTRE: &str = "it comes as near to the barycentre as the largest body is wide; expected a path that stays outside the system";
+const AT_BARYCENTRE: &str = "it comes as near to the barycentre as the largest body is wide; expected a path that stays outside the \
+     system";
 
 #[cold]
 fn failed(name: &str, time: f64, detail: &str) -> Error {

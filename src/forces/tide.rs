@@ -37,7 +37,7 @@ pub struct Tide {
 }
 
 impl Tide {
-    /// Refuses numbers that no tide has, whatever system it acts in.
+    /// Returns an error for numbers that no tide has, whatever system it acts in.
     pub(super) fn check(&self) -> Result<()> {
         let name = &self.name;
         if !(0.0..=1.5).contains(&self.k2) {
@@ -79,7 +79,7 @@ pub(super) struct TidalForce {
     pub by: usize,
     /// The factor 3 k2 G m^2 R^5 tau.
     strength: f64,
-    /// Derivatives of the tide's factor by k2 and by the lag; the factor contains only their product.
+    /// The derivatives of the tide's factor by k2 and by the lag; the factor contains only their product.
     by_parameters: [f64; 2],
     pub loads: [Load; 2],
 }
@@ -113,8 +113,8 @@ impl TidalForce {
         (self.strength, self.loads) = own;
     }
 
-    /// Adds the derivatives. With b the bracket and k = strength / r^8, the force is F = -k b, and the torque
-    /// is M = -R^T (r x F) in the body frame.
+    /// Adds the derivatives of the loads. With b the bracket and k = strength / r^8, the force is F = -k b,
+    /// and the torque is M = -R^T (r x F) in the body frame.
     pub fn add_jacobian(&self, snapshot: Snapshot, jacobian: &mut LoadJacobian) {
         let (r, v) = snapshot.relative(self.by, self.on);
         let (spin, rotation) = (snapshot.inertial_spin(self.on), &snapshot.rotation[self.on]);

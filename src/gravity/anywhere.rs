@@ -1,7 +1,7 @@
 //! A polyhedron's gravity at single points, near or far, inside or outside.
 //!
-//! Takes points from its centre of mass and gives Phi, g and dg/dx per unit GM: from its facets near by, and
-//! from a layer of the degree that the distance needs where the facets' sums would lose digits.
+//! Takes points relative to the centre of mass and gives Phi, g and dg/dx per unit GM: from the facets near
+//! by, and from a layer of the degree that the distance needs where the sums over facets would lose digits.
 
 use super::{Facets, Layer, PolyhedralField};
 use crate::error::Result;
@@ -25,7 +25,7 @@ pub struct Anywhere {
     /// The unit of length of facets and layers, a power of two.
     unit: f64,
     facets: Facets,
-    /// The layers, each with the distance from which on it is used, from the nearest.
+    /// The layers from the nearest on, each with the least distance at which it is used.
     layers: Vec<(f64, Layer)>,
     arch: Arch,
 }

@@ -10,27 +10,28 @@ use crate::math::{Mat3, Vec3};
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
-/// Returns the number of result columns: Phi and g, or the six of the gradient.
+/// Returns the number of result columns: four for Phi and g, or six for the gradient.
 pub const fn width(gradient: bool) -> usize {
     if gradient { 6 } else { 4 }
 }
 
-/// Buffers that a thread reuses. Those with the points of a block fill whole lanes.
+/// Buffers that a thread reuses. The buffers that hold the points of a block consist of whole vector
+/// registers.
 pub struct Workspace {
     points: [Vec<f64>; 3],
-    /// The results, one list for each of the numbers of a point.
+    /// The results, one list for each number of a point.
     pub out: [Vec<f64>; 6],
-    /// Points in the frame and the unit of a part, and the form of the field that each needs.
+    /// The points in the frame and the unit of a part, and the form of the field that each point needs.
     local: [Vec<f64>; 3],
     levels: Vec<f64>,
-    /// The points grouped by form, where each group fills whole lanes, and the results there.
+    /// The points grouped by form, where each group fills whole registers, and the results there.
     sorted: [Vec<f64>; 3],
     found: [Vec<f64>; 6],
     order: Vec<u16>,
 }
 
 impl Workspace {
-    /// Allocates for this many points.
+    /// Allocates the buffers for this many points.
     pub fn new(points: usize) -> Self {
         let lanes = points.next_multiple_of(BLOCK);
         let sorted = lanes + MOST_FORMS.min(points) * BLOCK;
@@ -66,7 +67,7 @@ impl<const GRADIENT: bool> WithSimd for BlockGravity<'_, GRADIENT> {
         for (((x, y), z), point) in x.iter_mut().zip(y).zip(z).zip(points) {
             (*x, *y, *z) = (point[0], point[1], point[2]);
         }
-        // The last point fills the remaining lanes.
+        // The remaining lanes repeat the last point.
         for column in &mut workspace.points {
             let last = column[count - 1];
             column[count..count.next_multiple_of(BLOCK)].fill(last);
@@ -204,7 +205,7 @@ fn evaluate<S: Simd, const GRADIENT: bool>(
 }
 
 /// Returns the range of each form's points after grouping, and writes the order that groups them. Each group
-/// fills whole lanes with copies of its first point.
+/// is filled up to whole registers with copies of its first point.
 fn sort(levels: &[f64], lanes: usize, order: &mut [u16]) -> [Range<usize>; MOST_FORMS] {
     let mut runs = [const { 0..0_usize }; MOST_FORMS];
     levels.iter().for_each(|level| runs[*level as usize].end += 1);

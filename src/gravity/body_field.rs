@@ -12,7 +12,7 @@ use pulp::{Arch, Simd};
 /// The gravity of a body in its own frame.
 #[derive(Debug, Clone)]
 pub struct BodyField {
-    /// The body's name.
+    /// The name of the body.
     pub name: String,
     /// G times the body's mass.
     pub gm: f64,
@@ -25,7 +25,7 @@ pub(super) struct PartField {
     pub position: Vec3,
     /// Whether the part is at the body's centre.
     centred: bool,
-    /// Rotation from the body frame into the frame in which the part's axes are sorted.
+    /// The rotation from the body frame into the frame in which the part's axes are sorted.
     pub turn: Mat3,
     pub kind: PartFieldKind,
 }
@@ -40,15 +40,15 @@ pub(super) enum PartFieldKind {
 /// The gravity of a body at its position and attitude.
 #[derive(Debug, Clone, Copy)]
 pub struct Attractor<'a> {
-    /// The gravity in the body's frame.
+    /// The gravity of the body in its own frame.
     pub field: &'a BodyField,
-    /// The body's centre in the frame of the points.
+    /// The position of the body's centre in the frame of the points.
     pub position: Vec3,
-    /// Rotation from the body frame into the frame of the points.
+    /// The rotation from the body frame into the frame of the points.
     pub rotation: Mat3,
 }
 
-/// A polyhedron's gravity with its mass.
+/// The gravity of a polyhedron with its mass.
 #[derive(Debug, Clone)]
 pub(super) struct Polyhedral {
     gm: f64,
@@ -93,7 +93,7 @@ impl BodyField {
         sum
     }
 
-    /// Returns the contribution of the body's polyhedra to g at a point of the body frame.
+    /// Returns the contribution of the body's polyhedra to g at a point of the body frame outside the body.
     pub fn polyhedra_outside(&self, y: &Vec3) -> Vec3 {
         let mut sum = Vec3::zeros();
         for part in &self.parts {
@@ -126,7 +126,7 @@ impl PartField {
         Ok(Self { position, centred: position == Vec3::zeros(), turn, kind })
     }
 
-    /// Returns g of an ellipsoidal part at points of the body frame outside.
+    /// Returns g of an ellipsoidal part at points of the body frame outside the body.
     #[inline(always)]
     fn field_outside<S: Simd>(&self, kind: &Ellipsoidal, y: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
         let (c, p) = (|value| y[0].constant(value), &self.position);
@@ -144,7 +144,8 @@ impl PartField {
     }
 }
 
-/// Points whose distance from a polyhedron's surface is below this share of its size lie on it.
+/// The distance from a polyhedron's surface, relative to the polyhedron's size, below which a point counts as
+/// lying on the surface.
 const ON_SURFACE: f64 = 1e-14;
 
 impl Polyhedral {

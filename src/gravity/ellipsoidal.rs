@@ -2,7 +2,7 @@
 //! and inside.
 //!
 //! Inside, kappa is zero: Phi = GM/2 sum_i (a_i^2 - x_i^2) R_i and g_i = -GM x_i R_i with constant R_i, and
-//! the gradient is -GM diag(R_i), of the trace -4 pi G rho. Outside see
+//! the gradient is -GM diag(R_i), whose trace is -4 pi G rho. For the outside see
 //! [`super::PointField::gradient_factors`].
 
 use super::{FarCut, FarSeries, Near, gradient_from_factors};
@@ -14,16 +14,17 @@ use pulp::Simd;
 /// Phi (positive), g = grad Phi and dg/dx at points.
 #[derive(Clone, Copy)]
 pub struct Gravity<S: Simd> {
-    /// Phi.
+    /// The potential Phi.
     pub potential: Lanes<S>,
-    /// g.
+    /// The field g.
     pub field: [Lanes<S>; 3],
-    /// dg/dx: xx, xy, xz, yy, yz, zz.
+    /// The gradient dg/dx: xx, xy, xz, yy, yz, zz.
     pub gradient: [Lanes<S>; 6],
 }
 
 impl<S: Simd> Gravity<S> {
-    /// Takes the other value in the lanes where the square is at least a bound.
+    /// Replaces the result by another one in the lanes in which the square of the distance is at least a
+    /// bound.
     #[inline(always)]
     fn replaced(mut self, square: Lanes<S>, from: Lanes<S>, other: Self) -> Self {
         self.potential = square.if_less(from, self.potential, other.potential);
@@ -42,15 +43,15 @@ impl<S: Simd> Gravity<S> {
 pub struct Ellipsoidal {
     /// One over the unit of length, a power of two; all other numbers are in this unit.
     inverse_unit: f64,
-    /// GM over the first three powers of the unit.
+    /// GM divided by the first three powers of the unit.
     scales: [f64; 3],
-    /// GM.
+    /// The product GM.
     gm: f64,
     /// Whether the field outside is that of a point.
     central: bool,
     series: FarSeries,
-    /// The forms of the field, each with the square of the distance from which on it is used, from the
-    /// nearest.
+    /// The forms of the field from the nearest on, each with the least square of the distance at which it is
+    /// used.
     pub(super) forms: Vec<(f64, Form)>,
 }
 
@@ -72,16 +73,16 @@ const POINT_FROM: f64 = 1e100;
 /// The largest truncation error of the series.
 const TOLERANCE: f64 = 1e-17;
 
-/// The values of kappa, in squares of the longest semi-axis, from which on Carlson's integrals take fewer
+/// The values of kappa, in squares of the longest semi-axis, beyond which Carlson's integrals take fewer
 /// steps.
 const NEAR: [f64; 1] = [0.5];
 
-/// The numbers of terms of the series, each of which is used from some distance on. There are few of them,
-/// since points of different forms share no lanes and terms cost little. Nine terms are the most that need
-/// only one Newton step.
+/// The numbers of terms of the series, each of which is used beyond some distance. There are few of them,
+/// since points of different forms share no registers and terms cost little. Nine terms are the most for
+/// which one Newton step suffices.
 const TERMS: [u32; 3] = [27, 9, 3];
 
-/// The largest number of forms of a shape.
+/// The largest number of forms that a shape can have.
 pub(super) const MOST_FORMS: usize = 1 + NEAR.len() + TERMS.len() + 1;
 
 impl Ellipsoidal {
@@ -134,8 +135,8 @@ impl Ellipsoidal {
         self.central
     }
 
-    /// The field of a point with this mass, -GM x / |x|^3, at points whose distance from it has a sixth power
-    /// within the range of doubles.
+    /// Returns the field of a point with this mass, -GM x / |x|^3, at points for which the sixth power of the
+    /// distance is within the range of doubles.
     #[inline(always)]
     pub fn central_field<S: Simd>(&self, x: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
         let square = dot(x, x);
@@ -195,11 +196,11 @@ impl Ellipsoidal {
         let u = [u[0] * inverse, u[1] * inverse, u[2] * inverse];
         let near = shrink * inverse;
         let potential = c(self.scales[0]) * near;
-        let pull = c(-self.scales[1]) * near * near;
+        let attraction = c(-self.scales[1]) * near * near;
         let tide = c(self.scales[2]) * near * near * near;
         Gravity {
             potential,
-            field: [pull * u[0], pull * u[1], pull * u[2]],
+            field: [attraction * u[0], attraction * u[1], attraction * u[2]],
             gradient: gradient_from_factors(u, c(3.0) * tide, [tide; 3]),
         }
     }
@@ -230,7 +231,7 @@ fn forms(ellipsoid: &Ellipsoid, series: &FarSeries) -> Vec<(f64, Form)> {
 }
 
 impl<S: Simd> Gravity<S> {
-    /// Rotates field and gradient into the frame from which the matrix rotates vectors into the present one.
+    /// Rotates field and gradient by the transposed matrix.
     #[inline(always)]
     pub fn turned_back(self, m: &Mat3) -> Self {
         let g = self.gradient;

@@ -1,14 +1,16 @@
 //! The field away from the body: a power series in u = 1/(kappa + mean a^2).
 //!
 //! With m the mean of the a_i^2, d_i = a_i^2 - m, and sbar = kappa + m, every integral of the field is
-//! int_sbar^inf dT / (sqrt(T^3 + e2 T + e3) ...), since the d_i add up to zero; e2, e3 are their symmetric
-//! functions. Expanding in 1/T gives
+//! int_sbar^inf dT / (sqrt(T^3 + e2 T + e3) ...), since the sum of the d_i is zero; e2 and e3 are the
+//! elementary symmetric functions of the d_i. Expanding in 1/T gives
 //!
-//!   R_i = u^(3/2) sum_n 3 k_n / (2n + 3) u^n,   k = coefficients of (1 + e2 z^2 + e3 z^3)^(-1/2) / (1 + d_i z),
+//!   R_i = u^(3/2) sum_n 3 k_n / (2n + 3) u^n,
+//!                         k = coefficients of (1 + e2 z^2 + e3 z^3)^(-1/2) / (1 + d_i z),
 //!   R_F = u^(1/2) sum_n h_n / (2n + 1) u^n,     h = coefficients of (1 + e2 z^2 + e3 z^3)^(-1/2),
 //!
-//! with coefficients that belong to the body alone, and R_j - R_i has (d_i - d_j)/((1 + d_i z)(1 + d_j z))
-//! for its last factor: exact for nearly equal axes. The series converge for max |d_i| < sbar, geometrically.
+//! The coefficients depend on the body alone. The series of R_j - R_i has the last factor (d_i - d_j)/((1 +
+//! d_i z)(1 + d_j z)) and is exact for nearly equal axes. The series converge for max |d_i| < sbar,
+//! geometrically.
 //!
 //! sbar is a root of a cubic; with w = r^2/sbar it reads w = 1 + w^2 (p + q w), p = (e2 + sum d_i x_i^2)/r^4,
 //! q = (e3 - sum d_j d_k x_i^2)/r^6, both small at a distance, where Newton's iteration from their series
@@ -104,7 +106,7 @@ impl FarSeries {
         (ratio < 0.25 && terms < MAX_TERMS as f64).then_some(FarCut { terms: terms as usize, newton })
     }
 
-    /// Returns the kappa from which on this many terms meet a relative tolerance; it may be below zero.
+    /// Returns the kappa beyond which this many terms meet a relative tolerance; it may be below zero.
     pub fn kappa_from(&self, terms: u32, tolerance: f64) -> f64 {
         let deviation = self.deviation.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         // This is a little less than the ratio at which one more term is needed.
@@ -131,7 +133,7 @@ fn inverse_root_series(e2: f64, e3: f64) -> [f64; MAX_TERMS] {
     h
 }
 
-/// The numbers of terms and of Newton steps that a distance needs; the default is the monopole.
+/// The numbers of terms and of Newton steps that a distance needs; the default is that of a point mass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FarCut {
     terms: usize,
@@ -173,7 +175,7 @@ impl Far<'_> {
             // The derivative of f is 1 - d.
             let d = w * (slope + slope + q * w);
             let correction = if self.cut.newton == 1 {
-                // d is so small that (1 + d) (1 + d^2) (1 + d^4) equals 1 / (1 - d) to round-off.
+                // The number d is so small that (1 + d) (1 + d^2) (1 + d^4) equals 1 / (1 - d) to round-off.
                 let d2 = d * d;
                 let d4 = d2 * d2;
                 let partial = d.mul_add(d2, d) + d2;

@@ -1,15 +1,15 @@
 //! A body as a layer on its circumscribed sphere: points that attract like the body from outside.
 //!
-//! Functions that are harmonic in a sphere about a body have over the body the same means as over the sphere
+//! The mean over the body of a function that is harmonic in a sphere about it equals the mean over the sphere
 //! with the density
 //!
 //!   sum_n (2n + 1) sum_m M_nm S_nm(u),
 //!
 //! where M_nm are the means of the solid harmonics of x/R over the body (Green 1828). A layer of degree N
 //! reproduces all harmonics to that degree, and Gauss-Legendre in z times equal angles is exact for products
-//! of two such degrees. The points' attraction equals the body's to (R/r)^(N + 1): only products of the
-//! layer's terms with those of 1/|x - y| are lost whose degrees add up to more than 2 N + 1. The sum has
-//! terms of nearly one sign, so that no distance costs digits.
+//! of two such degrees. The points' attraction equals that of the body to (R/r)^(N + 1): the error consists
+//! only of products of a term of the layer with a term of 1/|x - y| whose degrees add up to more than
+//! 2 N + 1. The terms of the sum have nearly one sign, so that no digits are lost at any distance.
 
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
@@ -22,12 +22,12 @@ use pulp::{Arch, Simd, WithSimd};
 use std::f64::consts::TAU;
 use std::num::NonZeroUsize;
 
-/// The points of a layer; weights add up to one.
+/// The points of a layer; their weights add up to one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layer {
     /// Coordinates from the centre of mass, padded with weightless points to whole blocks.
     pub points: [Vec<f64>; 3],
-    /// Weights.
+    /// The weights of the points.
     pub weights: Vec<f64>,
     /// The number of points with a weight.
     pub count: usize,
@@ -103,9 +103,9 @@ impl WithSimd for Attraction<'_> {
         for (((x, y), z), weight) in points.zip(Lanes::blocks(simd, &self.layer.weights)) {
             let d = [x - place[0], y - place[1], z - place[2]];
             let inverse_square = x.constant(1.0) / dot(d, d);
-            let pull = weight * inverse_square.sqrt();
-            potential.add(pull);
-            let cube = pull * inverse_square;
+            let attraction = weight * inverse_square.sqrt();
+            potential.add(attraction);
+            let cube = attraction * inverse_square;
             trace.add(cube);
             let fifth = cube * inverse_square;
             for i in 0..3 {

@@ -10,9 +10,9 @@ use rayon::prelude::*;
 
 /// The quantities to compute, with the arrays that receive them in C order.
 pub enum Wanted<'a> {
-    /// Phi (P,) and g (P, 3).
+    /// Potentials Phi (P,) and fields g (P, 3).
     Field(&'a mut [f64], &'a mut [f64]),
-    /// dg/dx (P, 3, 3).
+    /// Gradients dg/dx (P, 3, 3).
     Gradient(&'a mut [f64]),
 }
 
@@ -43,7 +43,7 @@ impl Wanted<'_> {
 pub struct Points<'a> {
     /// Coordinates (P, 3).
     pub coordinates: &'a [f64],
-    /// The shape of the caller's array of points, for errors.
+    /// The shape of the caller's array of points, for error messages.
     pub shape: &'a [usize],
     /// The number of the caller's points before these.
     pub before: usize,
@@ -74,7 +74,7 @@ impl Points<'_> {
         for jobs in jobs.chunks_mut(group) {
             interrupt.charge(UNITS / 2, 0.0)?;
             let workspace = || Workspace::new(length.min(self.coordinates.len() / 3));
-            // So little work is finished before other threads have started.
+            // Such a small amount of work is finished before other threads have started.
             let bad = if jobs.len() * length * work < 2000 {
                 let mut workspace = workspace();
                 jobs.iter_mut().find_map(|job| job.run(attractors, arch, &mut workspace))

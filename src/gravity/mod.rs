@@ -1,5 +1,5 @@
-//! The exact potential and field of one homogeneous body, at many points at a time: of an ellipsoid outside,
-//! and of a polyhedron anywhere ([`Facets`], and [`Layer`] far away).
+//! The exact potential and field of one homogeneous body, at many points at a time: of an ellipsoid outside
+//! it, and of a polyhedron anywhere ([`Facets`], and [`Layer`] far away).
 //!
 //! Takes points in the body's canonical frame (a >= b >= c) and gives, per unit GM, the potential Phi
 //! (positive) and the field g = grad Phi. With kappa the largest root of sum x_i^2/(a_i^2 + kappa) = 1 (the
@@ -21,14 +21,17 @@ mod body_field;
 mod ellipsoidal;
 mod far;
 mod layer;
-mod layer_pull;
+mod layer_attraction;
 mod many;
 mod near;
 mod polyhedral;
-mod pull;
+mod attraction;
 
 #[doc(hidden)]
 pub use anywhere::Anywhere;
+pub(crate) use attraction::point_jacobian;
+#[doc(hidden)]
+pub use attraction::{BodyAttraction, BodyChange, ExtendedAttraction};
 pub use body_field::{Attractor, BodyField};
 #[doc(hidden)]
 pub use ellipsoidal::Ellipsoidal;
@@ -38,15 +41,12 @@ pub use far::{Far, FarCut, FarSeries};
 #[doc(hidden)]
 pub use layer::Layer;
 #[doc(hidden)]
-pub use layer_pull::LayerPull;
+pub use layer_attraction::LayerAttraction;
 pub use many::{Points, Wanted};
 #[doc(hidden)]
 pub use near::{Near, kappa};
 #[doc(hidden)]
 pub use polyhedral::{Facets, PolyhedralField};
-pub(crate) use pull::point_jacobian;
-#[doc(hidden)]
-pub use pull::{BodyChange, BodyPull, ExtendedPull};
 
 use crate::math::lanes::{INTERLEAVED, Lanes, dot};
 use pulp::Simd;
@@ -60,7 +60,7 @@ pub struct PointField<S: Simd, const N: usize = INTERLEAVED> {
     /// `[R_3 - R_2, R_1 - R_3, R_2 - R_1]`, by [`Far`] without cancellation: (x cross g)_1 = -x_2 x_3 (R_3 -
     /// R_2).
     pub rd_difference: [Lanes<S, N>; 3],
-    /// s_i = a_i^2 + kappa.
+    /// The squares s_i = a_i^2 + kappa.
     pub squares: [Lanes<S, N>; 3],
 }
 
@@ -76,7 +76,7 @@ impl<S: Simd, const N: usize> PointField<S, N> {
         (n, s1.constant(3.0) * inverse * (s1 * s2 * s3).sqrt() / dot(n, n))
     }
 
-    /// Returns 1/s_i and 1/(s_1 s_2 s_3), which one division serves.
+    /// Returns 1/s_i and 1/(s_1 s_2 s_3), for which one division suffices.
     #[inline(always)]
     pub fn reciprocals(&self) -> ([Lanes<S, N>; 3], Lanes<S, N>) {
         let [s1, s2, s3] = self.squares;

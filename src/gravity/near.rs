@@ -1,10 +1,10 @@
 //! The field at any distance, down to the surface: Newton's iteration for kappa and Carlson's duplication.
 //!
 //! kappa solves h(kappa) = 1/s(kappa) - 1 = 0 with s = sum x_i^2/(a_i^2 + kappa). 1/s is r^-2 times a
-//! weighted harmonic mean of the (a_i^2 + kappa), hence increasing and concave in kappa; and since a harmonic
-//! mean never exceeds the arithmetic one, kappa_0 = max(0, r^2 - sum a_i^2 x_i^2/r^2) lies at or below the
-//! root of an outer point. From there Newton's iterates rise monotonically to the root: no bracket can be
-//! left and no safeguard is needed.
+//! weighted harmonic mean of the (a_i^2 + kappa), hence increasing and concave in kappa. A harmonic mean
+//! never exceeds the arithmetic one, so that kappa_0 = max(0, r^2 - sum a_i^2 x_i^2/r^2) lies at or below the
+//! root of an outer point. Newton's iterates rise monotonically from there to the root, which needs neither a
+//! bracket nor a safeguard.
 
 use super::{FieldKernel, PointField};
 use crate::math::carlson::{duplications_needed, rd_triple};
@@ -35,8 +35,8 @@ impl Near {
         900.0 * self.squares[2] < self.squares[0]
     }
 
-    /// Returns Phi, the field, and a mask: 1 outside and 0 inside. Inside, kappa is zero, and Phi and R_i
-    /// have the same formulas. The result in a lane does not depend on the other lanes.
+    /// Returns Phi, the field, and a mask that is 1 outside and 0 inside. Inside, kappa is zero, and Phi and
+    /// R_i have the same formulas. The result in a lane does not depend on the other lanes.
     #[inline(always)]
     pub fn anywhere<S: Simd, const N: usize>(
         &self,

@@ -1,20 +1,23 @@
 //! The potential, field and gradient of a homogeneous polyhedron, exact, inside and outside (Werner &
 //! Scheeres 1996, Celestial Mechanics and Dynamical Astronomy 65, 313).
 //!
-//! With r_e and r_f from the point to the edge e and the face f, the dyads F_f = n n^T and E_e = n_A m_A^T +
-//! n_B m_B^T (n the normals, m those of the edge in its two faces, outward), per unit GM with V the volume,
+//! With r_e and r_f the vectors from the point to the edge e and the face f, let F_f = n n^T and E_e = n_A
+//! m_A^T + n_B m_B^T, where n are the outward normals of the faces and m those of the edge in its two faces.
+//! With V the volume, per unit GM,
 //!
 //!   Phi = (1/2V) [ sum_e r_e.E_e r_e L_e - sum_f r_f.F_f r_f w_f ],
-//!   g   = (1/V) [ sum_f F_f r_f w_f - sum_e E_e r_e L_e ],    dg/dx = (1/V) [ sum_e E_e L_e - sum_f F_f w_f ],
+//!   g   = (1/V) [ sum_f F_f r_f w_f - sum_e E_e r_e L_e ],
+//!   dg/dx = (1/V) [ sum_e E_e L_e - sum_f F_f w_f ],
 //!
 //!   L_e = ln (p + q + e)/(p + q - e),   tan(w_f/2) = a.(b x c) / (abc + a b.c + b c.a + c a.b).
 //!
-//! p and q are the distances of the edge's ends, e its length. Near the edge p + q - e loses its digits; with
-//! the vectors p, q it equals 2 (pq + p.q)/(p + q + e), and pq + p.q = |p x q|^2/(pq - p.q) where p.q is
-//! negative. Away from it L is a logarithm of nearly one, which [`ln_one_plus`] takes without loss.
+//! Here p and q are the distances of the edge's ends and e is its length. Near the edge p + q - e loses its
+//! digits; with the vectors p and q it equals 2 (pq + p.q)/(p + q + e), and pq + p.q = |p x q|^2/(pq - p.q)
+//! where p.q is negative. Away from the edge L is the logarithm of a number near one, which [`ln_one_plus`]
+//! computes without loss.
 //!
-//! The sums cancel away from the body: at the distance r they lose (r/R)^2 of their digits. Beyond some sizes
-//! of the body [`super::Layer`] has its field with all digits.
+//! The sums cancel away from the body: at the distance r they lose (r/R)^2 of their digits. Beyond a few
+//! sizes of the body [`super::Layer`] gives the field with all digits.
 
 use crate::math::lanes::{BLOCK, Lanes, Total, cross, dot, load_vector, minus, splat_vector, total_vector};
 use crate::math::logarithm::{angle, ln_one_plus};
@@ -22,29 +25,28 @@ use crate::math::{Mat3, Vec3};
 use crate::shape::Polyhedron;
 use pulp::{Arch, Simd, WithSimd};
 
-/// Potential, field and gradient per unit GM, and the solid angle of the surface as seen from the point: 4 pi
-/// inside, 0 outside.
+/// Potential, field and gradient per unit GM, and the solid angle of the surface as seen from the point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PolyhedralField {
-    /// Phi, positive.
+    /// The potential Phi, positive.
     pub potential: f64,
-    /// g = grad Phi.
+    /// The field g = grad Phi.
     pub field: Vec3,
-    /// dg/dx; infinite on edges, and with a jump on faces.
+    /// The gradient dg/dx; infinite on edges, and with a jump on faces.
     pub gradient: Mat3,
-    /// The solid angle.
+    /// The solid angle: 4 pi inside, 0 outside.
     pub solid_angle: f64,
 }
 
 /// The precomputed, point-independent terms of a polyhedron's field, edge by edge and face by face.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Facets {
-    /// For each edge its ends (6), length and E_e (6).
+    /// For each edge, its ends (6), its length and E_e (6).
     edges: Vec<Vec<f64>>,
-    /// For each face its corners (9), unit normal (3) and twice its area.
+    /// For each face, its corners (9), its unit normal (3) and twice its area.
     faces: Vec<Vec<f64>>,
-    /// For each edge whose faces do not lie in one plane, an end (3), the vector to the other end (3) and one
-    /// over its square.
+    /// For each edge whose faces do not lie in one plane, an end (3), the vector to the other end (3) and the
+    /// inverse of that vector's square.
     sharp: Vec<Vec<f64>>,
     volume: f64,
 }
@@ -52,7 +54,7 @@ pub struct Facets {
 const EDGE: usize = 13;
 const FACE: usize = 13;
 const SHARP: usize = 7;
-/// Across an edge whose dyad is smaller than this the field is smooth to round-off.
+/// The size of an edge's dyad below which the field is smooth to round-off across the edge.
 const FLAT: f64 = 1e-14;
 
 impl Facets {

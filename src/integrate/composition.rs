@@ -1,8 +1,9 @@
 //! Compositions of two flows, each of which is solved exactly.
 //!
-//! The schemes are symmetric, and symplectic where both flows are. S. Blanes, F. Casas, A. Farres, J. Laskar,
-//! J. Makazaga & A. Murua (2013), Appl. Numer. Math. 68, 58: for A + epsilon B, ABA(8,6,4) has errors of the
-//! size epsilon h^8 + epsilon^2 h^6 + epsilon^3 h^4; in ABA(10,6,4) the first of these is epsilon h^10.
+//! The schemes are symmetric, and symplectic where both flows are. They are those of S. Blanes, F. Casas, A.
+//! Farres, J. Laskar, J. Makazaga & A. Murua (2013), Appl. Numer. Math. 68, 58. For A + epsilon B, ABA(8,6,4)
+//! has errors of the size epsilon h^8 + epsilon^2 h^6 + epsilon^3 h^4; in ABA(10,6,4) the first term is
+//! epsilon h^10.
 
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
@@ -14,7 +15,7 @@ pub trait Flows {
     /// only.
     fn prepare(&mut self, time: f64, y: &[f64], step: f64, interrupt: &mut InterruptCheck) -> Result<()>;
 
-    /// Advances the vector by the flow of the large part, A.
+    /// Advances the vector by the flow of the larger part, A.
     fn drift(
         &mut self,
         size: f64,
@@ -23,8 +24,8 @@ pub trait Flows {
         interrupt: &mut InterruptCheck,
     ) -> Result<()>;
 
-    /// Advances the vector by the flow of the small part, B, which does not change the numbers that it
-    /// depends on. Returns the number of evaluations that it took.
+    /// Advances the vector by the flow of the smaller part, B, which does not change the numbers on which it
+    /// depends. Returns the number of evaluations.
     fn kick(
         &mut self,
         size: f64,
@@ -46,13 +47,13 @@ pub struct Composition {
     kicks: &'static [f64],
 }
 
-/// Half a kick, a drift and half a kick: second order.
+/// The composition of second order of half a kick, a drift and half a kick.
 pub static KICK_DRIFT_KICK: Composition = Composition { drifts: &[0.0, 1.0], kicks: &[0.5] };
 
-/// Half a drift, a kick and half a drift: second order.
+/// The composition of second order of half a drift, a kick and half a drift.
 static LEAPFROG: Composition = Composition { drifts: &[0.5], kicks: &[1.0] };
 
-/// ABA(8,6,4).
+/// The scheme ABA(8,6,4).
 static ABA864: Composition = Composition {
     drifts: &[
         0.071133426498223117777938730006,
@@ -68,7 +69,7 @@ static ABA864: Composition = Composition {
     ],
 };
 
-/// ABA(10,6,4).
+/// The scheme ABA(10,6,4).
 static ABA1064: Composition = Composition {
     drifts: &[
         0.038094497422412195456975322309,
@@ -85,15 +86,15 @@ static ABA1064: Composition = Composition {
     ],
 };
 
-/// A composition for a large and a small part, by the name that scripts use.
+/// A composition for a larger and a smaller part, by the name that scripts use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Scheme {
-    /// Half a drift, a kick and half a drift: second order.
+    /// The composition of second order of half a drift, a kick and half a drift.
     Leapfrog,
-    /// ABA(8,6,4): seven kicks.
+    /// The scheme ABA(8,6,4), with seven kicks.
     Aba864,
-    /// ABA(10,6,4): eight kicks.
+    /// The scheme ABA(10,6,4), with eight kicks.
     Aba1064,
 }
 

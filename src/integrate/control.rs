@@ -4,14 +4,15 @@
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// Error allowed in a step: `relative` times the present scale plus `absolute` times the scale at the start.
+/// The error allowed in a step: `relative` times the present scale plus `absolute` times the scale at the
+/// start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Unchecked")]
 pub struct Tolerance {
-    /// Relative to the present scale of each quantity.
+    /// The tolerance relative to the present scale of each quantity.
     #[serde(rename = "rtol")]
     pub relative: f64,
-    /// Relative to the scale at the start.
+    /// The tolerance relative to the scale at the start.
     #[serde(rename = "atol")]
     pub absolute: f64,
 }
@@ -48,7 +49,7 @@ impl Tolerance {
     }
 }
 
-/// A tolerance as a description gives it, not yet checked.
+/// A tolerance as it is described, not yet checked.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Unchecked {
@@ -64,10 +65,10 @@ impl TryFrom<Unchecked> for Tolerance {
     }
 }
 
-/// The controller's memory.
+/// The memory of the step-size controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Controller {
-    /// Error of the last accepted step, in units of the tolerance.
+    /// The error of the last accepted step, in units of the tolerance.
     pub previous: f64,
     /// Whether the last attempt failed.
     pub after_rejection: bool,

@@ -1,12 +1,12 @@
 //! The pair of Dormand and Prince of orders 5 and 4, with its interpolant of order 4.
 //!
-//! Dormand & Prince (1980), J. Comput. Appl. Math. 6, 19; interpolant of Hairer, Norsett & Wanner, Solving
-//! Ordinary Differential Equations I, section II.6 (their program DOPRI5). Stage 6 is the rate at the step's
-//! end.
+//! The pair is that of Dormand & Prince (1980), J. Comput. Appl. Math. 6, 19, and the interpolant that of
+//! Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, section II.6 (their program DOPRI5).
+//! Stage 6 is the rate at the step's end.
 
 use super::tableau::{Interpolant, Tableau};
 
-/// The pair.
+/// The tableau of the pair.
 pub static DORMAND_PRINCE54: Tableau = Tableau {
     name: "Dormand-Prince 5(4)",
     order: 5,
@@ -62,7 +62,7 @@ static B: [f64; 7] = [
     0.0,
 ];
 
-/// The parts of the coefficients `a` that rounding to doubles drops.
+/// The low parts of the coefficients `a`.
 static A_LOW: [&[f64]; 7] = [
     &[],
     &[-1.11022e-17],
@@ -73,7 +73,7 @@ static A_LOW: [&[f64]; 7] = [
     &[4.62593e-18, 0.0, -3.34164e-18, 3.70074e-17, -1.78055e-17, -6.60847e-18],
 ];
 
-/// The parts of the weights `b` that rounding to doubles drops.
+/// The low parts of the weights `b`.
 static B_LOW: [f64; 7] = [4.62593e-18, 0.0, -3.34164e-18, 3.70074e-17, -1.78055e-17, -6.60847e-18, 0.0];
 
 static B_HAT: [f64; 7] = [

@@ -28,7 +28,7 @@ pub trait Equations {
     fn prepare(&mut self, time: f64, y: &[f64], step: f64, interrupt: &mut InterruptCheck) -> Result<()>;
 
     /// Evaluates one part of the rates of change at a trial vector; the last part leaves the rates in `rate`.
-    /// An error says why there are none, and whether a shorter step may help.
+    /// An error carries the reason, and whether a shorter step may help.
     fn derivative(
         &mut self,
         part: usize,
@@ -37,8 +37,8 @@ pub trait Equations {
         rate: &mut [f64],
     ) -> std::result::Result<(), Refusal>;
 
-    /// Returns how many numbers of the vector the rates of change depend on. These come first; the others are
-    /// quadratures.
+    /// Returns the number of values on which the rates of change depend. These come first in the vector; the
+    /// others are quadratures.
     fn dependent(&self, dimension: usize) -> usize {
         dimension
     }
@@ -54,15 +54,15 @@ pub trait Equations {
     fn restore(&mut self, high: &mut [f64], low: &mut [f64]);
 }
 
-/// Why an evaluation or an attempt was not completed.
-pub(super) enum Unmade {
+/// The reason why an evaluation or an attempt was not completed.
+pub(super) enum Incomplete {
     /// The equations cannot be evaluated there; a shorter step may help.
     Refused(&'static str),
     /// The caller has interrupted the run, or the equations failed for good.
     Ended(Error),
 }
 
-impl From<Refusal> for Unmade {
+impl From<Refusal> for Incomplete {
     fn from(refusal: Refusal) -> Self {
         match refusal {
             Refusal::Shorter(reason) => Self::Refused(reason),
@@ -71,8 +71,8 @@ impl From<Refusal> for Unmade {
     }
 }
 
-impl Unmade {
-    /// Returns the error that ends the integration, made from the reason of a refusal.
+impl Incomplete {
+    /// Returns the error that ends the integration; `of` makes it from the reason of a refusal.
     pub fn error(self, of: impl FnOnce(&str) -> Error) -> Error {
         match self {
             Self::Refused(reason) => of(reason),
@@ -90,9 +90,9 @@ pub(super) fn evaluate(
     rate: &mut [f64],
     counts: bool,
     interrupt: &mut InterruptCheck,
-) -> std::result::Result<(), Unmade> {
+) -> std::result::Result<(), Incomplete> {
     for part in 0..equations.parts() {
-        interrupt.charge(equations.work(), time).map_err(Unmade::Ended)?;
+        interrupt.charge(equations.work(), time).map_err(Incomplete::Ended)?;
         equations.derivative(part, time, y, rate)?;
     }
     if counts {

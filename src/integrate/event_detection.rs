@@ -9,11 +9,11 @@ use super::{extremum, root};
 /// The number of equal intervals of a step at whose ends functions are sampled.
 const SAMPLES: usize = 8;
 
-/// The number of samples: besides the ends of the intervals, two fractions near the ends of the step show the
-/// sign of the function's change there.
+/// The number of samples: the ends of the intervals, and two fractions near the ends of the step, which show
+/// the sign of the function's change there.
 pub const POINTS: usize = SAMPLES + 3;
 
-/// The distance of those two fractions from the ends of the step.
+/// The distance of the two additional samples from the ends of the step, as a fraction of the step.
 const NEAR: f64 = 1e-3;
 
 /// Returns the fractions of a step at which functions are sampled, from its start up to the fraction `end`.
@@ -36,7 +36,8 @@ pub fn counts(direction: i8, rises: bool) -> bool {
 /// Finds the zeros of a function of the fraction of a step, given its values at these fractions.
 ///
 /// Each zero is passed to `found` with its fraction and whether the function rises there along the step.
-/// Zeros that `wanted` rejects by that are not computed. A zero at the first sample belongs to the step
+/// Zeros that `wanted` rejects by their direction are not computed. A zero at the first sample belongs to the
+/// step before.
 /// before.
 pub fn zeros<E>(
     fractions: &[f64; POINTS],

@@ -44,17 +44,17 @@ impl FixedStepper {
         }
     }
 
-    /// Present time.
+    /// Returns the present time.
     pub fn time(&self) -> f64 {
         self.time.value()
     }
 
-    /// Size of the steps.
+    /// Returns the size of the steps.
     pub fn size(&self) -> f64 {
         self.size
     }
 
-    /// Present vector and what rounding dropped of it.
+    /// Returns the present vector and its low part.
     pub fn vector(&self) -> (&[f64], &[f64]) {
         (&self.high, &self.low)
     }
@@ -64,7 +64,7 @@ impl FixedStepper {
         (self.last_time, &self.last_high, &self.last_low)
     }
 
-    /// Returns the size of that step, negative for a run backwards.
+    /// Returns the size of the last step, negative for a run backwards.
     pub fn last_size(&self) -> f64 {
         self.last_size
     }
@@ -77,7 +77,7 @@ impl FixedStepper {
         self.statistics.steps -= 1;
     }
 
-    /// Counts so far.
+    /// Returns the counts so far.
     pub fn statistics(&self) -> Statistics {
         self.statistics
     }
@@ -89,12 +89,12 @@ impl FixedStepper {
         self.composition.step(flows, self.last_size, &mut high, &mut low, interrupt).map(drop)
     }
 
-    /// Adds evaluations that were made on behalf of this integration.
+    /// Adds evaluations that were made for this integration elsewhere.
     pub fn count(&mut self, evaluations: u64) {
         self.statistics.evaluations += evaluations;
     }
 
-    /// Returns what decides how the integration goes on.
+    /// Returns the data that determine how the integration continues.
     pub fn memory(&self) -> Memory {
         Memory {
             time: [self.time.high, self.time.low],

@@ -2,32 +2,32 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Counts of an integration.
+/// The counts of an integration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Statistics {
-    /// Accepted steps.
+    /// The number of accepted steps.
     pub steps: u64,
-    /// Attempts that were rejected.
+    /// The number of attempts that were rejected.
     pub rejected: u64,
-    /// Evaluations of the rates of change.
+    /// The number of evaluations of the rates of change.
     pub evaluations: u64,
 }
 
-/// Everything that decides how an integration goes on. Its layout belongs to the version of the archive.
+/// The data that determine how an integration continues. Their layout belongs to the version of the archive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
-    /// Time and what rounding dropped of it.
+    /// The time and its low part.
     pub time: [f64; 2],
-    /// Vector.
+    /// The vector.
     pub high: Vec<f64>,
-    /// What rounding dropped of it.
+    /// The low part of the vector.
     pub low: Vec<f64>,
-    /// Size planned for the next step; zero before the first.
+    /// The size planned for the next step; zero before the first.
     pub next: f64,
-    /// Error of the last accepted step.
+    /// The error of the last accepted step.
     pub previous_error: f64,
     /// Whether the last attempt failed.
     pub after_rejection: bool,
-    /// Counts.
+    /// The counts of the integration.
     pub statistics: Statistics,
 }

@@ -1,6 +1,7 @@
 //! Roots and extrema of a function of one variable.
 //!
-//! R. P. Brent (1973), Algorithms for Minimization without Derivatives, chapters 4 and 5.
+//! The methods are those of R. P. Brent (1973), Algorithms for Minimization without Derivatives, chapters 4
+//! and 5.
 
 /// Returns the root between `a` and `b`, where the function has values `fa` and `fb` of opposite sign, to the
 /// last bits.
@@ -56,16 +57,18 @@ pub fn root<E>(
     Ok(b)
 }
 
-/// Intervals between the roots of a polynomial are halved at most so often: nearer roots are taken for a double one.
+/// The largest number of times that an interval between roots of a polynomial is halved; roots that are
+/// nearer to each other count as a double root.
 const HALVINGS: u32 = 44;
 
-/// Finds the simple roots above -1 and up to 1, in rising order, of a polynomial of the eighth degree at most.
+/// Finds the simple roots above -1 and up to 1, in rising order, of a polynomial of the eighth degree at
+/// most.
 ///
-/// The roots are separated by Descartes' rule: in an interval there are no more of them than changes of sign in Bernstein's
-/// coefficients, and one for one change. Other intervals are halved.
+/// The roots are separated by Descartes' rule: an interval contains no more roots than there are changes of
+/// sign in the Bernstein coefficients, and exactly one root for one change. Other intervals are halved.
 pub fn polynomial_roots(polynomial: &[f64], found: &mut dyn FnMut(f64)) {
     let n = polynomial.iter().rposition(|c| *c != 0.0).unwrap_or(0);
-    // (1 + v)^n p((v - 1) / (v + 1)) has Bernstein's coefficients, times the binomial ones.
+    // The polynomial (1 + v)^n p((v - 1) / (v + 1)) has the Bernstein coefficients times the binomial ones.
     let (mut sum, mut power) = ([0.0; 9], [0.0; 9]);
     (sum[0], power[0]) = (polynomial[n], 1.0);
     for k in 1..=n {
@@ -83,7 +86,7 @@ pub fn polynomial_roots(polynomial: &[f64], found: &mut dyn FnMut(f64)) {
     }
 }
 
-/// Finds the roots within an interval, for which the polynomial has these coefficients of Bernstein.
+/// Finds the roots within an interval, for which the polynomial has these Bernstein coefficients.
 fn separate(
     polynomial: &[f64],
     b: &[f64; 9],
@@ -121,8 +124,8 @@ fn separate(
 /// Returns the abscissa and the value of the minimum between `a` and `b` of a function that has one minimum
 /// there.
 ///
-/// The search stops as soon as a value is below zero, since callers only ask whether the function becomes
-/// negative.
+/// The search stops as soon as a value is below zero, since callers need only to know whether the function
+/// becomes negative.
 pub fn extremum<E>(mut f: impl FnMut(f64) -> Result<f64, E>, a: f64, b: f64) -> Result<(f64, f64), E> {
     const GOLDEN: f64 = 0.381_966_011_250_105_15;
     let (mut a, mut b) = (a, b);
@@ -184,22 +187,22 @@ pub fn extremum<E>(mut f: impl FnMut(f64) -> Result<f64, E>, a: f64, b: f64) -> 
 
 /// The number of equal intervals at whose ends [`first_fall`] samples a function, which may have one extremum
 /// in each.
-const LOOKS: usize = 8;
+const INTERVALS: usize = 8;
 
 /// The distance of two further samples from the start and the end, as a fraction of the whole interval.
 const NEAR: f64 = 1e-3;
 
-/// Returns the first root between 0 and `end` of a function that is not negative at 0, and an abscissa behind
+/// Returns the first root between 0 and `end` of a function that is not negative at 0, and an abscissa after
 /// it at which the function is negative.
 pub fn first_fall<E>(mut f: impl FnMut(f64) -> Result<f64, E>, end: f64) -> Result<Option<(f64, f64)>, E> {
     let place = |k: usize| match k {
         1 => NEAR * end,
-        k if k == LOOKS + 1 => (1.0 - NEAR) * end,
-        k if k > LOOKS => end,
-        k => k.saturating_sub(1) as f64 / LOOKS as f64 * end,
+        k if k == INTERVALS + 1 => (1.0 - NEAR) * end,
+        k if k > INTERVALS => end,
+        k => k.saturating_sub(1) as f64 / INTERVALS as f64 * end,
     };
     let (mut before, mut last) = (None, (0.0, f(0.0)?.max(0.0)));
-    for k in 1..LOOKS + 3 {
+    for k in 1..INTERVALS + 3 {
         let next = (place(k), f(place(k))?);
         // Between three values of which the middle one is the least there is a minimum.
         if let Some((from, above)) = before

@@ -2,7 +2,7 @@
 
 use crate::math::compensated::Compensated;
 
-/// Most coefficients of a segment's polynomial.
+/// The largest number of coefficients of a segment's polynomial.
 pub const MAX_TERMS: usize = 12;
 
 /// The solution over one step: y(t + theta h) = y + theta h sum_k c_k T_k(2 theta - 1).
@@ -12,7 +12,7 @@ pub const MAX_TERMS: usize = 12;
 pub struct Segment {
     /// The time at which the step begins.
     pub(super) time: Compensated,
-    /// Its size, negative for a run backwards.
+    /// The size of the step, negative for a run backwards.
     pub(super) size: f64,
     pub(super) high: Vec<f64>,
     pub(super) low: Vec<f64>,
@@ -55,22 +55,22 @@ impl Segment {
         &self.coefficients
     }
 
-    /// Time at which the step begins.
+    /// Returns the time at which the step begins.
     pub fn start(&self) -> f64 {
         self.time.value()
     }
 
-    /// Time at which it ends.
+    /// Returns the time at which the step ends.
     pub fn end(&self) -> f64 {
         self.time_at(1.0)
     }
 
-    /// Returns the vector at the start, and the part of it that rounding dropped.
+    /// Returns the vector at the start, and its low part.
     pub fn start_vector(&self) -> (&[f64], &[f64]) {
         (&self.high, &self.low)
     }
 
-    /// Its size, negative for a run backwards.
+    /// Returns the size of the step, negative for a run backwards.
     pub fn size(&self) -> f64 {
         self.size
     }
@@ -80,14 +80,14 @@ impl Segment {
         8 * (self.high.len() + self.low.len() + self.coefficients.len())
     }
 
-    /// The time at a fraction of the step.
+    /// Returns the time at a fraction of the step.
     pub fn time_at(&self, theta: f64) -> f64 {
         let mut time = self.time;
         time.add(theta * self.size);
         time.value()
     }
 
-    /// The fraction of the step at a time.
+    /// Returns the fraction of the step at a time.
     pub fn fraction(&self, time: f64) -> f64 {
         ((time - self.time.high) - self.time.low) / self.size
     }
@@ -165,8 +165,8 @@ impl Segment {
         self.coefficients.len() / self.high.len().max(1)
     }
 
-    /// Adds a difference that grows linearly with time, from the share `from` of it at the start to the share
-    /// `to` at the end.
+    /// Adds a difference that grows linearly with time, from the fraction `from` of it at the start to the
+    /// fraction `to` at the end.
     pub fn tilt(&mut self, from: f64, to: f64, difference: &[f64]) {
         for (index, difference) in difference.iter().enumerate() {
             self.low[index] += from * difference;

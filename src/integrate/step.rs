@@ -9,13 +9,13 @@ use std::ops::Range;
 #[derive(Debug, Clone, Copy)]
 pub struct Step<'a> {
     pub(super) tableau: &'static Tableau,
-    /// The vector at its start.
+    /// The vector at the start of the step.
     pub start: &'a [f64],
-    /// The vector at its end.
+    /// The vector at the end of the step.
     pub end: &'a [f64],
-    /// The time of its start.
+    /// The time of the start of the step.
     pub time: f64,
-    /// Its size, negative for a run backwards.
+    /// The size of the step, negative for a run backwards.
     pub size: f64,
     pub(super) rates: &'a [f64],
 }
@@ -26,7 +26,7 @@ impl Step<'_> {
         &self.rates[..self.start.len()]
     }
 
-    /// The tableau that it was made by.
+    /// Returns the tableau with which the step was made.
     pub fn tableau(&self) -> &'static Tableau {
         self.tableau
     }
@@ -44,7 +44,7 @@ impl Step<'_> {
         stride(self.start.len())
     }
 
-    /// The tableau's [`Tableau::spread`].
+    /// Returns the tableau's [`Tableau::spread`].
     pub fn spread(&self) -> [f64; 2] {
         self.tableau.spread
     }

@@ -1,9 +1,9 @@
-//! An adaptive integration: it takes steps with error control, keeps what rounding drops, and interpolates.
+//! An adaptive integration: it takes steps with error control, keeps low parts, and interpolates.
 
 mod start;
 
 use super::control::{Controller, Tolerance};
-use super::equations::{Equations, Unmade, evaluate};
+use super::equations::{Equations, Incomplete, evaluate};
 use super::memory::{Memory, Statistics};
 use super::segment::Segment;
 use super::step::Step;
@@ -13,7 +13,7 @@ use crate::interrupt::InterruptCheck;
 use crate::math::compensated::Compensated;
 use crate::math::rows::{Advance, InOnePart, InTwoParts, Sums, Term, WeightedRows, stride, whole};
 
-/// The state of an integration. It holds numbers only: two steppers that are equal go on equally.
+/// The state of an integration. It holds numbers only: two equal steppers continue equally.
 #[derive(Debug, Clone)]
 pub struct Stepper {
     tableau: &'static Tableau,
@@ -38,9 +38,9 @@ pub struct Stepper {
     /// The vector at the last step's start in both its parts, padded to the length of a row.
     from: [Vec<f64>; 2],
     trial: Vec<f64>,
-    /// The low part of the vector at a step's end.
+    /// The low part of the vector at the end of a step.
     tail: Vec<f64>,
-    /// The last step: its start, its size, and its polynomial once that has been asked for.
+    /// The last step: its start, its size, and its polynomial if that has been requested.
     last: Segment,
     /// The number of stages of the last step that have been computed.
     known: usize,
@@ -82,17 +82,17 @@ impl Stepper {
         }
     }
 
-    /// Present time.
+    /// Returns the present time.
     pub fn time(&self) -> f64 {
         self.time.value()
     }
 
-    /// Present vector and what rounding dropped of it.
+    /// Returns the present vector and its low part.
     pub fn vector(&self) -> (&[f64], &[f64]) {
         (&self.high, &self.low)
     }
 
-    /// Returns what decides how the integration goes on.
+    /// Returns the data that determine how the integration continues.
     pub fn memory(&self) -> Memory {
         Memory {
             time: [self.time.high, self.time.low],
@@ -105,7 +105,7 @@ impl Stepper {
         }
     }
 
-    /// Goes on from where another stepper of the same tableau and tolerance was.
+    /// Continues from the memory of a stepper with the same tableau and tolerance.
     pub fn recall(&mut self, memory: &Memory) {
         self.time = Compensated { high: memory.time[0], low: memory.time[1] };
         self.high.copy_from_slice(&memory.high);
@@ -117,7 +117,7 @@ impl Stepper {
         self.known = 0;
     }
 
-    /// Starts anew at a time and a vector and remembers nothing but the counts, so that what follows depends
+    /// Starts anew at a time and a vector and keeps nothing but the counts, so that the further steps depend
     /// on the arguments alone. The first step is tried with the size `next`.
     pub fn restart(&mut self, time: Compensated, high: &[f64], low: &[f64], next: f64) {
         self.time = time;
@@ -136,7 +136,7 @@ impl Stepper {
         self.known = 0;
     }
 
-    /// Counts so far.
+    /// Returns the counts so far.
     pub fn statistics(&self) -> Statistics {
         self.statistics
     }
@@ -177,8 +177,8 @@ impl Stepper {
                     self.statistics.rejected += 1;
                     self.next = size * self.controller.rejected(error, self.tableau.error_order);
                 }
-                Err(Unmade::Ended(error)) => return Err(error),
-                Err(Unmade::Refused(reason)) => {
+                Err(Incomplete::Ended(error)) => return Err(error),
+                Err(Incomplete::Refused(reason)) => {
                     self.statistics.rejected += 1;
                     self.next = size * self.controller.rejected(f64::INFINITY, self.tableau.error_order);
                     self.refuse_tiny(self.next, reason)?;
@@ -231,8 +231,8 @@ impl Stepper {
         Ok(())
     }
 
-    /// Returns the last step as a polynomial. The stages of the interpolant are computed when first asked for
-    /// in a step.
+    /// Returns the last step as a polynomial. The stages of the interpolant are computed at the first call in
+    /// a step.
     pub fn segment(
         &mut self,
         equations: &mut impl Equations,
@@ -292,8 +292,8 @@ impl Stepper {
         (end - self.time.high) - self.time.low
     }
 
-    /// Returns the planned step, shortened to end at `end` or stretched a little to avoid a tiny remainder,
-    /// and whether it arrives there.
+    /// Returns the planned step, shortened to end at `end` or extended a little to avoid a tiny remainder,
+    /// and whether it ends there.
     fn fit(&self, end: f64) -> (f64, bool) {
         let remaining = self.remaining(end);
         if self.next.abs() >= remaining.abs() {
@@ -315,13 +315,13 @@ impl Stepper {
     }
 
     /// Computes the stages and the increments of the trial vector. Returns the error in units of the
-    /// tolerance, or why there is none.
+    /// tolerance, or the reason why there is none.
     fn attempt(
         &mut self,
         equations: &mut impl Equations,
         size: f64,
         interrupt: &mut InterruptCheck,
-    ) -> std::result::Result<f64, Unmade> {
+    ) -> std::result::Result<f64, Incomplete> {
         let dimension = self.high.len();
         let time = self.time();
         self.formed = false;
@@ -361,10 +361,14 @@ impl Stepper {
         }
         if !quick {
             // The norm takes about as long as one part of an evaluation.
-            interrupt.charge(equations.work(), time).map_err(Unmade::Ended)?;
+            interrupt.charge(equations.work(), time).map_err(Incomplete::Ended)?;
         }
         let error = equations.norm(&self.high, &self.trial[..dimension], &self.tolerance);
-        if error.is_finite() { Ok(error) } else { Err(Unmade::Refused("the error estimate is not finite")) }
+        if error.is_finite() {
+            Ok(error)
+        } else {
+            Err(Incomplete::Refused("the error estimate is not finite"))
+        }
     }
 
     /// Writes y + size sum_j a_ij k_j for the numbers that the rates depend on.

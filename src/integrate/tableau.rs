@@ -2,35 +2,35 @@
 
 use crate::math::rows::Term;
 
-/// Coefficients of an explicit embedded pair.
+/// The coefficients of an explicit embedded Runge-Kutta pair.
 #[derive(Debug)]
 pub struct Tableau {
-    /// Name with orders.
+    /// The name with the orders.
     pub name: &'static str,
-    /// Order of the solution with which the integration continues.
+    /// The order of the solution with which the integration continues.
     pub order: u32,
-    /// Order of the comparison solution.
+    /// The order of the comparison solution.
     pub error_order: u32,
-    /// Stages of the pair.
+    /// The number of stages of the pair.
     pub stages: usize,
-    /// Nodes, including those of the interpolant's stages.
+    /// The nodes, including those of the interpolant's stages.
     pub c: &'static [f64],
-    /// Row i holds the coefficients of the earlier stages in stage i.
+    /// The coefficients; row i holds those of the earlier stages in stage i.
     pub a: &'static [&'static [f64]],
-    /// The parts of the pair's coefficients that rounding to doubles drops. Left out, they would make the
-    /// same error in every step, which grows with the number of steps and not with its root.
+    /// The low parts of the pair's coefficients. Without them every step would have the same error, which
+    /// would grow with the number of steps and not with its square root.
     pub a_low: &'static [&'static [f64]],
-    /// Weights of the solution.
+    /// The weights of the solution.
     pub b: &'static [f64],
-    /// The parts of the weights that rounding to doubles drops.
+    /// The low parts of the weights.
     pub b_low: &'static [f64],
-    /// Weights of the comparison solution.
+    /// The weights of the comparison solution.
     pub b_hat: &'static [f64],
-    /// Continuous extension.
+    /// The continuous extension.
     pub interpolant: Interpolant,
-    /// How far a path x with dx/dt = v, dv/dt = a may depart from its chord within a step of size h. With a_0
-    /// the acceleration at the first stage, the interpolant and the positions of its own stages lie no
-    /// further from the chord between the step's ends than
+    /// The numbers in a bound of how far a path x with dx/dt = v, dv/dt = a departs from its chord within a
+    /// step of size h. With a_0 the acceleration at the first stage, the interpolant and the positions of its
+    /// own stages lie no further from the chord between the step's ends than
     ///
     /// h^2 ( |a_0| / 8 + spread\[0\] max |a_j - a_0| + spread\[1\] max |a_k - a_0| ),
     ///
@@ -67,13 +67,13 @@ impl Tableau {
     }
 }
 
-/// Continuous extension: y(t + theta h) = y + h sum_i b_i(theta) k_i.
+/// The continuous extension y(t + theta h) = y + h sum_i b_i(theta) k_i.
 #[derive(Debug)]
 pub struct Interpolant {
-    /// Order.
+    /// The order of the interpolant.
     pub order: u32,
-    /// Row i holds w_0, w_1, ... in b_i = theta sum_k w_k T_k(2 theta - 1), with T_k the Chebyshev
-    /// polynomials.
+    /// The weights; row i holds w_0, w_1, ... in b_i = theta sum_k w_k T_k(2 theta - 1), with T_k the
+    /// Chebyshev polynomials.
     ///
     /// In powers of theta the coefficients would be of order 1e4 and cancel; in this basis they are of order
     /// one.

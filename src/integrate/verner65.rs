@@ -1,15 +1,15 @@
 //! Verner's "most efficient" Runge-Kutta pair of orders 6 and 5.
 //!
-//! J. H. Verner (2010), Numer. Algor. 53, 383; coefficients as published by the author. Stages 0-8 are the
-//! pair. The 6 further stages serve the interpolant only. It has order 6 by repeated Hermite-Birkhoff
-//! interpolation (Enright, Jackson, Norsett & Thomsen 1986, ACM Trans. Math. Softw. 12, 193): the cubic
-//! through the step's two ends gives rates inside the step, these give a quartic, and so on, and each
-//! polynomial raises the order by one. The nodes of these stages minimise the error inside a step of Kepler's
-//! problem relative to the error of the step itself.
+//! The coefficients are those of J. H. Verner (2010), Numer. Algor. 53, 383, as published by the author.
+//! Stages 0-8 are the pair. The 6 further stages serve the interpolant only. It has order 6 by repeated
+//! Hermite-Birkhoff interpolation (Enright, Jackson, Norsett & Thomsen 1986, ACM Trans. Math. Softw. 12,
+//! 193): the cubic through the step's two ends gives rates inside the step, these give a quartic, and so on,
+//! and each polynomial raises the order by one. The nodes of these stages minimise the error inside a step of
+//! Kepler's problem relative to the error of the step itself.
 
 use super::tableau::{Interpolant, Tableau};
 
-/// The pair.
+/// The tableau of the pair.
 pub static VERNER65: Tableau = Tableau {
     name: "Verner 6(5)",
     order: 6,
@@ -174,7 +174,7 @@ static B: [f64; 9] = [
     0.0,
 ];
 
-/// The parts of the coefficients `a` that rounding to doubles drops.
+/// The low parts of the coefficients `a`.
 static A_LOW: [&[f64]; 9] = [
     &[],
     &[2.22045e-18],
@@ -187,7 +187,7 @@ static A_LOW: [&[f64]; 9] = [
     &[3.01672e-18, 0.0, 0.0, 2.77399e-17, 1.89114e-17, -2.97415e-17, -1.2443e-14, -1.30205e-15],
 ];
 
-/// The parts of the weights `b` that rounding to doubles drops.
+/// The low parts of the weights `b`.
 static B_LOW: [f64; 9] =
     [3.01672e-18, 0.0, 0.0, 2.77399e-17, 1.89114e-17, -2.97415e-17, -1.2443e-14, -1.30205e-15, 0.0];
 

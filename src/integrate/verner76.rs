@@ -1,15 +1,15 @@
 //! Verner's "most efficient" Runge-Kutta pair of orders 7 and 6.
 //!
-//! J. H. Verner (2010), Numer. Algor. 53, 383; coefficients as published by the author. Stages 0-9 are the
-//! pair. The 11 further stages serve the interpolant only. It has order 7 by repeated Hermite-Birkhoff
-//! interpolation (Enright, Jackson, Norsett & Thomsen 1986, ACM Trans. Math. Softw. 12, 193): the cubic
-//! through the step's two ends gives rates inside the step, these give a quartic, and so on, and each
-//! polynomial raises the order by one. The nodes of these stages minimise the error inside a step of Kepler's
-//! problem relative to the error of the step itself.
+//! The coefficients are those of J. H. Verner (2010), Numer. Algor. 53, 383, as published by the author.
+//! Stages 0-9 are the pair. The 11 further stages serve the interpolant only. It has order 7 by repeated
+//! Hermite-Birkhoff interpolation (Enright, Jackson, Norsett & Thomsen 1986, ACM Trans. Math. Softw. 12,
+//! 193): the cubic through the step's two ends gives rates inside the step, these give a quartic, and so on,
+//! and each polynomial raises the order by one. The nodes of these stages minimise the error inside a step of
+//! Kepler's problem relative to the error of the step itself.
 
 use super::tableau::{Interpolant, Tableau};
 
-/// The pair.
+/// The tableau of the pair.
 pub static VERNER76: Tableau = Tableau {
     name: "Verner 7(6)",
     order: 7,
@@ -289,7 +289,7 @@ static B: [f64; 10] = [
     0.0,
 ];
 
-/// The parts of the coefficients `a` that rounding to doubles drops.
+/// The low parts of the coefficients `a`.
 static A_LOW: [&[f64]; 10] = [
     &[],
     &[-1.04083e-19],
@@ -303,7 +303,7 @@ static A_LOW: [&[f64]; 10] = [
     &[-6.82177e-16, 0.0, -4.37179e-15, -5.96947e-15, 6.33536e-16, 2.94671e-16, 1.03217e-16],
 ];
 
-/// The parts of the weights `b` that rounding to doubles drops.
+/// The low parts of the weights `b`.
 static B_LOW: [f64; 10] = [
     1.45766e-18,
     0.0,

@@ -1,15 +1,15 @@
 //! Verner's "most efficient" Runge-Kutta pair of orders 8 and 7.
 //!
-//! J. H. Verner (2010), Numer. Algor. 53, 383; coefficients as published by the author. Stages 0-12 are the
-//! pair. The 16 further stages serve the interpolant only. It has order 8 by repeated Hermite-Birkhoff
-//! interpolation (Enright, Jackson, Norsett & Thomsen 1986, ACM Trans. Math. Softw. 12, 193): the cubic
-//! through the step's two ends gives rates inside the step, these give a quartic, and so on, and each
-//! polynomial raises the order by one. The nodes of these stages minimise the error inside a step of Kepler's
-//! problem relative to the error of the step itself.
+//! The coefficients are those of J. H. Verner (2010), Numer. Algor. 53, 383, as published by the author.
+//! Stages 0-12 are the pair. The 16 further stages serve the interpolant only. It has order 8 by repeated
+//! Hermite-Birkhoff interpolation (Enright, Jackson, Norsett & Thomsen 1986, ACM Trans. Math. Softw. 12,
+//! 193): the cubic through the step's two ends gives rates inside the step, these give a quartic, and so on,
+//! and each polynomial raises the order by one. The nodes of these stages minimise the error inside a step of
+//! Kepler's problem relative to the error of the step itself.
 
 use super::tableau::{Interpolant, Tableau};
 
-/// The pair.
+/// The tableau of the pair.
 pub static VERNER87: Tableau = Tableau {
     name: "Verner 8(7)",
     order: 8,
@@ -496,7 +496,7 @@ static B: [f64; 13] = [
     0.0,
 ];
 
-/// The parts of the coefficients `a` that rounding to doubles drops.
+/// The low parts of the coefficients `a`.
 static A_LOW: [&[f64]; 13] = [
     &[],
     &[-2.77556e-18],
@@ -547,7 +547,7 @@ static A_LOW: [&[f64]; 13] = [
     ],
 ];
 
-/// The parts of the weights `b` that rounding to doubles drops.
+/// The low parts of the weights `b`.
 static B_LOW: [f64; 13] = [
     2.85974e-18,
     0.0,

@@ -1,12 +1,12 @@
 //! Verner's "most efficient" Runge-Kutta pair of orders 9 and 8, with the interpolant of order 9.
 //!
-//! J. H. Verner (2010), Numer. Algor. 53, 383; coefficients RKV98.IIa.Efficient as published by the author.
-//! Stages 0-15 are the pair. Stages 16-25 serve the interpolant only; stage 16 is the rate at the step's end,
-//! the next step's stage 0.
+//! The coefficients are those of RKV98.IIa.Efficient as published by the author, J. H. Verner (2010), Numer.
+//! Algor. 53, 383. Stages 0-15 are the pair. Stages 16-25 serve the interpolant only; stage 16 is the rate at
+//! the step's end, which is stage 0 of the next step.
 
 use super::tableau::{Interpolant, Tableau};
 
-/// The pair.
+/// The tableau of the pair.
 pub static VERNER98: Tableau = Tableau {
     name: "Verner 9(8)",
     order: 9,
@@ -22,7 +22,7 @@ pub static VERNER98: Tableau = Tableau {
     spread: [0.82, 0.253],
 };
 
-/// Verner's pair with a comparison solution of order 6, for errors far below what doubles can tell of the
+/// Verner's pair with a comparison solution of order 6, for errors far below the rounding errors of the
 /// pair's own estimate.
 ///
 /// The estimate of the pair itself is accurate to about 1e-16 of the rates, times weights of at most 2.6:
@@ -441,7 +441,7 @@ static B: [f64; 16] = [
     0.0,
 ];
 
-/// The parts of the coefficients `a` that rounding to doubles drops.
+/// The low parts of the coefficients `a`.
 static A_LOW: [&[f64]; 16] = [
     &[],
     &[2.00284e-18],
@@ -529,7 +529,7 @@ static A_LOW: [&[f64]; 16] = [
     ],
 ];
 
-/// The parts of the weights `b` that rounding to doubles drops.
+/// The low parts of the weights `b`.
 static B_LOW: [f64; 16] = [
     3.66808e-20,
     0.0,

@@ -39,7 +39,7 @@ pub fn rd_triple<N: Number>(s: [N; 3], duplications: u32) -> [N; 3] {
     [rd_x, rd_y, rd_z]
 }
 
-/// R_D(x, y; z) of nearly equal arguments by its Taylor series to seventh degree.
+/// Returns R_D(x, y; z) of nearly equal arguments by its Taylor series to seventh degree.
 #[inline(always)]
 fn rd_series<N: Number>(x: N, y: N, z: N) -> N {
     let c = |value| x.constant(value);
@@ -52,8 +52,8 @@ fn rd_series<N: Number>(x: N, y: N, z: N) -> N {
     let e3 = c(3.0).mul_add(xy, c(-8.0) * zz) * dz;
     let e4 = c(3.0) * (xy - zz) * zz;
     let e5 = xy * zz * dz;
-    // 1 - 3/14 E2 + 1/6 E3 + 9/88 E2^2 - 3/22 E4 - 9/52 E2 E3 + 3/26 E5 - 1/16 E2^3 + 3/40 E3^2
-    // + 3/20 E2 E4 + 45/272 E2^2 E3 - 9/68 (E3 E4 + E2 E5)
+    // The series is 1 - 3/14 E2 + 1/6 E3 + 9/88 E2^2 - 3/22 E4 - 9/52 E2 E3 + 3/26 E5 - 1/16 E2^3 + 3/40 E3^2
+    // + 3/20 E2 E4 + 45/272 E2^2 E3 - 9/68 (E3 E4 + E2 E5).
     let e22 = e2 * e2;
     let mut series = c(-9.0 / 68.0) * e3.mul_add(e4, e2 * e5);
     series = (c(45.0 / 272.0) * e22).mul_add(e3, series);

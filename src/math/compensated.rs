@@ -1,6 +1,7 @@
-//! Sums that keep what rounding drops: error-free addition and a running sum with a low part.
+//! Sums with low parts, the remainders after rounding: error-free addition and a running sum.
 //!
-//! Knuth's two-sum and Dekker's fast two-sum; see Ogita, Rump & Oishi (2005), SIAM J. Sci. Comput. 26, 1955.
+//! The methods are Knuth's two-sum and Dekker's fast two-sum; see Ogita, Rump & Oishi (2005), SIAM J. Sci.
+//! Comput. 26, 1955.
 
 use pulp::Simd;
 
@@ -73,7 +74,7 @@ pub fn add_all<S: Simd>(simd: S, high: &mut [f64], low: &mut [f64], size: f64, c
 pub struct Compensated {
     /// The rounded value.
     pub high: f64,
-    /// What rounding dropped.
+    /// The low part: the remainder after rounding.
     pub low: f64,
 }
 
@@ -99,7 +100,7 @@ impl Compensated {
         self.low = low;
     }
 
-    /// The nearest double.
+    /// Returns the nearest double.
     pub fn value(self) -> f64 {
         self.high + self.low
     }

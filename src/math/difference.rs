@@ -1,4 +1,4 @@
-//! Central differences of eighth order, which give some thirteen digits of the derivative of a smooth
+//! Central differences of eighth order, which give about thirteen digits of the derivative of a smooth
 //! function.
 
 /// The step, in units of the natural size of the number.

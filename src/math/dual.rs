@@ -5,7 +5,7 @@ use super::lanes::Lanes;
 use pulp::Simd;
 use std::ops::{Add, Div, Mul, Sub};
 
-/// The operations that a formula needs of its numbers.
+/// The operations that a generic formula uses.
 pub trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
@@ -13,7 +13,7 @@ pub trait Number:
     fn constant(self, value: f64) -> Self;
     /// Returns `self * b + c`.
     fn mul_add(self, b: Self, c: Self) -> Self;
-    /// Square root.
+    /// Returns the square root.
     fn sqrt(self) -> Self;
 }
 
@@ -37,9 +37,9 @@ impl<S: Simd, const N: usize> Number for Lanes<S, N> {
 /// A number and its derivatives by three variables.
 #[derive(Clone, Copy)]
 pub struct Dual<S: Simd, const N: usize> {
-    /// The number.
+    /// The value of the number.
     pub value: Lanes<S, N>,
-    /// Its derivatives.
+    /// The derivatives of the number by the three variables.
     pub by: [Lanes<S, N>; 3],
 }
 
@@ -56,8 +56,8 @@ impl<S: Simd, const N: usize> Dual<S, N> {
         all
     }
 
-    /// Applies the chain rule: returns the number whose derivatives are those of `self` and of another one,
-    /// each times its factor.
+    /// Applies the chain rule: returns the number whose derivatives are those of `a` times `by_a` plus those
+    /// of `b` times `by_b`.
     #[inline(always)]
     fn chain(value: Lanes<S, N>, a: Self, by_a: Lanes<S, N>, b: Self, by_b: Lanes<S, N>) -> Self {
         let mut by = a.by;

@@ -12,12 +12,12 @@ use std::num::NonZeroUsize;
 pub struct Gauss {
     /// The nodes, in [0, 1].
     pub nodes: Vec<f64>,
-    /// The weights: integrals of the l_j from 0 to 1.
+    /// The weights, which are the integrals of the l_j from 0 to 1.
     pub weights: Vec<f64>,
-    /// Row i holds the integrals of the l_j from 0 to node i: the coefficients of the collocation method of
-    /// order 2 n.
+    /// The coefficients of the collocation method of order 2 n: row i holds the integrals of the l_j from 0
+    /// to node i.
     pub integrals: Vec<Vec<f64>>,
-    /// The factors b_j (2 k + 1) P_k(x_j), in row j.
+    /// The factors b_j (2 k + 1) P_k(x_j), with j as the row.
     legendre: Vec<Vec<f64>>,
 }
 

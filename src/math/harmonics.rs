@@ -4,7 +4,8 @@
 //! below zero), so that the addition theorem is P_n(u . v) = sum_m S_nm(u) S_nm(v) for unit vectors and no
 //! S_nm exceeds |x|^n. They are made by
 //!
-//!   S_nn  = sqrt((2n - 1)/(2n)) (x S_{n-1,n-1} - y S_{n-1,1-n}),   S_n,-n likewise with (x, y) turned,   S_11 = x,
+//!   S_nn  = sqrt((2n - 1)/(2n)) (x S_{n-1,n-1} - y S_{n-1,1-n}),   S_11 = x,
+//!   S_n,-n = sqrt((2n - 1)/(2n)) (x S_{n-1,1-n} + y S_{n-1,n-1}),
 //!   S_nm  = [(2n - 1) z S_{n-1,m} - sqrt((n-1)^2 - m^2) |x|^2 S_{n-2,m}] / sqrt(n^2 - m^2).
 
 use super::lanes::{Lanes, Total, dot};
@@ -60,9 +61,9 @@ fn harmonics<S: Simd>(x: [Lanes<S>; 3], degree: usize, out: &mut [Lanes<S>]) {
 /// Computes sums of weights times harmonics over points and adds them to `sums`. The points come in whole
 /// blocks.
 pub struct WeightedHarmonics<'a> {
-    /// Coordinates.
+    /// The coordinates of the points.
     pub points: [&'a [f64]; 3],
-    /// Weights.
+    /// The weights of the points.
     pub weights: &'a [f64],
     /// The highest degree.
     pub degree: usize,
@@ -93,9 +94,9 @@ impl WithSimd for WeightedHarmonics<'_> {
 
 /// Evaluates a series of harmonics, sum of coefficient times S_nm, at every point.
 pub struct HarmonicSeries<'a> {
-    /// Coordinates, in whole blocks.
+    /// The coordinates of the points, in whole blocks.
     pub points: [&'a [f64]; 3],
-    /// Coefficients, in the order of [`place`].
+    /// The coefficients, in the order of [`place`].
     pub coefficients: &'a [f64],
     /// The highest degree.
     pub degree: usize,

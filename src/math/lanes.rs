@@ -1,5 +1,5 @@
-//! Many points at a time: formulas written once over [`Lanes`], run with the widest vectors the machine
-//! has, chosen at run time by the `pulp` crate.
+//! Many points at a time: formulas that are written once over [`Lanes`] and run with the widest vectors of
+//! the machine, which the `pulp` crate chooses at run time.
 //!
 //! A path changes results at round-off only (fused or separate multiply-add, number of partial sums).
 //! [`VectorPath::Portable`] gives the same bits on every machine: one lane, no fused operations.
@@ -15,13 +15,13 @@ pub const BLOCK: usize = WIDEST * INTERLEAVED;
 /// The most lanes that a register has on any path.
 pub const WIDEST: usize = 8;
 
-/// Which instructions the hot loops use.
+/// The instructions that the hot loops use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum VectorPath {
     /// The widest instructions that this machine has.
     #[default]
     Auto,
-    /// One lane, no fused multiply-add: the same bits on every machine.
+    /// One lane without fused multiply-add: the same bits on every machine.
     Portable,
     /// AVX2 and FMA, four lanes.
     Avx2,
@@ -97,7 +97,7 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
         Self { simd, raw: [simd.splat_f64s(value); N] }
     }
 
-    /// How many such blocks make up [`BLOCK`] doubles.
+    /// The number of such blocks in [`BLOCK`] doubles.
     pub const PER_BLOCK: usize = BLOCK / (N * S::F64_LANES);
 
     /// Loads the block with this index from a slice of whole blocks.
@@ -139,7 +139,7 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
         self
     }
 
-    /// Square root.
+    /// Returns the square root.
     #[inline(always)]
     pub fn sqrt(mut self) -> Self {
         for k in 0..N {
@@ -166,7 +166,7 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
         self
     }
 
-    /// Absolute value.
+    /// Returns the absolute value.
     #[inline(always)]
     pub fn abs(mut self) -> Self {
         for k in 0..N {

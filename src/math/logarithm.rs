@@ -1,13 +1,14 @@
 //! The logarithm and the angle of a ratio, for many numbers at a time, accurate to the last digits.
 //!
-//! Both are reduced to a short range about zero, where one division gives the argument of a polynomial: a
-//! Chebyshev approximation of (atanh s / s - 1) / s^2 or of (atan t / t - 1) / t^2, good to 5e-18.
+//! The arguments of both functions are reduced to a short range about zero, where one division gives the
+//! argument of a polynomial: a Chebyshev approximation of (atanh s / s - 1) / s^2 or of (atan t / t - 1) /
+//! t^2, accurate to 5e-18.
 
 use super::lanes::Lanes;
 use pulp::Simd;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LN_2, PI, SQRT_2};
 
-/// Coefficients by powers of s^2, for s^2 up to ((sqrt 2 - 1) / (sqrt 2 + 1))^2.
+/// The coefficients of the powers of s^2, for s^2 up to ((sqrt 2 - 1) / (sqrt 2 + 1))^2.
 const ATANH: [f64; 7] = [
     0.333333333333333484,
     0.199999999999497216,
@@ -18,7 +19,7 @@ const ATANH: [f64; 7] = [
     0.0730829271244431099,
 ];
 
-/// Coefficients by powers of t^2, for t^2 up to tan(pi/8)^2.
+/// The coefficients of the powers of t^2, for t^2 up to tan(pi/8)^2.
 const ATAN: [f64; 11] = [
     -0.333333333333333302,
     0.199999999999955165,
@@ -49,7 +50,7 @@ fn odd<S: Simd, const N: usize>(x: Lanes<S>, coefficients: &[f64; N]) -> Lanes<S
 #[inline(always)]
 pub fn ln_one_plus<S: Simd>(over: Lanes<S>, under: Lanes<S>) -> Lanes<S> {
     let c = |value| over.constant(value);
-    // `power` is the power of two p with p / sqrt 2 <= 1 + z <= p sqrt 2, and `exponent` is log2 p.
+    // Here `power` is the power of two p with p / sqrt 2 <= 1 + z <= p sqrt 2, and `exponent` is log2 p.
     let (mut power, mut exponent) = (c(1.0), c(0.0));
     let beyond = |power: f64| SQRT_2 * power - 1.0;
     if (over - under * c(beyond(2.0))).reduce_max() > 0.0 {

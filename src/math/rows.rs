@@ -22,11 +22,11 @@ pub fn stride(length: usize) -> usize {
 
 /// Computes, for the columns of a range, the largest difference of any row from the first one.
 pub struct LargestChanges<'a> {
-    /// Rows, one after the other, each of the length of `out`, a [`stride`].
+    /// The rows, one after the other, each of the length of `out`, a [`stride`].
     pub rows: &'a [f64],
     /// The columns that are computed.
     pub range: Range<usize>,
-    /// The differences. The numbers in other columns are unspecified.
+    /// The differences; the numbers in other columns are unspecified.
     pub out: &'a mut [f64],
 }
 
@@ -57,9 +57,9 @@ impl WithSimd for LargestChanges<'_> {
 pub struct Term {
     /// The index of the row.
     pub row: usize,
-    /// Its weight.
+    /// The weight of the row.
     pub weight: f64,
-    /// The part of the weight that rounding to a double dropped.
+    /// The low part of the weight.
     pub low: f64,
 }
 
@@ -67,9 +67,9 @@ pub struct Term {
 pub struct WeightedRows<'a> {
     /// The terms of the sum.
     pub terms: &'a [Term],
-    /// Rows, one after the other.
+    /// The rows, one after the other.
     pub rows: &'a [f64],
-    /// Length of a row, a [`stride`].
+    /// The length of a row, a [`stride`].
     pub stride: usize,
 }
 
@@ -99,12 +99,12 @@ pub struct Advance<'a> {
     pub rows: WeightedRows<'a>,
     /// The high and the low part of the vector at the start.
     pub from: [&'a [f64]; 2],
-    /// Size of the step.
+    /// The size of the step.
     pub size: f64,
 }
 
 impl Advance<'_> {
-    /// Returns what is added to the high and to the low part of a group of registers.
+    /// Returns the changes of the high and of the low part for a group of registers.
     #[inline(always)]
     fn changes<S: Simd, const N: usize>(&self, simd: S, column: usize) -> [[S::f64s; N]; 2] {
         let size = simd.splat_f64s(self.size);
@@ -173,7 +173,7 @@ impl WithSimd for InTwoParts<'_> {
     }
 }
 
-/// Returns how many registers lie in whole groups, and how many there are in all, for a vector of this
+/// Returns the number of registers in whole groups and the number of all registers, for a vector of this
 /// length.
 #[inline(always)]
 fn groups<S: Simd>(length: usize) -> (usize, usize) {
@@ -184,9 +184,9 @@ fn groups<S: Simd>(length: usize) -> (usize, usize) {
 /// Computes weighted sums of rows of any length without fused operations, so that every path gives the same
 /// bits.
 pub struct Sums<'a> {
-    /// For each row its weights in all sums. A row without a weight for a sum has weight zero there.
+    /// The weights of each row in all sums; zero for a sum to which the row does not contribute.
     pub weights: &'a [&'a [f64]],
-    /// Rows, one after the other.
+    /// The rows, one after the other.
     pub rows: &'a [f64],
     /// The distance from one row to the next.
     pub stride: usize,

@@ -7,12 +7,12 @@ use crate::error::{Error, Result, require_finite};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spline<const W: usize> {
     places: Vec<f64>,
-    /// Coefficients of every piece, by powers of the distance from its first abscissa.
+    /// The coefficients of every piece, by powers of the distance from its first abscissa.
     pieces: Vec<[[f64; W]; 4]>,
 }
 
 impl<const W: usize> Spline<W> {
-    /// Interpolates values at four or more increasing abscissae; `what` names these in errors.
+    /// Interpolates values at four or more increasing abscissae; `what` names the abscissae in errors.
     pub fn new(what: &str, places: &[f64], values: &[[f64; W]]) -> Result<Self> {
         let n = places.len();
         if n < 4 || values.len() != n {

@@ -6,7 +6,7 @@ use std::num::NonZeroUsize;
 /// A point of a triangle and its weight; the weights of a rule add up to one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TriangleNode {
-    /// Shares of the three vertices, which add up to one.
+    /// The weights of the three vertices in the point, which add up to one.
     pub shares: [f64; 3],
     /// The weight.
     pub weight: f64,

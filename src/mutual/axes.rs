@@ -51,7 +51,7 @@ impl ShapeDerivatives {
     }
 }
 
-/// Loads of zero.
+/// The loads zero.
 const NONE: Interaction = Interaction {
     force_on_first: Vec3::new(0.0, 0.0, 0.0),
     torque_first: Vec3::new(0.0, 0.0, 0.0),

@@ -17,7 +17,7 @@ pub const MAX_RULE_DEGREE: usize = 400;
 const LADDER: [usize; 16] = [8, 12, 16, 20, 26, 34, 44, 56, 72, 92, 118, 150, 192, 244, 312, MAX_RULE_DEGREE];
 /// A rule stays in use while its degree exceeds the needed one by at most this much.
 const SLACK: usize = 3;
-/// A kernel is prepared for separations down to this share of the smallest one that is predicted.
+/// The fraction of the smallest predicted separation down to which a kernel is prepared.
 pub(super) const MARGIN: f64 = 0.9;
 /// The relative difference below which two rules over nodes agree to round-off.
 const AGREEMENT_OVER_NODES: f64 = 4e-15;
@@ -80,7 +80,8 @@ impl Pair {
             return Err(Error::NotConverged {
                 what: format!("{} between {} and {}", self.method, self.bodies[0].name, self.bodies[1].name),
                 detail: format!(
-                    "at separation {} the series of their moments diverges: it takes {from}, the sum of their circumscribed radii",
+                    "at separation {} the series of their moments diverges: it takes {from}, the sum of \
+                     their circumscribed radii",
                     pose.separation.norm()
                 ),
             });
@@ -158,7 +159,8 @@ impl Pair {
         self.cheaper([degrees(0), degrees(1)], pose.separation.norm()).unwrap_or((0, [MAX_RULE_DEGREE; 2]))
     }
 
-    /// Returns the body with the lower degree; the body in use stays unless the other one is clearly better.
+    /// Returns the body with the lower degree; the body in use stays in use unless the other one is clearly
+    /// better.
     fn cheaper(&self, degrees: [Option<[usize; 2]>; 2], reach: f64) -> Option<(usize, [usize; 2])> {
         let in_use = self.rule.as_ref().map(|rule| rule.integrated);
         let cost = |integrated: usize| {
@@ -170,9 +172,9 @@ impl Pair {
         degrees[integrated].map(|degrees| (integrated, degrees))
     }
 
-    /// Returns whether the torque on the field body keeps its digits. It is made from differences of the R_i,
-    /// which agree the more the further away a point is in sizes of that body; only the far kernel has them
-    /// without cancellation.
+    /// Returns whether the torque on the field body keeps its digits. It is computed from differences of the
+    /// R_i, which become the more equal the further away a point is in sizes of that body; only the far
+    /// kernel has the differences without cancellation.
     fn turns(&self, integrated: usize, reach: f64) -> bool {
         const SIZES: f64 = 30.0;
         let size = self.bodies[1 - integrated].shape.circumradius();
@@ -291,7 +293,7 @@ impl Pair {
             let size = a.norm().max(0.01 * force * self.bodies[body].shape.circumradius());
             if size > 0.0 { (a - b).norm() / size } else { 0.0 }
         };
-        // A torque carries the round-off of its lever times the force.
+        // A torque has the round-off error of its lever arm times the force.
         ((one.force_on_first - other.force_on_first).norm() / force)
             .max(0.1 * torque(&one.torque_first, &other.torque_first, 0))
             .max(0.1 * torque(&one.torque_second, &other.torque_second, 1))

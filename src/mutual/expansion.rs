@@ -16,11 +16,11 @@ use crate::math::monomials::{add, count, exponents, offset, position, rows};
 use crate::math::{Mat3, Vec3};
 use crate::shape::Shape;
 
-/// The number of monomials of the highest degree, and that of all degrees, of three variables.
+/// The number of monomials in three variables of the highest degree, and of all degrees.
 const MONOMIALS: usize = count(Method::BEYOND);
 const ALL: usize = offset(Method::BEYOND + 1);
 
-/// The polynomials p_0 to p_N, one after the other.
+/// The polynomials p_0 to p_N in this order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Polynomials([f64; ALL]);
 
@@ -31,7 +31,7 @@ pub(super) struct Expansion {
     pub bodies: [Polynomials; 2],
     /// The semi-axes of the bodies that are ellipsoids.
     pub semi_axes: [Option<[f64; 3]>; 2],
-    /// Sum of the circumscribed radii.
+    /// The sum of the circumscribed radii.
     pub reach: f64,
 }
 
@@ -48,17 +48,17 @@ impl Expansion {
         }
     }
 
-    /// Returns the expansion to a total degree higher by two, for which the moments suffice once.
+    /// Returns the expansion to a total degree that is higher by two, for which the moments suffice once.
     pub fn next(&self) -> Self {
         Self { degree: self.degree + 2, ..self.clone() }
     }
 
-    /// Returns the expansion for bodies with other moments.
+    /// Returns the expansion of bodies with other moments.
     pub fn with_moments(&self, bodies: [Polynomials; 2]) -> Self {
         Self { bodies, ..self.clone() }
     }
 
-    /// The total degree.
+    /// Returns the total degree.
     pub fn degree(&self) -> usize {
         self.degree
     }
@@ -107,8 +107,8 @@ impl Expansion {
         sum / scale
     }
 
-    /// Returns both bodies' polynomials along inertial axes, in units of the separation; those of the first
-    /// body are in -k.
+    /// Returns the polynomials of both bodies along inertial axes, in units of the separation; those of the
+    /// first body are functions of -k.
     pub fn turned(&self, pose: &Pose, scale: f64) -> (Polynomials, Polynomials) {
         (
             self.bodies[0].turned(&pose.rotation_first, -1.0 / scale, self.degree),

@@ -24,7 +24,7 @@ impl Expansion {
         let degree = self.degree();
         let derivatives = Derivatives::<DERIVATIVES>::new(&(pose.separation / scale), degree + 2);
         let (mut gradient, mut hessian) = ([0.0; 3], [0.0; 6]);
-        let (mut torques, mut by_place) = ([[0.0; 3]; 2], [[[0.0; 3]; 3]; 2]);
+        let (mut torques, mut by_position) = ([[0.0; 3]; 2], [[[0.0; 3]; 3]; 2]);
         let mut by_turn = [[Mat3::zeros(); 2]; 2];
         for d in 0..=degree {
             for e in 0..=degree - d {
@@ -38,7 +38,7 @@ impl Expansion {
                     let own = [product(&vp[i][..count(d)], d, q, e), product(p, d, &vq[i][..count(e)], e)];
                     for body in 0..2 {
                         torques[body][i] += derivatives.contract(&own[body][..count(all)], all);
-                        derivatives.add_higher(&mut by_place[body][i], &own[body][..count(all)], all, 1);
+                        derivatives.add_higher(&mut by_position[body][i], &own[body][..count(all)], all, 1);
                     }
                     for j in 0..3 {
                         let crossed = product(&vp[i][..count(d)], d, &vq[j][..count(e)], e);
@@ -64,7 +64,7 @@ impl Expansion {
             },
             force_by_separation: -symmetric(|i, j| hessian[index([i, j])]) / (scale * scale * scale),
             torque_by_separation: [0, 1]
-                .map(|body| transposed_times(rotations[body], &rows(&by_place[body])) / (scale * scale)),
+                .map(|body| transposed_times(rotations[body], &rows(&by_position[body])) / (scale * scale)),
             torque_by_rotation: [0, 1].map(|body| in_bodies(body, body) + torques[body].cross_matrix()),
             torque_first_by_second: in_bodies(0, 1),
         }

@@ -39,7 +39,7 @@ pub(super) struct FaceSums {
     /// The sum (Phi z x n).
     torque: Vec3,
     /// The sum (n g^T).
-    by_place: Mat3,
+    by_position: Mat3,
     /// The sum (n (z x g)^T).
     by_turn: Mat3,
     /// The sum ((z x n) (z x g)^T).
@@ -52,7 +52,7 @@ impl AddAssign for FaceSums {
     fn add_assign(&mut self, other: Self) {
         self.force += other.force;
         self.torque += other.torque;
-        self.by_place += other.by_place;
+        self.by_position += other.by_position;
         self.by_turn += other.by_turn;
         self.torque_by_rotation += other.torque_by_rotation;
         (0..2).for_each(|k| self.by_scale[k] += other.by_scale[k]);
@@ -64,7 +64,7 @@ impl FaceSums {
     pub fn jacobian(&self, roles: &Roles) -> CanonicalJacobian {
         let symmetric = |m: &Mat3| 0.5 * (m + m.transpose());
         let (force, torque) = (self.force, self.torque);
-        let force_by_position = symmetric(&self.by_place);
+        let force_by_position = symmetric(&self.by_position);
         let force_by_rotation = self.by_turn - force.cross_matrix();
         let torque_by_rotation = symmetric(&self.torque_by_rotation) - 0.5 * torque.cross_matrix();
         let on_field = |torque: &Vec3, force: &Vec3| -(torque + roles.origin.cross(force));
@@ -91,7 +91,7 @@ impl FaceSums {
 struct FaceAccumulator<S: Simd> {
     force: [Total<S>; 3],
     torque: [Total<S>; 3],
-    by_place: [[Total<S>; 3]; 3],
+    by_position: [[Total<S>; 3]; 3],
     by_turn: [[Total<S>; 3]; 3],
     torque_by_rotation: [[Total<S>; 3]; 3],
     by_scale: [[Total<S>; 3]; 2],
@@ -104,7 +104,7 @@ impl<S: Simd> FaceAccumulator<S> {
         Self {
             force: zero,
             torque: zero,
-            by_place: [zero; 3],
+            by_position: [zero; 3],
             by_turn: [zero; 3],
             torque_by_rotation: [zero; 3],
             by_scale: [zero; 2],
@@ -130,7 +130,7 @@ impl<S: Simd> FaceAccumulator<S> {
             self.by_scale[1][i].add_product(growth, lever[i]);
             let (area, moment) = (weight * n[i], weight * lever[i]);
             for j in 0..3 {
-                self.by_place[i][j].add_product(area, g[j]);
+                self.by_position[i][j].add_product(area, g[j]);
                 self.by_turn[i][j].add_product(area, turning[j]);
                 self.torque_by_rotation[i][j].add_product(moment, turning[j]);
             }
@@ -142,7 +142,7 @@ impl<S: Simd> FaceAccumulator<S> {
         FaceSums {
             force: total_vector(self.force),
             torque: total_vector(self.torque),
-            by_place: total_matrix(self.by_place),
+            by_position: total_matrix(self.by_position),
             by_turn: total_matrix(self.by_turn),
             torque_by_rotation: total_matrix(self.torque_by_rotation),
             by_scale: [total_vector(self.by_scale[0]), total_vector(self.by_scale[1])],
@@ -210,7 +210,7 @@ impl<K: FieldKernel> WithSimd for GradientSum<'_, K> {
     }
 }
 
-/// Returns what the cells of a range contribute to the derivatives of the loads by the semi-axes of the field
+/// Returns the contribution of a range of cells to the derivatives of the loads by the semi-axes of the field
 /// body.
 pub(super) fn semi_axis_derivatives(
     kernel: impl FieldKernel,

@@ -1,8 +1,8 @@
 //! The paper's surface integrals over the faces of a polyhedron in the closed field of an ellipsoid, a sphere
 //! or a point: force (Eq. 2), torque (Eq. 3) and mutual potential (Eq. 4).
 //!
-//! On a face the normal n is constant; with (.) the sum over the nodes of all faces, of shares of areas over
-//! the volume V,
+//! On a face the normal n is constant. With (.) the sum over the nodes of all faces, weighted by areas
+//! divided by the volume V,
 //!
 //!   F = (Phi n),    M = (Phi y cross n),    U = (1/3) (Phi y.n - |y|^2/2 g.n).
 //!
@@ -40,8 +40,8 @@ impl<'a> Faces<'a> {
     /// Returns the cells for the mutual potential, which integrates the field as well.
     #[inline]
     pub fn energy_cells(&self, range: &Range<usize>) -> Cells<'a, impl FnMut(&Vec3) -> f64 + use<'a>> {
-        /// The additional digits for the energy: `digits` holds those that the force needs, which are
-        /// somewhat fewer than those of the tolerance.
+        /// The number of additional digits for the energy, since `digits` holds those for the force, which
+        /// are somewhat fewer than those of the tolerance.
         const MORE: usize = 2;
         self.cells_by(1, self.digits + MORE, range)
     }
@@ -110,7 +110,7 @@ pub(super) fn blocks<S: Simd>(cell: &Cell) -> Range<usize> {
     start..start + (points * Lanes::<S>::PER_BLOCK).div_ceil(BLOCK)
 }
 
-/// Returns the points of a block, and their weights as shares of the volume.
+/// Returns the points of a block and their weights: areas divided by the volume.
 #[inline(always)]
 pub(super) fn points<S: Simd>(
     simd: S,

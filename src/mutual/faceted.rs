@@ -1,11 +1,11 @@
 //! The choice of the rule for a pair with a polyhedron, made between steps.
 //!
-//! - Beside a point or a sphere, the polyhedron's field at its centre is taken.
-//! - Far apart, the polyhedron's layer is taken in the other's field. The degree of the layer follows from
-//!   the rate at which the other's potential converges in the polyhedron's circumscribed sphere, as over an
-//!   ellipsoid's surface.
-//! - Near, its faces are divided into cells that shrink towards the other body, with as many points as make
-//!   two rules agree.
+//! - Beside a point or a sphere, the polyhedron's field at the centre of that body is taken.
+//! - Far apart, the polyhedron's layer is taken in the other body's field. The degree of the layer follows
+//!   from the rate at which the other body's potential converges in the polyhedron's circumscribed sphere, as
+//!   over an ellipsoid's surface.
+//! - Near each other, the polyhedron's faces are divided into cells that shrink towards the other body, with
+//!   as many points as make two rules agree.
 //!
 //! Near the body, the field of a polyhedron is computed exactly from its facets. From a distance it is that
 //! of its layer, without the facets' cancellation, and cheaper where there are many.
@@ -27,14 +27,14 @@ pub(super) const MOST_DIGITS: usize = 22;
 pub(super) const FINER: usize = 2;
 /// The relative difference below which two rules over faces agree to round-off.
 const AGREEMENT_OVER_FACES: f64 = 2e-14;
-/// A sum whose terms cancel has no more digits than rounding permits: where a finer pair of rules differs by
-/// no less than this share of the coarser pair's difference, and by less than `CANCELLED`, the sum has the
-/// digits that it can have.
+/// The ratio of differences that shows that a sum is limited by rounding. A sum whose terms cancel has no
+/// more digits than rounding permits: where a finer pair of rules differs by no less than this fraction of
+/// the coarser pair's difference, and by less than `CANCELLED`, the sum has the digits that it can have.
 const SETTLED: f64 = 0.3;
 const CANCELLED: f64 = 1e-12;
 /// The largest number of evaluations of a facet at a point in one sum over the faces: a second or two.
 pub(super) const MOST: u64 = 100_000_000;
-/// The work of a facet's field at a point, in that of a point of a layer.
+/// The work of a facet's field at a point, in units of the work of a point of a layer.
 const FACET: usize = 8;
 /// The distance, in sizes of the body, beyond which its facets lose digits.
 const FACETS_LOSE_DIGITS: f64 = 4.0;

@@ -23,7 +23,7 @@ use crate::interrupt::{InterruptCheck, UNITS};
 use crate::math::lanes::{Lanes, Total, total_matrix};
 use crate::math::matrix::{cross_times, times_cross};
 use crate::math::{Mat3, Vec3};
-use crate::quadrature::{Division, Order, Stretch};
+use crate::quadrature::{Division, NodeRange, Order};
 use pulp::{Simd, WithSimd};
 use std::ops::{AddAssign, Range};
 
@@ -94,7 +94,8 @@ impl Pair {
         let tolerance = self.tolerance;
         let why = if difference.is_finite() {
             format!(
-                "two rules for the derivatives differ by {difference:.1e}, more than the tolerance {tolerance:e}"
+                "two rules for the derivatives differ by {difference:.1e}, more than the tolerance \
+                 {tolerance:e}"
             )
         } else {
             self.too_many()
@@ -102,8 +103,8 @@ impl Pair {
         Err(self.not_converged(rule.integrated, pose, &why))
     }
 
-    /// Returns the derivatives over cells for this many digits, which the rule then has; `None` where the
-    /// cells are too many.
+    /// Returns the derivatives over cells for this many digits, which become the rule's digits; `None` where
+    /// there would be too many cells.
     fn over_cells(
         &self,
         rule: &mut Rule,
@@ -208,7 +209,7 @@ impl Pair {
         interrupt: &mut InterruptCheck,
         mut run: impl FnMut(Range<usize>),
     ) -> Result<()> {
-        /// The cost of potential, field and gradient in units of that of the potential.
+        /// The cost of potential, field and gradient in units of the cost of the potential.
         const GRADIENT: usize = 2;
         let each = GRADIENT * self.work_of_node(rule);
         if rule.node_kind == NodeKind::Faces {
@@ -336,7 +337,7 @@ impl CanonicalJacobian {
 /// The means of dg_j/da_i over a_i in row i, and the means of these times the coordinates of the nodes.
 struct AxisSum<'a, K> {
     kernel: K,
-    nodes: Stretch<'a>,
+    nodes: NodeRange<'a>,
     origin: Vec3,
     arms: [Vec3; 3],
 }

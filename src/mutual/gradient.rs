@@ -23,7 +23,7 @@ use crate::math::lanes::{Total, total_vector};
 use crate::math::matrix::{cross_times, times_cross};
 use crate::math::rotation::turned;
 use crate::math::{Mat3, Vec3};
-use crate::quadrature::{Nodes, Stretch};
+use crate::quadrature::{NodeRange, Nodes};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::AddAssign;
 
@@ -34,18 +34,19 @@ pub(super) const ABREAST: usize = 4;
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct CanonicalJacobian {
     pub balance: Balance,
-    /// Derivative of the force by the position.
+    /// The derivative of the force by the position.
     pub force_by_position: Mat3,
-    /// Derivative of the force by a rotation of the body that is integrated over. That of the torque by the
-    /// position is its transpose.
+    /// The derivative of the force by a rotation of the body that is integrated over. The derivative of the
+    /// torque by the position is its transpose.
     pub force_by_rotation: Mat3,
-    /// Derivative of the torque by a rotation of the body that is integrated over.
+    /// The derivative of the torque by a rotation of the body that is integrated over.
     pub torque_by_rotation: Mat3,
-    /// Derivative of the field body's torque by the position.
+    /// The derivative of the field body's torque by the position.
     pub field_by_position: Mat3,
-    /// Derivative of the field body's torque by a rotation of the body that is integrated over.
+    /// The derivative of the field body's torque by a rotation of the body that is integrated over.
     pub field_by_rotation: Mat3,
-    /// Derivative of the loads by a factor of all lengths of the body that is integrated over, at its mass.
+    /// The derivatives of the loads by a factor of all lengths of the body that is integrated over, at its
+    /// mass.
     pub by_scale: Balance,
 }
 
@@ -69,15 +70,15 @@ pub(super) fn canonical_jacobian<const D: usize, const M: usize>(
     };
     let mut second = 1 + D;
     for k in 0..D {
-        let pull = &sums.moment[k];
-        jacobian.balance.torque += axes[k].cross(pull);
+        let attraction = &sums.moment[k];
+        jacobian.balance.torque += axes[k].cross(attraction);
         jacobian.force_by_rotation -= times_cross(&sums.gradient[1 + k], &axes[k]);
         jacobian.field_by_rotation -= times_cross(&sums.torque_gradient[1 + k], &axes[k]);
         jacobian.by_scale.force += turned(&sums.gradient[1 + k], &axes[k]);
         jacobian.by_scale.torque_field += turned(&sums.torque_gradient[1 + k], &axes[k]);
         // This is the term (alpha x e) x g.
         jacobian.torque_by_rotation +=
-            axes[k] * pull.transpose() - Mat3::from_diagonal_element(axes[k].dot(pull));
+            axes[k] * attraction.transpose() - Mat3::from_diagonal_element(axes[k].dot(attraction));
         for l in k..D {
             let product = times_cross(&cross_times(&axes[k], &sums.gradient[second]), &axes[l]);
             jacobian.torque_by_rotation -= if l == k { product } else { product + product.transpose() };
@@ -88,28 +89,28 @@ pub(super) fn canonical_jacobian<const D: usize, const M: usize>(
             second += 1;
         }
     }
-    // The arms grow too.
+    // The arms grow with the lengths, too.
     jacobian.by_scale.torque += jacobian.balance.torque;
     jacobian
 }
 
 struct GradientSum<'a, K, const D: usize, const M: usize> {
     kernel: K,
-    nodes: Stretch<'a>,
+    nodes: NodeRange<'a>,
     origin: Vec3,
     axes: [Vec3; D],
 }
 
 struct GradientMeans<const D: usize, const M: usize> {
-    /// Mean of g.
+    /// The mean of g.
     force: Vec3,
-    /// Means of y_k g.
+    /// The means of y_k g.
     moment: [Vec3; D],
-    /// Mean of n.
+    /// The mean of n.
     torque_field: Vec3,
-    /// Means of H, of H y_k, and of H y_k y_l with l not below k.
+    /// The means of H, of H y_k, and of H y_k y_l with l not below k.
     gradient: [Mat3; M],
-    /// Means of dn/dx, and of dn/dx y_k in the first D of the others.
+    /// The means of dn/dx, and of dn/dx y_k in the first D of the other elements.
     torque_gradient: [Mat3; M],
 }
 
@@ -221,10 +222,10 @@ impl<S: Simd, const D: usize, const M: usize> GradientAccumulator<S, D, M> {
         let torque_gradient = field.torque_gradient(x, (n, f), sum.kernel.square_differences());
         for i in 0..3 {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            let pull = x[i] * field.rd[i];
-            self.force[i].add_product(weight, pull);
+            let attraction = x[i] * field.rd[i];
+            self.force[i].add_product(weight, attraction);
             for m in 0..D {
-                self.moments[m][i].add_product(share[1 + m], pull);
+                self.moments[m][i].add_product(share[1 + m], attraction);
             }
             self.torque[i].add_product(weight * x[j], x[k] * field.rd_difference[i]);
             for m in 0..=D {

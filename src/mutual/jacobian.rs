@@ -15,22 +15,22 @@ use crate::quadrature::Nodes;
 
 /// Derivatives of force and torques of a pair, per unit G m_first m_second.
 ///
-/// With U the mutual potential (positive), r the separation and v_1, v_2 rotation vectors in the body frames,
-/// R -> R exp(v), the force on the first body is -dU/dr and the torques are dU/dv_1 and dU/dv_2. Three blocks
-/// therefore follow from the others: those of the force by the rotations are minus the transposes of those of
-/// the torques by the separation, and rotations of different bodies commute.
+/// Let U be the mutual potential (positive), r the separation and v_1, v_2 rotation vectors in the body
+/// frames, R -> R exp(v). The force on the first body is -dU/dr and the torques are dU/dv_1 and dU/dv_2.
+/// Three blocks therefore follow from the others: the derivatives of the force by the rotations are minus the
+/// transposes of the derivatives of the torques by the separation, and rotations of different bodies commute.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jacobian {
     /// The force and the torques.
     pub loads: Interaction,
-    /// Derivative of the force on the first body, inertial, by the separation.
+    /// The derivative of the force on the first body, inertial, by the separation.
     pub force_by_separation: Mat3,
-    /// Derivatives of the torque on either body, in its frame, by the separation.
+    /// The derivatives of the torque on either body, in its frame, by the separation.
     pub torque_by_separation: [Mat3; 2],
-    /// Derivatives of the torque on either body by its own rotation.
+    /// The derivatives of the torque on either body by its own rotation.
     pub torque_by_rotation: [Mat3; 2],
-    /// Derivative of the torque on the first body by the rotation of the second; that of the second by the
-    /// first's is the transpose.
+    /// The derivative of the torque on the first body by the rotation of the second one. Its transpose is the
+    /// derivative of the torque on the second body by the rotation of the first one.
     pub torque_first_by_second: Mat3,
 }
 

@@ -15,8 +15,8 @@ use std::sync::Arc;
 /// nothing.
 pub const LEAST_TOLERANCE: f64 = 1e-16;
 
-/// The pair of two parts of two bodies. Its methods take and return quantities of the bodies: their pose, the
-/// loads about their centres, per unit of their masses.
+/// The pair of two parts of two bodies. Its methods take and return quantities of the bodies: the bodies'
+/// pose, and the loads about their centres per unit of their masses.
 #[derive(Debug, Clone)]
 pub struct Link {
     /// The pair of the shapes.
@@ -38,26 +38,27 @@ struct PartOffsets {
 
 /// The predicted motion of two bodies in the time for which a rule is chosen.
 #[derive(Debug, Clone, Copy)]
-pub struct Foreseen {
+pub struct PredictedMotion {
     /// The least separation of their centres.
     pub reach: f64,
     /// The angle by which each body rotates, in rad.
     pub turns: [f64; 2],
-    /// The factor by which they would have to grow to touch; infinite where it is not known.
+    /// The factor by which the bodies would have to grow to touch; infinite where it is not known.
     pub growth: f64,
 }
 
-/// The error that two parts are nearer to each other than the rule in use is valid for.
+/// The error that two parts are nearer to each other than the least separation for which the rule in use is
+/// valid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TooNear {
-    /// Separation of the parts' centres.
+    /// The separation of the parts' centres.
     pub separation: f64,
     /// The least separation for which the rule is valid.
     pub valid_from: f64,
 }
 
 impl Link {
-    /// Returns the numbers of parts of two bodies that make links; one each where the bodies count as points.
+    /// Returns the numbers of parts of two bodies that form links: one each where the bodies count as points.
     pub fn parts_of(bodies: [&Body; 2], method: Method) -> [usize; 2] {
         if method == Method::Point { [1; 2] } else { bodies.map(|body| body.parts().len()) }
     }
@@ -100,25 +101,25 @@ impl Link {
     pub fn prepare(
         &mut self,
         pose: &Pose,
-        foreseen: Option<&Foreseen>,
+        predicted: Option<&PredictedMotion>,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         let own = self.pose(pose);
-        let closing = foreseen.map_or(0.0, |foreseen| self.closing(pose, &own, foreseen));
+        let closing = predicted.map_or(0.0, |predicted| self.closing(pose, &own, predicted));
         self.pair.prepare(&own, closing, interrupt)
     }
 
     /// Returns the share of the parts' separation that may close without overlap.
-    fn closing(&self, pose: &Pose, own: &Pose, foreseen: &Foreseen) -> f64 {
+    fn closing(&self, pose: &Pose, own: &Pose, predicted: &PredictedMotion) -> f64 {
         let distance = own.separation.norm();
-        let (mut reach, mut growth) = (foreseen.reach, foreseen.growth);
+        let (mut reach, mut growth) = (predicted.reach, predicted.growth);
         if let Some(offsets) = &self.offsets {
-            // A chord is no longer than its arc, nor than two radii.
+            // A chord is at most as long as its arc, and at most two radii long.
             let swing = |body: usize| {
-                foreseen.turns[body].min(2.0)
+                predicted.turns[body].min(2.0)
                     * offsets.places[body].map_or(0.0, |place| place.position.norm())
             };
-            reach = distance - (pose.separation.norm() - foreseen.reach) - swing(0) - swing(1);
+            reach = distance - (pose.separation.norm() - predicted.reach) - swing(0) - swing(1);
             growth = f64::INFINITY;
         }
         let touching = if reach > self.pair.apart_from() {
@@ -196,7 +197,7 @@ impl Link {
         }
     }
 
-    /// Returns what this link contributes to the derivatives of the bodies' loads by the lengths of its
+    /// Returns the contribution of this link to the derivatives of the bodies' loads by the lengths of its
     /// parts.
     pub fn shape_derivatives(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<ShapeDerivatives> {
         match &self.offsets {
@@ -302,8 +303,8 @@ impl PartOffsets {
 }
 
 impl PartOffsets {
-    /// Converts derivatives likewise. The parts' separation changes with the bodies' rotations by A_i =
-    /// dr/dv_i = +-R_i [p_i]x.
+    /// Converts derivatives about the parts' centres to those about the bodies' centres. The parts'
+    /// separation changes with the bodies' rotations by A_i = dr/dv_i = +-R_i [p_i]x.
     fn jacobian_about_centres(&self, pose: &Pose, parts: &Jacobian) -> Jacobian {
         let rotations = [&pose.rotation_first, &pose.rotation_second];
         let signs = [1.0, -1.0];
@@ -321,9 +322,9 @@ impl PartOffsets {
         let by_own = [0, 1].map(|i| {
             let own =
                 parts.torque_by_separation[i] * moved[i] + parts.torque_by_rotation[i] * turn[i].transpose();
-            let pull =
+            let attraction =
                 (rotations[i].transpose() * force).cross_matrix() + rotations[i].transpose() * by_turn[i];
-            (turn[i] * own + lever[i] * pull * signs[i]) * self.share
+            (turn[i] * own + lever[i] * attraction * signs[i]) * self.share
         });
         let other =
             parts.torque_by_separation[0] * moved[1] + parts.torque_first_by_second * turn[1].transpose();

@@ -1,15 +1,15 @@
 //! A body's attraction as the mean of the other body's g, r x g and Phi over points that represent it.
 //!
-//! All three are harmonic functions within a body that the other one does not touch. Their means over a
+//! All three are harmonic functions within a body that does not touch the other one. Their means over a
 //! homogeneous ellipsoid equal means over its surface or its focal ellipse alone. By the third law they are
 //! the force, torque and energy of the pair.
 //!
 //! Focal rule: outside itself, an ellipsoid (a >= b >= c) attracts like its focal ellipse, x^2/(a^2-c^2) +
-//! y^2/(b^2-c^2) <= 1, carrying mass in proportion to sqrt(1 - x^2/(a^2-c^2) - y^2/(b^2-c^2)): this is
+//! y^2/(b^2-c^2) <= 1, with mass in proportion to sqrt(1 - x^2/(a^2-c^2) - y^2/(b^2-c^2)). This is
 //! Maclaurin's theorem on confocal ellipsoids, applied to the flattest one.
 //!
-//! Surface: by Green's second identity an ellipsoid attracts like its surface y = (a u, b v, c w) over the
-//! unit sphere, carrying mass in proportion to u^2/a^2 + v^2/b^2 + w^2/c^2 per solid angle; see
+//! Surface rule: by Green's second identity an ellipsoid attracts like its surface y = (a u, b v, c w) over
+//! the unit sphere, with mass in proportion to u^2/a^2 + v^2/b^2 + w^2/c^2 per solid angle; see
 //! [`Nodes::surface`]. These are the paper's surface integrals in another form. In the paper's form the force
 //! across a thin or small body is a difference of pressures that are nearly equal on both faces, divided by
 //! the thickness; in this form all terms have one sign.
@@ -18,7 +18,7 @@ use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
 use crate::math::lanes::{INTERLEAVED, Lanes, Total, splat_vector, total_vector};
-use crate::quadrature::{Nodes, Stretch};
+use crate::quadrature::{NodeRange, Nodes};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::AddAssign;
 
@@ -56,17 +56,17 @@ pub(super) fn mean_potential<const D: usize>(
 
 struct ForceSum<'a, K, const D: usize> {
     kernel: K,
-    nodes: Stretch<'a>,
+    nodes: NodeRange<'a>,
     origin: Vec3,
     axes: [Vec3; D],
 }
 
 struct ForceMeans<const D: usize> {
-    /// Mean of g.
+    /// The mean of g.
     force: Vec3,
-    /// Means of y_k g, with y the node.
+    /// The means of y_k g, with y the node.
     moment: [Vec3; D],
-    /// Mean of -x cross g.
+    /// The mean of -x cross g.
     torque_field: Vec3,
 }
 
@@ -124,10 +124,10 @@ impl<S: Simd, const D: usize> ForceAccumulator<S, D> {
         let field = sum.kernel.field(x);
         let wx = [weight * x[0], weight * x[1], weight * x[2]];
         for i in 0..3 {
-            let pull = wx[i] * field.rd[i];
+            let attraction = wx[i] * field.rd[i];
             self.force[i].add_product(wx[i], field.rd[i]);
             for k in 0..D {
-                self.moments[k][i].add_product(pull, y[k]);
+                self.moments[k][i].add_product(attraction, y[k]);
             }
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
             self.torque[i].add_product(wx[j] * x[k], field.rd_difference[i]);
@@ -137,7 +137,7 @@ impl<S: Simd, const D: usize> ForceAccumulator<S, D> {
 
 struct PotentialSum<'a, K, const D: usize> {
     kernel: K,
-    nodes: Stretch<'a>,
+    nodes: NodeRange<'a>,
     origin: Vec3,
     axes: [Vec3; D],
 }
@@ -163,7 +163,7 @@ impl<K: FieldKernel, const D: usize> WithSimd for PotentialSum<'_, K, D> {
 #[inline(always)]
 pub(super) fn load<S: Simd, const N: usize>(
     simd: S,
-    nodes: &Stretch<'_>,
+    nodes: &NodeRange<'_>,
     register: usize,
 ) -> ([Lanes<S, N>; 3], Lanes<S, N>) {
     let from = register * S::F64_LANES;

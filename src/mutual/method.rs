@@ -1,27 +1,27 @@
-//! The methods by name.
+//! The methods of mutual gravity, by name.
 
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// How the interaction of a pair is computed.
+/// The method by which the interaction of a pair is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 #[non_exhaustive]
 pub enum Method {
     /// The paper's surface integrals.
     Surface,
-    /// The focal rule: the same numbers from a quarter of the nodes.
+    /// The focal rule, which gives the same numbers from a quarter of the nodes.
     Focal,
     /// The mutual expansion to a total degree (even, 2 to 16).
     Multipole(usize),
-    /// Point masses: no torque.
+    /// Point masses, which exert no torque.
     Point,
 }
 
 impl Method {
-    /// Highest total degree of the mutual expansion.
+    /// The highest total degree of the mutual expansion.
     pub const MAX_DEGREE: usize = 16;
     /// The degree to which the truncation error of the highest degree is estimated.
     pub(super) const BEYOND: usize = Self::MAX_DEGREE + 2;

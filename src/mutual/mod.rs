@@ -1,9 +1,10 @@
 //! Force, torques and energy of a pair of bodies.
 //!
 //! Takes the relative pose of two bodies and gives an [`Interaction`] per unit G m_first m_second. The
-//! methods are the paper's surface integrals (its Eqs. 2-4), the focal rule, the series to a degree, and
-//! points. One quadrature serves a pair: the force on the second body is minus that on the first, and both
-//! torques come from the same nodes, so that M_first + M_second + r x F_second = 0 holds to round-off.
+//! methods are the paper's surface integrals (its Eqs. 2-4), the focal rule, the mutual expansion to a
+//! degree, and point masses. One quadrature serves a pair: the force on the second body is minus that on the
+//! first, and both torques come from the same nodes, so that M_first + M_second + r x F_second = 0 holds to
+//! round-off.
 //!
 //! Bodies of several parts interact by their parts: a [`Link`] is the [`Pair`] of a part of one body and a
 //! part of the other, with the positions of the parts in their bodies. Each link has its own rule.
@@ -36,7 +37,7 @@ pub use axes::ShapeDerivatives;
 #[doc(hidden)]
 pub use jacobian::Jacobian;
 #[doc(hidden)]
-pub use link::{Foreseen, LEAST_TOLERANCE, Link, TooNear};
+pub use link::{LEAST_TOLERANCE, Link, PredictedMotion, TooNear};
 pub use method::Method;
 #[doc(hidden)]
 pub use multipole::Multipole;
@@ -56,20 +57,20 @@ use crate::math::{Mat3, Vec3};
 pub struct Pose {
     /// The vector from the first centre to the second, inertial.
     pub separation: Vec3,
-    /// Rotation matrix of the first body: body frame to inertial.
+    /// The rotation matrix of the first body: body frame to inertial.
     pub rotation_first: Mat3,
-    /// Rotation matrix of the second body.
+    /// The rotation matrix of the second body: body frame to inertial.
     pub rotation_second: Mat3,
 }
 
 /// Force and torques of a pair, per unit G m_first m_second.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interaction {
-    /// Force on the first body, inertial; the force on the second one is the opposite.
+    /// The force on the first body, inertial; the force on the second one is the opposite.
     pub force_on_first: Vec3,
-    /// Torque on the first body about its centre, in its body frame.
+    /// The torque on the first body about its centre, in its body frame.
     pub torque_first: Vec3,
-    /// Torque on the second body about its centre, in its body frame.
+    /// The torque on the second body about its centre, in its body frame.
     pub torque_second: Vec3,
 }
 
@@ -90,17 +91,17 @@ impl Interaction {
 struct Roles {
     /// The vector from the field body's centre to the other's.
     origin: Vec3,
-    /// Rotation from the other body's canonical frame into the field body's.
+    /// The rotation from the other body's canonical frame into that of the field body.
     turn: Mat3,
 }
 
 /// The results of a quadrature, in the field body's canonical frame, per unit G m m.
 #[derive(Debug, Clone, Copy, Default)]
 struct Balance {
-    /// Force on the body that is integrated over.
+    /// The force on the body that is integrated over.
     force: Vec3,
-    /// Torque on the body that is integrated over, about its own centre.
+    /// The torque on the body that is integrated over, about its own centre.
     torque: Vec3,
-    /// Torque on the field body about its own centre.
+    /// The torque on the field body about its own centre.
     torque_field: Vec3,
 }

@@ -5,9 +5,9 @@
 //!
 //!   U = sum_{n,m} alpha_n alpha_m (grad^T S_A grad)^n (grad^T S_B grad)^m 1/r,
 //!
-//! cut at 2 (n + m) <= N; N = 2 is MacCullagh's formula. The force is its gradient and the torque on A comes
-//! from d(k^T S_A k) = 2 dtheta . (S_A k x k). The derivatives of 1/r follow from the recurrence of Lindsay &
-//! Krasny (2001), J. Comput. Phys. 172, 879. Other programs stop at N = 2 or 4.
+//! The series is truncated at 2 (n + m) <= N; N = 2 is MacCullagh's formula. The force is its gradient, and
+//! the torque on A follows from d(k^T S_A k) = 2 dtheta . (S_A k x k). The derivatives of 1/r follow from the
+//! recurrence of Lindsay & Krasny (2001), J. Comput. Phys. 172, 879. Other programs stop at N = 2 or 4.
 
 use super::derivatives::Derivatives;
 use super::expansion::Expansion;
@@ -16,7 +16,7 @@ use crate::math::monomials::{add, count, offset, rows};
 use crate::math::{Mat3, Vec3};
 use crate::shape::Shape;
 
-/// Runs a method of [`Cut`] for arrays of just the size that half the degree takes.
+/// Runs a method of [`Cut`] for arrays of the size that half the degree requires.
 macro_rules! sized {
     ($half:expr, $method:ident($($argument:expr),*)) => {
         match $half {
@@ -60,8 +60,8 @@ impl Multipole {
         self.general.as_ref().map_or(0.0, |general| general.reach)
     }
 
-    /// Returns the expansion to a total degree higher by two: the additional terms are the first that this
-    /// one omits.
+    /// Returns the expansion to a total degree that is higher by two: the additional terms are the first that
+    /// this one omits.
     pub fn next(&self) -> Self {
         let general = self.general.as_ref().map(|general| Box::new(general.next()));
         Self { half: self.half + 1, squares: self.squares, general }
@@ -115,8 +115,8 @@ impl Multipole {
     }
 }
 
-/// The expansion to half-degree `HALF`, with `TERMS` = HALF + 1, `MONOMIALS` those of degree 2 HALF, and
-/// `DERIVATIVES` the partial derivatives up to degree 2 HALF + 1.
+/// The expansion to half-degree `HALF`. `TERMS` is HALF + 1, `MONOMIALS` the number of monomials of degree 2
+/// HALF, and `DERIVATIVES` the number of partial derivatives up to degree 2 HALF + 1.
 struct Cut<const HALF: usize, const TERMS: usize, const MONOMIALS: usize, const DERIVATIVES: usize>;
 
 impl<const HALF: usize, const TERMS: usize, const MONOMIALS: usize, const DERIVATIVES: usize>
@@ -145,7 +145,7 @@ impl<const HALF: usize, const TERMS: usize, const MONOMIALS: usize, const DERIVA
         (gradient, torques)
     }
 
-    /// Returns U.
+    /// Returns the mutual potential U.
     fn potential(spreads: &[Mat3; 2], x: &Vec3) -> f64 {
         let terms = Terms::<TERMS, MONOMIALS>::new(spreads);
         let derivatives = Derivatives::<DERIVATIVES>::new(x, 2 * HALF);
@@ -198,7 +198,7 @@ impl<const TERMS: usize, const MONOMIALS: usize> Terms<TERMS, MONOMIALS> {
         let mut sums = [[0.0; MONOMIALS]; TERMS];
         let mut power_of_a = [0.0; MONOMIALS];
         power_of_a[0] = 1.0;
-        // r derivatives of A^(n + r) give the factor (n + r)! / n!.
+        // The r-th derivative of A^(n + r) has the factor (n + r)! / n!.
         let fall = |n: usize, r: usize| (n + 1..=n + r).map(|k| k as f64).product::<f64>();
         for n in 0..TERMS.saturating_sub(2) {
             let mut product = power_of_a;
@@ -218,7 +218,7 @@ impl<const TERMS: usize, const MONOMIALS: usize> Terms<TERMS, MONOMIALS> {
     }
 }
 
-/// Moment coefficients alpha_n = 3 / ((2n+1)! (2n+3)).
+/// The moment coefficients alpha_n = 3 / ((2n+1)! (2n+3)).
 const ALPHA: [f64; Method::BEYOND / 2 + 1] = {
     let mut alpha = [1.0; Method::BEYOND / 2 + 1];
     let (mut n, mut factorial) = (1, 1.0);

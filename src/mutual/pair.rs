@@ -34,17 +34,17 @@ pub struct Pair {
     pub(super) node_kinds: [NodeKind; 2],
     pub(super) multipole: Option<Multipole>,
     pub(super) rule: Option<Rule>,
-    /// The nodes over which the field's gradient is averaged, where they have been asked for.
+    /// The nodes over which the field's gradient is averaged, where derivatives have been requested.
     pub(super) gradient_nodes: Option<GradientNodes>,
     /// The nodes for the derivatives by the semi-axes.
     pub(super) axis_nodes: Option<GradientNodes>,
-    /// The rules for the derivatives of a pair with a polyhedron, where they have been asked for.
+    /// The rules for the derivatives of a pair with a polyhedron, where derivatives have been requested.
     pub(super) faceted_rules: Option<Box<FacetedRules>>,
     pub(super) nodes: NodeStore,
 }
 
 impl Pair {
-    /// The one piece that has all nodes of a rule.
+    /// The one piece that contains all nodes of a rule.
     pub const ALL: Range<usize> = 0..usize::MAX;
 
     /// Prepares a pair. `tolerance` is relative to the force; `fixed` overrides the choice of nodes.
@@ -96,7 +96,7 @@ impl Pair {
         self.rule.as_ref()
     }
 
-    /// Returns the method; two points always have that of points.
+    /// Returns the method; for two points it is always that of point masses.
     pub fn method(&self) -> Method {
         self.method
     }
@@ -173,7 +173,7 @@ impl Pair {
         (pose.separation.norm() <= from).then_some(from)
     }
 
-    /// Returns the separation from which on the shapes cannot touch, whatever their rotations.
+    /// Returns the separation beyond which the shapes cannot touch, whatever their rotations.
     pub fn apart_from(&self) -> f64 {
         self.bodies.iter().map(|body| body.shape.circumradius()).sum::<f64>() * self.unit
     }
@@ -185,7 +185,7 @@ impl Pair {
             && self.bodies.iter().any(|body| body.polyhedron().is_some())
     }
 
-    /// Returns the factor by which both must grow to touch.
+    /// Returns the factor by which both shapes must grow to touch.
     pub fn growth(&self, pose: &Pose) -> f64 {
         let Pose { separation, rotation_first, rotation_second } = self.scaled(pose);
         let [first, second] = &self.bodies;
@@ -211,8 +211,8 @@ impl Pair {
         }
     }
 
-    /// Returns the truncation error of a series: the size of its next two degrees, as the larger of that in
-    /// the force and that in the torques over the body's radius. `None` for other methods.
+    /// Returns the truncation error of a series, the size of its next two degrees: the larger of the error of
+    /// the force and the error of the torques over the body's radius. `None` for other methods.
     pub fn truncation_error(&self, pose: &Pose) -> Option<f64> {
         let multipole = self.multipole.as_ref()?;
         let scaled = self.scaled(pose);
@@ -347,7 +347,7 @@ impl Pair {
         }
     }
 
-    /// Returns the faces that a rule integrates over, if it does.
+    /// Returns the faces over which a rule integrates; `None` for rules over other nodes.
     pub(super) fn faces<'a>(&'a self, rule: &Rule, roles: &'a Roles) -> Option<Faces<'a>> {
         let [field, set] = self.field_and_set(rule);
         let polyhedron = set.polyhedron().filter(|_| rule.node_kind == NodeKind::Faces)?;

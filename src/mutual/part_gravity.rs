@@ -29,7 +29,7 @@ pub struct PartGravity {
 }
 
 impl PartGravity {
-    /// Precomputes what the store does not have yet for a shape; the name is for errors.
+    /// Computes what the store does not have yet for a shape; the name is used in error messages.
     pub fn new(name: &str, shape: &Shape, store: &Arc<Store>) -> Self {
         let (canonical, focal_axes) = match shape {
             Shape::Ellipsoid(e) => (e.canonical(), e.focal_axes()),
@@ -54,13 +54,13 @@ impl PartGravity {
         if self.sorted { v } else { turned_back(&self.canonical, &v) }
     }
 
-    /// Returns the rotation into the canonical frame, from one into the body frame.
+    /// Converts a rotation into the body frame to a rotation into the canonical frame.
     #[inline(always)]
     pub(super) fn to_canonical(&self, turn: Mat3) -> Mat3 {
         if self.sorted { turn } else { self.canonical * turn }
     }
 
-    /// Returns the rotation from the canonical frame, from one that starts in the body frame.
+    /// Converts a rotation that starts in the body frame to one that starts in the canonical frame.
     #[inline(always)]
     pub(super) fn out_of_canonical(&self, turn: Mat3) -> Mat3 {
         if self.sorted { turn } else { turn * self.canonical.transpose() }

@@ -1,5 +1,5 @@
-//! The quadrature of a pair: which body is integrated over, with which nodes, and in which form of the
-//! other's field.
+//! The quadrature of a pair: which body is integrated over, with which nodes, and in which form of the field
+//! of the other body.
 
 use super::PartGravity;
 use super::store::{NodeKind, Store};
@@ -22,7 +22,7 @@ pub struct Rule {
     pub(super) degree: usize,
     pub(super) node_kind: NodeKind,
     pub(super) nodes: Arc<Nodes>,
-    /// The number of points; over faces, that at the pose for which the rule was chosen.
+    /// The number of points; over faces, it is the number at the pose for which the rule was chosen.
     pub(super) points: usize,
     /// The indices at which the second and later pieces of a sum over faces begin.
     pub(super) begins: Vec<usize>,
@@ -32,8 +32,8 @@ pub struct Rule {
 }
 
 impl Rule {
-    /// Returns the number of points; over faces, whose cells depend on the other body, that of the pose for
-    /// which the rule was chosen.
+    /// Returns the number of points. Over faces, whose cells depend on the other body, it is the number at
+    /// the pose for which the rule was chosen.
     pub fn nodes(&self) -> usize {
         self.points
     }
@@ -74,9 +74,9 @@ pub(super) enum Kernel {
 pub struct RuleMemory {
     /// The index of the body that is integrated over, 0 or 1.
     pub integrated: u8,
-    /// Gauss nodes and angles.
+    /// The numbers of Gauss nodes and of angles.
     pub order: [u32; 2],
-    /// The polynomial degree the rule was made for.
+    /// The polynomial degree for which the rule was made.
     pub degree: u32,
     /// The smallest separation for which the kernel is valid.
     pub valid_from: f64,

@@ -1,7 +1,7 @@
 //! A body's attraction in the field of a polyhedron, evaluated at single points: its centre, its layer, or
 //! its faces.
 //!
-//! Over a layer or at a centre force, torque and energy are the means of g, y cross g and Phi (see
+//! Over a layer or at a centre, force, torque and energy are the means of g, y cross g and Phi (see
 //! [`super::means`]); over the faces they are the paper's surface integrals (see [`super::faces`]).
 
 use super::faces::Faces;
@@ -60,10 +60,10 @@ pub(super) fn force_and_torque(
     for k in range.start..range.end.min(nodes.len()) {
         let y = roles.turn * vector(&nodes.points, k);
         let x = roles.origin + y;
-        let pull = field(arch, body, &rule.kernel, &x).1 * nodes.weights[k];
-        force += pull;
-        torque += y.cross(&pull);
-        torque_field -= x.cross(&pull);
+        let attraction = field(arch, body, &rule.kernel, &x).1 * nodes.weights[k];
+        force += attraction;
+        torque += y.cross(&attraction);
+        torque_field -= x.cross(&attraction);
     }
     Balance { force, torque, torque_field }
 }
@@ -118,8 +118,8 @@ pub(super) fn mutual_potential_over(faces: Faces<'_>, rule: &Rule, range: &Range
         let normal = roles.turn * cell.normal;
         for (y, weight) in points(&rule.nodes, &cell) {
             let y = roles.turn * y;
-            let (potential, pull) = field(arch, body, &rule.kernel, &(roles.origin + y));
-            sum += weight * (potential * y.dot(&normal) - 0.5 * y.norm_squared() * pull.dot(&normal));
+            let (potential, attraction) = field(arch, body, &rule.kernel, &(roles.origin + y));
+            sum += weight * (potential * y.dot(&normal) - 0.5 * y.norm_squared() * attraction.dot(&normal));
         }
     }
     sum / 3.0

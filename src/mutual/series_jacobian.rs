@@ -1,10 +1,10 @@
 //! The derivatives of force and torques by the mutual expansion.
 //!
 //! Let U be a function of the separation and of both spread matrices, and M = dU/dS for a body. The torque on
-//! it is the axial vector of 2 S M, and a rotation of the body by theta changes its S by \[theta\]x S - S
-//! \[theta\]x. M is a contraction of the second derivatives of 1/r, and its own derivatives are those of the
-//! third and the fourth. A change of a semi-axis a by da changes the S of its body by 2 a e e^T da, with e
-//! the direction of the axis.
+//! the body is the axial vector of 2 S M, and a rotation of the body by theta changes its S by \[theta\]x S -
+//! S \[theta\]x. M is a contraction of the second derivatives of 1/r, and its own derivatives are
+//! contractions of the third and fourth ones. A change of a semi-axis a by da changes the S of its body by 2
+//! a e e^T da, with e the direction of the axis.
 
 use super::derivatives::Derivatives;
 use super::multipole::{Multipole, Terms};
@@ -93,7 +93,7 @@ struct SeriesJacobian {
     hessian: Mat3,
     torques: [Vec3; 2],
     by_position: [Mat3; 2],
-    /// Derivatives of the torque on one body by the rotation of one body.
+    /// The derivatives of the torque on one body by the rotation of one body.
     by_rotation: [[Mat3; 2]; 2],
 }
 

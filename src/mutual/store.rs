@@ -20,18 +20,19 @@ const MOST_FACES: usize = 1 << 17;
 /// The kind of points that represent the body that is integrated over.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum NodeKind {
-    /// Points of its surface, with the potential as the integrand: the paper's integrals.
+    /// Points of the body's surface, with the potential as the integrand: the paper's integrals.
     SurfacePotential,
-    /// Points of its surface, with the field as the integrand; the semi-axes are in the canonical frame.
+    /// Points of the body's surface, with the field as the integrand; the semi-axes are in the canonical
+    /// frame.
     SurfaceField([f64; 3]),
-    /// Points of its focal ellipse. Inner rings have as many angles as the tolerance needs, or as many as the
-    /// outermost ring if it is zero.
+    /// Points of the body's focal ellipse. Inner rings have as many angles as this tolerance needs, or as
+    /// many as the outermost ring if it is zero.
     FocalEllipse(f64),
-    /// Its centre: for a sphere, whose focal ellipse has shrunk to it, or a point mass.
+    /// The body's centre: for a sphere, whose focal ellipse is a point, or a point mass.
     Centre,
     /// The points of the layer on a polyhedron's circumscribed sphere.
     Layer,
-    /// Points of a polyhedron's faces.
+    /// Points of the faces of a polyhedron.
     Faces,
 }
 

@@ -4,15 +4,16 @@
 //! density of unit mass is 3 / (4 pi a b c), so that with <.> the mean over the sphere
 //!
 //! ```text
-//! F_i = (3/a_i) <Phi u_i>,    M_i = 3 (a_j/a_k - a_k/a_j) <Phi u_j u_k>,    U = <Phi - |y|^2/2 sum_i g_i u_i / a_i>.
+//! F_i = (3/a_i) <Phi u_i>,    M_i = 3 (a_j/a_k - a_k/a_j) <Phi u_j u_k>,
+//! U = <Phi - |y|^2/2 sum_i g_i u_i / a_i>.
 //! ```
 //!
 //! The constant and the linear part of the monopole's potential 1/|x| about the centre x_0 are integrated in
-//! closed form: they give no force and the force -x_0/|x_0|^3, and no torque, but their round-off would be
-//! larger than the remainder. The sums contain the monopole beyond its linear part, and K - K(x_0) with K =
-//! Phi - 1/|x|, both without cancellation. The monopole exerts no torque on its own body, so that the field
-//! body's torque is that of K alone, without the round-off of the monopole's lever; with the rest it still
-//! makes up M_A + M_B + r x F_B = 0.
+//! closed form: the constant gives no force and the linear part the force -x_0/|x_0|^3, and neither gives a
+//! torque; in a sum their round-off would be larger than the remainder. The sums contain the monopole beyond
+//! its linear part, and K - K(x_0) with K = Phi - 1/|x|, both without cancellation. The monopole exerts no
+//! torque on its own body, so that the field body's torque is that of K alone, without the round-off of the
+//! monopole's lever; M_A + M_B + r x F_B = 0 still holds.
 //!
 //! F_i is a difference of pressures on opposite faces, divided by the distance of the faces. Bodies for which
 //! that loses too many digits are integrated over by the field instead: see [`super::means`].
@@ -21,7 +22,7 @@ use super::{Balance, Roles};
 use crate::gravity::FieldKernel;
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, Total, dot, splat_vector, total_vector};
-use crate::quadrature::{Nodes, Stretch};
+use crate::quadrature::{NodeRange, Nodes};
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::AddAssign;
 
@@ -147,7 +148,7 @@ impl<S: Simd> BeyondLinear<S> {
 
 struct MomentSum<'a, K> {
     kernel: K,
-    nodes: Stretch<'a>,
+    nodes: NodeRange<'a>,
     semi_axes: [f64; 3],
     roles: &'a Roles,
 }
@@ -206,7 +207,7 @@ impl<K: FieldKernel> WithSimd for MomentSum<'_, K> {
 
 struct SurfaceEnergySum<'a, K> {
     kernel: K,
-    nodes: Stretch<'a>,
+    nodes: NodeRange<'a>,
     semi_axes: [f64; 3],
     roles: &'a Roles,
 }

@@ -1,8 +1,8 @@
 //! Kepler's equation: from the mean anomaly to the eccentric one, and back.
 //!
-//! Takes the eccentricity e != 1, and |1 - e| beside it, which may be known to more digits than e near 1 can
-//! hold. Gives sines and cosines of the eccentric anomaly E (ellipse) or H (hyperbola). Both equations are
-//! written as sums of positive terms,
+//! Takes the eccentricity e != 1, and |1 - e| separately, which may be known to more digits than e near 1 can
+//! represent. Gives sines and cosines of the eccentric anomaly E (ellipse) or H (hyperbola). Both equations
+//! are written as sums of positive terms,
 //!
 //!   M = (1 - e) E + e (E - sin E),     M = (e - 1) sinh H + (sinh H - H),
 //!
@@ -12,19 +12,19 @@
 use crate::error::{Error, Result, require_finite};
 use std::f64::consts::{PI, TAU};
 
-/// 2 pi minus the double nearest to it.
+/// The difference of 2 pi and the double nearest to it.
 const TAU_LOW: f64 = 2.449_293_598_294_706_4e-16;
 
 /// The eccentric anomaly of a point on an ellipse or a hyperbola, with functions of it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EccentricAnomaly {
-    /// E in [-pi, pi], or H.
+    /// The anomaly: E in [-pi, pi], or H.
     pub(super) anomaly: f64,
-    /// sin E or sinh H.
+    /// The value sin E or sinh H.
     pub(super) sine: f64,
-    /// cos E or cosh H.
+    /// The value cos E or cosh H.
     pub(super) cosine: f64,
-    /// 1 - cos E or cosh H - 1, without their cancellation.
+    /// The value 1 - cos E or cosh H - 1, without their cancellation.
     pub(super) versine: f64,
 }
 
@@ -64,7 +64,7 @@ pub(super) fn hyperbolic_mean(sine: f64, gap: f64) -> f64 {
 pub(super) fn wrapped(angle: f64) -> f64 {
     let turns = (angle / TAU).floor();
     let inside = turns.mul_add(-TAU, turns.mul_add(-TAU_LOW, angle));
-    // The sum turns -0 into 0.
+    // Adding zero turns -0 into 0.
     if (0.0..TAU).contains(&inside) { inside + 0.0 } else { 0.0 }
 }
 

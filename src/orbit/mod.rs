@@ -1,8 +1,8 @@
-//! Kepler's orbits: elements to and from Cartesian, and the anomalies between.
+//! Kepler orbits: conversion between elements and Cartesian coordinates, and the anomalies.
 //!
-//! Takes the position and velocity of one body relative to another and mu = G (m_1 + m_2), or six elements;
-//! gives the other of the two. Bodies that are not points have osculating elements: those of the orbit on
-//! which the pair would go on as points.
+//! Takes the position and velocity of one body relative to another and mu = G (m_1 + m_2), and gives six
+//! elements, or the reverse. Bodies that are not points have osculating elements: those of the orbit on which
+//! the pair would continue as points.
 
 mod anomaly;
 mod elements;

@@ -1,8 +1,8 @@
 //! Osculating elements from position and velocity.
 //!
 //! Takes position, velocity and mu; gives elements as near to the exact ones of these numbers as doubles
-//! allow. Two quantities decide: h = r x v, and u = r v^2 / mu, which is 1 on a circle and 2 on a parabola.
-//! Both are formed in twice the working precision, and the rest follows without cancellation:
+//! allow. They follow from two quantities: h = r x v, and u = r v^2 / mu, which is 1 on a circle and 2 on a
+//! parabola. Both are formed in twice the working precision, and the rest follows without cancellation:
 //!
 //!   r/a = 2 - u,   e cos E = u - 1,   e sin E = r.v / sqrt(mu a),   1 - e^2 = (p/r) (r/a),   p = h^2 / mu.
 
@@ -12,7 +12,7 @@ use crate::error::{Error, Result, require_finite, require_positive};
 use crate::math::Vec3;
 use crate::math::compensated::{Compensated, two_product};
 
-/// The eccentricity that rounding gives the state of a circle; below it an orbit counts as a circle.
+/// The eccentricity below which an orbit counts as a circle: rounding gives as much to the state of a circle.
 const CIRCULAR: f64 = 4.0 * f64::EPSILON;
 
 impl KeplerElements {
@@ -80,7 +80,7 @@ impl KeplerElements {
 /// The shape of the orbit and the position along it, in the orbital plane.
 struct PlaneOrbit {
     eccentricity: f64,
-    /// `None` on a circle.
+    /// The position along the orbit; `None` on a circle.
     place: Option<Anomalies>,
 }
 
@@ -158,7 +158,7 @@ fn times(a: Compensated, b: Compensated) -> Compensated {
     product
 }
 
-/// Divides: the first quotient plus the quotient of its remainder.
+/// Returns the quotient: the first quotient plus the quotient of its remainder.
 fn over(a: Compensated, b: f64) -> Compensated {
     let quotient = a.high / b;
     let mut result = Compensated::new(quotient);
@@ -166,7 +166,7 @@ fn over(a: Compensated, b: f64) -> Compensated {
     result
 }
 
-/// Takes the square root: the first root plus one step of Newton on its remainder.
+/// Returns the square root: the first root plus one step of Newton on its remainder.
 fn square_root(a: Compensated) -> Compensated {
     let root = a.high.sqrt();
     let mut result = Compensated::new(root);

@@ -14,20 +14,20 @@ use std::f64::consts::PI;
 pub struct OrbitPath {
     to_periapsis: Vec3,
     across: Vec3,
-    /// To the ascending node.
+    /// The unit vector to the ascending node.
     node: Vec3,
     eccentricity: f64,
     gap: f64,
     width: f64,
     size: f64,
-    /// sqrt(mu / |a|).
+    /// The speed sqrt(mu / |a|).
     speed: f64,
     mean_anomaly: f64,
     mean_motion: f64,
 }
 
 impl OrbitPath {
-    /// Takes elements at a time and mu = G (m_1 + m_2).
+    /// Takes elements, which are valid at time zero, and mu = G (m_1 + m_2).
     pub fn new(elements: &KeplerElements, mu: f64) -> Result<Self> {
         require_positive("mu", mu)?;
         elements.check()?;
@@ -76,8 +76,8 @@ impl OrbitPath {
         Ok((position, velocity))
     }
 
-    /// Returns the position at a time after the epoch of the elements, and its derivatives: by a, e, i, Omega,
-    /// omega, M, the epoch, and mu.
+    /// Returns the position at a time after the epoch of the elements, and its derivatives: by a, e, i,
+    /// Omega, omega, M, the epoch, and mu.
     ///
     /// At a fixed mean anomaly the eccentric anomaly has dE/de = sin E / (1 - e cos E), and on a hyperbola
     /// dH/de = -sinh H / (e cosh H - 1). The mean motion is sqrt(mu / |a|^3).
@@ -136,9 +136,9 @@ impl KeplerElements {
 pub struct OrbitPosition {
     /// The position.
     pub position: Vec3,
-    /// 1 / r^2.
+    /// The inverse square 1 / r^2.
     pub inverse_square: f64,
-    /// 1 / r^3.
+    /// The inverse cube 1 / r^3.
     pub inverse_cube: f64,
 }
 
@@ -156,9 +156,8 @@ impl From<Vec3> for OrbitPosition {
     }
 }
 
-/// Computes positions at many times in a row, from a polynomial over the interval of time that holds them.
-/// The intervals have fixed boundaries, so that a position does not depend on the times that were asked for
-/// before.
+/// Computes positions at many times in a row, from a polynomial over the interval of time that contains them.
+/// The intervals have fixed boundaries, so that a position does not depend on earlier calls.
 #[derive(Debug, Clone)]
 pub struct OrbitCells {
     orbit: OrbitPath,
@@ -173,8 +172,8 @@ pub struct OrbitCells {
 struct OrbitCell {
     /// The middle of the interval, in half widths.
     middle: f64,
-    /// Coefficients of the position and of 1/r by powers of the time in the interval, scaled to [-1, 1]. A
-    /// row holds those of an even power and of the next one.
+    /// The coefficients of the position and of 1/r by powers of the time in the interval, scaled to [-1, 1].
+    /// A row holds the coefficients of an even power and of the next one.
     coefficients: [[f64; WIDEST]; OrbitCells::TERMS / 2],
 }
 

@@ -10,15 +10,15 @@ use crate::math::stumpff::{REACH, stumpff};
 use pulp::Scalar;
 use std::f64::consts::TAU;
 
-/// The number of iterations after which every other one halves the bracket.
+/// The number of iterations after which every second one halves the bracket.
 const QUICK: u32 = 16;
 
 /// The changes of position and velocity along an orbit over a time.
 #[derive(Debug, Clone, Copy)]
 pub struct KeplerChange {
-    /// Change of the position.
+    /// The change of the position.
     pub position: Vec3,
-    /// Change of the velocity.
+    /// The change of the velocity.
     pub velocity: Vec3,
     /// The acceleration at the end.
     pub acceleration: Vec3,
@@ -34,15 +34,15 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
     }
     let r0 = position.norm();
     let inverse = 1.0 / r0;
-    let (square, pull) = (velocity.norm_squared(), mu * inverse);
-    let beta = 2.0 * pull - square;
+    let (square, attraction) = (velocity.norm_squared(), mu * inverse);
+    let beta = 2.0 * attraction - square;
     let mut time = time;
     if beta > 0.0 && time.abs() * beta * beta.sqrt() > TAU * mu {
         time %= TAU * mu / (beta * beta.sqrt());
     }
     // In units of the distance at the start, Kepler's equation is s + eta0 G2 + zeta0 G3 = t/r0. Its left
     // side rises with s, since its derivative is the distance, and is zero with t.
-    let (eta0, zeta) = (position.dot(velocity), square - pull);
+    let (eta0, zeta) = (position.dot(velocity), square - attraction);
     let eta = eta0 * inverse;
     let (mut low, mut high) = if time > 0.0 { (0.0, f64::INFINITY) } else { (f64::NEG_INFINITY, 0.0) };
     let slope = time * inverse;
@@ -72,8 +72,8 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
         let step = -residual * both / over;
         let danby = s + step;
         let within = |next: f64| next > low && next < high;
-        // Where `halley` vanishes or doubles overflow, Danby's step vanishes beside Newton's; that is no sign
-        // of convergence.
+        // Where `halley` vanishes or doubles overflow, Danby's step vanishes beside Newton's, which is not a
+        // sign of convergence.
         let sound = 10.0 * both >= less.abs() && over.is_finite();
         // Far out on a hyperbola, where the equation is exponential, halving the bracket is quicker than a
         // step of any order. A step that rounds to nothing ends at the root, which is an end of the bracket.
@@ -103,8 +103,8 @@ pub fn kepler_change(position: &Vec3, velocity: &Vec3, mu: f64, time: f64) -> Op
                 functions(beta, s)
             };
             let nearness = 1.0 / (1.0 + (eta * g[1] + zeta * g[2]));
-            let (f, g_time) = (-pull * g[2], r0 * g[1] + eta0 * g[2]);
-            let (fdot, gdot) = (-(pull * inverse) * g[1] * nearness, f * nearness);
+            let (f, g_time) = (-attraction * g[2], r0 * g[1] + eta0 * g[2]);
+            let (fdot, gdot) = (-(attraction * inverse) * g[1] * nearness, f * nearness);
             let change = [f * position + g_time * velocity, fdot * position + gdot * velocity];
             let there = nearness * inverse;
             let acceleration = (position + change[0]) * (-mu * there * there * there);

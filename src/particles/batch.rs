@@ -1,14 +1,14 @@
 //! A batch of particles, integrated over a range of the bodies' steps.
 //!
-//! Each lane of a block has a particle until that has reached the end of the range or of its flight; then it
-//! takes the next one of the batch. Since lanes do not depend on each other, results do not depend on how
-//! particles are batched.
+//! Each lane of a block has a particle until that particle has reached the end of the range or of its flight;
+//! then the lane takes the next particle of the batch. Since lanes do not depend on each other, results do
+//! not depend on how particles are divided into batches.
 
 use super::body_ephemeris::COLUMNS;
 use super::events::{Origin, ParticleEvent, ParticleOccurrence, scan};
 use super::external_forces::ExternalForces;
 use super::fate::{BEYOND, End, Fate, Particle, ParticleStatus, Rules};
-use super::stage::{MotionBlock, Stages, World};
+use super::stage::{FlightModel, MotionBlock, Stages};
 use super::surface::{Surface, SurfaceHit, motion_at};
 use crate::error::{Error, Result};
 use crate::integrate::{Segment, root};
@@ -27,7 +27,7 @@ const MARGIN: f64 = 1e-9;
 /// The data that all batches share.
 pub struct BatchContext<'a> {
     /// The bodies' gravity and the integrator.
-    pub world: World<'a>,
+    pub model: FlightModel<'a>,
     /// The external forces on the particles.
     pub external_forces: &'a ExternalForces,
     /// The bodies' surfaces.
@@ -39,12 +39,12 @@ pub struct BatchContext<'a> {
     /// The times at which particles are recorded, along the flight.
     pub output: &'a [f64],
     /// The events that are searched for.
-    pub watches: &'a [ParticleEvent],
+    pub events: &'a [ParticleEvent],
     /// The position and velocity of the nominal barycentre.
     pub origin: &'a Origin<'a>,
     /// The end of the range.
     pub end: f64,
-    /// 1 forwards, -1 backwards.
+    /// The sign of the direction of the flight: 1 forwards, -1 backwards.
     pub direction: f64,
 }
 
@@ -60,12 +60,12 @@ pub struct Batch<'a, 'b> {
     pub(super) particles: &'b mut [Particle],
     /// Six numbers for each output of each particle, particle by particle.
     samples: &'b mut [f64],
-    /// The centres of the bodies where the steps begin.
+    /// The positions of the bodies' centres at the beginning of the steps.
     starts: Vec<[Vec3; BLOCK]>,
     /// The polynomial of a step.
     segment: Segment,
-    /// The events of these particles.
-    pub happened: Vec<ParticleOccurrence>,
+    /// The events that have happened to these particles.
+    pub occurrences: Vec<ParticleOccurrence>,
 }
 
 impl<'a, 'b> Batch<'a, 'b> {
@@ -75,7 +75,7 @@ impl<'a, 'b> Batch<'a, 'b> {
         particles: &'b mut [Particle],
         samples: &'b mut [f64],
     ) -> Self {
-        let stages = Stages::new(flying.world, flying.external_forces.clone());
+        let stages = Stages::new(flying.model, flying.external_forces.clone());
         Self {
             flying,
             probe: stages.clone(),
@@ -85,8 +85,8 @@ impl<'a, 'b> Batch<'a, 'b> {
             particles,
             samples,
             starts: vec![[Vec3::zeros(); BLOCK]; flying.surfaces.len()],
-            segment: Segment::new(6, flying.world.tableau.interpolant.terms()),
-            happened: Vec::new(),
+            segment: Segment::new(6, flying.model.tableau.interpolant.terms()),
+            occurrences: Vec::new(),
         }
     }
 
@@ -167,7 +167,7 @@ impl<'a, 'b> Batch<'a, 'b> {
             accepted[lane] = true;
             let escaping = rules.escape.is_some_and(|escape| escape.value(self.flying.mu, &x, &v) > 0.0);
             inside[lane] = escaping
-                || !self.flying.watches.is_empty()
+                || !self.flying.events.is_empty()
                 || self.due(index, ends[lane], false).is_some()
                 || !self.apart(lane, &x);
         }
@@ -177,7 +177,7 @@ impl<'a, 'b> Batch<'a, 'b> {
         for lane in 0..BLOCK {
             let (Some(index), true) = (lanes[lane], accepted[lane]) else { continue };
             let after = (ends[lane], vector(&high, 0, lane), vector(&high, 3, lane));
-            let stopped = inside[lane] && self.look(index, lane, after)?;
+            let stopped = inside[lane] && self.examine(index, lane, after)?;
             if !stopped {
                 let particle = &mut self.particles[index];
                 particle.time = ends[lane];
@@ -259,47 +259,49 @@ impl<'a, 'b> Batch<'a, 'b> {
 
     /// Returns whether a particle certainly has not touched a body in its step.
     ///
-    /// While it is no nearer to a body than half way from the least distance on the chord to contact, that
-    /// body attracts it by at most G m / (d - p)^2, where p is how far an equivalent mass distribution
-    /// extends. If with these accelerations its path nowhere departs from a chord by half the gap, it has not
-    /// been nearer. Forces other than the bodies' gravity may double on the way.
+    /// Let the particle be no nearer to a body than half way from the least distance on the chord to contact.
+    /// The body then attracts it by at most G m / (d - p)^2, where p is how far an equivalent mass
+    /// distribution extends. If with these accelerations the particle's path nowhere departs from a chord by
+    /// half the gap, the particle has not been nearer. Forces other than the bodies' gravity may double on
+    /// the way.
     fn apart(&self, lane: usize, end: &Vec3) -> bool {
-        let BatchContext { surfaces, world, .. } = *self.flying;
+        let BatchContext { surfaces, model, .. } = *self.flying;
         let x = Vec3::from([0, 1, 2].map(|c| self.stages.motion[c][lane]));
         let near = |body: usize| {
             let from = x - self.starts[body][lane];
             least_distance(&from, &(end - self.centre(body, lane) - from))
         };
-        let mut pull =
+        let mut attraction =
             if self.flying.external_forces.is_empty() { 0.0 } else { 2.0 * self.stages.first(lane).norm() };
-        for (body, (surface, puller)) in surfaces.iter().zip(world.pullers).enumerate() {
+        for (body, (surface, puller)) in surfaces.iter().zip(model.attractors).enumerate() {
             let inner = 0.5 * (near(body) + surface.radius) - surface.focal;
             // The comparison is written so that NaN makes the answer false.
             let bounded = inner > 0.0;
             if !bounded {
                 return false;
             }
-            pull += puller.strength / (inner * inner);
+            attraction += puller.strength / (inner * inner);
         }
         let size = self.stages.size[lane];
-        surfaces.iter().zip(&world.ephemeris.bounds).enumerate().all(|(body, (surface, bounds))| {
-            let bend = 0.125 * size * size * (pull + bounds.acceleration);
+        surfaces.iter().zip(&model.ephemeris.bounds).enumerate().all(|(body, (surface, bounds))| {
+            let bend = 0.125 * size * size * (attraction + bounds.acceleration);
             let near = near(body);
             bend + MARGIN * near <= 0.5 * (near - surface.radius)
         })
     }
 
-    /// Looks into an accepted step, which ends with the time, position and velocity `end`, for outputs,
-    /// events, contacts and escapes. Returns whether one of these has placed the particle.
-    fn look(&mut self, index: usize, lane: usize, end: (f64, Vec3, Vec3)) -> Result<bool> {
-        let BatchContext { world, rules, surfaces, direction, mu, .. } = *self.flying;
+    /// Examines the interior of an accepted step, which ends with the time, position and velocity `end`, for
+    /// outputs, events, contacts and escapes. Returns whether one of these has set the particle's time and
+    /// motion.
+    fn examine(&mut self, index: usize, lane: usize, end: (f64, Vec3, Vec3)) -> Result<bool> {
+        let BatchContext { model, rules, surfaces, direction, mu, .. } = *self.flying;
         self.stages.segment(lane, &mut self.segment);
         let start = self.segment.start();
         let leaving = self.particles[index].status == ParticleStatus::Flying { leaving: true };
         let mut stop = end.0;
         let mut met: Option<(usize, SurfaceHit)> = None;
         for (body, surface) in surfaces.iter().enumerate() {
-            if let Some(hit) = surface.search(world.ephemeris, body, &self.segment, stop, leaving) {
+            if let Some(hit) = surface.search(model.ephemeris, body, &self.segment, stop, leaving) {
                 stop = hit.time;
                 met = Some((body, hit));
             }
@@ -322,11 +324,11 @@ impl<'a, 'b> Batch<'a, 'b> {
             self.record(index, &x, &v);
         }
         let (x, v) = motion_at(&self.segment, stop);
-        let (watches, number) = (self.flying.watches, self.first + index);
-        if !watches.is_empty() && stop != start {
-            let seen = (world.ephemeris, &mut self.watcher, self.flying.origin);
+        let (events, number) = (self.flying.events, self.first + index);
+        if !events.is_empty() && stop != start {
+            let seen = (model.ephemeris, &mut self.watcher, self.flying.origin);
             let after = if stop == end.0 { end } else { (stop, x, v) };
-            scan(watches, seen, number, &self.segment, after, &mut self.happened)?;
+            scan(events, seen, number, &self.segment, after, &mut self.occurrences)?;
         }
         if escaped {
             let particle = &mut self.particles[index];

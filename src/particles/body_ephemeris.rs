@@ -22,10 +22,10 @@ pub struct BodyEphemeris<'a> {
     /// The earlier end of each step.
     from: Vec<f64>,
     /// The range of steps that is packed.
-    stretch: Range<usize>,
+    step_range: Range<usize>,
     /// The length of a row: a multiple of the widest register.
     width: usize,
-    /// The number of rows of a step: the vector at its start, the part of it that rounding dropped, and the
+    /// The number of rows of a step: the vector at its start, the low part of that vector, and the
     /// coefficients.
     rows: usize,
     packed: Vec<f64>,
@@ -36,26 +36,26 @@ pub struct BodyEphemeris<'a> {
 /// Bounds of a body's motion over a range of steps.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct MotionBounds {
-    /// Speed of the centre.
+    /// A bound of the speed of the centre.
     pub speed: f64,
-    /// Acceleration of the centre.
+    /// A bound of the acceleration of the centre.
     pub acceleration: f64,
-    /// Spin.
+    /// A bound of the spin.
     pub spin: f64,
-    /// Rate of the spin, in the body frame.
+    /// A bound of the rate of the spin, in the body frame.
     pub spin_rate: f64,
 }
 
 /// The motion of a body at a time, relative to the nominal barycentre.
 #[derive(Debug, Clone, Copy)]
 pub struct BodyMotion {
-    /// Position of the centre.
+    /// The position of the centre.
     pub position: Vec3,
-    /// Velocity of the centre.
+    /// The velocity of the centre.
     pub velocity: Vec3,
-    /// Rotation matrix from the body frame to inertial axes.
+    /// The rotation matrix from the body frame to inertial axes.
     pub rotation: Mat3,
-    /// Spin, body frame.
+    /// The spin, body frame.
     pub spin: Vec3,
 }
 
@@ -73,7 +73,7 @@ impl<'a> BodyEphemeris<'a> {
             frame,
             segments,
             from,
-            stretch: 0..0,
+            step_range: 0..0,
             width: (COLUMNS * bodies).next_multiple_of(8),
             rows: 2 + terms,
             packed: Vec::new(),
@@ -99,13 +99,13 @@ impl<'a> BodyEphemeris<'a> {
     }
 
     /// Returns the range of at most `most` steps from a time towards another, and the time at which it ends.
-    pub fn stretch(&self, time: f64, until: f64, most: usize) -> (Range<usize>, f64) {
+    pub fn step_range(&self, time: f64, until: f64, most: usize) -> (Range<usize>, f64) {
         let (index, count) = (self.index(time), self.segments.len());
         if until < time {
             let at_edge = index > 0 && self.ends(index)[0] == time;
             let last = index + usize::from(!at_edge);
             let first = last.saturating_sub(most);
-            // The last step may end a rounding before the run.
+            // The last step may end before the run by a rounding error.
             let end = if first == 0 { until } else { self.ends(first)[0].max(until) };
             return (first..last, end);
         }
@@ -115,14 +115,14 @@ impl<'a> BodyEphemeris<'a> {
     }
 
     /// Packs a range of the steps.
-    pub fn pack(&mut self, stretch: Range<usize>) {
+    pub fn pack(&mut self, step_range: Range<usize>) {
         let layout = self.frame.layout;
         let wide = layout.chart.width();
         self.packed.clear();
-        self.packed.resize(stretch.len() * self.rows * self.width, 0.0);
+        self.packed.resize(step_range.len() * self.rows * self.width, 0.0);
         self.bounds.fill(MotionBounds::default());
         for (segment, out) in
-            self.segments[stretch.clone()].iter().zip(self.packed.chunks_exact_mut(self.rows * self.width))
+            self.segments[step_range.clone()].iter().zip(self.packed.chunks_exact_mut(self.rows * self.width))
         {
             let (high, low) = segment.start_vector();
             let vectors = [high, low].into_iter().chain(segment.coefficients().chunks_exact(high.len()));
@@ -149,7 +149,7 @@ impl<'a> BodyEphemeris<'a> {
                 bounds.spin_rate = bounds.spin_rate.max(turning / size);
             }
         }
-        self.stretch = stretch;
+        self.step_range = step_range;
     }
 
     /// Writes the columns of all bodies at the times of a block's lanes, which must be within the packed
@@ -165,18 +165,18 @@ impl<'a> BodyEphemeris<'a> {
         let mut numbers = [0.0; GROUP];
         for lane in 0..BLOCK {
             let time = times[lane];
-            let mut at = cursors[lane].clamp(self.stretch.start, self.stretch.end - 1);
-            while at > self.stretch.start && self.from[at] > time {
+            let mut at = cursors[lane].clamp(self.step_range.start, self.step_range.end - 1);
+            while at > self.step_range.start && self.from[at] > time {
                 at -= 1;
             }
-            while at + 1 < self.stretch.end && self.from[at + 1] <= time {
+            while at + 1 < self.step_range.end && self.from[at + 1] <= time {
                 at += 1;
             }
             cursors[lane] = at;
             let segment = self.segments[at];
             let basis = segment.basis(segment.fraction(time));
-            let step =
-                &self.packed[(at - self.stretch.start) * self.rows * self.width..][..self.rows * self.width];
+            let step = &self.packed[(at - self.step_range.start) * self.rows * self.width..]
+                [..self.rows * self.width];
             let mut first = 0;
             for columns in out.chunks_mut(GROUP) {
                 sum(simd, step, self.width, first, &basis, &mut numbers);

@@ -11,15 +11,16 @@ use crate::math::lanes::BLOCK;
 use crate::math::rotation::turned_back;
 
 /// The number of times in each step of the bodies at which a lift-off is tested.
-const LOOKS: usize = 4;
+const LIFT_TESTS: usize = 4;
 
-/// A particle lifts off, or flies on from a slow bounce, where it is pushed outwards by more than this share
-/// of the accelerations that add up to the push. With less it would not leave the rounding of its place.
+/// The least push, relative to the sum of the accelerations of which it consists, with which a particle lifts
+/// off or flies on after a slow bounce. With a smaller push it would not leave the surface by more than the
+/// rounding of its position.
 const LIFT: f64 = 1e-7;
 
-/// A particle is back at once where it strikes so soon after it left, in units of the time in which it would
-/// pass its distance from the body's centre. After so many returns in a row, as in a crease between two
-/// faces, it stays for a while.
+/// The time between leaving a surface and striking it again, in units of the time in which the particle would
+/// pass its distance from the body's centre, below which the particle has returned at once. After a number of
+/// such returns in a row, as in a crease between two faces, it stays for a while.
 const AT_ONCE: f64 = 1e-6;
 const RETURNS: u32 = 100;
 const STAY: f64 = 1e-3;
@@ -35,11 +36,11 @@ impl Batch<'_, '_> {
             );
         };
         let (start, end) = (particle.time, self.flying.end);
-        // Only forwards are there particles that can lift off.
+        // Particles lift off only in flights forwards in time.
         let from = start.max(held);
         let off = if from < end { self.lift(index, body, (&place, &normal), from, end)? } else { None };
         let until = off.unwrap_or(end);
-        let ephemeris = self.flying.world.ephemeris;
+        let ephemeris = self.flying.model.ephemeris;
         while let Some(time) = self.due(index, until, true) {
             let (x, v) = ephemeris.pose(body, time).without(&place, &Vec3::zeros());
             self.record(index, &x, &v);
@@ -66,7 +67,7 @@ impl Batch<'_, '_> {
         v: &Vec3,
     ) -> Result<()> {
         let time = hit.time;
-        let pose = self.flying.world.ephemeris.pose(body, time);
+        let pose = self.flying.model.ephemeris.pose(body, time);
         let landing = self.flying.surfaces[body].landing(&pose, hit.part, (x, v));
         let Landing { place, normal, velocity } = landing;
         let inwards = velocity.dot(&normal);
@@ -94,7 +95,7 @@ impl Batch<'_, '_> {
                 particle.returns = if at_once { particle.returns + 1 } else { 0 };
                 let stays = particle.returns > RETURNS;
                 let slow = -along * inwards < rest;
-                // The push is that with the velocity after the bounce: where a particle at rest would be
+                // The push is computed with the velocity after the bounce: where a particle at rest would be
                 // lifted, one that moves against the rotation may be pressed down, and would bounce forever.
                 if stays
                     || slow && self.pushes(index, body, (&place, &normal, &out), [time; BLOCK])?[0] <= LIFT
@@ -124,7 +125,7 @@ impl Batch<'_, '_> {
         (place, normal, velocity): (&Vec3, &Vec3, &Vec3),
         times: LaneBlock,
     ) -> Result<LaneBlock> {
-        let ephemeris = self.flying.world.ephemeris;
+        let ephemeris = self.flying.model.ephemeris;
         let probe = &mut self.probe;
         probe.time = times;
         probe.area_to_mass = [self.particles[index].area_to_mass; BLOCK];
@@ -159,7 +160,7 @@ impl Batch<'_, '_> {
         start: f64,
         end: f64,
     ) -> Result<Option<f64>> {
-        let ephemeris = self.flying.world.ephemeris;
+        let ephemeris = self.flying.model.ephemeris;
         let at = (at.0, at.1, &Vec3::zeros());
         let mut last = (start, self.pushes(index, body, at, [start; BLOCK])?[0] - LIFT);
         if last.1 > 0.0 {
@@ -170,7 +171,7 @@ impl Batch<'_, '_> {
             let mut time = last.0;
             let times: LaneBlock = std::array::from_fn(|_| {
                 let [from, to] = ephemeris.ends(ephemeris.index(time));
-                let stride = (to - from) / LOOKS as f64;
+                let stride = (to - from) / LIFT_TESTS as f64;
                 time = if end - time > stride { time + stride } else { end };
                 time
             });

@@ -39,14 +39,14 @@ pub struct ParticleEvent {
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParticleOccurrence {
     /// The index in the list of events.
-    pub watch: usize,
+    pub event: usize,
     /// The index of the particle.
     pub particle: usize,
     /// The time of the event.
     pub time: f64,
-    /// Position from the nominal barycentre.
+    /// The position relative to the nominal barycentre.
     pub position: Vec3,
-    /// Velocity relative to it.
+    /// The velocity relative to the nominal barycentre.
     pub velocity: Vec3,
     /// Whether the function rises along the flight.
     pub rising: bool,
@@ -58,7 +58,7 @@ pub type Origin<'a> = dyn Fn(f64) -> (Vec3, Vec3) + Sync + 'a;
 
 /// Finds the events of a particle in its step, up to the time, position and velocity `after`.
 pub fn scan(
-    watches: &[ParticleEvent],
+    events: &[ParticleEvent],
     (ephemeris, external_forces, origin): (&BodyEphemeris, &mut ExternalForces, &Origin),
     particle: usize,
     step: &Segment,
@@ -68,9 +68,9 @@ pub fn scan(
     let first = out.len();
     let along = step.size().signum();
     let fractions = sample_fractions(step.fraction(after.0));
-    for (index, watch) in watches.iter().enumerate() {
+    for (index, event) in events.iter().enumerate() {
         let mut value = |(time, x, v): (f64, Vec3, Vec3)| -> Result<f64> {
-            let value = match &watch.condition {
+            let value = match &event.condition {
                 ParticleCondition::Shadow { visible } => {
                     let seen = external_forces.seen(time, &x, |body| {
                         let pose = ephemeris.pose(body, time);
@@ -100,10 +100,10 @@ pub fn scan(
         }
         // The next step begins at these values, so that a zero is found in exactly one of the two.
         values[POINTS - 1] = value(after)?;
-        let wanted = |rises| counts(watch.direction, rises);
+        let wanted = |rises| counts(event.direction, rises);
         let found = |theta, rising| {
             let (time, position, velocity) = at_fraction(step, theta);
-            out.push(ParticleOccurrence { watch: index, particle, time, position, velocity, rising });
+            out.push(ParticleOccurrence { event: index, particle, time, position, velocity, rising });
         };
         zeros(&fractions, &values, |theta| value(at_fraction(step, theta)), wanted, found)?;
     }

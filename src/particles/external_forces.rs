@@ -7,7 +7,7 @@ use super::body_ephemeris::{COLUMNS, LaneBlock};
 use super::shadow::Disc;
 use crate::dynamics::{BarycentricFrame, State, System};
 use crate::error::{Error, Result, require_finite};
-use crate::forces::{ForceModel, PointPull};
+use crate::forces::{ForceModel, PointAttraction};
 use crate::interrupt::InterruptCheck;
 use crate::math::rotation::matrix;
 use crate::math::{Mat3, Vec3};
@@ -18,7 +18,7 @@ use crate::shape::Body;
 pub struct Radiation {
     /// The third body's name.
     pub by: String,
-    /// Force on unit area at unit distance: luminosity / (4 pi c).
+    /// The force on a unit area at a unit distance: luminosity / (4 pi c).
     pub strength: f64,
     /// The third body's radius.
     pub radius: f64,
@@ -27,7 +27,7 @@ pub struct Radiation {
 /// The external forces on particles, prepared for evaluation.
 #[derive(Debug, Clone)]
 pub struct ExternalForces {
-    pulls: Vec<PointPull>,
+    attractions: Vec<PointAttraction>,
     light: Option<Light>,
 }
 
@@ -42,13 +42,16 @@ struct Light {
 impl ExternalForces {
     /// Takes the third bodies of a force model, with the radiation of one of them.
     pub fn new(force_model: &ForceModel, radiation: Option<&Radiation>, bodies: &[Body]) -> Result<Self> {
-        let pulls = force_model.on_points();
+        let attractions = force_model.on_points();
         let light = |radiation: &Radiation| {
-            let source = pulls.iter().position(|pull| pull.name() == radiation.by).ok_or_else(|| {
-                let names: Vec<_> = pulls.iter().map(PointPull::name).collect();
-                let expected = format!("the name of a third body of the system, one of {names:?}");
-                Error::invalid("by of Radiation", format!("{:?}", radiation.by), expected)
-            })?;
+            let source = attractions
+                .iter()
+                .position(|attraction| attraction.name() == radiation.by)
+                .ok_or_else(|| {
+                    let names: Vec<_> = attractions.iter().map(PointAttraction::name).collect();
+                    let expected = format!("the name of a third body of the system, one of {names:?}");
+                    Error::invalid("by of Radiation", format!("{:?}", radiation.by), expected)
+                })?;
             for (what, value) in [("strength", radiation.strength), ("radius", radiation.radius)] {
                 require_finite(&format!("{what} of Radiation"), &[value])?;
                 if value < 0.0 {
@@ -57,17 +60,17 @@ impl ExternalForces {
             }
             Ok(Light { source, strength: radiation.strength, disc: Disc::new(radiation.radius, bodies) })
         };
-        Ok(Self { light: radiation.map(light).transpose()?, pulls })
+        Ok(Self { light: radiation.map(light).transpose()?, attractions })
     }
 
-    /// Returns an error for times for which a path is not given.
+    /// Returns an error for times at which a path is not given.
     pub fn covers(&self, from: f64, to: f64) -> Result<()> {
-        self.pulls.iter().try_for_each(|pull| pull.covers(from, to))
+        self.attractions.iter().try_for_each(|attraction| attraction.covers(from, to))
     }
 
     /// Returns whether there are no forces.
     pub fn is_empty(&self) -> bool {
-        self.pulls.is_empty()
+        self.attractions.is_empty()
     }
 
     /// Returns whether there is radiation.
@@ -75,8 +78,8 @@ impl ExternalForces {
         self.light.is_some()
     }
 
-    /// Returns the acceleration of a particle at a position from the nominal barycentre, where the bodies are
-    /// as in this lane of the columns.
+    /// Returns the acceleration of a particle at a position relative to the nominal barycentre, where the
+    /// bodies are as in this lane of the columns.
     pub fn acceleration(
         &mut self,
         time: f64,
@@ -86,9 +89,9 @@ impl ExternalForces {
         lane: usize,
     ) -> Result<Vec3> {
         let mut sum = Vec3::zeros();
-        for (index, pull) in self.pulls.iter_mut().enumerate() {
-            let place = pull.place(time)?;
-            sum += pull.acceleration(&place, x);
+        for (index, attraction) in self.attractions.iter_mut().enumerate() {
+            let place = attraction.place(time)?;
+            sum += attraction.acceleration(&place, x);
             if let Some(light) = &mut self.light
                 && light.source == index
                 && area_to_mass != 0.0
@@ -109,13 +112,13 @@ impl ExternalForces {
     /// the position relative to its centre. Without radiation it is one.
     pub fn seen(&mut self, time: f64, x: &Vec3, place: impl FnMut(usize) -> (Mat3, Vec3)) -> Result<f64> {
         let Some(light) = &mut self.light else { return Ok(1.0) };
-        let towards = self.pulls[light.source].place(time)?.position - x;
+        let towards = self.attractions[light.source].place(time)?.position - x;
         Ok(light.disc.visible(&towards, place))
     }
 }
 
 /// Returns the visible part of a third body's disc from positions in a state, in the state's coordinates. The
-/// state's own barycentre is the nominal one.
+/// barycentre of the state counts as the nominal one.
 pub fn visible_from(
     system: &System,
     state: &State,

@@ -14,17 +14,17 @@ pub(super) const BEYOND: f64 = 1e75;
 /// The fate of a particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Fate {
-    /// It is still flying.
+    /// The particle is still flying.
     #[default]
     Flying,
-    /// It has struck a body, which ended its flight.
+    /// The particle has struck a body, which ended its flight.
     Impact,
-    /// It has left the system, as [`Escape`] defines.
+    /// The particle has left the system, as [`Escape`] defines.
     Escape,
-    /// It rests on a body.
+    /// The particle rests on a body.
     Rest,
-    /// Its motion cannot be integrated: it has come too near to a point mass, or has gone so far that powers
-    /// of the distance overflow.
+    /// The motion of the particle cannot be integrated: it has come too near to a point mass, or has gone so
+    /// far that powers of the distance overflow.
     Lost,
 }
 
@@ -50,7 +50,7 @@ pub enum ContactResponse {
     Bounce {
         /// The factor along the normal, from 0 to 1.
         normal: f64,
-        /// The factor across the normal, from 0 to 1.
+        /// The factor perpendicular to the normal, from 0 to 1.
         tangential: f64,
         /// A particle that leaves the surface along the normal more slowly than this comes to rest: sliding
         /// is not modelled.
@@ -105,18 +105,19 @@ pub struct Rules {
     pub tolerance: Tolerance,
     /// What happens at a contact.
     pub contact: ContactResponse,
-    /// When a particle has left the system.
+    /// The condition under which a particle has left the system, if there is one.
     pub escape: Option<Escape>,
 }
 
 /// The status of a particle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ParticleStatus {
-    /// In flight; `leaving` while it is still at the surface that it has left.
+    /// The particle is in flight; `leaving` while it is still at the surface that it has left.
     Flying { leaving: bool },
-    /// On a body, at a point of its frame with this normal; `held` up to a time, and then until it lifts off.
+    /// The particle is on a body, at a point of the body frame with this normal; it is `held` up to a time,
+    /// and rests from then on until it lifts off.
     On { body: usize, place: Vec3, normal: Vec3, held: f64 },
-    /// Removed.
+    /// The particle has been removed.
     Gone,
 }
 
@@ -125,17 +126,17 @@ pub enum ParticleStatus {
 pub struct Particle {
     /// The time that the particle has reached.
     pub time: f64,
-    /// Position from the nominal barycentre, velocity relative to it.
+    /// The position relative to the nominal barycentre, and the velocity.
     pub motion: [f64; 6],
-    /// The part of position and velocity that rounding dropped.
+    /// The low part of position and velocity.
     pub low: [f64; 6],
-    /// Area-to-mass ratio.
+    /// The area-to-mass ratio.
     pub area_to_mass: f64,
     pub(super) status: ParticleStatus,
     /// The planned size of the next step; zero before the first.
     pub(super) next: f64,
     pub(super) controller: Controller,
-    /// Distance and speed at the start, against which errors are measured.
+    /// The distance and the speed at the start, against which errors are measured.
     pub(super) scales: Option<[f64; 2]>,
     /// The number of outputs so far.
     pub(super) recorded: usize,
@@ -143,7 +144,7 @@ pub struct Particle {
     pub end: End,
     /// The number of contacts with surfaces.
     pub strikes: u32,
-    /// When it last left a surface, and how often in a row it was back at once.
+    /// The time at which the particle last left a surface, and how often in a row it returned at once.
     pub(super) left: f64,
     pub(super) returns: u32,
 }
@@ -151,19 +152,19 @@ pub struct Particle {
 /// The end of a particle's flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct End {
-    /// The fate.
+    /// The fate of the particle.
     pub fate: Fate,
-    /// The time.
+    /// The time at which the flight ended.
     pub time: f64,
     /// The index of the body, if there is one.
     pub body: Option<usize>,
-    /// Longitude and latitude of the point in the body frame.
+    /// The longitude of the point in the body frame.
     pub longitude: f64,
-    /// See [`Self::longitude`].
+    /// The latitude of the point in the body frame.
     pub latitude: f64,
-    /// Speed relative to the surface.
+    /// The speed relative to the surface.
     pub speed: f64,
-    /// Angle between the path and the normal.
+    /// The angle between the path and the normal.
     pub incidence: f64,
 }
 
@@ -224,12 +225,12 @@ impl Particle {
         Ok(())
     }
 
-    /// Position from the nominal barycentre.
+    /// Returns the position relative to the nominal barycentre.
     pub fn position(&self) -> Vec3 {
         Vec3::new(self.motion[0], self.motion[1], self.motion[2])
     }
 
-    /// Velocity relative to it.
+    /// Returns the velocity relative to the nominal barycentre.
     pub fn velocity(&self) -> Vec3 {
         Vec3::new(self.motion[3], self.motion[4], self.motion[5])
     }

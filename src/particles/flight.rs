@@ -1,13 +1,13 @@
 //! The flight of particles along a run: ranges of the bodies' steps one after the other, with batches of
 //! particles spread over threads.
 
+use super::attraction::ParticleAttractor;
 use super::batch::{Batch, BatchContext};
 use super::body_ephemeris::{BodyEphemeris, BodyMotion};
 use super::events::{ParticleCondition, ParticleEvent, ParticleOccurrence};
 use super::external_forces::{ExternalForces, Radiation};
 use super::fate::{ContactResponse, Particle, ParticleStatus, Rules};
-use super::pull::Puller;
-use super::stage::World;
+use super::stage::FlightModel;
 use super::surface::Surface;
 use crate::dynamics::System;
 use crate::error::{Error, Result, require_finite};
@@ -19,7 +19,7 @@ use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 
 /// The number of the bodies' steps in a range.
-const STRETCH: usize = 256;
+const STEPS_PER_RANGE: usize = 256;
 
 /// The largest number of particles in a batch.
 const BATCH: usize = 512;
@@ -42,19 +42,19 @@ pub struct FlightPlan<'a> {
     /// The radiation of a third body, if there is any.
     pub radiation: Option<&'a Radiation>,
     /// The events that are searched for.
-    pub watches: &'a [ParticleEvent],
-    /// The number of threads; as many as the machine runs at once unless given.
+    pub events: &'a [ParticleEvent],
+    /// The number of threads; `None` for as many as the machine runs at once.
     pub threads: Option<NonZeroUsize>,
 }
 
 /// The record of a flight.
 #[derive(Debug, Clone, Default)]
 pub struct FlightRecord {
-    /// Position and velocity for each output of each particle, particle by particle. Outputs that were not
-    /// reached are NaN.
+    /// Position and velocity for each output of each particle, particle by particle; NaN for outputs that
+    /// were not reached.
     pub samples: Vec<f64>,
-    /// Events, by particle and along the flight of each.
-    pub happened: Vec<ParticleOccurrence>,
+    /// Events, ordered by particle and along the flight of each particle.
+    pub occurrences: Vec<ParticleOccurrence>,
 }
 
 impl FlightPlan<'_> {
@@ -88,12 +88,12 @@ impl FlightPlan<'_> {
                 }
             }
         }
-        for happened in &mut record.happened {
-            let (position, velocity) = origin(happened.time);
-            happened.position += position;
-            happened.velocity += velocity;
+        for occurrence in &mut record.occurrences {
+            let (position, velocity) = origin(occurrence.time);
+            occurrence.position += position;
+            occurrence.velocity += velocity;
         }
-        record.happened.sort_by_key(|happened| happened.particle);
+        record.occurrences.sort_by_key(|occurrence| occurrence.particle);
         outcome
     }
 
@@ -150,8 +150,8 @@ impl FlightPlan<'_> {
         let external_forces =
             ExternalForces::new(self.system.force_model(), self.radiation, self.system.bodies())?;
         external_forces.covers(start, self.until)?;
-        for watch in self.watches {
-            if matches!(watch.condition, ParticleCondition::Shadow { .. }) && !external_forces.is_lit() {
+        for event in self.events {
+            if matches!(event.condition, ParticleCondition::Shadow { .. }) && !external_forces.is_lit() {
                 let expected = "the radiation of a third body to be given";
                 return Err(Error::invalid("an event of the particles", "Shadow", expected));
             }
@@ -174,8 +174,8 @@ impl FlightPlan<'_> {
             begin(&poses, &surfaces, self.system, index, particle)?;
         }
         let (constant, arch) = (self.system.gravitational_constant(), self.system.arch());
-        let puller = |body| Puller::new(body, constant, arch, interrupt);
-        Ok(Bodies { pullers: bodies.iter().map(puller).collect::<Result<_>>()?, surfaces })
+        let puller = |body| ParticleAttractor::new(body, constant, arch, interrupt);
+        Ok(Bodies { attractors: bodies.iter().map(puller).collect::<Result<_>>()?, surfaces })
     }
 
     /// Integrates the particles along the run, range by range.
@@ -183,7 +183,7 @@ impl FlightPlan<'_> {
     fn push_along(
         &self,
         start: f64,
-        Bodies { surfaces, pullers }: &Bodies,
+        Bodies { surfaces, attractors }: &Bodies,
         external_forces: &ExternalForces,
         particles: &mut [Particle],
         record: &mut FlightRecord,
@@ -197,21 +197,21 @@ impl FlightPlan<'_> {
         let mut ephemeris = BodyEphemeris::new(dense.frame(), dense.pieces());
         let mut time = start;
         while time != until {
-            let (stretch, end) = ephemeris.stretch(time, until, STRETCH);
-            ephemeris.pack(stretch);
+            let (step_range, end) = ephemeris.step_range(time, until, STEPS_PER_RANGE);
+            ephemeris.pack(step_range);
             let flying = BatchContext {
-                world: World {
+                model: FlightModel {
                     ephemeris: &ephemeris,
-                    pullers,
+                    attractors,
                     tableau: rules.tableau,
                     arch: self.system.arch(),
                 },
                 external_forces,
                 surfaces,
-                mu: pullers.iter().map(Puller::gm).sum(),
+                mu: attractors.iter().map(ParticleAttractor::gm).sum(),
                 rules,
                 output: self.output,
-                watches: self.watches,
+                events: self.events,
                 origin: &origin,
                 end,
                 direction: if until < start { -1.0 } else { 1.0 },
@@ -223,17 +223,19 @@ impl FlightPlan<'_> {
                 count: particles.len().div_ceil(size),
                 particles: &mut *particles,
                 samples: &mut record.samples,
-                happened: Vec::new(),
+                occurrences: Vec::new(),
                 failed: None,
                 proceed: &mut proceed,
             };
             pool.run(&mut batches, |(number, particles, samples), worker| {
                 let mut batch = Batch::new(&flying, number * size, particles, samples);
                 let outcome = batch.run(worker);
-                (number, batch.happened, outcome)
+                (number, batch.occurrences, outcome)
             });
-            batches.happened.sort_by_key(|(number, _)| *number);
-            record.happened.extend(batches.happened.into_iter().flat_map(|(_, happened)| happened));
+            batches.occurrences.sort_by_key(|(number, _)| *number);
+            record
+                .occurrences
+                .extend(batches.occurrences.into_iter().flat_map(|(_, occurrences)| occurrences));
             batches.failed.map_or(Ok(()), Err)?;
             time = end;
         }
@@ -252,7 +254,7 @@ impl FlightPlan<'_> {
 /// The surfaces and the gravity of the bodies.
 struct Bodies {
     surfaces: Vec<Surface>,
-    pullers: Vec<Puller>,
+    attractors: Vec<ParticleAttractor>,
 }
 
 /// Places a particle at the start. Returns an error for one that is inside a body.
@@ -293,7 +295,7 @@ struct Batches<'a, 'h> {
     /// The particles of the batches that remain.
     particles: &'a mut [Particle],
     samples: &'a mut [f64],
-    happened: Vec<(usize, Vec<ParticleOccurrence>)>,
+    occurrences: Vec<(usize, Vec<ParticleOccurrence>)>,
     failed: Option<Error>,
     proceed: &'h mut dyn FnMut(f64) -> Result<()>,
 }
@@ -325,8 +327,8 @@ impl<'a> JobSource for Batches<'a, '_> {
         Some((self.number - 1, particles, samples))
     }
 
-    fn take(&mut self, (number, happened, outcome): Self::Answer) -> ControlFlow<()> {
-        self.happened.push((number, happened));
+    fn take(&mut self, (number, occurrences, outcome): Self::Answer) -> ControlFlow<()> {
+        self.occurrences.push((number, occurrences));
         outcome.map_or_else(|error| self.fail(error), ControlFlow::Continue)
     }
 

@@ -1,15 +1,16 @@
 //! Massless particles among moving bodies.
 //!
-//! Takes a run's continuous solution and particles; gives their positions at the requested times and their
-//! fates. The bodies do not feel the particles: they move once, and particles are integrated along their
-//! ephemeris in blocks over lanes and threads, each with its own steps and error control.
+//! Takes a run's continuous solution and particles; gives the particles' positions at the requested times and
+//! their fates. Particles do not act on the bodies: the bodies' motion is integrated once, and particles are
+//! integrated along the body ephemeris in blocks over lanes and threads, each with its own steps and error
+//! control.
 
 mod body_ephemeris;
 mod fate;
 mod flight;
 mod contacts;
 mod external_forces;
-mod pull;
+mod attraction;
 mod batch;
 mod shadow;
 mod stage;

@@ -1,14 +1,15 @@
 //! The part of a source's disc that the bodies hide.
 //!
-//! Let p be a particle relative to the centre of an ellipsoid and A = diag(1/a_i^2) in its frame. The ray p +
-//! l d meets the ellipsoid where Q(d) = (d.Ap)^2 - (p.Ap - 1) d.Ad >= 0 and d.Ap < 0: a convex cone of
-//! directions. The directions to the source's disc are d = s + tau (u e_1 + w e_2), with s to its centre, e_1
-//! and e_2 across it, u^2 + w^2 <= 1, and tau the tangent of its angular radius. The hidden part is the area
-//! of the cone's section with that unit circle, over pi.
+//! Let p be the position of a particle relative to the centre of an ellipsoid and A = diag(1/a_i^2) in the
+//! ellipsoid's frame. The ray p + l d meets the ellipsoid where Q(d) = (d.Ap)^2 - (p.Ap - 1) d.Ad >= 0 and
+//! d.Ap < 0: a convex cone of directions. The directions to the source's disc are d = s + tau (u e_1 + w
+//! e_2), with s the direction to its centre, e_1 and e_2 perpendicular to s, u^2 + w^2 <= 1, and tau the
+//! tangent of its angular radius. The hidden part is the area of the cone's section with that unit circle,
+//! divided by pi.
 //!
-//! Along each line of constant u the hidden part is an interval that two square roots give. It is integrated
-//! over u by the Gauss-Chebyshev rule between the values of u where an end of the interval changes its kind:
-//! where the cone's section begins and ends, and where it crosses the circle.
+//! Along each line of constant u the hidden part is an interval whose ends contain two square roots. It is
+//! integrated over u by the Gauss-Chebyshev rule between the values of u where an end of the interval changes
+//! its kind: where the cone's section begins and ends, and where it crosses the circle.
 
 use crate::integrate::polynomial_roots;
 use crate::math::rotation::{turned, turned_back};
@@ -35,7 +36,7 @@ struct Occulter {
 /// The cone of directions that an ellipsoid hides, in the coordinates (1, u, w) of the disc.
 #[derive(Debug, Clone)]
 struct Cone {
-    /// Q as a symmetric matrix.
+    /// The form Q as a symmetric matrix.
     q: Mat3,
     /// The linear form d.Ap.
     towards: Vec3,
@@ -68,8 +69,8 @@ impl Occulter {
         body.outer_parts().filter_map(part).collect()
     }
 
-    /// Returns which directions it hides. `r` is the particle relative to the body's centre, `s` the
-    /// direction to the source's centre, inertial.
+    /// Returns which directions the occulter hides. `r` is the particle's position relative to the body's
+    /// centre, `s` the direction to the source's centre, inertial.
     fn hides(&self, turn: &Mat3, r: &Vec3, s: &Vec3, across: [&Vec3; 2], tau: f64) -> Hidden {
         let p = r - turned(turn, &self.position);
         let ahead = -p.dot(s);
@@ -81,13 +82,13 @@ impl Occulter {
         if aside > reach * reach * (1.0 + tau * tau) {
             return Hidden::Nothing;
         }
-        // No ray to the disc passes the centre at a larger distance than this.
+        // No ray to the disc passes the centre at a distance larger than this one.
         if ahead > 0.0 && aside.sqrt() + tau * ahead < self.inner {
             return Hidden::Everything;
         }
         let own =
             |v: &Vec3| turned_back(&self.rotation, &turned_back(turn, v)).component_div(&self.semi_axes);
-        // The rest is in the frame in which the ellipsoid is the unit sphere.
+        // From here on, vectors are in the frame in which the ellipsoid is the unit sphere.
         let p = own(&p);
         let directions = Mat3::from_columns(&[own(s), own(across[0]) * tau, own(across[1]) * tau]);
         let height = (p.norm_squared() - 1.0).max(f64::EPSILON);

@@ -1,9 +1,9 @@
 //! The stages of an embedded Runge-Kutta pair for a block of particles, with errors and polynomials, each
 //! lane with its own time and step.
 
+use super::attraction::{ParticleAttractor, by_body};
 use super::body_ephemeris::{BodyEphemeris, COLUMNS, LaneBlock};
 use super::external_forces::ExternalForces;
-use super::pull::{Puller, by_body};
 use crate::error::Result;
 use crate::integrate::{Segment, Tableau};
 use crate::math::Vec3;
@@ -11,16 +11,16 @@ use crate::math::compensated::two_sum;
 use crate::math::lanes::{BLOCK, Lanes};
 use pulp::{Arch, Simd, WithSimd};
 
-/// Position and velocity of a block.
+/// Positions and velocities of the particles of a block.
 pub type MotionBlock = [LaneBlock; 6];
 
 /// The bodies' ephemeris and gravity, with the integrator's pair.
 #[derive(Debug, Clone, Copy)]
-pub struct World<'a> {
+pub struct FlightModel<'a> {
     /// The ephemeris of the bodies.
     pub ephemeris: &'a BodyEphemeris<'a>,
     /// The gravity of the bodies.
-    pub pullers: &'a [Puller],
+    pub attractors: &'a [ParticleAttractor],
     /// The Runge-Kutta pair.
     pub tableau: &'static Tableau,
     /// The vector instructions.
@@ -30,42 +30,42 @@ pub struct World<'a> {
 /// A block of particles within a step.
 #[derive(Debug, Clone)]
 pub struct Stages<'a> {
-    world: World<'a>,
+    model: FlightModel<'a>,
     external_forces: ExternalForces,
-    /// Times at which the steps begin.
+    /// The times at which the steps begin.
     pub time: LaneBlock,
-    /// Sizes of the steps.
+    /// The sizes of the steps.
     pub size: LaneBlock,
-    /// Positions from the nominal barycentre and velocities relative to it, where the steps begin.
+    /// The positions relative to the nominal barycentre and the velocities, where the steps begin.
     pub motion: MotionBlock,
-    /// The part of these numbers that rounding dropped.
+    /// The low parts of positions and velocities.
     pub low: MotionBlock,
-    /// Area-to-mass ratios.
+    /// The area-to-mass ratios.
     pub area_to_mass: LaneBlock,
-    /// Rates at the stages.
+    /// The rates at the stages.
     rates: Vec<MotionBlock>,
-    /// The bodies' columns where rates were last evaluated.
+    /// The bodies' columns at the last evaluation of the rates.
     columns: Vec<LaneBlock>,
     cursors: [usize; BLOCK],
     trial: MotionBlock,
     times: LaneBlock,
-    /// Squared distance from the nearest centre and potential of the centres, where the steps begin.
+    /// The squared distance from the nearest centre and the potential of the centres, where the steps begin.
     pub nearness: [LaneBlock; 2],
 }
 
 impl<'a> Stages<'a> {
-    pub fn new(world: World<'a>, external_forces: ExternalForces) -> Self {
+    pub fn new(model: FlightModel<'a>, external_forces: ExternalForces) -> Self {
         let none = [0.0; BLOCK];
         Self {
-            world,
+            model,
             external_forces,
             time: none,
             size: none,
             motion: [none; 6],
             low: [none; 6],
             area_to_mass: none,
-            rates: vec![[none; 6]; world.tableau.a.len()],
-            columns: vec![none; COLUMNS * world.ephemeris.bodies()],
+            rates: vec![[none; 6]; model.tableau.a.len()],
+            columns: vec![none; COLUMNS * model.ephemeris.bodies()],
             cursors: [0; BLOCK],
             trial: [none; 6],
             times: none,
@@ -73,7 +73,7 @@ impl<'a> Stages<'a> {
         }
     }
 
-    /// Returns the bodies' columns where rates were last evaluated.
+    /// Returns the bodies' columns at the last evaluation of the rates.
     pub fn columns(&self) -> &[LaneBlock] {
         &self.columns
     }
@@ -92,16 +92,16 @@ impl<'a> Stages<'a> {
 
     /// Evaluates the other stages of the pair.
     pub fn attempt(&mut self) -> Result<()> {
-        (1..self.world.tableau.stages).try_for_each(|stage| self.stage(stage))
+        (1..self.model.tableau.stages).try_for_each(|stage| self.stage(stage))
     }
 
     /// Evaluates the stages of the interpolant.
     pub fn complete(&mut self) -> Result<()> {
-        (self.world.tableau.stages..self.world.tableau.a.len()).try_for_each(|stage| self.stage(stage))
+        (self.model.tableau.stages..self.model.tableau.a.len()).try_for_each(|stage| self.stage(stage))
     }
 
     fn stage(&mut self, stage: usize) -> Result<()> {
-        let tableau = self.world.tableau;
+        let tableau = self.model.tableau;
         let low = tableau.a_low.get(stage).copied().unwrap_or(&[]);
         self.combine(tableau.a[stage], low);
         for c in 0..6 {
@@ -117,7 +117,7 @@ impl<'a> Stages<'a> {
 
     /// Returns the end of the steps in two parts.
     pub fn end(&mut self) -> (MotionBlock, MotionBlock) {
-        self.combine(self.world.tableau.b, self.world.tableau.b_low);
+        self.combine(self.model.tableau.b, self.model.tableau.b_low);
         let (mut high, mut low) = (self.motion, self.low);
         for c in 0..6 {
             for lane in 0..BLOCK {
@@ -130,7 +130,7 @@ impl<'a> Stages<'a> {
 
     /// Returns the estimated errors of position and velocity at the ends.
     pub fn errors(&mut self) -> [LaneBlock; 2] {
-        let tableau = self.world.tableau;
+        let tableau = self.model.tableau;
         let mut weights = [0.0; 32];
         for (weight, (b, b_hat)) in weights.iter_mut().zip(tableau.b.iter().zip(tableau.b_hat)) {
             *weight = b - b_hat;
@@ -147,7 +147,7 @@ impl<'a> Stages<'a> {
 
     /// Writes the polynomial of a lane's step, once the stages of the interpolant have been evaluated.
     pub fn segment(&self, lane: usize, out: &mut Segment) {
-        let weights = self.world.tableau.interpolant.weights;
+        let weights = self.model.tableau.interpolant.weights;
         let number = |vector: &MotionBlock| [0, 1, 2, 3, 4, 5].map(|c| vector[c][lane]);
         let (high, low) = (number(&self.motion), number(&self.low));
         out.refill((self.time[lane], self.size[lane]), (&high, &low), |term, c| {
@@ -159,14 +159,14 @@ impl<'a> Stages<'a> {
     /// Writes the size of the steps times a weighted sum of the rates into the trial vector.
     fn combine(&mut self, weights: &[f64], low: &[f64]) {
         let (rates, size, out) = (&self.rates, &self.size, &mut self.trial);
-        self.world.arch.dispatch(Combination { weights, low, rates, size, out });
+        self.model.arch.dispatch(Combination { weights, low, rates, size, out });
     }
 
     /// Evaluates the rates at the trial vector.
     fn rate(&mut self, stage: usize, first: bool) -> Result<()> {
         let out = &mut self.rates[stage];
-        self.world.arch.dispatch(Rates {
-            world: self.world,
+        self.model.arch.dispatch(Rates {
+            model: self.model,
             times: &self.times,
             at: &self.trial,
             cursors: &mut self.cursors,
@@ -176,7 +176,7 @@ impl<'a> Stages<'a> {
         });
         let ([x, y, z, ..], [_, _, _, ax, ay, az]) = (&self.trial, out);
         let (place, mut acceleration) = ([*x, *y, *z], [*ax, *ay, *az]);
-        for (puller, columns) in self.world.pullers.iter().zip(by_body(&self.columns)) {
+        for (puller, columns) in self.model.attractors.iter().zip(by_body(&self.columns)) {
             puller.add_polyhedra(columns, &place, &mut acceleration);
         }
         if !self.external_forces.is_empty() {
@@ -228,7 +228,7 @@ impl WithSimd for Combination<'_> {
 
 /// Evaluates the rates of a block: velocities, and the bodies' gravity.
 struct Rates<'a> {
-    world: World<'a>,
+    model: FlightModel<'a>,
     times: &'a LaneBlock,
     at: &'a MotionBlock,
     cursors: &'a mut [usize; BLOCK],
@@ -242,10 +242,10 @@ impl WithSimd for Rates<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        self.world.ephemeris.places(simd, self.times, self.cursors, self.columns);
+        self.model.ephemeris.places(simd, self.times, self.cursors, self.columns);
         let [x, y, z, vx, vy, vz] = *self.at;
         let mut acceleration = [[0.0; BLOCK]; 3];
-        for (puller, columns) in self.world.pullers.iter().zip(by_body(self.columns)) {
+        for (puller, columns) in self.model.attractors.iter().zip(by_body(self.columns)) {
             puller.add(simd, columns, &[x, y, z], &mut acceleration, self.nearness.as_deref_mut());
         }
         let [ax, ay, az] = acceleration;

@@ -1,10 +1,11 @@
-//! Surfaces of bodies as particles meet them.
+//! The surfaces of bodies, for contacts with particles.
 //!
-//! Along a particle's polynomial the level of an ellipsoid is q = sum y_i^2/a_i^2 - 1, y the particle in its
-//! frame, with the rate q' = 2 sum y_i w_i/a_i^2, w the rate of y. Since q'' >= 2 sum y_i w'_i/a_i^2 >= -M,
-//! the level stays above q + q' s - M s^2/2 for a time s, so that the search for the first contact may go on
-//! to the positive root of that. It comes to a contact as Newton's iteration does, and passes a place where
-//! the particle misses the surface in a few bounds.
+//! The level of an ellipsoid along a particle's polynomial is q = sum y_i^2/a_i^2 - 1, where y is the
+//! particle's position in the ellipsoid's frame, and its rate is q' = 2 sum y_i w_i/a_i^2, where w is the
+//! rate of y. Since q'' >= 2 sum y_i w'_i/a_i^2 >= -M, the level stays above q + q' s - M s^2/2 for a time s,
+//! so that the search for the first contact may advance to the positive root of that polynomial. It converges
+//! to a contact as Newton's iteration does, and passes a place where the particle misses the surface in a few
+//! advances.
 
 use super::body_ephemeris::{BodyEphemeris, BodyMotion};
 use crate::integrate::Segment;
@@ -13,15 +14,16 @@ use crate::math::{Mat3, Vec3};
 use crate::shape::{Body, Part, Polyhedron, Shape};
 
 /// The shortest advance of the search, relative to the step and to the time in which the particle would pass
-/// the body. A penetration less deep than its square times the size of the body may be missed.
+/// the body. A contact may be missed whose depth is less than the square of this number times the size of the
+/// body.
 const FLOOR: f64 = 1e-5;
 
 /// The rounding of positions, relative to them.
 const ROUNDING: f64 = 4e-15;
 
-/// A particle follows the surface where its distance from the surface is below the smallest one that counts,
-/// and its speed along the normal below this share of its own speed. It may do so for `LONG` evaluations in a
-/// row.
+/// The ratio of the speed along the normal to the particle's speed below which a particle follows the
+/// surface, if its distance from the surface is below the smallest one that counts. It may follow for `LONG`
+/// evaluations in a row.
 const FOLLOWS: f64 = 1e-11;
 const LONG: u32 = 10_000;
 
@@ -30,7 +32,7 @@ const LONG: u32 = 10_000;
 pub struct Surface {
     /// An upper bound of the distance of the body's points from its centre; zero for a point.
     pub radius: f64,
-    /// How far an equivalent mass distribution that attracts alike extends from the centre.
+    /// How far an equivalent mass distribution with the same exterior field extends from the centre.
     pub focal: f64,
     parts: Vec<PartSurface>,
 }
@@ -51,7 +53,7 @@ enum SurfaceForm {
 /// The first contact of a particle with a surface.
 #[derive(Debug, Clone, Copy)]
 pub struct SurfaceHit {
-    /// The time.
+    /// The time of the contact.
     pub time: f64,
     /// The index of the part of the body.
     pub part: usize,
@@ -60,7 +62,7 @@ pub struct SurfaceHit {
 /// A particle at a body's surface, in the body frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Landing {
-    /// The point.
+    /// The point of the surface.
     pub place: Vec3,
     /// The outward normal.
     pub normal: Vec3,
@@ -88,7 +90,7 @@ pub fn motion_at(segment: &Segment, time: f64) -> (Vec3, Vec3) {
     motion_at_fraction(segment, segment.fraction(time))
 }
 
-/// Position and velocity on a particle's polynomial at a fraction of the step.
+/// Returns position and velocity on a particle's polynomial at a fraction of the step.
 pub fn motion_at_fraction(segment: &Segment, theta: f64) -> (Vec3, Vec3) {
     let mut y = [0.0; 6];
     segment.at(theta, &mut y);
@@ -272,8 +274,9 @@ impl PartSurface {
         let (mut passed, mut followed) = (first, 0_u32);
         while passed <= length {
             let Level { value, rate, rounding, still } = level(passed);
-            // A particle that lies on the surface to rounding does not come to it. One that follows the
-            // surface for long does: it would follow it forever at a meaningless distance.
+            // A particle that lies on the surface to rounding does not reach it. A particle that follows the
+            // surface for long does reach it: otherwise it would follow the surface forever at a meaningless
+            // distance.
             let follows =
                 value.abs() <= FLOOR * FLOOR * worst.scale && rate.abs() <= FOLLOWS / ROUNDING * still;
             followed = if follows { followed + 1 } else { 0 };
@@ -288,7 +291,8 @@ impl PartSurface {
                     let Level { value, rate, .. } = level(met.clamp(0.0, length));
                     met -= value / (rate * direction);
                 }
-                // Not before the search began: a particle that has just left moves on.
+                // The contact is not before the beginning of the search: a particle that has just left moves
+                // on.
                 let near = met.clamp((passed - 2.0 * floor).max(first), passed + floor);
                 return Some(start + direction * near.clamp(0.0, length));
             }
@@ -297,7 +301,7 @@ impl PartSurface {
                     let (rate, bend) = (rate * direction, 2.0 * worst.bend / (shortest * shortest));
                     let value = value.max(0.0);
                     let root = (rate * rate + 2.0 * bend * value).sqrt();
-                    // Neither form is a difference of nearly equal numbers.
+                    // In neither form nearly equal numbers are subtracted.
                     if rate < 0.0 { 2.0 * value / (root - rate) } else { (rate + root) / bend }
                 }
                 SurfaceForm::Polyhedron(_) => value / worst.speed,

@@ -1,9 +1,12 @@
-//! The brightness of one ellipsoid, alone or with others before it, and its derivatives by all that it depends on.
+//! The brightness of one ellipsoid, which others may occult or eclipse, and its derivatives by everything
+//! that it depends on.
 //!
-//! With B = abc b(p, q, outlines), p = A^-1 R^T e and q = A^-1 R^T s: the derivatives of b by p and q are integrals over the
-//! visible and lit part. Of an outline the tangent point X on the hiding ellipsoid and the point x on the other surface behind
-//! it, X = x + reach d, count with the normal N at X: where they move, the level of the outline at x changes by
-//! 2 N.(dx + reach dd - dX), the terms of the way itself being across N.
+//! With e toward the observer, s toward the Sun, p = A^-1 R^T e and q = A^-1 R^T s the brightness is B = abc
+//! b(p, q, outlines). The derivatives of b by p and q are integrals over the part that is visible and
+//! illuminated. An outline contributes an integral along itself. Let x be a point of it, d the direction
+//! along which light is hidden, X = x + reach d the point of the hiding ellipsoid at which the ray from x is
+//! tangent, and N the normal at X. Where these change, the function that is zero on the outline changes at x
+//! by 2 N.(dx + reach dd - dX); a change of the reach has no effect, since N is perpendicular to d.
 
 use super::kernel::{Kernel, PARTIALS};
 use super::law::Law;
@@ -14,47 +17,48 @@ use super::strips::{Moments, Strips};
 use crate::math::{Mat3, Vec3};
 use std::f64::consts::FRAC_PI_2;
 
-/// An ellipsoid at its place.
+/// An ellipsoid with its position and attitude.
 #[derive(Debug, Clone, Copy)]
 pub struct Placed {
-    /// Its place in the list of bodies.
+    /// Index of its body in the list of bodies.
     pub body: usize,
-    /// Semi-axes along its own axes.
+    /// Semi-axes along the ellipsoid's own axes.
     pub semi_axes: Vec3,
-    /// Centre, inertial.
+    /// Position of the centre, inertial.
     pub position: Vec3,
-    /// From its own axes into the inertial frame.
+    /// Rotation matrix from the ellipsoid's own axes to the inertial frame.
     pub rotation: Mat3,
 }
 
-/// Derivatives by the pose and the size of one body.
+/// Derivatives of a brightness by the pose and the size of one body.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ByBody {
-    /// By the position, inertial.
+    /// Derivatives by the position, inertial.
     pub position: Vec3,
-    /// By the rotation vector, in the body frame.
+    /// Derivatives by the rotation vector, body frame.
     pub rotation: Vec3,
-    /// By the semi-axes.
+    /// Derivatives by the semi-axes.
     pub semi_axes: Vec3,
 }
 
-/// Derivatives of a brightness.
+/// Derivatives of the brightness of a body.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Partials {
-    /// By each body.
+    /// Derivatives by pose and size of each body of the system.
     pub by_body: Vec<ByBody>,
-    /// By the unit vectors to the observer and to the Sun, across them, inertial.
+    /// Derivatives by the unit vectors to the observer and to the Sun, inertial; they are perpendicular to
+    /// these vectors.
     pub by_direction: [Vec3; 2],
 }
 
-/// An ellipsoid under light.
+/// An ellipsoid in sunlight, with the outlines of what hides light from it.
 pub struct Lit<'a> {
     placed: &'a Placed,
     law: &'a Law,
     rule: &'a Rule,
-    /// To the observer and to the Sun, inertial.
+    /// Unit vectors to the observer and to the Sun, inertial.
     directions: [Vec3; 2],
-    /// The same in the ellipsoid's own axes.
+    /// Unit vectors to the observer and to the Sun in the ellipsoid's own axes.
     lights: [Vec3; 2],
     lune: Lune,
     phase: f64,
@@ -63,7 +67,8 @@ pub struct Lit<'a> {
 }
 
 impl<'a> Lit<'a> {
-    /// An ellipsoid, with unit vectors to the observer and to the Sun, and what hides these from it.
+    /// Takes an ellipsoid, unit vectors to the observer and to the Sun, and the ellipsoids that may hide
+    /// either of them from it.
     pub fn new(
         placed: &'a Placed,
         law: &'a Law,
@@ -83,7 +88,7 @@ impl<'a> Lit<'a> {
                 light,
                 semi_axes: other.semi_axes,
                 rotation: placed.rotation.tr_mul(&other.rotation),
-                // Without the part along the light, whose rounding would remain.
+                // The component along the light is left out, since it would add rounding errors.
                 centre: placed.rotation.tr_mul(&(from - direction * from.dot(direction))),
                 body: other.body,
             };
@@ -110,21 +115,21 @@ impl<'a> Lit<'a> {
         kernel
     }
 
-    /// The brightness, in squared length.
+    /// Returns the brightness, in squared length.
     pub fn brightness(&self) -> f64 {
         if self.lune.is_empty() {
             return 0.0;
         }
         let kernel = self.kernel();
         let over = match (kernel.constant, self.outlines.is_empty()) {
-            // Over the parallels rho^2 has the integral of cos^2 b.
+            // The integral of rho^2 over the parallels is that of cos^2 b over the latitude, pi/2.
             (Some(_), true) => FRAC_PI_2 * kernel.between(self.lune.terminator(), self.lune.limb(), 0.0, 1.0),
             _ => Strips { kernel: &kernel, outlines: &self.outlines }.brightness(),
         };
         over * self.placed.semi_axes.product()
     }
 
-    /// The brightness; its derivatives are added.
+    /// Returns the brightness, in squared length, and adds its derivatives to `partials`.
     pub fn partials(&self, partials: &mut Partials) -> f64 {
         if self.lune.is_empty() {
             return 0.0;
@@ -133,7 +138,7 @@ impl<'a> Lit<'a> {
         let (sums, moments) = match (kernel.constant, self.outlines.is_empty()) {
             (Some(_), true) => {
                 let all = kernel.partials_between(self.lune.terminator(), self.lune.limb(), 0.0, 1.0);
-                // The integral of z is that of an odd function.
+                // The integral of the odd function z is zero.
                 (all.map(|value| value * FRAC_PI_2), Vec::new())
             }
             _ => {
@@ -149,13 +154,15 @@ impl<'a> Lit<'a> {
         sums[0] * volume
     }
 
-    /// Adds what the ellipsoid's own turn and size, and the directions, do to what is seen of it.
+    /// Adds the derivatives by the ellipsoid's own rotation and semi-axes and by the directions to the
+    /// observer and to the Sun, with all outlines fixed.
     fn add_own(&self, sums: &[f64; PARTIALS], volume: f64, partials: &mut Partials) {
         let Placed { semi_axes, rotation, body, .. } = self.placed;
         let own = &mut partials.by_body[*body];
         for k in 0..2 {
             let by = self.lune.vector_of([sums[1 + 3 * k], sums[2 + 3 * k], sums[3 + 3 * k]]) * volume;
-            // Of the direction in body axes, d: p = A^-1 d, and a turn by phi makes it d + d x phi.
+            // A derivative by p becomes one by the direction d in body axes: p = A^-1 d, and a rotation by
+            // phi changes d to d + d x phi.
             let by_light = by.component_div(semi_axes);
             own.rotation += by_light.cross(&self.lights[k]);
             own.semi_axes -= by_light.component_mul(&self.lights[k]).component_div(semi_axes);
@@ -170,10 +177,10 @@ impl<'a> Lit<'a> {
         }
     }
 
-    /// Adds what the shift of an outline does.
+    /// Adds the derivatives that follow from the change of one outline.
     fn add_outline(&self, hiding: &Hiding, moments: &Moments, volume: f64, partials: &mut Partials) {
         let Placed { semi_axes, rotation, body, .. } = self.placed;
-        // The normals in the frame of the ellipsoid that is seen.
+        // These are the normals of the hiding ellipsoid in the frame of the ellipsoid that is seen.
         let normals = hiding.rotation * Mat3::from_diagonal(&hiding.semi_axes.map(|a| volume / a));
         let (push, turn) = (rotation * (normals * moments.v), normals * moments.v_u);
         let with_surface = turn * Mat3::from_diagonal(semi_axes);
@@ -191,7 +198,7 @@ impl<'a> Lit<'a> {
     }
 }
 
-/// The sum of x cross y from that of x y^T.
+/// Returns the sum of x cross y, given the sum of x y^T.
 fn axial(m: &Mat3) -> Vec3 {
     Vec3::new(m[(1, 2)] - m[(2, 1)], m[(2, 0)] - m[(0, 2)], m[(0, 1)] - m[(1, 0)])
 }

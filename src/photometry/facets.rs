@@ -1,15 +1,17 @@
-//! Bodies of any shape by their facets: triangles, of which others hide parts exactly.
+//! Photometry of bodies of any shape by facets: triangles of which others hide parts, computed exactly.
 //!
-//! On a facet mu and mu0 are constant, so that its brightness is that of an element times the area which is both seen and lit.
-//! A point is hidden along a direction d where the ray from it leaves a solid: through a facet with n.d > 0 before it. What such
-//! facets have before the plane of another one, and over it along d, is cut out as convex polygons, and the area of their union,
-//! over the sight and over the sunlight at once, is taken away. The union is that of the crate `i_overlay`, on a grid of 2^-30 of
-//! the facet. Parts that overlap need no joining, since a point within a solid is hidden by the facets through which it would be
-//! left.
+//! On a facet mu and mu0 are constant, so that its brightness is that of a surface element times the area
+//! that is both visible and illuminated. A point is hidden along a direction d where the ray from it leaves a
+//! solid: where it passes through an exit facet, one with n.d > 0, in front of the point. The part of each
+//! exit facet that lies in front of another facet's plane and above that facet along d is clipped to a convex
+//! polygon. The area of the union of these polygons, along the direction to the observer and along that to
+//! the Sun together, is subtracted. The crate `i_overlay` computes the union on a grid of 2^-30 of the facet.
+//! Parts that overlap need not be joined, since a point within a solid is hidden by the facets through which
+//! the ray leaves it.
 //!
-//! An ellipsoid has the vertices of an icosahedron's subdivision on it, grown so that the unit sphere's facets have its area.
-//! Its facets serve for what is hidden alone; unobstructed it has its exact brightness. The error falls with the square of their
-//! size.
+//! The facets of an ellipsoid have the vertices of a subdivided icosahedron on it, scaled so that for a
+//! sphere they have its area. They serve only for what is hidden; unobstructed, an ellipsoid has its exact
+//! brightness. The error falls with the square of the facets' size.
 
 use super::law::Scattering;
 use super::outline::Light;
@@ -24,25 +26,26 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// Times that the faces of an icosahedron are divided in four: 5,120 facets, of 0.07 radii.
+/// The number of times that each face of an icosahedron is divided into four: 5,120 facets of size 0.07
+/// radii.
 const SUBDIVISIONS: u32 = 4;
 
-/// Facets whose union with what hides them is taken between two looks at the caller's hook.
+/// The number of facets that are computed between two interrupt checks.
 const GROUP: usize = 512;
 
 /// Units of work of a facet.
 const WORK: u64 = 100;
 
-/// The facets of a body's parts, in the body frame.
+/// The facets of all parts of a body, in the body frame.
 #[derive(Debug, Clone)]
 pub struct Mesh {
     triangles: Vec<[Vec3; 3]>,
-    /// The parts that are ellipsoids, with the range of their facets.
+    /// The parts that are ellipsoids, each with the range of its facets.
     pub ellipsoids: Vec<(Part, Range<usize>)>,
 }
 
 impl Mesh {
-    /// The facets of a body.
+    /// Makes the facets of a body.
     pub fn new(body: &Body) -> Self {
         let mut mesh = Self { triangles: Vec::new(), ellipsoids: Vec::new() };
         for part in body.outer_parts() {
@@ -66,7 +69,7 @@ impl Mesh {
         mesh
     }
 
-    /// The facets at their place.
+    /// Returns the facets of a body with this index in the list, at a position and rotation.
     fn placed(&self, body: usize, position: &Vec3, rotation: &Mat3) -> Vec<Facet> {
         let facet = |(index, triangle): (usize, &[Vec3; 3])| {
             let corners = triangle.map(|v| position + rotation * v);
@@ -78,7 +81,7 @@ impl Mesh {
     }
 }
 
-/// A triangle of a body.
+/// A triangle of the surface of a body.
 #[derive(Debug, Clone)]
 struct Facet {
     body: usize,
@@ -88,15 +91,16 @@ struct Facet {
     area: f64,
 }
 
-/// The facets through which rays along a direction leave solids, in a tree over coordinates across the direction and along it.
-struct Leaving {
+/// The facets through which rays along a direction leave solids, in a tree of boxes whose third axis is the
+/// direction.
+struct ExitFacets {
     frame: Mat3,
     direction: Vec3,
     facets: Vec<Facet>,
     tree: Tree,
 }
 
-impl Leaving {
+impl ExitFacets {
     fn new(facets: &[Facet], direction: &Vec3) -> Self {
         let mut axis = Vec3::zeros();
         axis[direction.iamin()] = 1.0;
@@ -108,13 +112,13 @@ impl Leaving {
         Self { frame, direction: *direction, tree: Tree::new(&blocks), facets }
     }
 
-    /// Adds the polygons that others hide of a facet, in shares of its first two sides.
+    /// Adds the polygons that exit facets hide of a facet, in fractions of its first two sides.
     fn hide(&self, facet: &Facet, out: &mut Vec<Vec<[f64; 2]>>) {
         let mut around = BoundingBox::of(&facet.corners.map(|v| self.frame * v));
         around.high.z = f64::INFINITY;
         let [a, b, c] = facet.corners;
         let size = (b - a).norm().max((c - a).norm());
-        // What is below the plane but for rounding is not before it; neighbours share an edge.
+        // Points that are above the plane only by rounding are not in front of it; neighbours share an edge.
         let level = 1e-10 * size;
         let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| {
             let inward = self.direction.cross(&(to - from)).normalize();
@@ -139,7 +143,8 @@ impl Leaving {
         });
     }
 
-    /// The place over which a point lies on a facet, in shares of its first two sides.
+    /// Returns the point of a facet's plane below a point, along the direction, in fractions of the facet's
+    /// first two sides.
     fn shares(&self, facet: &Facet, point: &Vec3) -> [f64; 2] {
         let [a, b, c] = facet.corners;
         let down = facet.normal.dot(&(point - a)) / facet.normal.dot(&self.direction);
@@ -151,7 +156,7 @@ impl Leaving {
     }
 }
 
-/// What a convex polygon has on the inner side of a plane, n.x > level.
+/// Clips a convex polygon to the half space n.x > level.
 fn cut(polygon: &[Vec3], (n, level): (Vec3, f64)) -> Vec<Vec3> {
     let mut left = Vec::with_capacity(polygon.len() + 1);
     for (k, here) in polygon.iter().enumerate() {
@@ -167,7 +172,8 @@ fn cut(polygon: &[Vec3], (n, level): (Vec3, f64)) -> Vec<Vec3> {
     left
 }
 
-/// Twice the area of the union of polygons, in shares of a facet's sides: one for a facet that is all hidden.
+/// Returns twice the area of the union of polygons in fractions of a facet's sides: one for a facet that is
+/// hidden entirely.
 fn union(polygons: &[Vec<[f64; 2]>]) -> f64 {
     let area = |contour: &[[f64; 2]]| -> f64 {
         let next = contour.iter().cycle().skip(1);
@@ -176,7 +182,7 @@ fn union(polygons: &[Vec<[f64; 2]>]) -> f64 {
     match polygons {
         [] => 0.0,
         [one] => area(one).abs(),
-        // Each goes the same way round, so that none takes another one away.
+        // All polygons are given the same orientation, so that none is subtracted from another one.
         many => {
             let turned = many.iter().map(|polygon| {
                 let mut polygon = polygon.clone();
@@ -193,23 +199,25 @@ fn union(polygons: &[Vec<[f64; 2]>]) -> f64 {
     }
 }
 
-/// Bodies by their facets, under light.
+/// The facets of several bodies, and which of them hide light.
 pub struct Faceted {
     facets: Vec<Vec<Facet>>,
-    leaving: [Leaving; 2],
+    exits: [ExitFacets; 2],
 }
 
 impl Faceted {
-    /// Bodies at their places, with unit vectors to the observer and to the Sun.
+    /// Takes the facets of bodies with their indices, positions and rotations, and unit vectors to the
+    /// observer and to the Sun.
     pub fn new(meshes: &[(usize, &Mesh, Vec3, Mat3)], directions: &[Vec3; 2]) -> Self {
         let facets: Vec<Vec<Facet>> =
             meshes.iter().map(|(body, mesh, position, turn)| mesh.placed(*body, position, turn)).collect();
         let all = facets.concat();
-        let leaving = directions.map(|direction| Leaving::new(&all, &direction));
-        Self { facets, leaving }
+        let exits = directions.map(|direction| ExitFacets::new(&all, &direction));
+        Self { facets, exits }
     }
 
-    /// The brightness of each facet of the body with this place in the list, and its brightness if nothing were hidden.
+    /// Returns for each facet of one body its brightness and the brightness that it would have unobstructed.
+    /// `place` is the index of the body in the list given to [`Self::new`].
     pub fn brightness(
         &self,
         place: usize,
@@ -217,7 +225,7 @@ impl Faceted {
         time: f64,
         interrupt: &mut InterruptCheck,
     ) -> Result<Vec<[f64; 2]>> {
-        let [sight, sun] = [Light::Sight, Light::Sun].map(|light| &self.leaving[light as usize]);
+        let [sight, sun] = [Light::Sight, Light::Sun].map(|light| &self.exits[light as usize]);
         let across = sight.direction.cross(&sun.direction);
         let of = |facet: &Facet| {
             let [mu, mu0] = [sight, sun].map(|light| facet.normal.dot(&light.direction));
@@ -240,7 +248,8 @@ impl Faceted {
     }
 }
 
-/// The faces of an icosahedron divided in four so many times, near the unit sphere and of its area together.
+/// Returns the faces of an icosahedron, each divided into four this many times, scaled to have the unit
+/// sphere's area in total.
 fn sphere(subdivisions: u32) -> Vec<[Vec3; 3]> {
     let golden = 0.5 * (1.0 + 5f64.sqrt());
     let mut vertices: Vec<Vec3> = (0..3)
@@ -253,7 +262,7 @@ fn sphere(subdivisions: u32) -> Vec<[Vec3; 3]> {
             v.normalize()
         })
         .collect();
-    // The faces are the triples of vertices that are neighbours.
+    // The faces are the triples of vertices that are neighbours of each other.
     let edge = 2.0 / (golden * 5f64.sqrt()).sqrt() * 1.01;
     let near = |i: usize, j: usize| (vertices[i] - vertices[j]).norm() < edge;
     let mut faces = Vec::new();

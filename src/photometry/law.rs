@@ -1,14 +1,14 @@
 //! Scattering laws: the brightness of a surface element by the cosines of emission and incidence.
 //!
-//! With mu = n.e toward the observer, mu0 = n.s toward the Sun and the phase angle g between e and s, the brightness of an
-//! element dS is mu mu0 / (mu + mu0) T(mu, mu0, g) dS, times the albedo. The factor T is one for Lommel-Seeliger's law and
-//! mu + mu0 for Lambert's.
+//! With mu = n.e toward the observer, mu0 = n.s toward the Sun and the phase angle g between e and s, the
+//! brightness of an element dS is mu mu0 / (mu + mu0) T(mu, mu0, g) dS, times the albedo. The factor T is one
+//! for Lommel-Seeliger's law and mu + mu0 for Lambert's.
 //!
-//! Hapke's law is T = w/4 [(1 + B(g)) P(g) + H(mu) H(mu0) - 1], with H(x) = (1 + 2 x) / (1 + 2 x sqrt(1 - w)) and
-//! B(g) = B0 / (1 + tan(g/2) / h) (Hapke 1981, 1986), the phase function P of Henyey & Greenstein, and the correction for
-//! macroscopic roughness of Hapke (1984), which replaces the cosines by effective ones and multiplies by a shadowing function.
-//! The bidirectional reflectance is r = (w / 4 pi) mu0 / (mu + mu0) [...], and the brightness here is pi r mu dS, in the
-//! normalisation in which Lambert's law is mu mu0.
+//! Hapke's law is T = w/4 [(1 + B(g)) P(g) + H(mu) H(mu0) - 1], with H(x) = (1 + 2 x) / (1 + 2 x sqrt(1 - w))
+//! and B(g) = B0 / (1 + tan(g/2) / h) (Hapke 1981, 1986), the phase function P of Henyey & Greenstein, and
+//! the correction for macroscopic roughness of Hapke (1984), which replaces the cosines by effective ones and
+//! multiplies by a shadowing function. The bidirectional reflectance is r = (w / 4 pi) mu0 / (mu + mu0)
+//! [...], and the brightness here is pi r mu dS, in the normalisation in which Lambert's law is mu mu0.
 
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -23,7 +23,8 @@ pub struct Hapke {
     pub opposition_amplitude: f64,
     /// Angular width h of the opposition surge.
     pub opposition_width: f64,
-    /// Asymmetry of Henyey & Greenstein's phase function, from -1 (backward) to 1; zero for isotropic scattering.
+    /// Asymmetry of Henyey & Greenstein's phase function, from -1 (backward) to 1; zero for isotropic
+    /// scattering.
     pub asymmetry: f64,
     /// Mean slope angle of the macroscopic roughness, radians.
     pub roughness: f64,
@@ -45,7 +46,8 @@ impl Law {
     /// Lambert's law, mu mu0.
     pub const LAMBERT: Self = Self::Sum([0.0, 1.0]);
 
-    /// The constant T of a law that is Lommel-Seeliger's but for a factor, for which integrals have closed forms.
+    /// Returns T where it is a constant, as in Lommel-Seeliger's law times a factor: integrals then have
+    /// closed forms.
     pub fn constant(&self) -> Option<f64> {
         match self {
             Self::Sum([factor, 0.0]) => Some(*factor),
@@ -53,12 +55,13 @@ impl Law {
         }
     }
 
-    /// Whether the law has edges where emission and incidence are equal, and where the azimuth between them is zero.
+    /// Returns whether the law's derivatives jump, where emission and incidence are equal and where the
+    /// azimuth between them is zero.
     pub fn has_edges(&self) -> bool {
         matches!(self, Self::Hapke(Hapke { roughness, .. }) if *roughness > 0.0)
     }
 
-    /// Refuses parameters out of range, naming them.
+    /// Returns an error for a parameter out of its range, with its name.
     pub fn check(&self) -> Result<()> {
         let within = |what: &str, value: f64, low: f64, high: f64| {
             if (low..=high).contains(&value) {
@@ -82,7 +85,7 @@ impl Law {
         }
     }
 
-    /// The law at a phase angle.
+    /// Returns the law at a phase angle, in radians.
     pub fn at(&self, phase: f64) -> Scattering {
         match self {
             Self::Sum([first, second]) => Scattering::Sum([*first, *second]),
@@ -109,23 +112,24 @@ impl Law {
 /// A law at a phase angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scattering {
-    /// Factors of Lommel-Seeliger's and of Lambert's law.
+    /// The factors of Lommel-Seeliger's and of Lambert's law.
     Sum([f64; 2]),
     /// Hapke's law.
     Hapke {
-        /// The parameters.
+        /// The parameters of the law.
         hapke: Hapke,
-        /// (1 + B) P.
+        /// The single-particle term (1 + B(g)) P(g).
         single: f64,
-        /// Its derivative by g.
+        /// The derivative of the single-particle term by g.
         single_slope: f64,
-        /// Sine and cosine of g.
+        /// The sine and cosine of g.
         phase: [f64; 2],
     },
 }
 
 impl Scattering {
-    /// T(mu, mu0), at a point where the normal has the component `aside` along e x s. That one matters to rough surfaces alone.
+    /// Returns T(mu, mu0) at a point where the normal has the component `aside` along e x s, which matters
+    /// only to rough surfaces.
     #[inline]
     pub fn factor(&self, mu: f64, mu0: f64, aside: f64) -> f64 {
         match self {
@@ -139,13 +143,14 @@ impl Scattering {
                 }
                 let psi = aside.abs().atan2(phase[1] - mu * mu0);
                 let [mu_e, mu0_e, shadowing] = hapke.rough(mu, mu0, psi);
-                // r of the rough surface is r(mu_e, mu0_e) S; T is what is left of it beside mu0 / (mu + mu0).
+                // The rough surface has r = r(mu_e, mu0_e) S, of which T is the factor beside mu0 / (mu +
+                // mu0).
                 inner(mu_e, mu0_e) * shadowing * mu0_e / (mu_e + mu0_e) * (mu + mu0) / mu0.max(1e-12)
             }
         }
     }
 
-    /// T of a smooth surface and its derivatives by mu, mu0 and g.
+    /// Returns T of a smooth surface and its derivatives by mu, mu0 and g.
     pub fn factor_with_partials(&self, mu: f64, mu0: f64) -> [f64; 4] {
         match self {
             Self::Sum([first, second]) => [first + second * (mu + mu0), *second, *second, 0.0],
@@ -159,14 +164,15 @@ impl Scattering {
 }
 
 impl Hapke {
-    /// H and its derivative.
+    /// Returns H(x) and its derivative.
     fn h(&self, x: f64) -> [f64; 2] {
         let root = (1.0 - self.single_scattering_albedo).sqrt();
         let below = 1.0 / (1.0 + 2.0 * x * root);
         [(1.0 + 2.0 * x) * below, 2.0 * (1.0 - root) * below * below]
     }
 
-    /// Effective cosines of emission and incidence, and the shadowing function (Hapke 1984, Eqs. 45 to 50).
+    /// Returns the effective cosines of emission and incidence and the shadowing function (Hapke 1984, Eqs.
+    /// 45 to 50), where `psi` is the azimuth between the two directions.
     fn rough(&self, mu: f64, mu0: f64, psi: f64) -> [f64; 3] {
         let theta = self.roughness;
         let tan = theta.tan();
@@ -174,7 +180,8 @@ impl Hapke {
         let (sin_e, sin_i) = ((1.0 - mu * mu).sqrt(), (1.0 - mu0 * mu0).sqrt());
         let cos_psi = psi.cos();
         let chi = 1.0 / (1.0 + PI * tan * tan).sqrt();
-        // exp(-2 cot(theta) cot(x) / pi) and exp(-cot^2(theta) cot^2(x) / pi); zero for x = 0.
+        // The two functions are exp(-2 cot(theta) cot(x) / pi) and exp(-cot^2(theta) cot^2(x) / pi); they are
+        // zero for x = 0.
         let exponentials = |cos: f64, sin: f64| {
             let cot = cos / (tan * sin.max(f64::MIN_POSITIVE));
             ((-2.0 / PI * cot).exp(), (-cot * cot / PI).exp())
@@ -186,7 +193,7 @@ impl Hapke {
         let half = (0.5 * psi).sin().powi(2);
         let f = (-2.0 * (0.5 * psi).tan().min(1e8)).exp();
         let turn = psi / PI;
-        // The larger angle of the two, and the smaller one.
+        // The formulas distinguish the larger and the smaller angle of the two.
         let share = |e1_large: f64, e1_small: f64| 2.0 - e1_large - turn * e1_small;
         let (mu_e, mu0_e, shadowing);
         if mu0 >= mu {

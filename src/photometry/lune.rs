@@ -1,12 +1,14 @@
 //! The part of an ellipsoid that faces both the observer and the Sun.
 //!
-//! The ellipsoid x = A u, A = diag(a, b, c), is mapped to the unit sphere of u. With e toward the observer and s toward the Sun
-//! in body axes, p = A^-1 e and q = A^-1 s, the cosines are mu = p.u / n and mu0 = q.u / n with n = |A^-1 u|, and
-//! dS = abc n dOmega. So mu mu0 / (mu + mu0) dS = abc f dOmega with f = (p.u)(q.u) / ((p + q).u).
+//! The ellipsoid x = A u, A = diag(a, b, c), is mapped to the unit sphere of u. With e toward the observer
+//! and s toward the Sun in body axes, p = A^-1 e and q = A^-1 s, the cosines are mu = p.u / n and mu0 = q.u /
+//! n with n = |A^-1 u|, and dS = abc n dOmega. So mu mu0 / (mu + mu0) dS = abc f dOmega with f = (p.u)(q.u) /
+//! ((p + q).u).
 //!
-//! The sphere has its pole k along p x q, its height z = u.k and the longitude l from p toward q. Where p.u and q.u are
-//! positive is the lune between the terminator, l = A - pi/2, and the limb, l = pi/2, A the angle between p and q. On a
-//! parallel f = rho g(l), rho^2 = 1 - z^2, and with L the longitude of p + q, gamma = A - L and y = l - L
+//! The sphere has its pole k along p x q; a point has the height z = u.k and the longitude l from p toward q.
+//! The lune is the region in which p.u and q.u are positive. It lies between the terminator, l = A - pi/2,
+//! and the limb, l = pi/2, where A is the angle between p and q. Let rho^2 = 1 - z^2, L the longitude of p +
+//! q, gamma = A - L and y = l - L. On a parallel f = rho g(l) with
 //!
 //!   g = (|p| |q| / |p + q|) cos l cos(l - A) / cos y,
 //!   int g dl = (|p| |q| / |p + q|) [ sin(l - gamma) - sin L sin gamma G(y) ],   G(y) = artanh(sin y).
@@ -15,7 +17,7 @@
 
 use crate::math::Vec3;
 
-/// A place on a parallel by its longitude.
+/// A point of a parallel, given by its longitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Longitude {
     /// Sine of the longitude.
@@ -39,30 +41,30 @@ impl Default for Intervals {
     }
 }
 
-/// The lune of an ellipsoid that is seen and lit.
+/// The lune of an ellipsoid: the part that is visible and illuminated.
 #[derive(Debug, Clone)]
 pub struct Lune {
-    /// Unit vectors of u: along p, across it toward q, and along the pole.
+    /// Unit vectors in the space of u: along p, perpendicular to p toward q, and along the pole.
     pub frame: [Vec3; 3],
-    /// Lengths of p and q.
+    /// The lengths of p and q.
     pub lengths: [f64; 2],
-    /// Sine and cosine of the angle from p to q.
+    /// The angle from p to q.
     pub angle: Longitude,
-    /// Longitude of p + q.
+    /// The longitude L of p + q.
     middle: Longitude,
-    /// Angle from p + q to q.
+    /// The angle gamma from p + q to q.
     gamma: Longitude,
-    /// Length of p + q.
+    /// The length of p + q.
     sum: f64,
 }
 
 impl Lune {
-    /// The lune for A^-1 e and A^-1 s.
+    /// Makes the lune of an ellipsoid from p = A^-1 e and q = A^-1 s.
     pub fn new(p: &Vec3, q: &Vec3) -> Self {
         let lengths = [p.norm(), q.norm()];
         let (first, toward_sun) = (p / lengths[0], q / lengths[1]);
         let normal = first.cross(&toward_sun);
-        // At zero phase, and at its opposite, any pole across p will do.
+        // At phase angles of zero and pi any vector perpendicular to p serves as the pole.
         let across = if normal == Vec3::zeros() {
             let mut axis = Vec3::zeros();
             axis[first.iamin()] = 1.0;
@@ -79,7 +81,7 @@ impl Lune {
         let size = sin.hypot(cos);
         let angle = Longitude { sin: sin / size, cos: cos / size };
         let (along, aside) = (lengths[0] + lengths[1] * angle.cos, lengths[1] * angle.sin);
-        // Rounding leaves nothing of the sum of opposite vectors; the lune is then empty.
+        // Rounding may leave nothing of the sum of opposite vectors; the lune is then empty.
         let sum = along.hypot(aside).max(f64::MIN_POSITIVE);
         let middle = Longitude { sin: aside / sum, cos: along / sum };
         let gamma =
@@ -87,41 +89,41 @@ impl Lune {
         Self { frame: [first, second, pole], lengths, angle, middle, gamma, sum }
     }
 
-    /// The limb, where the observer's light grazes.
+    /// Returns the longitude of the limb.
     pub fn limb(&self) -> Longitude {
         Longitude { sin: 1.0, cos: 0.0 }
     }
 
-    /// The terminator, where sunlight grazes.
+    /// Returns the longitude of the terminator.
     pub fn terminator(&self) -> Longitude {
         Longitude { sin: -self.angle.cos, cos: self.angle.sin }
     }
 
-    /// Whether nothing is both seen and lit: the Sun is right behind.
+    /// Returns whether nothing is both visible and illuminated, since the Sun is right behind.
     pub fn is_empty(&self) -> bool {
         self.angle.sin == 0.0 && self.angle.cos < 0.0
     }
 
-    /// The longitude in the middle between the terminator and the limb.
+    /// Returns the longitude in the middle between the terminator and the limb.
     pub fn centre(&self) -> Longitude {
         let half = 0.5 * self.angle.sin.atan2(self.angle.cos);
         Longitude { sin: half.sin(), cos: half.cos() }
     }
 
-    /// The point of the sphere at a longitude and height.
+    /// Returns the point of the unit sphere at a longitude and a height z, where rho^2 = 1 - z^2.
     pub fn point(&self, l: Longitude, z: f64, rho: f64) -> Vec3 {
         let [first, second, pole] = &self.frame;
         first * (rho * l.cos) + second * (rho * l.sin) + pole * z
     }
 
-    /// Sine and cosine of y = l - L.
+    /// Returns y = l - L for a longitude l.
     fn relative_to_middle(&self, l: Longitude) -> Longitude {
         let Longitude { sin, cos } = self.middle;
-        // Only rounding brings a point of the lune to cos y = 0, with a factor of zero.
+        // Only rounding brings a point of the lune to cos y = 0, where other factors are zero.
         Longitude { sin: l.sin * cos - l.cos * sin, cos: (l.cos * cos + l.sin * sin).max(f64::EPSILON) }
     }
 
-    /// Q / (P + Q) and P / (P + Q), with P = p.u and Q = q.u.
+    /// Returns Q / (P + Q) and P / (P + Q), with P = p.u and Q = q.u.
     pub fn shares(&self, l: Longitude) -> [f64; 2] {
         let sight = self.lengths[0] * l.cos;
         let light = self.lengths[1] * (l.cos * self.angle.cos + l.sin * self.angle.sin).max(0.0);
@@ -129,7 +131,7 @@ impl Lune {
         if both > 0.0 { [light / both, sight / both] } else { [0.5, 0.5] }
     }
 
-    /// The kernel g at a longitude, and P / rho and Q / rho.
+    /// Returns g at a longitude, with P / rho and Q / rho.
     pub fn kernel(&self, l: Longitude) -> [f64; 3] {
         let sight = self.lengths[0] * l.cos;
         let light = self.lengths[1] * (l.cos * self.angle.cos + l.sin * self.angle.sin).max(0.0);
@@ -160,10 +162,10 @@ impl Lune {
         intervals.decay *= to_decay * from_growth;
     }
 
-    /// Integrals over y of (Q / (P + Q))^2 and (P / (P + Q))^2, each times 1, cos y and sin y.
+    /// Returns antiderivatives by y of (Q / (P + Q))^2 and (P / (P + Q))^2, each times 1, cos y and sin y.
     ///
-    /// With kappa = |q| / |p + q| the first ratio is kappa (cos gamma + sin gamma tan y), and the second one likewise
-    /// with |p| and -L in place of gamma.
+    /// With kappa = |q| / |p + q| the first ratio is kappa (cos gamma + sin gamma tan y), and the second one
+    /// likewise with |p| and -L in place of gamma.
     pub fn squares(&self, l: Longitude) -> [[f64; 3]; 2] {
         let y = self.relative_to_middle(l);
         let (angle, log) = (y.sin.atan2(y.cos), -y.cos.ln());
@@ -183,31 +185,33 @@ impl Lune {
         ]
     }
 
-    /// The components of the point at a longitude and height along p + q, across it, and along the pole.
+    /// Returns the components of the point at a longitude and a height: along p + q, perpendicular to it, and
+    /// along the pole.
     pub fn components(&self, l: Longitude, z: f64, rho: f64) -> [f64; 3] {
         let y = self.relative_to_middle(l);
         [rho * y.cos, rho * y.sin, z]
     }
 
-    /// The vector of u with these components along p + q, across it, and along the pole.
+    /// Returns the vector in the space of u that has these components along p + q, perpendicular to it, and
+    /// along the pole.
     pub fn vector_of(&self, [x, y, z]: [f64; 3]) -> Vec3 {
         let [first, second, pole] = &self.frame;
         let Longitude { sin, cos } = self.middle;
         first * (x * cos - y * sin) + second * (x * sin + y * cos) + pole * z
     }
 
-    /// The size of the integral of f over all of the lune.
+    /// Returns the natural size of the integral of f over the lune.
     pub fn size(&self) -> f64 {
         self.kernel(self.centre())[0] * self.angle.sin.atan2(-self.angle.cos)
     }
 
-    /// Whether the lune is so thin that the integrals lose digits.
+    /// Returns whether the lune is so thin that the closed forms lose digits.
     pub fn is_thin(&self) -> bool {
         self.angle.cos < -0.95
     }
 }
 
-/// G(y) = artanh(sin y).
+/// Returns G(y) = artanh(sin y).
 fn inverse_gudermannian(y: Longitude) -> f64 {
     ((1.0 + y.sin.abs()) / y.cos).ln().copysign(y.sin)
 }

@@ -1,8 +1,9 @@
 //! The brightness of bodies in sunlight, with mutual occultations and eclipses.
 //!
-//! Takes bodies, their scattering laws, positions and attitudes, and the directions to the observer and to the Sun; gives the
-//! brightness of each body, the integral over what is seen and lit of mu mu0 / (mu + mu0) T dS times the albedo, in squared
-//! length, and its derivatives. Ellipsoids are exact to round-off; other shapes are taken by their facets.
+//! Takes bodies, their scattering laws, positions and attitudes, and the directions to the observer and to
+//! the Sun. Gives the brightness of each body and its derivatives: the integral of mu mu0 / (mu + mu0) T dS
+//! over the visible and illuminated surface, times the albedo, in squared length. Ellipsoids are exact to
+//! round-off; other shapes are represented by their facets.
 
 mod ellipsoid;
 mod facets;

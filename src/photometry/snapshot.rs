@@ -1,4 +1,4 @@
-//! Bodies at one epoch, or at many: which of them stand before which, and the Sun's disc.
+//! Bodies at one epoch or at many: which bodies hide light from which, and the Sun's disc.
 
 use super::ellipsoid::{ByBody, Lit, Partials, Placed};
 use super::facets::{Faceted, Mesh};
@@ -19,48 +19,48 @@ use std::num::NonZeroUsize;
 pub struct Surface {
     /// The scattering law.
     pub law: Law,
-    /// The factor of the brightness.
+    /// The albedo, by which the brightness is multiplied.
     pub albedo: f64,
 }
 
-/// Positions and attitudes of all bodies at an epoch, and whence they are seen and lit.
+/// Positions and attitudes of all bodies at an epoch, and the directions to the observer and to the Sun.
 #[derive(Debug, Clone, Copy)]
 pub struct View<'a> {
-    /// The time, for errors.
+    /// The time, which error messages name.
     pub time: f64,
-    /// Centres, inertial.
+    /// Positions of the centres, inertial.
     pub position: &'a [Vec3],
-    /// Quaternions from the body frames into the inertial one.
+    /// Unit quaternions from the body frames to the inertial frame.
     pub attitude: &'a [[f64; 4]],
-    /// Toward the observer, of any length.
+    /// A vector of any length toward the observer.
     pub to_observer: Vec3,
-    /// Toward the Sun, of any length.
+    /// A vector of any length toward the Sun.
     pub to_sun: Vec3,
 }
 
-/// Bodies whose brightness is asked for.
+/// Bodies and surfaces whose brightness is computed.
 #[derive(Debug, Clone)]
 pub struct Photometer {
     bodies: Vec<Body>,
     surfaces: Vec<Surface>,
     mutual: bool,
-    /// Places on the Sun's disc, in radians from its centre, and their weights.
+    /// Points of the Sun's disc, each as two coordinates in radians from its centre and a weight.
     sun: Vec<[f64; 3]>,
     rule: Rule,
-    /// The facets of each body, where there is one that is no ellipsoid.
+    /// The facets of each body; empty where all bodies are ellipsoids.
     meshes: Vec<Mesh>,
 }
 
-/// Units of work of one ellipsoid in an event.
+/// Units of work of one ellipsoid in a mutual event.
 const WORK: u64 = 1000;
 
-/// Rings on the Sun's disc and places on each.
+/// Numbers of rings on the Sun's disc and of points on each ring.
 const RINGS: NonZeroUsize = NonZeroUsize::new(6).unwrap();
 const PLACES: usize = 12;
 
 impl Photometer {
-    /// Bodies with their surfaces. Without `mutual` each is as bright as if it were alone. The Sun's radius is an angle, zero
-    /// for parallel light.
+    /// Takes bodies with their surfaces. If `mutual` is false, occultations and eclipses are neglected. The
+    /// Sun's radius is an angle in radians, zero for parallel light.
     pub fn new(bodies: Vec<Body>, surfaces: Vec<Surface>, mutual: bool, sun_radius: f64) -> Result<Self> {
         if surfaces.len() != bodies.len() {
             return Err(Error::invalid("number of surfaces", surfaces.len(), format!("{}", bodies.len())));
@@ -80,18 +80,19 @@ impl Photometer {
         Ok(Self { meshes, bodies, surfaces, mutual, sun: disc(sun_radius), rule: Rule::default() })
     }
 
-    /// The bodies.
+    /// Returns the bodies.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
 
-    /// The brightness of each body.
+    /// Returns the brightness of each body.
     pub fn brightness(&self, view: &View<'_>, interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
         let all = self.each(view, interrupt, |_: &mut (), lit, _, _| lit.brightness())?;
         Ok(all.into_iter().map(|(brightness, ())| brightness).collect())
     }
 
-    /// The brightness of each body and its derivatives. That by the albedo is the brightness over the albedo.
+    /// Returns the brightness of each body with its derivatives. The derivative by the albedo is not among
+    /// them: it is the brightness divided by the albedo.
     pub fn partials(&self, view: &View<'_>, interrupt: &mut InterruptCheck) -> Result<Vec<(f64, Partials)>> {
         for (body, surface) in self.bodies.iter().zip(&self.surfaces) {
             if ellipsoid(body).is_none() {
@@ -113,8 +114,9 @@ impl Photometer {
         .map(|all| all.into_iter().map(|(value, sums)| (value, sums.unwrap_or_else(none))).collect())
     }
 
-    /// Does something for each view, and gives the answers in order. Short views run many at a time over the threads of the
-    /// machine; in a long one, such as a view of facets, the threads share the work, and it checks for an interrupt itself.
+    /// Computes `of` for each view and returns the results in order. Short views are distributed over the
+    /// threads of the machine. In a long one, such as a view of facets, the threads share the work, and the
+    /// view itself checks for interrupts.
     pub fn many<T: Send>(
         &self,
         views: &[View<'_>],
@@ -140,14 +142,15 @@ impl Photometer {
         Ok(all)
     }
 
-    /// Units of work of a view: of ellipsoids by their laws.
+    /// Returns the units of work of a view, as if all bodies were ellipsoids.
     fn work(&self) -> u64 {
         let of = |surface: &Surface| if surface.law.constant().is_some() { WORK } else { 100 * WORK };
         self.sun.len() as u64 * self.surfaces.iter().map(of).sum::<u64>().max(1)
     }
 
-    /// The brightness of each body, and what `of` gathers from it under the light from each place on the Sun's disc: with the factor of
-    /// that place, and the directions to the observer and to the Sun's centre, and to the observer and to the place.
+    /// Computes the brightness of each body by `of`, which is called for every point of the Sun's disc with a
+    /// result to which it may add, the ellipsoid in the light from that point, the point's factor, and two
+    /// pairs of directions: to the observer and to the Sun's centre, and to the observer and to the point.
     fn each<T: Default>(
         &self,
         view: &View<'_>,
@@ -180,18 +183,19 @@ impl Photometer {
     }
 }
 
-/// What a view shows: every body at its place, and which stand before which.
+/// A view as it is seen: every body in its pose, and the bodies that are near each other.
 struct Snapshot<'a> {
     photometer: &'a Photometer,
     view: &'a View<'a>,
     rotations: Vec<Mat3>,
-    /// Of each body that is one ellipsoid.
+    /// The ellipsoid of each body that is one ellipsoid about its centre.
     placed: Vec<Option<Placed>>,
     /// Directions to the observer and to the Sun's centre.
     centre: [Vec3; 2],
-    /// Weights of the places on the Sun's disc, and directions to the observer and to them.
+    /// Weights of the points of the Sun's disc, with the directions to the observer and to the point.
     suns: Vec<(f64, [Vec3; 2])>,
-    /// Bodies whose spheres overlap; for two ellipsoids the normal of a plane between them, from the first to the second.
+    /// Pairs of bodies whose circumscribed spheres overlap, and for two ellipsoids the normal of a plane
+    /// between them, from the first to the second.
     near: Vec<([usize; 2], Option<Vec3>)>,
 }
 
@@ -218,7 +222,8 @@ impl<'a> Snapshot<'a> {
         Ok(snapshot)
     }
 
-    /// Refuses bodies that overlap, and finds planes between those that are near each other.
+    /// Finds the bodies that are near each other, with planes between them; returns an error for bodies that
+    /// overlap.
     fn look_between(&mut self, interrupt: &mut InterruptCheck) -> Result<()> {
         let (bodies, view) = (&self.photometer.bodies, self.view);
         for first in 0..bodies.len() {
@@ -244,7 +249,8 @@ impl<'a> Snapshot<'a> {
         Ok(())
     }
 
-    /// Whether a body may hide another one along a direction: it stands before that one, or beside it and near.
+    /// Returns whether a body may hide another one along a direction: it is in front of that one, or beside
+    /// it and near.
     fn is_before(&self, other: usize, body: usize, direction: &Vec3) -> bool {
         let bodies = &self.photometer.bodies;
         let from = self.view.position[other] - self.view.position[body];
@@ -252,7 +258,8 @@ impl<'a> Snapshot<'a> {
         if aside.norm() >= bodies[body].circumradius() + bodies[other].circumradius() {
             return false;
         }
-        // Any plane between two bodies tells which one is in front. Facets near each other are asked one by one.
+        // Any plane between two bodies tells which one is in front. Facets that are near each other are
+        // compared one by one elsewhere.
         let near = self.near.iter().find_map(|([first, second], plane)| match [*first, *second] {
             pair if pair == [body, other] => Some(plane.map_or(*direction, |plane| plane)),
             pair if pair == [other, body] => Some(plane.map_or(*direction, |plane| -plane)),
@@ -261,7 +268,7 @@ impl<'a> Snapshot<'a> {
         near.unwrap_or(from).dot(direction) > 0.0
     }
 
-    /// The other bodies that may hide the sight or the sunlight from one.
+    /// Iterates over the bodies that may hide the observer or the Sun from a body.
     fn others(&self, body: usize, directions: &[Vec3; 2]) -> impl Iterator<Item = usize> {
         let count = if self.photometer.mutual { self.placed.len() } else { 0 };
         (0..count).filter(move |&other| {
@@ -269,14 +276,15 @@ impl<'a> Snapshot<'a> {
         })
     }
 
-    /// Whether a body, or one that may hide light from it, is no ellipsoid.
+    /// Returns whether a body, or one that may hide light from it, is not an ellipsoid.
     fn needs_facets(&self, body: usize, directions: &[Vec3; 2]) -> bool {
         !self.photometer.meshes.is_empty()
             && (self.placed[body].is_none()
                 || self.others(body, directions).any(|other| self.placed[other].is_none()))
     }
 
-    /// The brightness of a body by its facets: of ellipsoids the exact one, less what is hidden from their facets.
+    /// Returns the brightness of a body by its facets. An ellipsoid has its exact brightness less what is
+    /// hidden of its facets.
     fn faceted(&self, body: usize, directions: &[Vec3; 2], interrupt: &mut InterruptCheck) -> Result<f64> {
         let Photometer { surfaces, meshes, rule, .. } = self.photometer;
         let law = &surfaces[body].law;
@@ -300,7 +308,7 @@ impl<'a> Snapshot<'a> {
         Ok(total.max(0.0))
     }
 
-    /// The ellipsoids that hide light from one.
+    /// Iterates over the ellipsoids that may hide light from a body.
     fn before(&self, body: usize, directions: &[Vec3; 2]) -> impl Iterator<Item = (Light, &Placed)> {
         let mutual = self.photometer.mutual;
         let lights = [(Light::Sight, directions[0]), (Light::Sun, directions[1])];
@@ -315,7 +323,7 @@ impl<'a> Snapshot<'a> {
     }
 }
 
-/// The semi-axes of a body that is one ellipsoid about its centre.
+/// Returns the semi-axes of a body that is one ellipsoid about its centre; `None` for another body.
 fn ellipsoid(body: &Body) -> Option<Vec3> {
     match body.parts() {
         [Part { shape: Shape::Ellipsoid(ellipsoid), place: None, .. }] => {
@@ -326,7 +334,8 @@ fn ellipsoid(body: &Body) -> Option<Vec3> {
 }
 
 impl View<'_> {
-    /// Unit vectors to the observer and to the Sun, or what is wrong with the view.
+    /// Returns unit vectors to the observer and to the Sun, or an error that says what is wrong with the
+    /// view.
     fn directions(&self, bodies: usize) -> Result<[Vec3; 2]> {
         for (what, count) in [("positions", self.position.len()), ("attitudes", self.attitude.len())] {
             if count != bodies {
@@ -346,7 +355,8 @@ impl View<'_> {
 }
 
 impl Photometer {
-    /// Weights and directions of places on the Sun's disc about a direction.
+    /// Iterates over the weights of the points of the Sun's disc and the unit vectors to them, for a unit
+    /// vector to its centre.
     fn suns(&self, to_sun: &Vec3) -> impl Iterator<Item = (f64, Vec3)> {
         let mut axis = Vec3::zeros();
         axis[to_sun.iamin()] = 1.0;
@@ -357,8 +367,8 @@ impl Photometer {
 }
 
 impl Partials {
-    /// Adds derivatives times a factor; those by the direction to a place on the Sun's disc count as by that to its centre, with
-    /// which the disc turns.
+    /// Adds derivatives times a factor. A derivative by the direction to a point of the Sun's disc counts as
+    /// one by the direction to its centre, with which the disc rotates.
     fn add(&mut self, part: &Self, factor: f64, [centre, place]: [&[Vec3; 2]; 2]) {
         for (sum, by) in self.by_body.iter_mut().zip(&part.by_body) {
             sum.position += by.position * factor;
@@ -366,14 +376,15 @@ impl Partials {
             sum.semi_axes += by.semi_axes * factor;
         }
         for k in 0..2 {
-            // The directions are unit vectors: what is along them has no meaning.
+            // The directions are unit vectors, so that derivatives along them have no meaning.
             let turned = place[k].cross(&part.by_direction[k]).cross(&centre[k]);
             self.by_direction[k] += turned * factor;
         }
     }
 }
 
-/// Places on the Sun's disc: Gauss's rule in the squared radius, and equal angles, turned from ring to ring.
+/// Returns points of the Sun's disc with weights: Gauss's rule in the squared radius, and equal angles that
+/// are shifted from ring to ring.
 fn disc(radius: f64) -> Vec<[f64; 3]> {
     if radius == 0.0 {
         return vec![[0.0, 0.0, 1.0]];

@@ -1,17 +1,17 @@
 //! Cells of a polyhedron's faces, each with the Gauss rule that integrates another body's potential over it.
 //!
-//! That potential is analytic except on a singular set within the other body: an ellipsoid's focal ellipse,
-//! or a polyhedron's edges. Where the set is at distance d from the centre of a cell of radius s, the error
-//! of a rule that is exact to degree L falls like rate^-L. The rate depends on where the set lies, between
-//! d/s in the cell's plane and twice that above it (Lundin's function; see `convergence`).
-//! Halfway between, it is
+//! The other body's potential is analytic except on a singular set within that body: an ellipsoid's focal
+//! ellipse, or a polyhedron's edges. Let the set be at distance d from the centre of a cell of radius s. The
+//! error of a rule that is exact to degree L then falls like rate^-L. The rate depends on where the set lies:
+//! it is between d/s in the cell's plane and twice that above it (Lundin's function; see `convergence`).
+//! Halfway between it is
 //!
 //!   rate = x + sqrt(1 + x^2),    x = d / (sqrt(2) s).
 //!
-//! A cell for which this asks for too many points is halved across its longest side. Towards a point of the
-//! set the cells shrink with the distance, so that their number grows with its logarithm. Halving ends where
-//! the contribution of a cell to the error is below the tolerance: the potential of a polyhedron is singular
-//! on its edges like d^2 ln d.
+//! A cell for which this gives too many points is halved across its longest side. Towards a point of the set
+//! the cells shrink with the distance, so that their number grows with the logarithm of the distance. Halving
+//! ends where the contribution of a cell to the error is below the tolerance: the potential of a polyhedron
+//! is singular on its edges like d^2 ln d.
 //!
 //! Cells follow from the pose alone and are not stored: they are made while the sum is taken, on a stack of
 //! fixed size.
@@ -31,7 +31,7 @@ const UNITS: usize = 64;
 /// The work of one piece of a sum.
 const WORK: u64 = interrupt::UNITS;
 
-/// How strongly another body's potential varies near its singular set, and how small the error must be.
+/// The strength of the singularity of another body's potential, and the error that is allowed.
 #[derive(Debug, Clone, Copy)]
 pub struct Demand {
     /// The smallest error that matters, as a force per unit G m m times the volume.
@@ -47,8 +47,8 @@ impl Demand {
     /// Returns the number of points along a side for a cell of this area and radius at this distance from the
     /// singular set; `None` where the cell must be halved.
     fn points(&self, area: f64, radius: f64, distance: f64) -> Option<usize> {
-        /// The share of a singular part that remains as the error of a rule where that part vanishes like the
-        /// distance; its square where it vanishes like the square.
+        /// The error of a rule for the singular part, relative to that part, if it vanishes like the
+        /// distance; the square of this number if it vanishes like the square.
         const SMOOTH: f64 = 0.1;
         let (reach, own) = (distance + radius, self.radius);
         let strength = if reach < own { (reach / own).powi(self.power) / own } else { 1.0 / reach };
@@ -73,7 +73,7 @@ pub struct Cell {
     pub corners: [Vec3; 3],
     /// The outward normal.
     pub normal: Vec3,
-    /// The area over the polyhedron's volume.
+    /// The area divided by the polyhedron's volume.
     pub share: f64,
     /// The number of points along a side.
     pub points: usize,
@@ -116,8 +116,8 @@ impl<'a, D: FnMut(&Vec3) -> f64> Cells<'a, D> {
         Self { polyhedron, demand, distance, range, face, volume, stack: [none; DEEPEST + 1], length: 0 }
     }
 
-    /// Divides all cells into pieces of a few milliseconds, where a point takes the work `each`. Returns
-    /// `None` where all points together take more than `most`.
+    /// Divides all cells into pieces of a few milliseconds, where each point takes the work `each`. Returns
+    /// `None` if all points together take more than `most`.
     pub fn divide(self, each: u64, most: u64, interrupt: &mut InterruptCheck) -> Result<Option<Division>> {
         let (mut division, mut work, mut all) = (Division::default(), 0, 0);
         for cell in self {

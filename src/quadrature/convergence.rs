@@ -5,35 +5,36 @@
 //! away from that body's focal ellipse, which stays outside a sphere of radius D' = D - p' about the centre
 //! of the body that is integrated over (D is the separation, p' the other's largest focal semi-axis).
 //!
-//! Surface: the potential is harmonic within that sphere, and its solid harmonics are polynomials: rate =
-//! D'/a.
+//! Surface rule: the potential is harmonic within that sphere, and its solid harmonics are polynomials, so
+//! that rate = D'/a.
 //!
-//! Focal ellipse, within a disc of radius p: by the theorem of Bernstein, Walsh and Siciak the rate is e^V,
-//! where V is the smallest value that the disc's extremal function takes where the potential of a mass point
-//! is singular. Lundin's function is cosh 2V = |y|^2 + |y.y - 1|. For a point at distance h from the disc's
-//! axis and v from its plane (in units of p) its minimum over the complex cone (y_1 - h)^2 + y_2^2 + v^2 = 0
-//! lies at y_1 = h - q, y_2 = i sqrt(q^2 + v^2), with
+//! Focal rule, for the focal ellipse as a disc of radius p: by the theorem of Bernstein, Walsh and Siciak the
+//! rate is e^V, where V is the smallest value that the disc's extremal function takes where the potential of
+//! a mass point is singular. Lundin's function is cosh 2V = |y|^2 + |y.y - 1|. For a point at distance h from
+//! the disc's axis and v from its plane (in units of p) its minimum over the complex cone (y_1 - h)^2 +
+//! y_2^2 + v^2 = 0 lies at y_1 = h - q, y_2 = i sqrt(q^2 + v^2), with
 //!
 //!   sinh^2 V = v^2 + q^2,    q = max(0, h^2 - v^2 - 1) / (2 h):
 //!
-//! rate = h in the disc's plane, v + sqrt(1 + v^2) on its axis. The mean over the disc of the first power
-//! that a rule of degree L misses is smaller by about L^2, and the field is larger than the potential by
-//! about L.
+//! so that rate = h in the disc's plane and v + sqrt(1 + v^2) on its axis. The mean over the disc of the
+//! first power that a rule of degree L misses is smaller by about L^2, and the field is larger than the
+//! potential by about L.
 //!
-//! This degree is for the angles. The radii have to be exact for the integrand's mean over the angle only, an
-//! even function of t = sqrt(1 - rho^2) in [-1, 1]. A ray from the centre meets the singularity where rho e -
-//! y is isotropic, at rho = |y| e^(+-i theta)/|e| with theta its angle to y, so that none lies nearer than
-//! rho = h + i v. The rate of the interval is |t + i rho| at rho = h + i v, the sum of the semi-axes of the
-//! ellipse with foci +-1 through that point: h + sqrt(h^2 - 1) in the disc's plane, about twice that of the
-//! angles.
+//! This degree is for the angles. The radii have to be exact only for the mean of the integrand over the
+//! angle, an even function of t = sqrt(1 - rho^2) in [-1, 1]. A ray from the centre meets the singularity
+//! where rho e - y is isotropic, at rho = |y| e^(+-i theta)/|e| with theta its angle to y, so that no
+//! singularity is nearer than rho = h + i v. The rate of the interval is |t + i rho| at rho = h + i v, the
+//! sum of the semi-axes of the ellipse with foci +-1 through that point: h + sqrt(h^2 - 1) in the disc's
+//! plane, about twice the rate of the angles.
 //!
 //! A ring of radius rho within the disc is the edge of a smaller disc, from which the other body is further
 //! away in units of its radius: sinh V grows by 1/rho or more, and the ring needs fewer angles. The outermost
-//! ring has the angles of its own disc; those of the inner rings follow from their number and from the
-//! weights ([`angles_of_ring`]).
+//! ring has the angles of its own disc; the numbers of angles of the inner rings follow from that number and
+//! from the weights ([`angles_of_ring`]).
 //!
-//! (Lundin 1985, Michigan Math. J. 32, 197; Siciak 1962, Trans. AMS 105, 322.) Where the bodies are too close
-//! for these spheres, the order is found by comparing rules, starting from the rate of the confocal family.
+//! See Lundin (1985), Michigan Math. J. 32, 197, and Siciak (1962), Trans. AMS 105, 322. Where the bodies are
+//! too close for these spheres, the order is found by comparing rules, starting from the rate of the confocal
+//! family.
 
 use crate::math::lanes::Lanes;
 use crate::math::{Mat3, Vec3};
@@ -77,7 +78,7 @@ impl Order {
     }
 }
 
-/// The rate below which the bounds ask for more nodes than a comparison of rules does.
+/// The rate below which the bounds require more nodes than a comparison of rules does.
 const SLOWEST_RATE: f64 = 2.0;
 
 /// The degrees that the rules of one body need in the field of another one, for a tolerance.
@@ -90,7 +91,7 @@ pub struct Degrees {
     surface: Known,
     radial: Known,
     angular: Known,
-    /// A number of radii with its [`outermost_ring`].
+    /// A number of radii with the result of [`outermost_ring`] for it.
     ring: (usize, f64),
 }
 
@@ -103,7 +104,7 @@ struct Known {
 }
 
 impl Degrees {
-    /// Starts without memory.
+    /// Starts without remembered ranges.
     pub fn new(tolerance: f64) -> Self {
         let known = Known { degree: 0, slowest: f64::INFINITY, fastest: 0.0 };
         let [surface, radial, angular] = [known; 3];
@@ -119,8 +120,8 @@ impl Degrees {
         self.surface.degree_for(rate, self.tolerance, 0.0, 2)
     }
 
-    /// Returns the degree to which the focal rule must be exact, and that of the integrand's mean over the
-    /// angle, or `None` for bodies too close for the bound; see [`Self::surface`].
+    /// Returns the degree to which the focal rule must be exact and the degree for the integrand's mean over
+    /// the angle, or `None` for bodies too close for the bound; see [`Self::surface`].
     pub fn focal(&mut self, ellipsoid: &Ellipsoid, centre: &Vec3, other_focal: f64) -> Option<[usize; 2]> {
         let p = ellipsoid.focal_axes()[0];
         // The first power that n radii miss is 4 n, one above the degree; that is the margin of the torque.
@@ -145,7 +146,7 @@ impl Degrees {
 }
 
 impl Known {
-    /// Returns [`degree_for`] the rate, which falls as the rate grows.
+    /// Returns [`degree_for`] a rate, from the remembered range if that contains the rate.
     fn degree_for(&mut self, rate: f64, tolerance: f64, power: f64, more: usize) -> Option<usize> {
         if !(self.slowest..=self.fastest).contains(&rate) {
             let degree = degree_for(rate, tolerance, power, more)?;
@@ -164,17 +165,17 @@ fn outermost_ring(gauss: usize) -> f64 {
     ((1.0 - t) * (1.0 + t)).sqrt()
 }
 
-/// Returns the number of angles of a ring whose radius is `times` smaller than the outermost one's and whose
-/// weight is `weight` times as large, where the outermost ring's angles meet the tolerance. It returns the
-/// outermost ring's number if the tolerance is zero, or so loose that no rate needs as many. The ring's share
-/// in the error may be twice that of the outermost one.
+/// Returns the number of angles of a ring that meets the tolerance. The ring's radius is `times` smaller than
+/// that of the outermost ring and its weight is `weight` times as large, and the angles of the outermost ring
+/// meet the tolerance. It returns the outermost ring's number if the tolerance is zero, or so loose that no
+/// rate needs as many. The ring's error may be twice that of the outermost one.
 pub fn angles_of_ring(outermost: usize, times: f64, weight: f64, tolerance: f64) -> usize {
     let degree = outermost as f64 - 2.0;
     if degree < 1.0 || tolerance <= 0.0 {
         return outermost;
     }
-    // `slowest` bounds, from above, the slowest rate at which so many angles are enough: the fixed point of a
-    // contraction by about the degree.
+    // The number `slowest` bounds, from above, the slowest rate at which this number of angles is sufficient:
+    // the fixed point of a contraction by about the degree.
     let digits = -tolerance.ln();
     let slower = |speed: f64| ((digits - (digits / speed).ln_1p()) / degree).max(0.0);
     let speed = (0..100).fold(digits / degree, |speed, _| slower(speed));
@@ -198,7 +199,7 @@ pub fn layer_degree(rate: f64, tolerance: f64) -> Option<usize> {
 }
 
 /// Returns the smallest degree L with L^-power rate^-L below the tolerance, plus `more`: the torque is
-/// smaller than lever times force by about the rate, and so its error must be.
+/// smaller than lever times force by about the rate, and its error must be smaller by as much.
 fn degree_for(rate: f64, tolerance: f64, power: f64, more: usize) -> Option<usize> {
     (rate >= SLOWEST_RATE).then(|| degree_of(rate.ln(), tolerance, power, more))
 }

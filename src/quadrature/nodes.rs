@@ -15,19 +15,19 @@ use std::ops::{AddAssign, Range};
 /// blocks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Nodes {
-    /// Coordinates; the focal rule has no third one.
+    /// The coordinates of the points; the focal rule has no third one.
     pub points: [Vec<f64>; 3],
-    /// Weights.
+    /// The weights of the points.
     pub weights: Vec<f64>,
     count: usize,
 }
 
 /// A range of a rule's nodes, in whole blocks.
 #[derive(Clone, Copy)]
-pub struct Stretch<'a> {
-    /// Coordinates.
+pub struct NodeRange<'a> {
+    /// The coordinates of the points.
     pub points: [&'a [f64]; 3],
-    /// Weights.
+    /// The weights of the points.
     pub weights: &'a [f64],
     /// The number of points with a weight, which come first.
     pub count: usize,
@@ -51,8 +51,8 @@ impl Nodes {
         nodes.padded()
     }
 
-    /// Returns the rule for means, over a homogeneous ellipsoid, of functions that are harmonic in it. It
-    /// takes points of the surface (a x, b y, c z) alone, and its nodes are those of the unit sphere.
+    /// Returns the rule for means over a homogeneous ellipsoid of functions that are harmonic in it. It takes
+    /// only points of the surface (a x, b y, c z), and its nodes are those of the unit sphere.
     ///
     /// Green's second identity with P = 1 - sum y_i^2/a_i^2, which vanishes on the surface and whose
     /// Laplacian is -2 sum 1/a_i^2, makes the mean of a harmonic h equal to 3 <h sum x_i^2/a_i^2> / sum
@@ -75,8 +75,8 @@ impl Nodes {
     /// n + 1 points without the one at zero, with each weight times t^2: P_{2n+1}(t)/t is orthogonal to all
     /// lower powers under t^2.
     ///
-    /// The angles of the order are those of the outermost ring; with a tolerance the inner rings have no more
-    /// than they need for it.
+    /// The outermost ring has the angles of the order; with a tolerance the inner rings have no more than
+    /// they need for it.
     pub fn focal(order: Order, tolerance: f64) -> Self {
         let mut nodes = Self::empty();
         let rule = GaussLegendre::new(nonzero(2 * order.gauss + 1));
@@ -91,8 +91,7 @@ impl Nodes {
         nodes.padded()
     }
 
-    /// Returns the rule of one point, for a body whose focal ellipse has shrunk to its centre: a sphere or a
-    /// point mass.
+    /// Returns the rule of one point, for a body whose focal ellipse is its centre: a sphere or a point mass.
     pub fn centre() -> Self {
         let mut nodes = Self::empty();
         nodes.ring(0.0, 0.0, 1.0, 1);
@@ -106,7 +105,7 @@ impl Nodes {
     }
 
     /// Returns all Gauss rules for triangles up to `MOST_OF_CELL` points along a side, one after the other.
-    /// Points are given by their shares of the three corners; [`Self::triangle`] returns the index at which
+    /// Points are given by their weights in the three corners; [`Self::triangle`] returns the index at which
     /// each rule begins.
     pub fn triangles() -> Self {
         let mut nodes = Self::empty();
@@ -128,22 +127,22 @@ impl Nodes {
     /// Returns a sum over the nodes, made of partial sums. A plain sum of many nearly equal terms would lose
     /// digits in proportion to their number, since all are rounded to the same side.
     #[inline(always)]
-    pub fn sum<T: AddAssign>(&self, over: impl Fn(Stretch<'_>) -> T) -> T {
+    pub fn sum<T: AddAssign>(&self, over: impl Fn(NodeRange<'_>) -> T) -> T {
         let length = self.weights.len();
-        let mut sum = over(self.stretch(0..length.min(LONGEST)));
+        let mut sum = over(self.part(0..length.min(LONGEST)));
         for from in (LONGEST..length).step_by(LONGEST) {
-            sum += over(self.stretch(from..length.min(from + LONGEST)));
+            sum += over(self.part(from..length.min(from + LONGEST)));
         }
         sum
     }
 
     /// Returns the nodes of a range, which ends between blocks.
     #[inline(always)]
-    fn stretch(&self, range: Range<usize>) -> Stretch<'_> {
+    fn part(&self, range: Range<usize>) -> NodeRange<'_> {
         let [x, y, z] = &self.points;
         let points = [&x[range.clone()], &y[range.clone()], &z[range.clone()]];
         let count = self.count.min(range.end) - range.start;
-        Stretch { points, weights: &self.weights[range], count }
+        NodeRange { points, weights: &self.weights[range], count }
     }
 
     /// Returns the number of points with a weight.

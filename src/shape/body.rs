@@ -15,11 +15,11 @@ use std::f64::consts::PI;
 pub struct Body {
     /// The name that errors and tables use.
     pub(crate) name: String,
-    /// Mass in the system's units.
+    /// The mass in the system's units.
     pub(crate) mass: f64,
     parts: Vec<Part>,
     inertia: Vec3,
-    /// Indices of the parts that are not inside another one.
+    /// The indices of the parts that are not inside another one.
     outer: Vec<usize>,
     circumradius: f64,
     /// The description of a composite as it was given, with its working frame.

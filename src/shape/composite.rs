@@ -15,13 +15,13 @@ pub(super) struct Assembly {
     pub mass: f64,
     pub parts: Vec<Part>,
     pub inertia: Vec3,
-    /// Indices of the parts that are not inside another one.
+    /// The indices of the parts that are not inside another one.
     pub outer: Vec<usize>,
     pub frame: WorkingFrame,
 }
 
 impl Assembly {
-    /// Assembles the parts; `name` is for errors.
+    /// Assembles the parts; `name` is the body's name in error messages.
     pub fn new(name: &str, given: &[GivenPart]) -> Result<Self> {
         if given.is_empty() {
             return Err(Error::invalid(format!("number of parts of {name}"), 0, "at least one"));
@@ -86,7 +86,8 @@ fn check_inertia(name: &str, inertia: &Vec3, size: f64) -> Result<()> {
     };
     if !inertia.iter().all(|moment| *moment > ROUNDING * size && moment.is_finite()) {
         return refuse(
-            "finite numbers above zero: parts with extent or points that are not on one line, and no void beside them",
+            "finite numbers above zero: parts with extent or points that are not on one line, and no void \
+             beside them",
         );
     }
     if 2.0 * largest - inertia.sum() > ROUNDING * size {
@@ -95,14 +96,15 @@ fn check_inertia(name: &str, inertia: &Vec3, size: f64) -> Result<()> {
     Ok(())
 }
 
-/// By how much rounding may move a part that coincides with another one.
+/// The distance, relative to the size, by which rounding may move a part that coincides with another one.
 const ROOM: f64 = 1e-14;
 
-/// Returns the indices of the parts that are not inside another one, and of coinciding parts the first one.
+/// Returns the indices of the parts that are not inside another one; of parts that coincide, only the first
+/// one counts.
 fn outer(parts: &[Part]) -> Vec<usize> {
     let extended: Vec<usize> =
         (0..parts.len()).filter(|&part| parts[part].shape.circumradius() > 0.0).collect();
-    // A part whose centre is not in the box around another part is not inside that one. The margin is twice
+    // A part whose centre is not in the box around another part is not inside that part. The margin is twice
     // that for rounding in `inside`.
     let around = |&part: &usize| {
         let (centre, reach) = (parts[part].position(), (1.0 + 2.0 * ROOM) * parts[part].shape.circumradius());
@@ -127,7 +129,7 @@ fn outer(parts: &[Part]) -> Vec<usize> {
 /// Returns whether a part is certainly inside another one: where the other one is stretched to a ball, the
 /// ball around the part lies within it.
 fn inside(part: &Part, other: &Part) -> bool {
-    // Whether a part lies within a polyhedron is not decided: the answer is always no.
+    // For a polyhedron as the other part this is not decided, and the answer is always no.
     if let Shape::Polyhedron(_) = other.shape {
         return part.shape == other.shape && part.place == other.place;
     }

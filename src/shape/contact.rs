@@ -1,15 +1,15 @@
-//! Overlap of two ellipsoids, exact for bodies as thin as doubles can tell.
+//! The overlap of two ellipsoids, exact even for bodies so thin that rounding begins to matter.
 //!
-//! An ellipsoid reaches h(n) = |diag(a) R^T n| from its centre along a direction n. Two of them, whose
-//! centres are r apart, touch when both are grown by the factor
+//! An ellipsoid extends by h(n) = |diag(a) R^T n| from its centre along a direction n. Two ellipsoids whose
+//! centres are r apart touch when both are enlarged by the factor
 //!
 //!   g = max over n of  n.r / (h_A(n) + h_B(n)),
 //!
-//! so that g > 1 for separate, g = 1 for touching and g < 1 for overlapping bodies. With A = R diag(a^2) R^T,
-//! and since (h_A + h_B)^2 is the minimum over t of (1 + 1/t) (h_A^2 + t h_B^2), taken at t = h_A/h_B, the
-//! maximum lies at n along w = (A + t B)^-1 r. Then g^2 is the contact function of Perram & Wertheim (1985),
-//! J. Comput. Phys. 58, 409: F = max over s in [0, 1] of s (1-s) r^T [(1-s) A + s B]^-1 r, with t = s /
-//! (1-s).
+//! so that g > 1 for separate, g = 1 for touching and g < 1 for overlapping bodies. Let A = R diag(a^2) R^T.
+//! Since (h_A + h_B)^2 is the minimum over t of (1 + 1/t) (h_A^2 + t h_B^2), which is reached at t = h_A/h_B,
+//! the maximum lies at n along w = (A + t B)^-1 r. Then g^2 is the contact function of Perram & Wertheim
+//! (1985), J. Comput. Phys. 58, 409: F = max over s in [0, 1] of s (1-s) r^T [(1-s) A + s B]^-1 r, with t = s
+//! / (1-s).
 //!
 //! The weight t is found by Newton's iteration for ln(h_A/h_B) - ln t = 0, whose left side falls: with q = t
 //! w.B (A + t B)^-1 B w / w.B w its derivative by ln t is -(1 - q) (1 + t h_B^2/h_A^2).
@@ -21,15 +21,16 @@ use crate::math::{Mat3, Vec3};
 /// The factor by which two bodies must grow, each about its centre, to touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Growth {
-    /// The factor: above one for separate bodies, one where they touch, below one where they overlap, and
+    /// The factor: above one for separate bodies, one for touching ones, below one for overlapping ones, and
     /// infinite for two points.
     pub factor: f64,
-    /// A bound on the factor's relative error by the rounding of the separation and of the rotation matrices.
+    /// A bound of the factor's relative error by the rounding of the separation and of the rotation matrices.
     ///
     /// It is 8 epsilon (|r|/g + a_A + a_B) / (h_A + h_B) with the longest semi-axes a: rounding moves the
-    /// surfaces by a share of the longest axes, and matters relative to the extent of the bodies along their
-    /// common normal. Compact bodies have 1e-14; discs of c/a = 1e-8 face to face, or crossed needles as
-    /// thin, have 2e-7. A second-order term is added for bodies so thin that rounding turns the normal.
+    /// surfaces by a fraction of the longest axes, which matters relative to the extent of the bodies along
+    /// their common normal. For compact bodies it is 1e-14; for discs of c/a = 1e-8 face to face, or crossed
+    /// needles as thin, it is 2e-7. A second-order term is added for bodies so thin that rounding rotates the
+    /// normal.
     pub uncertainty: f64,
 }
 
@@ -37,11 +38,11 @@ impl Growth {
     /// Bodies this close to contact count as touching: rounding makes a computed contact of compact bodies
     /// this uncertain.
     const TOUCHING: f64 = 5e-14;
-    /// Near contact, bodies with more uncertainty than this are too thin to tell whether they overlap.
+    /// The uncertainty near contact above which bodies are too thin to tell whether they overlap.
     const TELLING: f64 = 1e-3;
 
-    /// Adds the rounding of the parts' positions: for parts with these circumradii in sum, at this distance
-    /// from each other and at these places in their bodies.
+    /// Adds the rounding of the parts' positions, for two parts at this distance from each other, with this
+    /// sum of their circumradii and these positions in their bodies.
     pub fn with_levers(self, distance: f64, circumradii: f64, places: [Option<Placement>; 2]) -> Self {
         let levers: f64 = places.iter().flatten().map(|place| place.position.norm()).sum();
         if levers == 0.0 || self.factor == 0.0 {
@@ -53,7 +54,7 @@ impl Growth {
         }
     }
 
-    /// Returns whether the interiors of two bodies share a point; the names are for the error.
+    /// Returns whether the interiors of two bodies share a point; the names are used in the error.
     ///
     /// Bodies that touch within the uncertainty do not overlap. Where the uncertainty exceeds a thousandth
     /// and leaves open whether they overlap, this is an error.
@@ -91,18 +92,18 @@ pub fn growth(
     if scale == 0.0 {
         return Growth { factor: f64::INFINITY, uncertainty: 0.0 };
     }
-    // In units of the larger body and of the separation no number over- or underflows.
+    // In units of the larger body and of the separation, no number over- or underflows.
     let separation = separation / largest;
     let bodies = [Axes::new(first, rotation_first, scale), Axes::new(second, rotation_second, scale)];
     let unit = TwoEllipsoids { bodies, direction: separation.normalize() }.growth();
     Growth { factor: unit.factor * (largest / scale * separation.norm()), ..unit }
 }
 
-/// Returns a measure like growth for shapes of which one is a polyhedron. These need not be convex, so that
-/// growth tells little. The measure is |r| / (|r| - gap), from the share of the separation that may be
-/// removed before the shapes touch; for two spheres it equals their growth.
+/// Returns a measure like growth for two shapes of which at least one is a polyhedron. They need not be
+/// convex, so that growth says little. The measure is |r| / (|r| - gap), where |r| is the separation and gap
+/// the part of it that can be removed before the shapes touch; for two spheres it equals their growth.
 fn shrinkage(gap: f64, distance: f64, circumradii: f64) -> Growth {
-    // A shape in a bay of another one may have a gap longer than the separation.
+    // A shape in a concavity of another one may have a gap longer than the separation.
     let rest = (distance - gap).max(1e-3 * distance);
     Growth { factor: distance / rest, uncertainty: 8.0 * f64::EPSILON * (distance + circumradii) / rest }
 }
@@ -145,25 +146,26 @@ impl Axes {
 
 struct TwoEllipsoids {
     bodies: [Axes; 2],
-    /// The direction of the separation, whose length counts as one.
+    /// The unit vector along the separation, whose length is the unit of length.
     direction: Vec3,
 }
 
 /// The values of the search at one weight t.
 struct Trial {
-    /// n.r / (h_A(n) + h_B(n)), a lower bound of its maximum over n.
+    /// The ratio n.r / (h_A(n) + h_B(n)), a lower bound of its maximum over n.
     growth: Growth,
-    /// ln(h_A/h_B) - ln t.
+    /// The difference ln(h_A/h_B) - ln t, which is zero at the solution.
     excess: f64,
-    /// Minus the derivative of the excess by ln t.
+    /// The derivative of the excess by ln t, with the sign reversed.
     slope: f64,
 }
 
 impl TwoEllipsoids {
     fn growth(&self) -> Growth {
-        /// This many halvings reduce the widest bracket to the last digit.
+        /// The largest number of trials; as many halvings reduce the widest bracket to the last digit.
         const MAX_TRIALS: usize = 60;
-        /// The factor is flat at its maximum, so that half the digits of t give all digits of the factor.
+        /// The relative accuracy of t that suffices. The factor is flat at its maximum, so that half the
+        /// digits of t give all digits of the factor.
         const ENOUGH: f64 = 1e-8;
         let [a, b] = &self.bodies;
         // The weight t = h_A/h_B lies between these bounds, whatever the sizes.
@@ -178,7 +180,7 @@ impl TwoEllipsoids {
             }
             let bound = if trial.excess > 0.0 { &mut low } else { &mut high };
             *bound = u;
-            // A derivative that rounding has left without a correct digit leads out of the bracket.
+            // A derivative without a correct digit leads out of the bracket.
             let newton = u + trial.excess / trial.slope;
             let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
             if (next - u).abs() <= ENOUGH {
@@ -204,8 +206,8 @@ impl TwoEllipsoids {
         let rows = [a, b, c, d, e, f];
         let x = longest(rows).normalize();
         let y = longest(rows.map(|row| row - x * x.dot(&row))).normalize();
-        // The projection is removed twice, since rounding leaves the remainder of a nearly parallel row with
-        // a share of the first vector.
+        // The projection is removed twice: after the first time, rounding leaves a part of the first vector
+        // in the remainder of a nearly parallel row.
         let y = (y - x * x.dot(&y)).normalize();
         let frame = Mat3::from_columns(&[x, y, x.cross(&y)]).transpose();
         let rows = rows.map(|row| frame * row);

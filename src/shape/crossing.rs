@@ -1,5 +1,5 @@
-//! Faces of one mesh that cross or touch where they should not, found by exact predicates (Shewchuk 1997, in
-//! the crate `robust`).
+//! Faces of one mesh that cross or touch where they should not, found by the exact predicates of Shewchuk
+//! (1997) in the crate `robust`.
 
 use super::tree::{BoundingBox, Tree};
 use crate::error::Result;

@@ -44,7 +44,7 @@ pub fn closest_point(point: &Vec3, [a, b, c]: &[Vec3; 3]) -> Vec3 {
     a + ab * (beside_b / sum) + ac * (beside_c / sum)
 }
 
-/// Returns the angle of a triangle at one of its points: that of a corner within this distance, and pi
+/// Returns the angle of a triangle at one of its points: the angle of a corner within this distance, and pi
 /// elsewhere.
 pub fn angle_at(point: &Vec3, [a, b, c]: &[Vec3; 3], within: f64) -> f64 {
     let corners = [(a, b, c), (b, c, a), (c, a, b)];

@@ -42,35 +42,35 @@ impl Ellipsoid {
         }
     }
 
-    /// Semi-axes along the body frame's x, y, z.
+    /// Returns the semi-axes along the body frame's x, y, z.
     pub fn semi_axes(&self) -> [f64; 3] {
         self.semi_axes
     }
 
-    /// Semi-axes from the largest to the smallest.
+    /// Returns the semi-axes from the largest to the smallest.
     pub fn sorted(&self) -> [f64; 3] {
         self.sorted
     }
 
-    /// Rotation matrix from the body frame into the frame in which the axes are sorted.
+    /// Returns the rotation matrix from the body frame into the frame in which the axes are sorted.
     pub fn canonical(&self) -> Mat3 {
         self.canonical
     }
 
-    /// Volume, 4 pi a b c / 3.
+    /// Returns the volume, 4 pi a b c / 3.
     pub fn volume(&self) -> f64 {
         let [a, b, c] = self.semi_axes;
         4.0 * PI / 3.0 * a * b * c
     }
 
-    /// Principal moments of inertia of unit mass: (b^2 + c^2, c^2 + a^2, a^2 + b^2) / 5.
+    /// Returns the principal moments of inertia of unit mass: (b^2 + c^2, c^2 + a^2, a^2 + b^2) / 5.
     pub fn inertia_per_mass(&self) -> Vec3 {
         let [a, b, c] = self.semi_axes;
         Vec3::new(b * b + c * c, c * c + a * a, a * a + b * b) / 5.0
     }
 
-    /// Semi-axes (p, q), p >= q, of the focal ellipse x^2/p^2 + y^2/q^2 <= 1 in the canonical frame:
-    /// p^2 = a^2 - c^2, q^2 = b^2 - c^2.
+    /// Returns the semi-axes (p, q), p >= q, of the focal ellipse x^2/p^2 + y^2/q^2 <= 1 in the canonical
+    /// frame: p^2 = a^2 - c^2, q^2 = b^2 - c^2.
     pub fn focal_axes(&self) -> [f64; 2] {
         let [a, b, c] = self.sorted;
         [((a - c) * (a + c)).sqrt(), ((b - c) * (b + c)).sqrt()]

@@ -1,23 +1,24 @@
-//! Principal frames.
+//! Principal frames of inertia.
 //!
-//! A body's frame is its principal frame, rotated as little as possible from the working frame in which it is
-//! given: among all orders and directions of the principal axes it is the choice for which the axes of both
-//! frames are nearest to each other (the trace of the rotation is largest). Where two moments of inertia are
-//! equal, only the third axis is rotated, by the shortest way; where all are equal, nothing is. A body that
-//! is given in a principal frame therefore keeps it.
+//! A body's frame is its principal frame, rotated as little as possible from the working frame in which the
+//! body is given. Among all orders and directions of the principal axes it is the choice for which the axes
+//! of both frames are nearest to each other (the trace of the rotation is largest). Where two moments of
+//! inertia are equal, only the third axis is rotated, by the shortest rotation; where all are equal, nothing
+//! is rotated. A body that is given in a principal frame therefore keeps it.
 
 use crate::math::{Mat3, Vec3};
 use nalgebra::{Rotation3, SymmetricEigen, UnitQuaternion};
 
-/// Products of inertia and differences of the moments below this share of their terms are rounding.
+/// The size, relative to their terms, below which products of inertia and differences of moments count as
+/// rounding errors.
 pub(super) const ROUNDING: f64 = 1e-14;
 
 /// Where the working frame of a composite or a polyhedron lies in its body frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WorkingFrame {
-    /// The frame's origin, in the body frame.
+    /// The origin of the working frame, in the body frame.
     pub position: Vec3,
-    /// Quaternion that rotates vectors of the working frame into the body frame.
+    /// The quaternion that rotates vectors of the working frame into the body frame.
     pub attitude: [f64; 4],
 }
 
@@ -40,7 +41,8 @@ pub(super) fn principal_axes(tensor: &Mat3, size: f64) -> Mat3 {
     }
 }
 
-/// Returns the smallest rotation that brings the nearest axis of the working frame along this vector.
+/// Returns the smallest rotation that turns the nearest axis of the working frame into the direction of this
+/// vector.
 fn turned_least_about(vector: Vec3) -> Mat3 {
     let axis = vector.iamax();
     let along = vector * vector[axis].signum();

@@ -1,10 +1,11 @@
 //! The gap between two shapes of which one is a polyhedron: a bound that never exceeds the distance of their
 //! surfaces, and is negative exactly where the shapes share points.
 //!
-//! For two polyhedra it is the distance of their nearest faces, found by trees of bounding boxes. An
-//! ellipsoid beside a polyhedron is stretched to the unit ball; where the nearest face is then at distance q
-//! from its centre, the distance of the surfaces is at least (q - 1) c, with c the shortest semi-axis. Both
-//! have the exact sign, and for a sphere or a point the exact value.
+//! For two polyhedra it is the distance of their nearest faces, found by trees of bounding boxes. For an
+//! ellipsoid beside a polyhedron, space is stretched so that the ellipsoid becomes the unit ball. If the
+//! nearest face is then at distance q from its centre, the distance of the surfaces is at least (q - 1) c,
+//! with c the shortest semi-axis. Both bounds have the exact sign, and for a sphere or a point the exact
+//! value.
 
 use super::distance::point_to_triangle;
 use super::tree::BoundingBox;
@@ -61,7 +62,8 @@ fn between_polyhedra([a, b]: [&Polyhedron; 2], place: &Vec3, turn: &Mat3) -> f64
     };
     let least = a.nearest_to(b, place, turn);
     let apart = least > 0.0 && {
-        // Where the surfaces do not meet, one polyhedron lies within the other, or they are apart.
+        // Surfaces that do not meet belong to polyhedra that are apart, or of which one lies within the
+        // other.
         let one = b.vertices().next().map(|v| place + turn * v);
         let other = a.vertices().next().map(|v| turn.tr_mul(&(v - place)));
         !one.is_some_and(|v| a.contains(&v)) && !other.is_some_and(|v| b.contains(&v))

@@ -6,18 +6,19 @@ use crate::error::{Error, Result, require_finite};
 use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3};
 
-/// Faces whose height is below this share of their longest edge have no reliable direction.
+/// The least height of a face relative to its longest edge; flatter faces have no reliable direction.
 const FLATTEST: f64 = 1e-12;
 
-/// The range of extents in which the volume and what follows from it neither under- nor overflow.
+/// The range of extents in which the volume and the quantities that follow from it neither under- nor
+/// overflow.
 const EXTENTS: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
 
 /// An edge and the two faces that share it; the first face traverses it forwards, the second one backwards.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Edge {
-    /// The vertices.
+    /// The indices of the two vertices.
     pub ends: [u32; 2],
-    /// The faces.
+    /// The indices of the two faces.
     pub faces: [u32; 2],
 }
 
@@ -193,8 +194,8 @@ fn check_turned_outward(
     Ok(())
 }
 
-/// Returns the solid angle of a triangle as seen from the origin, positive from behind (van Oosterom &
-/// Strackee 1983).
+/// Returns the solid angle of a triangle as seen from the origin, positive if seen from behind (van Oosterom
+/// & Strackee 1983).
 pub fn solid_angle([a, b, c]: [Vec3; 3]) -> f64 {
     let (p, q, r) = (a.norm(), b.norm(), c.norm());
     2.0 * a.dot(&b.cross(&c)).atan2(p * q * r + a.dot(&b) * r + b.dot(&c) * p + c.dot(&a) * q)

@@ -1,9 +1,9 @@
-//! Bodies: one part or several, each a shape with a mass. Ellipsoids of any axes (sphere, oblate, prolate,
-//! triaxial) and point masses.
+//! Bodies: one part or several, each a shape with a mass. Shapes are ellipsoids of any axes (spheres, oblate,
+//! prolate and triaxial ones), polyhedra and points.
 //!
-//! Takes semi-axes along the part's x, y, z and a mass or density, and where the parts are; gives volume,
-//! inertia, principal axes, the focal ellipse and the overlap test. Inertia: the paper's section "Surface
-//! integration".
+//! Takes the shapes of the parts, their masses or densities, positions and rotations; gives volume, inertia,
+//! principal axes, the focal ellipse and the overlap test. The inertia is that of the paper's section
+//! "Surface integration".
 
 mod body;
 mod composite;
@@ -49,7 +49,8 @@ use crate::error::{Error, Result, require_positive};
 use crate::math::{Mat3, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// The shape of a part. Its description is the semi-axes, or vertices and faces, or nothing for a point.
+/// The shape of a part. Its description consists of the semi-axes, of vertices and faces, or of nothing for a
+/// point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "ShapeDescription", into = "ShapeDescription")]
 #[non_exhaustive]
@@ -105,7 +106,7 @@ impl From<Shape> for ShapeDescription {
 }
 
 impl Shape {
-    /// Makes an ellipsoid; semi-axes along x, y, z in any order, equal ones included.
+    /// Makes an ellipsoid with semi-axes along x, y, z in any order; equal ones are allowed.
     pub fn ellipsoid(semi_axes: [f64; 3]) -> Result<Self> {
         Ok(Self::Ellipsoid(Ellipsoid::new(semi_axes)?))
     }
@@ -126,7 +127,7 @@ impl Shape {
         }
     }
 
-    /// Returns the power of two next below the circumradius: an exact unit of length in which squares and
+    /// Returns the largest power of two below the circumradius: an exact unit of length in which squares and
     /// cubes neither overflow nor underflow. It is one for a point.
     pub fn natural_unit(&self) -> f64 {
         match self {
@@ -135,7 +136,7 @@ impl Shape {
         }
     }
 
-    /// Volume; zero for a point.
+    /// Returns the volume; zero for a point.
     pub fn volume(&self) -> f64 {
         match self {
             Self::Ellipsoid(e) => e.volume(),
@@ -158,8 +159,8 @@ impl Shape {
         Mat3::from_diagonal(&self.inertia_per_mass())
     }
 
-    /// Returns how far from the centre an equivalent mass distribution extends that attracts alike: the
-    /// larger semi-axis of the focal ellipse, zero for a sphere or a point, and the circumradius of a
+    /// Returns how far from the centre an equivalent mass distribution with the same exterior field extends:
+    /// the larger semi-axis of the focal ellipse, zero for a sphere or a point, and the circumradius of a
     /// polyhedron.
     pub fn focal_reach(&self) -> f64 {
         match self {

@@ -5,8 +5,8 @@ use pulp::Arch;
 use std::mem::Discriminant;
 use std::sync::{Arc, Mutex};
 
-/// Moments by degree, scale and vector instructions. Without scale and instructions in the key, the rounding
-/// of a result would depend on what was asked for before.
+/// Moments with their degree, scale and vector instructions as the key. Without scale and instructions in the
+/// key, the rounding of a result would depend on earlier requests.
 pub type MomentCache = Mutex<Vec<(MomentKey, Arc<Vec<f64>>)>>;
 pub type MomentKey = (usize, u64, Option<Discriminant<Arch>>);
 

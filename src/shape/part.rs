@@ -8,18 +8,18 @@ use serde::{Deserialize, Serialize};
 /// Position and rotation of one frame in another one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
-    /// The frame's origin.
+    /// The origin of the frame.
     pub position: Vec3,
-    /// Rotates vectors of the frame into those of the other one.
+    /// The rotation matrix that maps vectors of the frame to the other one.
     pub rotation: Mat3,
 }
 
 /// A part of a body, in the body's own frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
-    /// The shape, about its own centre.
+    /// The shape, centred at the part's own centre.
     pub shape: Shape,
-    /// Mass; negative for a void.
+    /// The mass; negative for a void.
     pub mass: f64,
     /// The position and rotation in the body's frame; `None` for the one part of an ordinary body, which is
     /// at the origin and not rotated.
@@ -45,16 +45,16 @@ pub struct GivenPart {
     /// The shape.
     #[serde(rename = "semi_axes")]
     pub shape: Shape,
-    /// Mass: positive for matter, negative for a void.
+    /// The mass: positive for matter, negative for a void.
     pub mass: f64,
     /// The part's centre; for a polyhedron the origin of its vertices' frame.
     pub position: [f64; 3],
-    /// Quaternion that rotates vectors of the part into the working frame.
+    /// The quaternion that rotates vectors of the part into the working frame.
     pub attitude: [f64; 4],
 }
 
 impl GivenPart {
-    /// Returns the mass of a part from its density, of either sign; `what` names the part for errors.
+    /// Returns the mass of a part from its density, of either sign; `what` names the part in errors.
     pub fn mass_of(what: &str, shape: &Shape, density: f64) -> Result<f64> {
         let volume = shape.volume();
         if volume > 0.0 {
@@ -64,7 +64,7 @@ impl GivenPart {
         }
     }
 
-    /// Returns an error for numbers that describe no part.
+    /// Returns an error for numbers that no part can have.
     pub(super) fn check(&self, what: &str) -> Result<()> {
         if !(self.mass.is_finite() && self.mass != 0.0) {
             let expected = "a finite number that is not zero: above for matter, below for a void";

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::math::rotation;
 use crate::math::{Mat3, Vec3};
 
-/// A number of a part of a composite.
+/// A parameter of a part of a composite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PartNumber {
     /// The mass of the part.
@@ -20,7 +20,7 @@ pub enum PartNumber {
     Position(usize),
 }
 
-/// The derivatives of a composite's parts and moments, in its own frame, by a number of one of its parts.
+/// The derivatives of a composite's parts and moments, in its body frame, by a parameter of one of its parts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartDerivative {
     /// The index of the part.
@@ -35,12 +35,13 @@ pub struct PartDerivative {
     pub turn: Vec3,
     /// The derivatives of the moments of inertia.
     pub inertia: Vec3,
-    /// A change of the number that is small for the body.
+    /// A change of the parameter that is small for the body.
     pub size: f64,
 }
 
 impl PartDerivative {
-    /// Returns the placement of a part, and its share of the body's mass, after a change of the number.
+    /// Returns the placement of a part and its mass relative to that of the body, after a change of the
+    /// parameter.
     pub fn changed(
         &self,
         index: usize,
@@ -57,7 +58,7 @@ impl PartDerivative {
 }
 
 impl Body {
-    /// Returns the derivatives by a number of a part; an error where two moments are equal, so that the
+    /// Returns the derivatives by a parameter of a part, or an error where two moments are equal, so that the
     /// principal axes jump.
     pub fn by_part(&self, index: usize, number: PartNumber) -> Result<PartDerivative> {
         let parts = self.parts();
@@ -109,7 +110,7 @@ impl Body {
         Ok(PartDerivative { part, relative_mass, mass, positions, turn, inertia: tensor.diagonal(), size })
     }
 
-    /// Returns the body with a number of a part changed.
+    /// Returns the body with a parameter of a part changed.
     pub fn with_part(&self, index: usize, number: PartNumber, by: f64) -> Result<Self> {
         let mut parts = self.given().to_vec();
         match number {
@@ -129,7 +130,7 @@ impl Body {
         Self::composite(self.name.clone(), parts)
     }
 
-    /// Returns the body, which has one part, with another shape.
+    /// Returns the body, which must have one part, with another shape.
     pub fn of_shape(&self, shape: Shape) -> Result<Self> {
         Self::with_mass(self.name.clone(), shape, self.mass)
     }

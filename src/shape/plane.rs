@@ -2,15 +2,15 @@
 //!
 //! A plane with unit normal n separates two bodies whose centres are r apart where n.r > h_A(n) + h_B(n),
 //! with h the support functions: every n gives a lower bound of the gap. The normal for which n.r / (h_A +
-//! h_B) is largest is that of the plane which both bodies touch when they have grown to touch, and the ratio
-//! is the factor of that growth. This is the dual of the contact function, and its parameter s is related by
-//! s / (1 - s) = h_A / h_B.
+//! h_B) is largest is the normal of the plane that both bodies touch when they have grown to touch, and the
+//! ratio is the factor of that growth. This is the dual of the contact function, and its parameter s is
+//! related to it by s / (1 - s) = h_A / h_B.
 
 use super::Shape;
 use crate::math::{Mat3, Vec3};
 use nalgebra::Matrix6x3;
 
-/// Returns the support function: how far a body reaches from its centre along a unit vector.
+/// Returns the support function: how far a body extends from its centre along a unit vector.
 pub fn support(shape: &Shape, rotation: &Mat3, normal: &Vec3) -> f64 {
     rotation.tr_mul(normal).component_mul(&Vec3::from(shape.semi_axes())).norm()
 }
@@ -26,7 +26,8 @@ pub fn normal(
     separation: &Vec3,
     balance: &mut f64,
 ) -> Option<Vec3> {
-    /// Beyond these ends one body is smaller than the round-off of the other.
+    /// The ends of the search for the balance, beyond which one body is smaller than the round-off of the
+    /// other.
     const END: f64 = 40.0;
     let unit = |n: Vec3| (n.norm() > 0.0 && n.norm().is_finite()).then(|| n.normalize());
     let scale = shapes[0].circumradius().max(shapes[1].circumradius());

@@ -26,7 +26,7 @@ use std::mem::discriminant;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Highest degree of the monomials whose means are computed.
+/// The highest degree of the monomials whose means are computed.
 const MOST_POWERS: usize = 18;
 
 /// A homogeneous polyhedron in its own frame: the origin in the centre of mass, the axes along the principal
@@ -40,7 +40,7 @@ pub struct Polyhedron {
 
 #[derive(Debug)]
 struct Solid {
-    /// The vertices as given, in the working frame.
+    /// The vertices as they were given, in the working frame.
     given: Vec<Vec3>,
     vertices: Vec<Vec3>,
     faces: Vec<[u32; 3]>,
@@ -52,9 +52,9 @@ struct Solid {
     frame: WorkingFrame,
     /// Whether the faces are known to bound a solid.
     checked: AtomicBool,
-    /// The harmonic moments that have been asked for.
+    /// The cached harmonic moments.
     moments: MomentCache,
-    /// The means of monomials that have been asked for.
+    /// The cached means of monomials.
     monomials: MomentCache,
 }
 
@@ -175,7 +175,7 @@ impl Polyhedron {
         &self.solid.edges
     }
 
-    /// Volume.
+    /// Returns the volume.
     pub fn volume(&self) -> f64 {
         self.solid.volume * self.scale.powi(3)
     }
@@ -186,12 +186,12 @@ impl Polyhedron {
         WorkingFrame { position: position * self.scale, attitude }
     }
 
-    /// Principal moments of inertia of unit mass.
+    /// Returns the principal moments of inertia of unit mass.
     pub fn inertia_per_mass(&self) -> Vec3 {
         self.solid.inertia * (self.scale * self.scale)
     }
 
-    /// Largest distance of a vertex from the centre of mass.
+    /// Returns the largest distance of a vertex from the centre of mass.
     pub fn circumradius(&self) -> f64 {
         self.solid.circumradius * self.scale
     }

@@ -1,11 +1,11 @@
-//! How near two bodies are to touching, by their parts.
+//! The proximity of two bodies to contact, by their parts.
 
 use super::{Body, growth};
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3};
 
-/// How near two bodies are to touching.
+/// The proximity of two bodies to contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Proximity {
     /// The least factor by which a part of one body and a part of the other must grow, each about its own
@@ -17,7 +17,7 @@ pub struct Proximity {
 }
 
 impl Proximity {
-    /// Computes how near two bodies are to touching.
+    /// Computes the proximity of two bodies.
     ///
     /// `separation` runs from the first centre to the second; the matrices rotate the body frames into its
     /// frame. An interruption names `time`.
@@ -28,7 +28,7 @@ impl Proximity {
         time: f64,
         interrupt: &mut InterruptCheck,
     ) -> Result<Self> {
-        /// The factor from which on the spheres around two parts are used in their place.
+        /// The factor above which the spheres around two parts are used instead of the parts.
         const FAR: f64 = 2.0;
         /// Units of work of two parts that are near each other.
         const NEAR: u64 = 30;

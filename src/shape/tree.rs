@@ -1,13 +1,13 @@
-//! A tree of bounding boxes around faces, which finds the faces near something.
+//! A tree of bounding boxes around faces, which finds the faces near a point or a box.
 
 use crate::math::Vec3;
 
 /// An axis-aligned box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundingBox {
-    /// Least coordinates.
+    /// The least coordinates.
     pub low: Vec3,
-    /// Largest coordinates.
+    /// The largest coordinates.
     pub high: Vec3,
 }
 
@@ -51,7 +51,7 @@ impl BoundingBox {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tree {
     nodes: Vec<Node>,
-    /// The items; those of a leaf are adjacent.
+    /// The items; the items of a leaf are adjacent.
     items: Vec<u32>,
 }
 

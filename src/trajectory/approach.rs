@@ -1,8 +1,8 @@
 //! Decides whether bodies touch within a step.
 //!
 //! Every step is checked: first by bounds that cost next to nothing, and on the continuous solution only
-//! where these do not decide. The bounds compare the line between the step's ends with how far the path
-//! between them can depart from it.
+//! where these do not decide. The bounds limit how far the path between the step's ends can depart from the
+//! straight line between them.
 
 use super::encounter::Encounter;
 use crate::dynamics::{Layout, System};
@@ -52,14 +52,15 @@ pub(super) struct Approach {
     bodies: Vec<Reach>,
     /// Whether a body has an extent: points cannot overlap.
     extended: bool,
-    /// The largest deviation of each body's path from a line, without the unknown part of the other bodies'
-    /// pull.
+    /// The largest deviation of each body's path from a straight line, without the part that the unknown
+    /// accelerations by the other bodies cause.
     bends: Vec<f64>,
     /// The largest change of the rates from stage to stage, in the layout of the vector of rates.
     changes: Vec<f64>,
-    /// The largest pull on each body, and that on two bodies together if all were at unit distance.
-    pulls: Vec<f64>,
-    pull: f64,
+    /// The largest acceleration of each body, and the largest accelerations of two bodies together at unit
+    /// distance.
+    attractions: Vec<f64>,
+    attraction: f64,
     /// The least separation of each pair of centres along straight lines.
     nearest: Vec<f64>,
     /// The positions at both ends of the piece that is searched.
@@ -72,8 +73,8 @@ struct Reach {
     /// The parts that can touch another body.
     parts: Vec<Part>,
     radius: f64,
-    /// How far an equivalent mass distribution that attracts alike extends from the centre: the focal
-    /// ellipses of the parts.
+    /// How far an equivalent mass distribution with the same exterior field extends from the centre: the
+    /// focal ellipses of the parts.
     focal: f64,
     /// G times the mass, increased by the tolerance of the quadrature; the masses of voids are added, not
     /// subtracted.
@@ -102,14 +103,14 @@ impl Approach {
         let n = bodies.len();
         let all: f64 = bodies.iter().map(|body| body.mu).sum();
         let terms = bodies.iter().map(|body| body.terms).fold(1.0, f64::max);
-        let pull = if n == 2 { all } else { 2.0 * all } * terms;
+        let attraction = if n == 2 { all } else { 2.0 * all } * terms;
         Self {
             extended: n > 1 && bodies.iter().any(|body| body.radius > 0.0),
             bodies,
             bends: vec![0.0; n],
             changes: Vec::new(),
-            pulls: vec![0.0; n],
-            pull,
+            attractions: vec![0.0; n],
+            attraction,
             nearest: vec![0.0; n * n.saturating_sub(1) / 2],
             ends: vec![[Vec3::zeros(); 2]; n],
         }
@@ -118,9 +119,9 @@ impl Approach {
     /// Returns whether the step's ends and stages alone prove that no two bodies touch on the interpolant of
     /// a step.
     ///
-    /// The interpolant of the positions is that of an acceleration, known at the pair's own stages. At the
-    /// interpolant's own stages it is bounded by [`Self::apart`]. How far both let the interpolant depart
-    /// from the chord is [`Step::spread`].
+    /// The interpolant of the positions belongs to an acceleration. That acceleration is known at the pair's
+    /// own stages, and [`Self::apart`] bounds it at the interpolant's further stages. [`Step::spread`] is how
+    /// far both let the interpolant depart from the chord.
     pub fn excludes(
         &mut self,
         arch: Arch,
@@ -158,11 +159,12 @@ impl Approach {
         self.apart(&lines, square * unknown, interrupt)
     }
 
-    /// Returns whether no two bodies can touch between the ends of a fixed step, on the motion from its start
-    /// that is then adjusted linearly to end where the step ended.
+    /// Returns whether no two bodies can touch between the ends of a fixed step, on the motion that is
+    /// integrated from its start and then adjusted linearly so that it ends where the step ended.
     ///
-    /// Before the adjustment that motion is within half the square of the time, times the acceleration, of
-    /// the straight line along the first velocities, and afterwards within an eighth of it of the chord.
+    /// With t the time since the start, that motion departs before the adjustment by at most t^2/2 times the
+    /// acceleration from the straight line along the first velocities. After it the motion departs by at most
+    /// an eighth of the squared step times the acceleration from the chord.
     pub fn excludes_between(
         &mut self,
         layout: Layout,
@@ -192,7 +194,7 @@ impl Approach {
     /// its gap, then no pair has been nearer, and none has touched. The same bound holds for the series of
     /// any degree, whose terms of degree n are at most n + 1 times ((p_1 + p_2) / d)^n of the first.
     fn apart(&mut self, lines: &Lines, weight: f64, interrupt: &mut InterruptCheck) -> Result<bool> {
-        self.pulls.fill(0.0);
+        self.attractions.fill(0.0);
         let n = self.bodies.len();
         let mut index = 0;
         for i in 0..n {
@@ -205,8 +207,8 @@ impl Approach {
                 let inner = 0.5 * (self.nearest[index] + a.radius + b.radius) - (a.focal + b.focal);
                 if weight > 0.0 {
                     let per_mu = if inner > 0.0 { 1.0 / (inner * inner) } else { f64::INFINITY };
-                    self.pulls[i] += a.terms * b.mu * per_mu;
-                    self.pulls[j] += b.terms * a.mu * per_mu;
+                    self.attractions[i] += a.terms * b.mu * per_mu;
+                    self.attractions[j] += b.terms * a.mu * per_mu;
                 }
                 index += 1;
             }
@@ -214,13 +216,13 @@ impl Approach {
         let mut pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j))).zip(&self.nearest);
         // A NaN makes the answer false.
         Ok(pairs.all(|((i, j), near)| {
-            let bend = self.bends[i] + self.bends[j] + weight * (self.pulls[i] + self.pulls[j]);
+            let bend = self.bends[i] + self.bends[j] + weight * (self.attractions[i] + self.attractions[j]);
             bend + MARGIN * near <= 0.5 * (near - (self.bodies[i].radius + self.bodies[j].radius))
         }))
     }
 
-    /// As [`Self::apart`], with the least and the largest values of all pairs in place of each pair's own.
-    /// This is quick and mostly enough.
+    /// Decides as [`Self::apart`], with the least and the largest values of all pairs in place of each pair's
+    /// own. This is quick and mostly sufficient.
     fn roughly_apart(
         &self,
         lines: &Lines,
@@ -246,7 +248,7 @@ impl Approach {
             }
         }
         let square = inner * inner;
-        Ok(inner > 0.0 && 2.0 * bend * square + weight * self.pull <= 0.5 * gap * square)
+        Ok(inner > 0.0 && 2.0 * bend * square + weight * self.attraction <= 0.5 * gap * square)
     }
 
     /// Returns the first contact on a piece, which has this index in the step.

@@ -8,8 +8,8 @@
 //! | 4 | CRC-32 of the contents |
 //! | | the contents in the postcard format |
 //!
-//! The contents hold the description once, as text, and all that decides how the run goes on, in binary: a run
-//! that goes on from them equals the unbroken one bit for bit, on a machine with the same vector
+//! The contents hold the description once, as text, and all that decides how the run goes on, in binary: a
+//! run that goes on from them equals the unbroken one bit for bit, on a machine with the same vector
 //! instructions.
 
 use super::checkpoint::Checkpoint;

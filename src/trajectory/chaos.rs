@@ -19,7 +19,7 @@ use crate::math::gauss::Gauss;
 /// indicator.
 pub const INDICATORS: usize = 3;
 
-/// The number of integrals: z, and that of Y.
+/// The number of integrals of a tangent vector: z and the integral of Y.
 pub(super) const INTEGRALS: usize = 2;
 
 /// The length at which a tangent vector is scaled back.

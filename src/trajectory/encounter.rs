@@ -23,8 +23,8 @@ use nalgebra::Rotation3;
 /// the tips of needles penetrate each other by less than rounding.
 const SHORTEST: f64 = 1.0 / (1_u64 << 34) as f64;
 
-/// The overlap, relative to the bodies' sizes, that counts as touching: half of that in [`growth`], which
-/// refers to the square.
+/// The overlap, relative to the bodies' sizes, that counts as touching. It is half of the tolerance in
+/// [`growth`], which refers to the square of a size.
 const TOUCHING: f64 = 5e-14;
 
 /// The units of work of an interval.
@@ -39,7 +39,7 @@ pub(super) struct Encounter<'a> {
     /// Where the parts are in their bodies; `None` at the origin.
     places: [Option<Placement>; 2],
     names: [&'a str; 2],
-    /// Bounds of the first three derivatives by the fraction of the piece: of the separation of the bodies,
+    /// Bounds of the first three derivatives, by the fraction of the piece, of the separation of the bodies
     /// and of the numbers of each attitude.
     separation: [f64; 3],
     attitudes: [[f64; 3]; 2],

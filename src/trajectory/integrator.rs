@@ -12,16 +12,17 @@ use serde::{Deserialize, Serialize};
 #[serde(tag = "name", deny_unknown_fields)]
 #[non_exhaustive]
 pub enum Integrator {
-    /// The pair of Dormand and Prince of orders 5 and 4; interpolant of order 4 without further evaluations.
+    /// The pair of Dormand and Prince of orders 5 and 4, with an interpolant of order 4 without further
+    /// evaluations.
     DormandPrince54(Tolerance),
-    /// Verner's pair of orders 6 and 5; interpolant of order 6 by 6 further evaluations in steps that need
-    /// it.
+    /// Verner's pair of orders 6 and 5, with an interpolant of order 6 by 6 further evaluations in steps that
+    /// need it.
     Verner65(Tolerance),
-    /// Verner's pair of orders 7 and 6; interpolant of order 7 by 11 further evaluations.
+    /// Verner's pair of orders 7 and 6, with an interpolant of order 7 by 11 further evaluations.
     Verner76(Tolerance),
-    /// Verner's pair of orders 8 and 7; interpolant of order 8 by 16 further evaluations.
+    /// Verner's pair of orders 8 and 7, with an interpolant of order 8 by 16 further evaluations.
     Verner87(Tolerance),
-    /// Verner's pair of orders 9 and 8; interpolant of order 9 by 10 further evaluations.
+    /// Verner's pair of orders 9 and 8, with an interpolant of order 9 by 10 further evaluations.
     Verner98(Tolerance),
     /// The pair of `Verner98` with steps so short that truncation errors are below the random effect of
     /// rounding.
@@ -29,13 +30,14 @@ pub enum Integrator {
     /// The Lie group variational integrator of Lee, Leok & McClamroch (2007): second order, symplectic, one
     /// evaluation a step.
     LieGroupVariational {
-        /// Size of the steps.
+        /// The size of the steps.
         step: f64,
     },
-    /// Splitting into Kepler motion and free rotation, solved exactly, and kicks by the remaining forces.
-    /// Symplectic; N bodies are in Jacobi's coordinates, so that the first two should be the closest pair.
+    /// The splitting into Kepler motion and free rotation, solved exactly, and kicks by the remaining forces.
+    /// It is symplectic. N bodies are in Jacobi's coordinates, so that the first two should be the closest
+    /// pair.
     SymplecticSplitting {
-        /// Size of the steps.
+        /// The size of the steps.
         step: f64,
         /// The scheme of drifts and kicks.
         #[serde(with = "crate::names")]
@@ -43,7 +45,7 @@ pub enum Integrator {
     },
 }
 
-/// How an integrator makes its steps.
+/// The kind of an integrator's steps.
 pub(super) enum Steps {
     /// Steps of a Runge-Kutta pair, whose size a tolerance controls.
     Controlled(&'static Tableau, Tolerance),

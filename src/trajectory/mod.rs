@@ -1,4 +1,4 @@
-//! Running a system and recording it.
+//! Simulations: they advance a system and record its motion.
 //!
 //! Takes a system, a state and an integrator; gives a [`Trajectory`]: samples with energies and angular
 //! momenta, events, and the continuous solution. This is the only module in which physics and integrator

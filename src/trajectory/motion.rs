@@ -25,7 +25,7 @@ impl Motion {
         Self { equations, present: initial.clone(), initial, approach }
     }
 
-    /// Returns a copy for a second integration, without the quadrature rules. Making it can be interrupted.
+    /// Returns a copy without the quadrature rules, for a second integration. Making it can be interrupted.
     pub fn again(&self, interrupt: &mut InterruptCheck) -> Result<Self> {
         let system = self.equations.system();
         Ok(Self {
@@ -109,12 +109,12 @@ impl Equations for Motion {
     }
 }
 
-/// Returns the largest scales of position and velocity of any body.
+/// Returns the largest scales of position and velocity of all bodies.
 fn widest(scales: &[[f64; 3]]) -> [f64; 2] {
     scales.iter().fold([0.0; 2], |w, s| [w[0].max(s[0]), w[1].max(s[1])])
 }
 
-/// The equations as two flows, for a composition.
+/// The equations of motion as two flows, for a composition.
 pub(super) struct SplitMotion<'a> {
     pub equations: &'a mut Dynamics,
     pub splitting: &'a mut Splitting,

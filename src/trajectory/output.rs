@@ -7,13 +7,13 @@ use std::cmp::Ordering;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Output {
-    /// At every accepted step.
+    /// Samples at every accepted step.
     Steps,
-    /// At the start and the end.
+    /// Samples at the start and the end.
     Ends,
-    /// At a spacing, start and end included.
+    /// Samples at a constant spacing, with the start and the end.
     Spacing(f64),
-    /// At exactly these times, in the direction of the run.
+    /// Samples at exactly these times, in the direction of the run.
     Times(Vec<f64>),
 }
 
@@ -33,7 +33,7 @@ impl Output {
 /// The times that remain to be recorded.
 pub(super) enum Times<'a> {
     Steps,
-    /// Multiples of a step from the start that are well before the end, and the end.
+    /// The multiples of a spacing that are well before the end, and the end.
     Spaced {
         start: f64,
         step: f64,

@@ -13,7 +13,7 @@ use crate::interrupt::InterruptCheck;
 /// The tolerance of the integration between the ends of a fixed step.
 const IN_STEP_TOLERANCE: f64 = 1e-12;
 
-/// The largest number of steps of that integration; more would take gigabytes of memory.
+/// The largest number of steps of the in-step integration; more would take gigabytes of memory.
 const MOST_PIECES: usize = 4096;
 
 /// The number of steps at the beginning that may be far too short, since each step is up to five times longer
@@ -43,9 +43,9 @@ pub(super) struct FixedSteps {
 
 /// The integration by Verner 9(8) from the start of the last fixed step to its end.
 ///
-/// It works on a copy of the equations, so that looking between the ends does not change the steps. It begins
-/// with the rules that are in use in the step and remembers nothing else of earlier steps. The polynomials
-/// thus depend on the step alone: they are the same however often one looks, and after a restart.
+/// It works on a copy of the equations, so that computing the interior does not change the steps. It begins
+/// with the rules that are in use in the step and keeps nothing else of earlier steps. The polynomials thus
+/// depend on the step alone: they are the same however often they are computed, and after a restart.
 #[derive(Debug, Clone)]
 struct InStepIntegration {
     motion: Motion,
@@ -168,8 +168,8 @@ impl Propagator {
         }
     }
 
-    /// Forms the polynomial of the last step of a Runge-Kutta pair. Those of a fixed step are formed by
-    /// [`Self::contact`] alone.
+    /// Forms the polynomial of the last step of a Runge-Kutta pair. The polynomials of a fixed step are
+    /// formed by [`Self::contact`] alone.
     pub fn form(&mut self, motion: &mut Motion, interrupt: &mut InterruptCheck) -> Result<()> {
         match self {
             Self::Adaptive(stepper) => stepper.segment(motion, interrupt).map(drop),
@@ -232,7 +232,7 @@ impl Propagator {
         }
     }
 
-    /// Moves the run to a time and a vector within the last step.
+    /// Moves the simulation to a time and a vector within the last step.
     pub fn place(&mut self, time: f64, y: &[f64]) {
         match self {
             Self::Adaptive(stepper) => stepper.place(time, y),
@@ -243,8 +243,8 @@ impl Propagator {
         }
     }
 
-    /// Returns what decides how the run goes on: the stepper's memory, and the loads at the present vector
-    /// where they are kept.
+    /// Returns what determines the continuation of the run: the stepper's memory, and the loads at the
+    /// present vector where they are kept.
     pub fn memory(&self) -> (Memory, Option<Vec<[f64; 6]>>) {
         match self {
             Self::Adaptive(stepper) => (stepper.memory(), None),
@@ -323,7 +323,8 @@ impl FixedSteps {
         while in_step.stepper.time() != end && self.met.is_none() {
             let index = self.pieces.len();
             let passed = (in_step.stepper.time() - start.high) - start.low;
-            // Not even pieces that are each as long as all so far would come to the end.
+            // Even if the remaining pieces were each as long as all so far together, they would not reach the
+            // end.
             let hopeless = index >= GROWING && (passed * MOST_PIECES as f64).abs() < size.abs();
             if hopeless || index == MOST_PIECES {
                 return Err(Error::NotConverged {

@@ -4,16 +4,16 @@ use super::{Dense, Occurrence};
 use crate::dynamics::{Energy, Invariants, State};
 use crate::math::Vec3;
 
-/// Why a run ended.
+/// The reason why a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum StopReason {
     /// The run has not ended: there was an error, or nothing has been run.
     #[default]
     Unfinished,
-    /// It reached the time asked for.
+    /// The run reached its end time.
     End,
-    /// A terminal event, by its index in the list.
+    /// A terminal event ended the run; the number is its index in the list of events.
     Event(usize),
     /// The caller's hook asked to stop.
     Interrupted,
@@ -22,19 +22,19 @@ pub enum StopReason {
 /// Samples of a run, flat and in C order: vectors are (K, N, 3), attitudes (K, N, 4).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Trajectory {
-    /// Number of bodies.
+    /// The number of bodies.
     pub bodies: usize,
     /// The conserved quantities at the start of the first run into this record.
     pub start: Option<Invariants>,
-    /// Times (K,).
+    /// Times of the samples (K,).
     pub time: Vec<f64>,
-    /// Positions.
+    /// Positions (K, N, 3), inertial frame.
     pub position: Vec<f64>,
-    /// Velocities.
+    /// Velocities (K, N, 3), inertial frame.
     pub velocity: Vec<f64>,
-    /// Attitudes.
+    /// Attitudes (K, N, 4).
     pub attitude: Vec<f64>,
-    /// Spins, body frames.
+    /// Spins (K, N, 3), body frames.
     pub spin: Vec<f64>,
     /// Energies (K, 4): total, translational, rotational, potential.
     pub energy: Vec<f64>,
@@ -44,13 +44,13 @@ pub struct Trajectory {
     pub start_work_and_impulse: Option<Vec<f64>>,
     /// Work, impulse and angular impulse (K, F, 7) of each force since that start.
     pub work_and_impulse: Vec<f64>,
-    /// How often each force was switched off in the runs into this record, for forces that can be; being off
-    /// at its start counts as one.
+    /// How often each force was switched off in the runs into this record; `None` for forces that cannot be.
+    /// A force that does not act at the start counts as switched off once.
     pub switched_off: Vec<Option<u64>>,
-    /// Transition matrices (K, 12 N, 12 N) from the start of the last run into this record, where they were
-    /// asked for. Row i and column j hold the derivative of number i of the sample by number j of the start.
-    /// Each body has twelve numbers in turn: position (3) and velocity (3) in the inertial frame, a rotation
-    /// vector (3) and the spin (3) in its own frame.
+    /// Transition matrices (K, 12 N, 12 N) from the start of the last run into this record; empty where they
+    /// were not requested. Row i and column j hold the derivative of number i of the sample by number j of
+    /// the start. Each body has twelve numbers in turn: position (3) and velocity (3) in the inertial frame,
+    /// a rotation vector (3) and the spin (3) in its own frame.
     pub transition: Vec<f64>,
     /// Sensitivities (K, P, 12 N) to parameters: derivatives of the same numbers of the sample by each
     /// parameter.
@@ -58,11 +58,11 @@ pub struct Trajectory {
     /// Indicators of chaos (K, 3) since that start: the mean of MEGNO, the Lyapunov exponent, the fast
     /// Lyapunov indicator.
     pub chaos: Vec<f64>,
-    /// Events in order of the run.
+    /// Events in the order of the run.
     pub events: Vec<Occurrence>,
-    /// The continuous solution, where it was asked for.
+    /// The continuous solution, where it was requested.
     pub dense: Option<Dense>,
-    /// Why the last run into this record ended.
+    /// The reason why the last run into this record ended.
     pub stop_reason: StopReason,
 }
 
@@ -75,7 +75,7 @@ impl Trajectory {
     /// Returns the state of a sample.
     ///
     /// # Panics
-    /// A sample that the record does not have panics, here and in the methods below, as an index of a slice
+    /// This method and those below panic for a sample that the record does not have, as an index of a slice
     /// does.
     pub fn state(&self, sample: usize) -> State {
         let bodies = 0..self.bodies;
@@ -88,7 +88,7 @@ impl Trajectory {
         }
     }
 
-    /// Returns where the centre of a body is in a sample, inertial frame.
+    /// Returns the position of the centre of a body in a sample, inertial frame.
     pub fn position(&self, sample: usize, body: usize) -> Vec3 {
         self.vector(&self.position, sample, body)
     }

@@ -1,4 +1,4 @@
-//! What is recorded of a run, step by step: samples, events, the continuous solution and tangents.
+//! The record of a run is made step by step: samples, events, the continuous solution and tangent vectors.
 
 use super::approach::Contact;
 use super::dense::{piece_at, state_within};
@@ -13,7 +13,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 /// The units of work of evaluations after which the clock is read between steps.
-const LOOK: u64 = UNITS / 32;
+const CLOCK_WORK: u64 = UNITS / 32;
 
 /// The progress of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,7 +51,7 @@ pub(super) struct Recorder<'r, 'f> {
     /// The end of the run.
     pub until: f64,
     forward: bool,
-    /// Whether every step is looked into, for events or the continuous solution.
+    /// Whether the interior of every step is needed, for events or the continuous solution.
     pub looks_inside: bool,
     times: Times<'r>,
     detector: EventDetector,
@@ -180,7 +180,7 @@ impl<'r, 'f> Recorder<'r, 'f> {
     }
 
     /// Finds the events of the last step and keeps its continuous solution, up to the first terminal event,
-    /// whose index and time are returned, or up to where bodies touch.
+    /// whose index and time are returned, or up to the contact of two bodies.
     fn look_inside(
         &mut self,
         simulation: &Simulation,
@@ -205,7 +205,7 @@ impl<'r, 'f> Recorder<'r, 'f> {
         Ok(stop)
     }
 
-    /// Adds the derivatives of their states to the events of the last step, which are those from the index
+    /// Adds the derivatives of the state to each event of the last step; these are the events from the index
     /// `known` on.
     fn differentiate(
         &mut self,
@@ -213,10 +213,10 @@ impl<'r, 'f> Recorder<'r, 'f> {
         simulation: &mut Simulation,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
-        for happened in &mut self.record.events[known..] {
+        for occurrence in &mut self.record.events[known..] {
             let pieces = simulation.propagator.pieces();
-            happened.derivatives =
-                self.tangents.at(&mut simulation.motion, pieces, &happened.state, interrupt)?;
+            occurrence.derivatives =
+                self.tangents.at(&mut simulation.motion, pieces, &occurrence.state, interrupt)?;
         }
         Ok(())
     }
@@ -277,9 +277,9 @@ impl Simulation {
     /// that take longer, and at the end. It stops the run by [`ControlFlow::Break`].
     ///
     /// # Errors
-    /// [`Error::InvalidInput`] refuses a record for another number of bodies and times that are not finite.
-    /// Bodies that meet, steps that become too small, forces that fail and an interruption have variants of
-    /// their own, which carry the time.
+    /// Returns [`Error::InvalidInput`] for a record of another number of bodies and for times that are not
+    /// finite. Bodies that touch, steps that become too small, forces that fail and an interruption have
+    /// variants of their own, which carry the time.
     pub fn integrate(
         &mut self,
         until: f64,
@@ -370,7 +370,7 @@ impl Simulation {
             }
             // The clock is read only after enough work, since steps may be quick.
             unseen += self.motion.equations.work() * self.motion.equations.parts() as u64;
-            let look = recorder.looks_inside || unseen >= LOOK;
+            let look = recorder.looks_inside || unseen >= CLOCK_WORK;
             unseen = if look { 0 } else { unseen };
             if look && called.elapsed() >= HOOK_INTERVAL {
                 called = Instant::now();

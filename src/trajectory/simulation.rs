@@ -1,4 +1,4 @@
-//! The stepping object: a system with its present state and the integrator that advances it.
+//! A simulation: a system with its present state and the integrator that advances it.
 
 use super::Integrator;
 use super::approach::Contact;
@@ -26,12 +26,13 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Checks the state against the system and starts there.
+    /// Makes a simulation that starts at a state, after checking the state against the system.
     pub fn new(system: &System, state: &State, integrator: Integrator) -> Result<Self> {
         Self::begin(system, state, integrator, &mut InterruptCheck::never())
     }
 
-    /// Starts as [`Self::new`] with an interrupt check: systems of very many bodies take seconds.
+    /// Makes a simulation as [`Self::new`], with an interrupt check: systems of very many bodies take
+    /// seconds.
     pub fn begin(
         system: &System,
         state: &State,
@@ -97,8 +98,8 @@ impl Simulation {
         self.invariants_of(&high, &state, interrupt)
     }
 
-    /// Returns work, impulse and angular impulse of the external forces since that start, seven numbers for
-    /// each.
+    /// Returns work, impulse and angular impulse of the external forces since [`Self::start`], seven numbers
+    /// for each force.
     pub fn work_and_impulse(&self) -> &[f64] {
         self.frame().layout.work_and_impulse(self.propagator.vector().0)
     }

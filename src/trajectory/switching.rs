@@ -1,7 +1,7 @@
 //! Steps that end where a force is switched.
 //!
 //! Within a step every force is on or off, so that the rates of change are smooth. Where the continuous
-//! solution of a step comes to a switch, the step is taken again up to there, and the next one begins behind
+//! solution of a step comes to a switch, the step is taken again up to there, and the next one begins after
 //! the switch.
 
 use super::Simulation;

@@ -35,8 +35,8 @@ const LARGEST: f64 = 1e280;
 /// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TangentOptions {
-    /// `None` where no derivatives are computed. Otherwise the transition matrix is, and the sensitivity to
-    /// each of these parameters.
+    /// The parameters whose sensitivities are computed in addition to the transition matrix; `None` where no
+    /// derivatives are computed.
     pub derivatives: Option<Vec<Parameter>>,
     /// Whether the chaos indicators (MEGNO and Lyapunov exponents) are computed.
     pub chaos: bool,
@@ -66,7 +66,7 @@ struct Tangent {
     /// The state at which the run began.
     start: State,
     present: TangentState,
-    /// Vectors of the motion.
+    /// Two vectors of the motion, used as buffers.
     y: [Vec<f64>; 2],
 }
 
@@ -311,7 +311,7 @@ impl Tangent {
                 let fraction = from + collocation.gauss().nodes[node] * (next - from);
                 piece.at(fraction, y);
                 interrupt.charge(variations.work(equations), time)?;
-                variations.look(equations, piece.time_at(fraction), y, interrupt)?;
+                variations.evaluate(equations, piece.time_at(fraction), y, interrupt)?;
                 collocation.take(node, equations, variations, y);
             }
             piece.at(from, y);

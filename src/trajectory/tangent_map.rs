@@ -18,7 +18,7 @@ pub(super) struct StepTangentMap<'a> {
     pub variations: &'a mut Variations,
     pub collocation: &'a mut Collocation,
     pub columns: &'a mut [f64],
-    /// The time of the step's start, and how much of the step the drifts have covered.
+    /// The time of the step's start, and the part of the step that the drifts have covered.
     pub time: f64,
     pub covered: f64,
     /// Whether the derivatives of the present loads are known.
@@ -71,7 +71,7 @@ impl Flows for StepTangentMap<'_> {
                 };
             for node in 0..collocation.gauss().nodes.len() {
                 at(equations, collocation.gauss().nodes[node], &mut y, interrupt)?;
-                variations.look_at_drift(equations, &y);
+                variations.evaluate_drift(equations, &y);
                 collocation.take(node, equations, variations, &y);
             }
             at(equations, 0.0, &mut y, interrupt)?;
@@ -97,7 +97,7 @@ impl Flows for StepTangentMap<'_> {
         if !self.known {
             interrupt.charge(self.variations.work(self.equations), self.time)?;
             let kepler = self.splitting.drift_kind() == DriftKind::Kepler;
-            self.variations.look_at_kick(
+            self.variations.evaluate_kick(
                 self.equations,
                 self.time + self.covered,
                 high,

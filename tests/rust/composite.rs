@@ -1,11 +1,11 @@
-//! Bodies of several parts: principal frames, links, contact, pulls, descriptions.
+//! Bodies of several parts: principal frames, links, contact, attractions, descriptions.
 
 use crate::support::*;
-use fullbody::gravity::BodyPull;
+use fullbody::gravity::BodyAttraction;
 use fullbody::interrupt::InterruptCheck;
 use fullbody::math::lanes::VectorPath;
 use fullbody::math::{Mat3, Vec3};
-use fullbody::mutual::{Foreseen, Interaction, Link, Method, Pose};
+use fullbody::mutual::{Interaction, Link, Method, Pose, PredictedMotion};
 use fullbody::shape::{Body, GivenPart, Proximity, Shape, growth};
 use proptest::prelude::*;
 use std::sync::Arc;
@@ -43,9 +43,9 @@ fn whether_a_rule_holds_is_asked_of_the_parts() {
         rotation_first: about_z(angle),
         rotation_second: straight,
     };
-    let foreseen = |turn| Foreseen { reach: 4.2, turns: [turn, 0.0], growth: f64::INFINITY };
+    let predicted = |turn| PredictedMotion { reach: 4.2, turns: [turn, 0.0], growth: f64::INFINITY };
     let mut arm = links([&club, &stone], Method::Focal).swap_remove(1);
-    arm.prepare(&at(-0.3), Some(&foreseen(0.0)), &mut InterruptCheck::never()).unwrap();
+    arm.prepare(&at(-0.3), Some(&predicted(0.0)), &mut InterruptCheck::never()).unwrap();
     assert!(arm.too_near(&at(-0.3)).is_none());
     // Turned up, the arm's end is 1.2 from the stone instead of 4.9 and more.
     let near = arm.too_near(&at(1.5)).unwrap();
@@ -55,8 +55,8 @@ fn whether_a_rule_holds_is_asked_of_the_parts() {
         1e-12,
     );
     assert!(near.separation < near.valid_from);
-    // Where the turn is foreseen the rule holds on all the way that it was made for.
-    arm.prepare(&at(0.3), Some(&foreseen(0.7)), &mut InterruptCheck::never()).unwrap();
+    // Where the turn is predicted the rule holds on all the way that it was made for.
+    arm.prepare(&at(0.3), Some(&predicted(0.7)), &mut InterruptCheck::never()).unwrap();
     for angle in [0.3, 0.5, 0.8, 1.0] {
         assert!(arm.too_near(&at(angle)).is_none(), "{angle}");
     }
@@ -156,10 +156,11 @@ proptest! {
     #[test]
     fn the_pull_of_a_composite(direction in direction(), distance in 4.0..60.0f64) {
         let body = club();
-        let (field, mut pull) = (FieldOf::new(&body, 1.0 / body.mass()), BodyPull::new(&body).unwrap());
+        let field = FieldOf::new(&body, 1.0 / body.mass());
+        let mut attraction = BodyAttraction::new(&body).unwrap();
         let x = direction * distance;
         let g = field.field(&x).unwrap();
-        let (excess, moment) = pull.at(&x, distance.powi(-2), distance.powi(-3), 1.0).unwrap();
+        let (excess, moment) = attraction.at(&x, distance.powi(-2), distance.powi(-3), 1.0).unwrap();
         prop_assert!((excess - (g + x / distance.powi(3))).norm() < 2e-15 * g.norm());
         prop_assert!((moment - x.cross(&g)).norm() < 3e-15 * g.norm() * distance);
     }

@@ -1,7 +1,7 @@
-//! What external forces are made of: an extended body's pull, splines, places on an orbit.
+//! What external forces are made of: an extended body's attraction, splines, places on an orbit.
 
 use crate::support::*;
-use fullbody::gravity::ExtendedPull;
+use fullbody::gravity::ExtendedAttraction;
 use fullbody::math::Vec3;
 use fullbody::math::spline::Spline;
 use fullbody::orbit::{KeplerElements, OrbitPath};
@@ -9,13 +9,13 @@ use fullbody::shape::{Body, Shape};
 
 const AXES: [f64; 3] = [1.0, 0.8, 0.5];
 
-fn at(pull: &mut ExtendedPull, x: &Vec3) -> Option<(Vec3, Vec3)> {
+fn at(attraction: &mut ExtendedAttraction, x: &Vec3) -> Option<(Vec3, Vec3)> {
     let distance = x.norm();
-    pull.at(x, distance.powi(-2), distance.powi(-3), 1.0)
+    attraction.at(x, distance.powi(-2), distance.powi(-3), 1.0)
 }
 
-fn pull(axes: [f64; 3]) -> ExtendedPull {
-    ExtendedPull::new(&Shape::ellipsoid(axes).unwrap()).unwrap()
+fn attraction(axes: [f64; 3]) -> ExtendedAttraction {
+    ExtendedAttraction::new(&Shape::ellipsoid(axes).unwrap()).unwrap()
 }
 
 // (x, g + x/|x|^3, x cross g) of the ellipsoid above with GM = 1: mpmath with 50 digits, MacMillan's field in
@@ -33,9 +33,9 @@ const FIELDS: [[[f64; 3]; 3]; 7] = [
 
 #[test]
 fn the_pull_of_an_extended_body_against_arbitrary_precision() {
-    let mut pull = pull(AXES);
+    let mut attraction = attraction(AXES);
     for [x, excess, moment] in FIELDS.map(|row| row.map(Vec3::from)) {
-        let (more, turn) = at(&mut pull, &x).unwrap();
+        let (more, turn) = at(&mut attraction, &x).unwrap();
         assert!(relative(&more, &excess) < 1e-14, "{x}: {more} is not {excess}");
         assert!(relative(&turn, &moment) < 5e-15, "{x}: {turn} is not {moment}");
     }
@@ -45,11 +45,11 @@ fn the_pull_of_an_extended_body_against_arbitrary_precision() {
 fn the_pull_is_the_exterior_field_less_a_point() {
     for axes in [AXES, [0.5, 1.0, 0.8], [0.4, 1.0, 1.0], [1.0, 0.3, 0.3]] {
         let body = Body::with_mass("body", Shape::ellipsoid(axes).unwrap(), 1.0).unwrap();
-        let (field, mut pull) = (FieldOf::new(&body, 1.0), pull(axes));
+        let (field, mut attraction) = (FieldOf::new(&body, 1.0), attraction(axes));
         for distance in [1.02, 1.7, 2.3, 4.0, 11.0] {
             let x = Vec3::new(0.48, -0.6, 0.64) * distance;
             let g = field.field(&x).unwrap();
-            let (more, turn) = at(&mut pull, &x).unwrap();
+            let (more, turn) = at(&mut attraction, &x).unwrap();
             let expected = g + x / x.norm().powi(3);
             assert!((more - expected).norm() < 1e-15 * g.norm(), "{axes:?} at {distance}");
             assert!((turn - x.cross(&g)).norm() < 2e-15 * g.norm() * distance, "{axes:?} at {distance}");
@@ -59,20 +59,20 @@ fn the_pull_is_the_exterior_field_less_a_point() {
 
 #[test]
 fn the_pull_does_not_depend_on_what_was_asked_before() {
-    let mut used = pull(AXES);
+    let mut used = attraction(AXES);
     for distance in [1e6, 1.3, 40.0, 1.05, 3.0, 40.0] {
         let x = Vec3::new(0.48, -0.6, 0.64) * distance;
-        assert_eq!(at(&mut used, &x), at(&mut pull(AXES), &x));
+        assert_eq!(at(&mut used, &x), at(&mut attraction(AXES), &x));
     }
 }
 
 #[test]
 fn spheres_and_points_pull_as_points_and_inside_is_nothing() {
-    assert!(ExtendedPull::new(&Shape::ellipsoid([0.7; 3]).unwrap()).is_none());
-    assert!(ExtendedPull::new(&Shape::Point).is_none());
-    assert!(at(&mut pull(AXES), &Vec3::new(0.0, 0.0, 0.499)).is_none());
-    assert!(at(&mut pull(AXES), &Vec3::new(0.0, 0.0, 0.501)).is_some());
-    assert!(at(&mut pull(AXES), &Vec3::zeros()).is_none());
+    assert!(ExtendedAttraction::new(&Shape::ellipsoid([0.7; 3]).unwrap()).is_none());
+    assert!(ExtendedAttraction::new(&Shape::Point).is_none());
+    assert!(at(&mut attraction(AXES), &Vec3::new(0.0, 0.0, 0.499)).is_none());
+    assert!(at(&mut attraction(AXES), &Vec3::new(0.0, 0.0, 0.501)).is_some());
+    assert!(at(&mut attraction(AXES), &Vec3::zeros()).is_none());
 }
 
 #[test]

@@ -149,7 +149,7 @@ fn tangent_vectors_allocate_nothing_within_a_step() {
         let mut collocation = Collocation::new(&variations, 9);
         let before = allocations();
         for node in 0..collocation.gauss().nodes.len() {
-            variations.look(&mut dynamics, 0.0, &y, endless).unwrap();
+            variations.evaluate(&mut dynamics, 0.0, &y, endless).unwrap();
             collocation.take(node, &dynamics, &variations, &y);
         }
         collocation.between(&dynamics, &variations, [&y, &y]);

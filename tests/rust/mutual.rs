@@ -180,8 +180,8 @@ proptest! {
         let tolerance = if power < 0.0 { 1e-13 } else { 1e-14 };
         same(&surface, &focal, bodies.size(), tolerance, &format!("distance 1 + 1e{power}"));
         // Far away the torques are smaller than lever times force by size / r. The body that is integrated
-        // over has its torque as the difference of pulls on either side, with their round-off; by the focal
-        // rule the other one loses nothing.
+        // over has its torque as the difference of attractions on either side, with their round-off; by the
+        // focal rule the other one loses nothing.
         let r = pose.separation.norm();
         if r > 30.0 * bodies.size() {
             let series = bodies.best(Method::Multipole(16), &pose);

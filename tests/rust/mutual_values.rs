@@ -164,7 +164,7 @@ fn maccullagh(bodies: &Bodies, pose: &Pose) -> Outcome {
             rotation * Mat3::from_diagonal(&(Vec3::new(b + c, c + a, a + b) / 5.0)) * rotation.transpose();
         let (trace, along) = (inertia.trace(), n.dot(&(inertia * n)));
         energy -= (trace - 3.0 * along) / (2.0 * r.powi(3));
-        // Minus the gradient of U: the pull of the first body towards the second.
+        // Minus the gradient of U: the attraction of the first body towards the second.
         force += (1.5 * (trace - 5.0 * along) * n + 3.0 * (inertia * n)) / r.powi(4);
         torques[k] = rotation.transpose() * (3.0 / r.powi(3) * n.cross(&(inertia * n)));
     }
@@ -257,7 +257,7 @@ fn the_papers_own_check_a_point_masss_potential_over_a_spheroid() {
             close_vector(&f.force_on_first, &(turn * field), tolerance);
             close(energy, -potential, tolerance);
             within(f.torque_first.norm() / field.norm(), 1e-14, "torque on a point");
-            // The spheroid turns under the opposite pull at x, by balance in its own frame.
+            // The spheroid turns under the opposite attraction at x, by balance in its own frame.
             within(
                 (f.torque_second + x.cross(&field)).norm() / (x.norm() * field.norm()),
                 tolerance,

@@ -36,7 +36,7 @@ fn fly(
     (system, dense): (&System, &Dense),
     particles: &[Particle],
     until: f64,
-    watches: &[ParticleEvent],
+    events: &[ParticleEvent],
     threads: usize,
     hook: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> Flight {
@@ -50,7 +50,7 @@ fn fly(
         output: &output,
         rules: &rules,
         radiation: None,
-        watches,
+        events,
         threads: NonZeroUsize::new(threads),
     };
     let (mut particles, mut record) = (particles.to_vec(), FlightRecord::default());
@@ -120,12 +120,12 @@ fn two_zeros_near_a_minimum_are_found_for_bodies_and_particles() {
         // Thirty times as far away as the bodies are from each other: long steps.
         let far = Particle::new(0.0, &Vec3::new(50.0, 0.0, 0.0), &Vec3::new(0.0, 0.14, 0.0), 0.0);
         let flight = fly((&system, &dense), &[far], 24.0, &[function(parabola)], 1, &mut proceed);
-        let found: Vec<f64> = flight.record.happened.iter().map(|event| event.time).collect();
+        let found: Vec<f64> = flight.record.occurrences.iter().map(|event| event.time).collect();
         for times in [times, found] {
             assert_eq!(times.len(), 2, "{width}: {times:?}");
             assert!((times[0] - (5.0 - width)).abs() + (times[1] - (5.0 + width)).abs() < 1e-11, "{times:?}");
         }
-        let rising: Vec<bool> = flight.record.happened.iter().map(|event| event.rising).collect();
+        let rising: Vec<bool> = flight.record.occurrences.iter().map(|event| event.rising).collect();
         assert_eq!(rising, [false, true]);
     }
 }
@@ -138,13 +138,13 @@ fn flights_have_the_same_bits_for_any_number_of_threads() {
     let events = || vec![function(|time| (2.0 * time).sin())];
     let alone = fly((&system, &dense), &particles[77..78], 10.0, &events(), 1, &mut proceed);
     let expected = fly((&system, &dense), &particles, 10.0, &events(), 1, &mut proceed);
-    assert_eq!(expected.record.happened.len(), 6 * particles.len());
+    assert_eq!(expected.record.occurrences.len(), 6 * particles.len());
     assert_eq!(expected.particles[77].motion, alone.particles[0].motion);
     for threads in [2, 5] {
         let flight = fly((&system, &dense), &particles, 10.0, &events(), threads, &mut proceed);
         assert_eq!(flight.outcome, Ok(()));
         assert_eq!(flight.record.samples, expected.record.samples);
-        assert_eq!(flight.record.happened, expected.record.happened);
+        assert_eq!(flight.record.occurrences, expected.record.occurrences);
         let ends = |flight: &Flight| flight.particles.iter().map(|p| (p.time, p.motion)).collect::<Vec<_>>();
         assert_eq!(ends(&flight), ends(&expected));
     }

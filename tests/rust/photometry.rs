@@ -82,8 +82,8 @@ fn two_ellipsoids_in_each_others_light_are_as_bright_as_by_the_reference() {
     }
 }
 
-/// The brightness of body `of` with one of the 24 numbers of the view shifted: positions, rotation vectors and semi-axes of
-/// both bodies, the directions.
+/// The brightness of body `of` with one of the 24 numbers of the view shifted: positions, rotation vectors
+/// and semi-axes of both bodies, the directions.
 fn shifted(pair: &Pair, law: Law, of: usize, which: usize, by: f64) -> f64 {
     let mut moved = Pair {
         axes: pair.axes,
@@ -300,8 +300,8 @@ fn lambert_spheres_at_zero_phase_lose_what_a_sum_over_circles_has() {
     let radii = [1.0, 0.6];
     for d in [0.1, 0.4, 0.55, 0.9, 1.3, 1.55] {
         let found = spheres(radii, [0.0, d], Vec3::x()).brightness(Law::LAMBERT, true)[0];
-        // Of the circle of radius r the other sphere leaves an arc of this length; mu^2 dS = sqrt(1 - r^2) dA. The substitution is
-        // smooth at the ends of the interval where the arc is partly covered.
+        // Of the circle of radius r the other sphere leaves an arc of this length; mu^2 dS = sqrt(1 - r^2)
+        // dA. The substitution is smooth at the ends of the interval where the arc is partly covered.
         let left = |r: f64| {
             let cos = (r * r + d * d - 0.36) / (2.0 * r * d);
             TAU * r - 2.0 * r * cos.clamp(-1.0, 1.0).acos()
@@ -430,7 +430,8 @@ impl Scene {
         photometer.brightness(&view, &mut InterruptCheck::never()).ok()
     }
 
-    /// The brightness of a body as a sum over points of the unit sphere, from each of which rays go to the observer and the Sun.
+    /// The brightness of a body as a sum over points of the unit sphere, from each of which rays go to the
+    /// observer and the Sun.
     fn summed(&self, body: usize, law: Law, count: usize) -> f64 {
         let turns: Vec<_> =
             self.attitude.iter().map(|&q| rotation::matrix(rotation::normalised(q))).collect();
@@ -513,7 +514,8 @@ fn derivatives_by_the_direction_to_a_disc_of_the_sun_are_those_of_differences() 
 
 #[test]
 fn three_bodies_hide_parts_of_the_same_one() {
-    // Two equal spheres before a large one, apart and then one behind the other: they hide twice as much as one, or as much.
+    // Two equal spheres before a large one, apart and then one behind the other: they hide twice as much as
+    // one, or as much.
     let body = |name: &str, r: f64| Body::with_mass(name, Shape::sphere(r).unwrap(), 1.0).unwrap();
     let bodies = vec![body("large", 1.0), body("first", 0.2), body("second", 0.2)];
     let surfaces = vec![Surface { law: Law::LOMMEL_SEELIGER, albedo: 0.5 }; 3];
@@ -559,7 +561,8 @@ fn no_view_is_without_a_number() {
 
 #[test]
 fn nearness_of_centres_does_not_tell_which_body_is_in_front() {
-    // A tilted plate whose centre is behind that of a ball, but which stands before it at the place of the ball.
+    // A tilted plate whose centre is behind that of a ball, but which stands before it at the place of the
+    // ball.
     let half = (0.125 * PI).sin_cos();
     let pair = Pair {
         axes: [[4.0, 4.0, 0.05], [0.3; 3]],
@@ -576,7 +579,8 @@ fn nearness_of_centres_does_not_tell_which_body_is_in_front() {
 
 #[test]
 fn penumbra_is_the_mean_over_the_suns_disc() {
-    // The shadow of the second sphere at the limb of the first; a spiral of places on the disc as the other rule.
+    // The shadow of the second sphere at the limb of the first; a spiral of places on the disc as the other
+    // rule.
     let radius = 0.01;
     for aside in [0.7, 1.0, 1.35] {
         let to_sun = Vec3::new(1.0, 0.2, 0.0).normalize();

@@ -3,7 +3,7 @@
 use crate::support::refusal;
 use fullbody::dynamics::{Settings, State, System};
 use fullbody::error::Error;
-use fullbody::gravity::{Anywhere, Facets, Layer, LayerPull};
+use fullbody::gravity::{Anywhere, Facets, Layer, LayerAttraction};
 use fullbody::interrupt::InterruptCheck;
 use fullbody::math::harmonics::{count, place};
 use fullbody::math::lanes::{Lanes, VectorPath};
@@ -214,12 +214,12 @@ fn a_layer_attracts_like_its_body() {
 #[test]
 fn a_pull_is_the_field_less_that_of_a_point() {
     let body = cuboid([-1.0, -0.7, -0.3], [2.0, 1.4, 0.6]);
-    let pull = LayerPull::new(&body);
+    let attraction = LayerAttraction::new(&body);
     let facets = Facets::new(&body, 1.0);
     for r in [1.4, 3.0, 7.0, 12.0, 40.0] {
         let x = Vec3::new(0.48, -0.6, 0.64) * r;
         let (square, cube) = (1.0 / (r * r), 1.0 / (r * r * r));
-        let (excess, moment) = pull.at(&x, square, cube).unwrap();
+        let (excess, moment) = attraction.at(&x, square, cube).unwrap();
         let field = facets.field(Arch::Scalar, &x).field;
         let rounding = 1e-15 * r * r;
         assert!((excess - (field + x * cube)).norm() <= rounding * square, "{r} {excess}");
@@ -228,11 +228,11 @@ fn a_pull_is_the_field_less_that_of_a_point() {
     // Far away the moment is 3 u cross (I u) / r^3, with all its digits.
     for r in [1e5, 1e9] {
         let u = Vec3::new(0.48, -0.6, 0.64);
-        let (_, moment) = pull.at(&(u * r), 1.0 / (r * r), 1.0 / (r * r * r)).unwrap();
+        let (_, moment) = attraction.at(&(u * r), 1.0 / (r * r), 1.0 / (r * r * r)).unwrap();
         let expected = -3.0 * u.cross(&body.inertia_per_mass().component_mul(&u)) / r.powi(3);
         assert!((moment - expected).norm() <= 1e-9 * expected.norm(), "{moment} {expected}");
     }
-    assert!(pull.at(&Vec3::new(0.1, 0.2, 0.1), 1.0, 1.0).is_none());
+    assert!(attraction.at(&Vec3::new(0.1, 0.2, 0.1), 1.0, 1.0).is_none());
 }
 
 #[test]

@@ -151,7 +151,7 @@ class Rotation:
         Q = np.zeros((18, 18))
         Q[:9, :9] = -(jacobian + jacobian.T) / 2
         Q[9:12, 9:12] = np.eye(3) / pair.mass
-        # -Omega . (dr x dp)
+        # This is -Omega . (dr x dp).
         Q[:3, 9:12] = cross(self.omega)
         Q[9:12, :3] = -cross(self.omega)
         for k in range(2):
@@ -159,7 +159,7 @@ class Rotation:
             if pair.is_point(k):
                 continue
             turning, momentum = self.turning[k], self.momenta[k]
-            # -Omega_k . (v x dpi) and -Omega_k . (v x (v x pi)) / 2
+            # These are -Omega_k . (v x dpi) and -Omega_k . (v x (v x pi)) / 2.
             Q[p, p] = np.diag(1.0 / pair.inertia[k])
             Q[v, p], Q[p, v] = cross(turning), -cross(turning)
             both = np.outer(turning, momentum)

@@ -41,8 +41,8 @@ class Problem:
     ----------
     axes : tuple of int or None
         Axes of symmetry, as in :class:`Rotation`.
-    For each body that is not locked its total spin about its axis.
-        For each body that is not locked its whole spin about its axis.
+    spin : dict of float
+        The total spin about its axis of each body that is not locked.
     """
 
     pair: Pair

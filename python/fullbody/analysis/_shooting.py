@@ -22,7 +22,7 @@ __all__ = ["Ends", "Shooting", "begun", "solved"]
 _STEPS, _LOST = 40, 6
 #: The longest step in the units of :meth:`Shooting.units`, and the relative singular value that counts as zero.
 _LONGEST, _UNKNOWN = 0.2, 1e-12
-#: Quaternions of no turn and of half turns about x, y and z.
+#: The quaternions of no rotation and of half turns about x, y and z.
 _HALF_TURNS = np.eye(4)
 #: The ends of the segments and their transition matrices (18, 18).
 Ends: TypeAlias = list[tuple[Point, Array]]
@@ -38,7 +38,7 @@ class Shooting:
     period: float
     angle: float
     axes: tuple[int | None, int | None]
-    #: For each body 0 for no half turn, or 1 to 3 for a half turn about x, y or z.
+    #: The index of the half turn of each body: 0 for none, or 1 to 3 for x, y and z.
     half: list[int]
     #: Turns of bodies about their axes of symmetry, in radians.
     own: Array

@@ -1,4 +1,4 @@
-"""Pictures of modes, branches and sections."""
+"""Plots of modes, branches and sections."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ def branch(branch: Any, ax: Any, x: str, y: str, **kwargs: Any) -> Any:
         begin = end
     for fold in branch.folds if y != "frequency" else ():
         place = [float(_bare(getattr(fold.equilibrium, name))[0]) for name in (x, y)]
-        ax.plot(*place, "o", color="0.2", markersize=5.0, fillstyle="none", label=f"fold in {_words(fold.quantity)}")
-    ax.set_xlabel(_words(x) + x_unit)
-    ax.set_ylabel(_words(y) + y_unit)
+        ax.plot(*place, "o", color="0.2", markersize=5.0, fillstyle="none", label=f"fold in {_phrase(fold.quantity)}")
+    ax.set_xlabel(_phrase(x) + x_unit)
+    ax.set_ylabel(_phrase(y) + y_unit)
     if x == "separation" and branch.end == "contact":
         ax.axvline(across[-1], color="0.6", linewidth=0.8, linestyle=":")
         ax.annotate(
@@ -62,7 +62,7 @@ def branch(branch: Any, ax: Any, x: str, y: str, **kwargs: Any) -> Any:
     return ax
 
 
-def _words(name: str) -> str:
+def _phrase(name: str) -> str:
     return name.replace("_", " ")
 
 

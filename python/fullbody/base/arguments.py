@@ -215,7 +215,7 @@ def refuse_unknown(given: Iterable[str], known: Iterable[str], owner: str) -> No
     known = list(known)
     for name in given:
         if name not in known:
-            raise InvalidInput(f"{name!r} is no option of {owner}; {suggestion(name, known)}")
+            raise InvalidInput(f"{name!r} is not an option of {owner}; {suggestion(name, known)}")
 
 
 def options_of(function: Callable[..., Any]) -> list[str]:

@@ -366,7 +366,7 @@ def _unit(make: Any, name: object, known: tuple[str, ...], names: object) -> Any
         close = close_to(str(name), known)
         meant = f"did you mean {close[0]!r}? " if close else ""
         raise InvalidInput(
-            f"units has {name!r}, which is no unit; {meant}expected (length, time, mass), such as {USUAL}"
+            f"units has {name!r}, which is not a unit; {meant}expected (length, time, mass), such as {USUAL}"
         ) from error
 
 

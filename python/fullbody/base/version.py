@@ -5,7 +5,7 @@ __all__ = ["version"]
 
 def version() -> str:
     """Return the version as text."""
-    # Importing this module takes a third of the package's import time, and few programs ask for the version.
+    # The import of this module takes a third of the package's import time, and few programs need the version.
     from importlib import metadata
 
     return metadata.version("fullbody")

@@ -65,7 +65,7 @@ def in_units(found: xarray.Dataset, **units: str) -> xarray.Dataset:
             new = u.Unit(unit)
             values = u.Quantity(found[name].values, old).to_value(new)
         except (u.UnitsError, ValueError, TypeError) as error:
-            raise InvalidInput(f"{name} cannot be had in {unit!r}: {error}") from error
+            raise InvalidInput(f"{name} cannot be converted to {unit!r}: {error}") from error
         changed[name] = (found[name].dims, values, {**found[name].attrs, "units": str(new)})
     return found.assign_coords({name: one for name, one in changed.items() if name in found.coords}).assign(
         {name: one for name, one in changed.items() if name not in found.coords}

@@ -68,7 +68,7 @@ def dataset(plan: Plan, outcomes: Iterable[Outcome], attributes: Mapping[str, An
 
 
 def _models(outcomes: Iterable[Outcome]) -> dict[str, tuple[Measured, int]]:
-    """Return for each variable the value, and its row, that decides kind, shape and unit: the first one with a unit.
+    """Return for each variable the value, and its row, that determines kind, shape and unit: the first with a unit.
 
     If no row has a unit, it is the first value that is not missing.
     """

@@ -36,7 +36,7 @@ _BY_TEXT = {"eval", "exec", "globals", "__import__", "import_module"}
 _ATOMS = (type(None), bool, int, float, complex, str, bytes, type(...), type(NotImplemented))
 
 
-class _Unseen(FullbodyError):
+class _Unreadable(FullbodyError):
     """An object whose identity cannot be computed."""
 
 
@@ -55,7 +55,7 @@ def digest(thing: Any) -> str:
     """
     try:
         return _Digest().of(thing)
-    except (_Unseen, RecursionError) as error:
+    except (_Unreadable, RecursionError) as error:
         raise InvalidInput(
             f"{error}, so that a store would not notice a change of it; expected setups and measures that use none, "
             "or key=, a text of your own that stands for them and that you change whenever they change"
@@ -177,10 +177,10 @@ class _Digest:
                 self._feed(value)
 
     def _pickled(self, thing: Any, kind: type) -> None:
-        """Add an object by what Python's pickling protocol says of it."""
+        """Add an object by its content according to Python's pickling protocol."""
         reduce = copyreg.dispatch_table.get(kind)
         try:
-            # Pickle looks for a name in all imported modules, some of which warn of whoever looks into them.
+            # Pickle looks for a name in all imported modules, some of which issue warnings when an attribute is read.
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 reduced = thing.__reduce_ex__(4) if reduce is None else reduce(thing)
@@ -188,7 +188,7 @@ class _Digest:
                     # Pickling checks that the name leads to this very object.
                     reduced = pickle.dumps(thing)
         except Exception as error:
-            raise _Unseen(
+            raise _Unreadable(
                 f"{thing!r} is of the type {kind.__qualname__}, whose value cannot be seen ({error})"
             ) from error
         self._say("object")
@@ -270,7 +270,7 @@ def _used(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
     names = {name for code in _codes(function.__code__) for name in code.co_names}
     unseen = sorted((names & _BY_TEXT) - function.__globals__.keys())
     if unseen:
-        raise _Unseen(f"the function {function.__qualname__} uses {unseen[0]}, by which it may use anything")
+        raise _Unreadable(f"the function {function.__qualname__} uses {unseen[0]}, by which it may use anything")
     found = dict(zip(function.__code__.co_freevars, map(_content, function.__closure__ or ()), strict=True))
     found |= _globals(function)
     for name, module in _imported(function):

@@ -22,8 +22,8 @@ __all__ = ["Measures", "attitude", "drift", "fate", "libration", "orbit"]
 #: The result of a measure: by name, numbers with or without units, texts, or ``None``.
 Measures: TypeAlias = dict[str, Scalar | str | None]
 
-#: Distance in sums of the longest semi-axes beyond which figures and spins change the energy of an orbit by less than a
-#: thousandth of its parts.
+#: The distance, in sums of the longest semi-axes, beyond which figures and spins change the energy of an orbit by less
+#: than a thousandth of its parts.
 _FAR = 20.0
 
 
@@ -34,9 +34,11 @@ def fate(run: Run, *, body: int | str = 1, about: int | str = 0, beyond: Any = N
     Parameters
     ----------
     run : Run
-    Indices in the system, or names.
-        Places in the system, or names.
-    The distance beyond which an unbound orbit counts as escape; by default 20 times the sum of both longest semi-axes.
+    body, about : int or str
+        Indices in the system, or names.
+    beyond : float or Quantity, optional
+        The distance beyond which an unbound orbit counts as escape; by default 20 times the sum of both longest
+        semi-axes.
 
     Returns
     -------
@@ -78,7 +80,9 @@ def fate(run: Run, *, body: int | str = 1, about: int | str = 0, beyond: Any = N
     if last is not None and isinstance(last.event, Escape) and body in _places(system, last.event):
         return {"fate": "escape", "fate_time": last.time}
     if len(run) == 0:
-        raise InvalidInput("the run has no samples to tell a fate by; expected a run with its end, as of output='ends'")
+        raise InvalidInput(
+            "the run has no samples, which determine its fate; expected a run with its end, as of output='ends'"
+        )
     gone = _gone(run, body, about, limit)
     if gone[-1]:
         since = len(gone) - int(np.argmin(gone[::-1])) if not gone.all() else 0
@@ -95,7 +99,7 @@ def _contact(run: Run, body: int) -> Any:
     """Return the time of a body's first contact, or ``None``."""
     for happened in run.events:
         event = happened.event
-        # Bodies that separate have not met.
+        # An occurrence at which bodies separate is not counted as a contact.
         if isinstance(event, Contact) and event.direction <= 0 and body in _places(run.system, event):
             return happened.time
     if isinstance(run.error, BodiesOverlap) and run.system.names[body] in run.error.bodies:

@@ -104,7 +104,7 @@ class Store:
     folder : Path
         The folder of the chunks.
     map : xarray.Dataset or None
-        The map, if it was there at the last look.
+        The map, if it was there when it was last looked for.
     """
 
     map: xarray.Dataset | None = None
@@ -139,7 +139,7 @@ class Store:
             if ATTRIBUTE not in found.attrs:
                 raise InvalidInput(f"the file has no attribute {ATTRIBUTE}")
         except InvalidInput as error:
-            raise InvalidInput(f"{self.path} is no map of a sweep: {error}; expected one, or a new name") from error
+            raise InvalidInput(f"{self.path} is not a sweep's map: {error}; expected one, or a new name") from error
         names = {name: found.coords[name] for name in found.coords if f"parameter {name}" in self._manifest}
         columns: Columns = {
             name: (one.dims, one.values.ravel().tolist(), one.attrs.get("units")) for name, one in names.items()
@@ -274,13 +274,13 @@ class Store:
             temporary.write_bytes(whole.getbuffer())
 
     def finish(self, found: xarray.Dataset) -> xarray.Dataset:
-        """Turn the chunks into the map, if the path is one's, and return the map as it is in the file."""
+        """Turn the chunks into the map, if the path ends in ``.nc``, and return the map as it is in the file."""
         if not self._of_map:
             return found
         write(found.assign_attrs({ATTRIBUTE: json.dumps(self._manifest)}), self.path)
         for file in (*self.folder.glob("*.npz"), *self.folder.glob("sweep*.json")):
             file.unlink(missing_ok=True)
-        # Files of others stay, and so does an open file on Windows.
+        # Other files stay in the folder; on Windows open files stay, too.
         with suppress(OSError):
             (self.folder / _LOCK).unlink()
             self.folder.rmdir()

@@ -89,9 +89,9 @@ def sweep(
         on a machine with the same vector instructions. A sweep whose parameters include all rows of the stored one
         keeps those rows and computes the others. See the notes.
     key : str, optional
-        A text that stands for the setup, the measure, the events, and an end that is a function: the store then
-        compares it instead of these, and it has to be changed whenever they change. It is needed if they use things
-        that cannot be compared, such as open files, or functions found by ``eval``.
+        A text that stands for the setup, the measure, the events, and an end that is a function. The store then
+        compares this text instead of them, and it has to be changed whenever they change. It is needed if they use
+        things that cannot be compared, such as open files, or functions found by ``eval``.
     seed : int or sequence of int, optional
         The seed of random numbers, needed if anything is drawn.
     chunk : int, optional
@@ -105,9 +105,9 @@ def sweep(
     xarray.Dataset
         Variables over the dimensions of the parameters, whose values are its coordinates, with units in their
         attributes; those of arrays have further dimensions, ``name_0`` and so on. Numbers are floats. Beside what
-        ``measure`` gives there are ``error``, the name of the error that a row ended with, empty for none;
-        ``error_text``; and ``error_stage``: ``"setup"``, ``"run"`` or ``"measure"``. Where several things fail, as a
-        run and a measure of it, ``error`` and ``error_stage`` are of the first, and ``error_text`` tells all.
+        ``measure`` returns there are ``error``, the name of the error with which a row ended, empty for none;
+        ``error_text``; and ``error_stage``: ``"setup"``, ``"run"`` or ``"measure"``. If several things fail, such as a
+        run and a measure of it, ``error`` and ``error_stage`` are those of the first, and ``error_text`` contains all.
 
     Raises
     ------
@@ -128,21 +128,21 @@ def sweep(
 
     Notes
     -----
-    A run that an error ends is measured too, as far as it went: a collision is a result. ``run.stop_reason`` is
-    ``"unfinished"`` there, and the row has both its values and its error. Without these rows the map is
-    ``map.where(map.error == "")``.
+    If an error ends a run, the run up to there is measured as well, since a collision is a result. Then
+    ``run.stop_reason`` is ``"unfinished"``, and the row has both its values and its error. Without these rows the map
+    is ``map.where(map.error == "")``.
 
-    A store ``map.nc`` is a folder of chunks, ``map.nc.parts``, until all is done, and then the map itself. Every file
-    is written whole or not at all. A sweep is another one, and is refused, where it has other parameters, seeds, ends,
-    output, integrators or events; with another version of fullbody, numpy or Python; and where the setup or the
-    measure has changed, or what these use: default values, attributes, variables from around them, functions and
-    classes that are not of an installed package, and modules that are not, with all that they hold. What cannot be
-    compared is refused, unless ``key`` stands for it. Files and environment variables that functions read are not
-    looked at: change ``key`` where they change.
+    A store ``map.nc`` is a folder of chunks, ``map.nc.parts``, until the sweep is complete, and then the map itself.
+    Every file is written completely or not at all. A store refuses a sweep that differs from its own: in parameters,
+    seeds, ends, output, integrators or events; in the version of fullbody, numpy or Python; and in the setup, the
+    measure, or anything that these use: default values, attributes, variables of enclosing functions, and functions,
+    classes and modules with all their content, unless they belong to an installed package. Objects that cannot be
+    compared are refused, unless ``key`` stands for them. Changes of files and environment variables that functions read
+    are not detected: change ``key`` with them.
 
-    A stored sweep is extended by other parameters where each of its rows is among the new ones: by more values in a
-    grid, by more rows of a table, or by another dimension. Random numbers come from the row's number, so that a sweep
-    with a seed keeps its rows only where they stay the first ones, as with more draws.
+    A sweep with other parameters extends a stored sweep if all rows of the stored one are among the new ones: with more
+    values in a grid, more rows of a table, or another dimension. Random numbers follow from the row's number, so that a
+    sweep with a seed keeps its rows only if they remain the first ones, as with more draws.
 
     Examples
     --------

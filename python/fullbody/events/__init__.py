@@ -73,7 +73,7 @@ class Event(ScalarFields):
         """Return the condition that the core detects."""
         raise InvalidInput(f"event is {self!r}; expected one of fullbody.events, such as Contact(0, 1)")
 
-    def _watched(self, system: System) -> tuple[_core.Condition, int, bool]:
+    def _event_spec(self, system: System) -> tuple[_core.Condition, int, bool]:
         """Return the condition, the direction and whether the run stops there."""
         return self._condition(system), integer(self.direction) or 0, bool(self.terminal)
 
@@ -413,7 +413,7 @@ class Occurrence:
     Attributes
     ----------
     event : Event
-        The event that was asked for.
+        The event that was detected.
     time : float or Quantity
     state : State
     """

@@ -1,7 +1,7 @@
-"""Fields that people look at: geopotential and slope of a surface, and the rotating frame of a synchronous pair with
-its equilibrium points, zero-velocity curves and Roche lobes.
+"""Fields of a pair: geopotential and slope of a surface, and the rotating frame of a synchronous pair with its
+equilibrium points, zero-velocity curves and Roche lobes.
 
-Module :mod:`fullbody.plots` draws pictures of them.
+The module :mod:`fullbody.plots` draws them.
 """
 
 from __future__ import annotations

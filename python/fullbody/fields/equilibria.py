@@ -18,7 +18,7 @@ __all__ = ["Equilibrium", "equilibria", "inner_point"]
 _Numbers = npt.NDArray[np.float64]
 #: Real parts of eigenvalues that count as zero, in units of the rate.
 _NEUTRAL = 1e-6
-#: Points nearer to each other than this, in separations, are equal.
+#: The distance, in separations, below which two points are the same.
 _SAME = 1e-6
 
 
@@ -68,7 +68,7 @@ def inner_point(frame: Frame) -> Equilibrium | None:
 
 
 def _of_points(frame: Frame) -> list[tuple[str, _Numbers]]:
-    """Return the equilibrium points of two point masses, in separations."""
+    """Return the equilibrium points of two point masses, in units of the separation."""
     with need("analysis", "an equilibrium point"):
         from scipy.optimize import brentq
 
@@ -113,7 +113,7 @@ def _root(frame: Frame, seed: _Numbers) -> _Numbers | None:
 
 
 def _described(frame: Frame, name: str, x: _Numbers) -> Equilibrium:
-    """Return the matrix of x'' = W x + 2 Omega (y', -x', 0) about a point, W the derivatives of the acceleration."""
+    """Describe a point by its eigenvalues: x'' = W x + 2 Omega (y', -x', 0), W the derivatives of the acceleration."""
     coriolis = 2.0 * frame._rate * np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     _, gradient = frame._acceleration_and_gradient(x)
     eigenvalues: Any = np.linalg.eigvals(np.block([[np.zeros((3, 3)), np.eye(3)], [gradient, coriolis]]))

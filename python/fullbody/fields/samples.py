@@ -29,9 +29,9 @@ class Samples:
 def samples(body: _core.Body, rows: int) -> Samples:
     """Sample points on the surface of a body: one per cell of each part with positive mass.
 
-    Points inside another part are left out, and a point mass has none.
-    An ellipsoid has so many rows of cells from pole to pole, and points on the surface itself. A polyhedron has its
-    faces and their centres. The corners of a triangle have the last one twice.
+    Points inside another part are left out, and a point mass has none. An ellipsoid has ``rows`` rows of cells from
+    pole to pole, and points on the surface itself. A polyhedron has its faces and their centres. The corners of a
+    triangle contain the last one twice.
     """
     matter = [part for part in body.parts if part[0] is not None and part[1] > 0.0]
     found = [_of_part(*part, rows) for part in matter]

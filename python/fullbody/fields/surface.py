@@ -151,13 +151,13 @@ def surface(system: System, state: State, body: int | str = 0, *, rows: int = 36
     """Compute geopotential, acceleration and slope on a body's surface, with its rotation and the tide of the other
     bodies.
 
-    With r from the body's centre of mass, omega its spin, Phi the potential and g the field of all bodies, Phi_o that
-    of the others, and a_c the acceleration of the centre, in the body frame,
+    With r from the body's centre of mass, omega its spin, Phi the potential and g the field of all bodies, Phi_o the
+    potential of the other bodies, and a_c the acceleration of the centre, in the body frame,
 
     ``a = g - a_c - omega x (omega x r) - omega' x r`` and ``V = -(Phi - Phi_o(0)) + a_c.r - |omega x r|^2 / 2``.
 
-    a_c and omega' come from the mutual forces and torques. External forces are left out. V has no part for omega',
-    which has no potential.
+    The mutual forces and torques give a_c and omega'. External forces are left out. V has no term for omega', which has
+    no potential.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ def surface(system: System, state: State, body: int | str = 0, *, rows: int = 36
     core, own = system._strip(state), system._core_bodies()[place]
     found = samples(own, count)
     if not len(found.points):
-        raise InvalidInput(f"{system.names[place]} has no surface; expected a body that is no point mass")
+        raise InvalidInput(f"{system.names[place]} has no surface; expected a body other than a point mass")
     r, turn, spin = found.points, core.rotation_matrix[place], core.spin[place]
     here, pose = core.position[place], (core.position[None], core.attitude[None])
     all_bodies = gravity_at(system._attracting, *pose, here + r @ turn.T, Units())

@@ -116,7 +116,7 @@ class Synodic(Frame):
         Returns
         -------
         list of ndarray or Quantity, (n, 2)
-            Those within the bodies too.
+            The curves, including those within the bodies.
         """
         with need("plot", "a zero-velocity curve"):
             from contourpy import contour_generator
@@ -132,9 +132,9 @@ class Synodic(Frame):
         Parameters
         ----------
         body : int or str
-            Its place or name.
+            The body's index in the system, or its name.
         rows : int
-            Rows of its mesh from end to end.
+            Number of rows of the mesh from end to end.
 
         Returns
         -------

@@ -233,13 +233,13 @@ def contents(content: Content, system: System) -> dict[str, Any]:
 def _statistics(counts: list[Any]) -> Statistics:
     numbers = [number for count in counts if (number := integer(count)) is not None and 0 <= number < 2**63]
     if len(counts) != 3 or len(numbers) != 3:
-        raise InvalidInput(f"{counts!r} is no list of three counts")
+        raise InvalidInput(f"{counts!r} is not a list of three counts")
     return Statistics(*numbers)
 
 
 def _names(names: list[Any]) -> tuple[str, ...]:
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise InvalidInput(f"{names!r} is no list of names")
+        raise InvalidInput(f"{names!r} is not a list of names")
     return tuple(names)
 
 

@@ -75,7 +75,7 @@ def to_dataset(
 
 def from_file(content: Content, system: System, parameters: int) -> list[Occurrence]:
     """Read the events of a run's file; derivatives, if present, are by the start and ``parameters`` parameters."""
-    watched = content.parsed("fullbody_events", lambda described: _watched(described, system))
+    watched = content.parsed("fullbody_events", lambda described: _event_spec(described, system))
     if not watched:
         return []
     places = content.numbers("event_asked", {"event": None}, whole=True)
@@ -107,7 +107,7 @@ def from_file(content: Content, system: System, parameters: int) -> list[Occurre
     return happened
 
 
-def _watched(described: list[dict[str, Any]], system: System) -> list[Event]:
+def _event_spec(described: list[dict[str, Any]], system: System) -> list[Event]:
     """Rebuild the events that were detected."""
     watched = [_rebuild(event) for event in described]
     for event in watched:

@@ -1,4 +1,4 @@
-"""Reading of NetCDF-4 files, whose content is checked as anybody may have written them."""
+"""Reading of NetCDF-4 files, whose content is checked since any program may have written them."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ class Content:
         try:
             return build(json.loads(text))
         except json.JSONDecodeError as error:
-            raise InvalidInput(f"attribute {name} is no JSON: {error}") from error
+            raise InvalidInput(f"attribute {name} is not JSON: {error}") from error
         except RecursionError as error:
             raise InvalidInput(f"attribute {name} has brackets in brackets, too deep to be read") from error
         except KeyError as error:

@@ -1,7 +1,7 @@
 """Fits: parameters of systems and starts from observations, with their covariance.
 
-:func:`fullbody.fit` takes a setup, as :func:`fullbody.sweep` does, starts of its parameters, and observations of
-:mod:`fullbody.observing`. :class:`Free` gives a parameter bounds and a prior. The result is a :class:`Fit`.
+:func:`fullbody.fit` takes a setup, as :func:`fullbody.sweep` does, initial values of its parameters, and observations
+of :mod:`fullbody.observing`. :class:`Free` gives a parameter bounds and a prior. The result is a :class:`Fit`.
 
 Install the dependencies with the extra ``fit``.
 """

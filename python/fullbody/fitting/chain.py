@@ -1,8 +1,8 @@
 """Derivatives of the start and of the system's parameters, which a setup returns, by the parameters of a fit.
 
-A setup integrates nothing, so that it is differenced. The system is compared as the numbers that describe it. Which of
-its own parameters have changed, and by how much, is solved from the changes of these numbers; a change that none of
-the parameters makes is one by which motions cannot be differentiated.
+A setup integrates nothing, so that its derivatives are computed by differences. Systems are compared by the numbers
+that describe them. From the changes of these numbers it is computed which parameters of the system have changed, and by
+how much. Motions cannot be differentiated by a change that no parameter of the system makes.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ if TYPE_CHECKING:
     from ..model.state import State
     from ..motion.system import System
 
-__all__ = ["Chain", "Made", "SetupDerivatives"]
+__all__ = ["Chain", "SetupDerivatives", "SetupResult"]
 
 _Array = npt.NDArray[np.float64]
 
-#: The part of a change of the system, relative to it, that may be left when its parameters have been solved for.
+#: The largest part of a change of the system, relative to it, that its parameters may leave unexplained.
 _LEFT = 1e-6
-#: What numbers are rounded by, relative to them.
+#: The relative rounding error of numbers.
 _ROUNDING = 1e-13
 
 
-class Made:
+class SetupResult:
     """A system and a state that a setup has made, in plain numbers.
 
     Attributes
@@ -40,9 +40,9 @@ class Made:
     system : System
     state : State
     numbers : ndarray, (D,)
-        The numbers that describe bodies, forces and G; ``places`` says what each is.
+        The numbers that describe bodies, forces and G; ``places`` says where in the description each of them is.
     rest : dict
-        Everything else that describes the system, by its place.
+        All of the description that is not a number, by its place.
     """
 
     def __init__(self, system: System, state: State) -> None:
@@ -51,7 +51,7 @@ class Made:
         self.numbers, self.places, self.rest = _described(system)
         self.functions = system._functions()
 
-    def moved(self, other: Made) -> _Array:
+    def moved(self, other: SetupResult) -> _Array:
         """Return the tangent vector (12 N,) from this state to another one, and the change of its time, (12 N + 1,)."""
         parts = [
             other.core.position - self.core.position,
@@ -62,13 +62,13 @@ class Made:
         return np.append(np.stack(parts, axis=1).ravel(), other.core.time - self.core.time)
 
     def sizes(self) -> _Array:
-        """Return sizes (12 N + 1,) of the components of the start, relative to which they are rounded."""
+        """Return sizes (12 N + 1,) of the components of the start, to which their rounding errors are relative."""
         core = self.core
         largest = [np.abs(core.position).max(), np.abs(core.velocity).max(), 1.0, np.abs(core.spin).max()]
         return np.append(np.tile(np.repeat(largest, 3), len(core.position)), abs(core.time))
 
-    def difference(self, other: Made) -> str | None:
-        """Return the place of what differs between the descriptions beside numbers, or ``None``."""
+    def difference(self, other: SetupResult) -> str | None:
+        """Return the first place at which two descriptions differ in other than numbers, or ``None``."""
         if self.functions != other.functions:
             names = [force.name for force in (*self.functions, *other.functions)]
             return f"the function of the force {names[0]}"
@@ -86,7 +86,7 @@ _ABSENT = object()
 
 
 def _described(system: System) -> tuple[_Array, list[str], dict[str, Any]]:
-    """Return the numbers of a system's description, where each is, and everything else by its place."""
+    """Return the numbers of a system's description, the place of each, and the rest of the description by its place."""
     described = system._describe()
     notes = {name: value for name, value in described.pop("notes").items() if name not in ("bodies", "forces")}
     found: list[float] = []
@@ -113,16 +113,16 @@ def _described(system: System) -> tuple[_Array, list[str], dict[str, Any]]:
 
 @dataclass
 class SetupDerivatives:
-    """Derivatives of what a setup makes of P parameters.
+    """Derivatives of the system and state of a setup by P parameters.
 
     Attributes
     ----------
     start : ndarray, (12 N, P)
-        Of the start of the run, as tangent vectors, at the time of the start.
+        Derivatives of the start of the run, as tangent vectors, at the time of the start.
     system : dict of ndarray, (P,)
-        Of the parameters of the system that change, by their names.
+        Derivatives of the parameters of the system that change, by their names.
     undifferentiable : dict of str
-        The parameters that change what motions cannot be differentiated by, with what that is.
+        The parameters that change something by which motions cannot be differentiated, with what that is.
     """
 
     start: _Array
@@ -131,29 +131,29 @@ class SetupDerivatives:
 
 
 class Chain:
-    """The derivatives of what a setup makes of parameters, wherever they are taken in a fit.
+    """The derivatives of a setup, wherever they are computed in a fit.
 
-    Steps of differences are sought once, and so is which numbers of the system are its parameters themselves.
+    The steps of differences are found once, as are the numbers of the system that are parameters of it.
 
     Parameters
     ----------
     make : callable
-        Takes values (P,), gives what the setup makes of them.
+        A function that takes values (P,) and returns the :class:`SetupResult` of the setup.
     names : sequence of str
     """
 
-    def __init__(self, make: Callable[[_Array], Made], names: Sequence[str]) -> None:
+    def __init__(self, make: Callable[[_Array], SetupResult], names: Sequence[str]) -> None:
         self._make, self._names = make, tuple(names)
         self._steps: list[dict[str, float]] = [{} for _ in names]
         self._system = _SystemChain()
 
     def at(self, values: _Array, sizes: _Array) -> SetupDerivatives:
-        """Differentiate at values (P,), which have sizes (P,) over which the setup is smooth.
+        """Differentiate at values (P,); the setup is smooth over their sizes (P,).
 
         Raises
         ------
         InvalidInput
-            For a setup whose results do not change evenly with a parameter.
+            For a setup whose results are not smooth in a parameter.
         """
         base = self._make(values)
         tangent = len(base.core.position) * 12
@@ -176,7 +176,7 @@ class Chain:
                 columns[:, k] = column
         start, times, numbers = columns[:tangent], columns[tangent], columns[tangent + 1 :]
         if times.any():
-            # A start that comes later by dt is one that is f dt behind, with f the rates of change.
+            # A start that is later by dt corresponds to one whose state is behind by f dt, with f the rates of change.
             start = start - np.outer(base.system._core.jacobian(base.core, [])[3], times)
         system, left = self._system.solve(base, numbers)
         for name, place in zip(self._names, left, strict=True):
@@ -184,8 +184,8 @@ class Chain:
                 found.setdefault(name, place)
         return SetupDerivatives(start, system, found)
 
-    def _column(self, base: Made, values: _Array, k: int, size: float, other: list[str]) -> _Array | None:
-        """Derivatives of the start, its time and the system's numbers; ``other`` receives what else has changed."""
+    def _column(self, base: SetupResult, values: _Array, k: int, size: float, other: list[str]) -> _Array | None:
+        """Return derivatives of the start, its time and the system's numbers; ``other`` receives all other changes."""
         noise = _ROUNDING * np.concatenate([base.sizes(), np.abs(base.numbers)])
         start = np.append(np.tile(np.repeat(np.arange(4), 3), len(base.core.position)), 4)
         groups = np.concatenate([start, np.arange(len(base.numbers)) + 5])
@@ -203,17 +203,18 @@ class Chain:
 
 
 class _SystemChain:
-    """Which parameters of a system have changed, from the changes of the numbers that describe it."""
+    """Finds the parameters of a system that have changed, from the changes of the numbers that describe it."""
 
     def __init__(self) -> None:
         self._steps: dict[str, dict[str, float]] = {}
-        #: The derivatives of the numbers by parameters that are one of them, which are the same everywhere.
+        #: The constant derivatives of the numbers by those parameters that are themselves one of the numbers.
         self._own: dict[str, _Array] = {}
 
-    def solve(self, base: Made, numbers: _Array) -> tuple[dict[str, _Array], list[str | None]]:
+    def solve(self, base: SetupResult, numbers: _Array) -> tuple[dict[str, _Array], list[str | None]]:
         """Solve for the derivatives of a system's parameters from those (D, P) of the numbers that describe it.
 
-        Returns them by name, and for each of P the place of a number that no parameter of the system changes so.
+        Returns the derivatives by name, and for each of P the place of a number whose change no parameter makes, or
+        ``None``.
         """
         left: list[str | None] = [None] * numbers.shape[1]
         rows: npt.NDArray[np.bool_] = np.asarray(numbers.any(axis=1))
@@ -225,7 +226,7 @@ class _SystemChain:
         scale = np.where(scale > 0.0, scale, np.maximum(np.abs(columns).max(axis=1, initial=0.0), 1e-300))
         used: dict[str, _Array] = {}
         for name, column in zip(known, (columns / scale[:, None]).T, strict=True):
-            # Where several parameters make the same change, the first of them is used.
+            # If several parameters make the same change, the first of them is used.
             if column[rows].any() and not any(_parallel(column, other) for other in used.values()):
                 used[name] = column
         scaled = np.stack(list(used.values()), axis=1) if used else np.zeros((len(rows), 0))
@@ -239,10 +240,10 @@ class _SystemChain:
         solved = np.where(np.abs(solved) > 1e-9 * np.abs(solved).max(axis=0, initial=1e-300), solved, 0.0)
         return {name: row for name, row in zip(used, solved / width[:, None], strict=True) if row.any()}, left
 
-    def _changes(self, base: Made, name: str) -> _Array | None:
+    def _changes(self, base: SetupResult, name: str) -> _Array | None:
         """Return the derivatives (D,) of the numbers that describe a system by one of its parameters.
 
-        It is ``None`` where motions of this system cannot be differentiated by it.
+        It is ``None`` if motions of this system cannot be differentiated by the parameter.
         """
         if (own := self._own.get(name)) is not None and len(own) == len(base.numbers):
             return own

@@ -1,4 +1,4 @@
-"""Differences of smooth functions that cost little, with a step that is found by comparing two orders."""
+"""Cheap differences of smooth functions, with a step that is found by comparing two orders."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ __all__ = ["REFUSALS", "derivative"]
 
 _Array = npt.NDArray[np.float64]
 
-#: Steps over the size of the argument, in the order in which they are tried.
+#: Steps relative to the size of the argument, in the order in which they are tried.
 _STEPS = (1e-3, 1e-5, 1e-7, 1e-9)
-#: Places in steps, and the weights of formulas of fourth and of second order there.
+#: Positions in units of the step, and the weights of the formulas of fourth and of second order there.
 _CENTRAL = ((-2, -1, 1, 2), (1 / 12, -2 / 3, 2 / 3, -1 / 12), (0.0, -1 / 2, 1 / 2, 0.0))
 _FORWARD = ((0, 1, 2, 3, 4), (-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4), (-3 / 2, 2.0, -1 / 2, 0.0, 0.0))
-#: By how much the two orders may differ, relative to the derivative.
+#: The largest difference of the two orders, relative to the derivative.
 _AGREE = 1e-4
-#: The errors that end a call of a function at an argument where it has no value.
+#: The errors of a function at an argument for which it has no value.
 REFUSALS = (ValueError, ArithmeticError, RuntimeError)
 
 
@@ -38,22 +38,22 @@ def derivative(
     Parameters
     ----------
     function : callable
-        Takes a shift of the argument and returns values (M,); raises an error where it has none.
+        A function that takes a shift of the argument and returns values (M,), or raises an error if it has none.
     size : float
         The length over which the function is smooth, or longer.
     noise : ndarray, (M,)
-        What rounding may change in the values.
+        The rounding errors of the values.
     groups : ndarray of int, (M,)
         Values with the same number are components of one quantity, whose derivative is as precise as its largest.
     known : dict
-        Receives the step that was found, and has it at later calls for the same argument: these take two values.
+        Receives the step that was found and keeps it for later calls at the same argument, which take two values.
     shorter : float
-        The part of a known step that is taken.
+        The fraction of a known step that is taken.
 
     Notes
     -----
-    Differences of fourth order, from both sides or from one. The step is shortened until those of second order agree.
-    With a known step they are of second order over a part of it, from both sides.
+    Differences are of fourth order, from both sides or from one. The step is shortened until those of second order
+    agree. With a known step, differences are of second order from both sides, over a fraction of it.
     """
     if "step" in known:
         step = shorter * known["step"]

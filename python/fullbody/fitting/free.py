@@ -1,4 +1,4 @@
-"""The parameters of a fit: their starts, units, bounds and priors."""
+"""The parameters of a fit: their initial values, units, bounds and priors."""
 
 from __future__ import annotations
 
@@ -22,15 +22,16 @@ _Array = npt.NDArray[np.float64]
 @named_options
 @dataclass(frozen=True)
 class Free:
-    """A parameter of a fit: where it starts, and what is known of it beside the observations.
+    """A parameter of a fit: its initial value, and the prior knowledge of it.
 
     Parameters
     ----------
     start : float, Quantity or text with a unit
+        The initial value.
     lower, upper : float or Quantity, optional
         Bounds; none unless given.
     prior : (mean, sigma), optional
-        A normal distribution, which enters as one more residual.
+        Mean and standard error of a normal distribution, which enters as one more residual.
 
     Examples
     --------
@@ -52,7 +53,7 @@ class Parameters:
     ----------
     names : tuple of str
     units : tuple
-        Units, ``None`` for plain numbers.
+        Units; ``None`` for plain numbers.
     start, lower, upper : ndarray, (P,)
         Bounds are infinite where there are none.
     mean, sigma : ndarray, (P,)
@@ -111,7 +112,7 @@ class Parameters:
         return len(self.names)
 
     def only(self, names: Sequence[str]) -> Parameters:
-        """Return those of the parameters that have these names, which are in the same order."""
+        """Return the parameters with these names, in the same order."""
         found = copy.copy(self)
         places = [self.names.index(name) for name in names]
         found.names, found.units = tuple(names), tuple(self.units[k] for k in places)
@@ -120,7 +121,7 @@ class Parameters:
         return found
 
     def named(self, values: _Array) -> dict[str, Any]:
-        """Values (P,), or columns (P, n), by their names with their units."""
+        """Return values (P,), or columns (P, n), by their names with their units."""
         plain = (float(value) if np.ndim(value) == 0 else value for value in values)
         return {
             name: value if unit is None else value * unit
@@ -128,7 +129,7 @@ class Parameters:
         }
 
     def numbers(self, values: Any) -> _Array:
-        """The plain numbers (P,) of values by their names, or of an array in the order of the names."""
+        """Return the plain numbers (P,) of values by their names, or of an array in the order of the names."""
         if not isinstance(values, Mapping):
             found = numbers(values, "values")
             if found.shape != (len(self),) or not np.isfinite(found).all():
@@ -142,11 +143,11 @@ class Parameters:
         return np.array([self._number(k, values[name], "value") for k, name in enumerate(self.names)])
 
     def size(self, k: int, value: float) -> float:
-        """A length over which the results of a setup change evenly, as far as it is known."""
+        """Return a length over which the results of a setup are smooth, as far as it is known."""
         sizes = (abs(value), abs(self.start[k]), self.sigma[k] if np.isfinite(self.sigma[k]) else 0.0)
         width = self.upper[k] - self.lower[k]
         return next((size for size in sizes if size > 0.0), float(width) if np.isfinite(width) else 1.0)
 
     def shown(self, k: int, value: float) -> str:
-        """A parameter's value as text, with its unit."""
+        """Return a parameter's value as text, with its unit."""
         return f"{value:.8g}" if self.units[k] is None else f"{value:.8g} {self.units[k]}"

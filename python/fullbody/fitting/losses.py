@@ -1,4 +1,4 @@
-"""Loss functions: how strongly a residual counts that is larger than its error makes likely."""
+"""Loss functions, which reduce the weight of residuals that are too large for their errors."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ _Array = npt.NDArray[np.float64]
 @named_options
 @dataclass(frozen=True)
 class Outliers:
-    """A loss by which some of the observations are wrong: a mixture of two normal distributions.
+    """A loss for data of which some are wrong: minus the logarithm of a mixture of two normal distributions.
 
-    With z the residual over its error, the likelihood is proportional to
+    With z a residual divided by its error, the likelihood is proportional to
     (1 - f) exp(-z^2 / 2) + f / w exp(-z^2 / 2 w^2).
 
     Parameters
     ----------
     fraction : float
-        The part f of the observations that is wrong, above 0 and below 1.
+        The fraction f of the observations that is wrong, above 0 and below 1.
     width : float
-        How many times larger, w, the errors of these are, above 1.
+        The factor w by which the errors of these are larger, above 1.
 
     Examples
     --------
@@ -49,7 +49,7 @@ class Outliers:
             raise InvalidInput(f"width is {self.width!r}; expected a finite number above 1")
 
     def __call__(self, z: _Array) -> _Array:
-        """The loss (3, ...) of squares z (...) of residuals, with its first and second derivatives."""
+        """Return the loss (3, ...) of squares z (...) of residuals, with its first and second derivatives."""
         w2 = self.width**-2
         both = np.log(1.0 - self.fraction) - 0.5 * z, np.log(self.fraction / self.width) - 0.5 * z * w2
         top = np.logaddexp(np.log(1.0 - self.fraction), np.log(self.fraction / self.width))
@@ -65,7 +65,7 @@ def _huber(z: _Array) -> _Array:
     return np.stack([np.where(z <= 1.0, z, 2.0 * root - 1.0), 1.0 / root, np.where(z <= 1.0, 0.0, -0.5 * root**-3)])
 
 
-#: Losses of scipy's ``least_squares`` with their derivatives.
+#: The losses of scipy's ``least_squares`` with their derivatives.
 _KNOWN: dict[str, Callable[[_Array], _Array]] = {
     "linear": lambda z: np.stack([z, np.ones_like(z), np.zeros_like(z)]),
     "soft_l1": lambda z: np.stack([2.0 * z / (1.0 + np.sqrt(1.0 + z)), (1.0 + z) ** -0.5, -0.5 * (1.0 + z) ** -1.5]),
@@ -76,15 +76,15 @@ _KNOWN: dict[str, Callable[[_Array], _Array]] = {
 
 
 class Loss:
-    """A loss function applied to pulls, each of which becomes the signed root of its loss.
+    """A loss function of pulls, each of which is replaced by the signed root of its loss.
 
-    The sum of the squares of these is the sum of the losses, so that a solver of least squares takes them.
+    The sum of the squares of these roots is the sum of the losses, so that a solver of least squares takes them.
     """
 
     def __init__(self, given: Any, function: Callable[[_Array], Any]) -> None:
         self.given = given
         self._function = function
-        #: Whether pulls stay as they are.
+        #: Whether pulls stay as they are, in a linear loss.
         self.linear = given == "linear"
 
     def _of(self, pulls: _Array) -> _Array:
@@ -107,9 +107,9 @@ class Loss:
         return np.sign(pulls) * root, np.where(small, np.sqrt(slope), slope * np.abs(pulls) / safe)
 
     def inflation(self, pulls: _Array, free: int) -> float:
-        """The factor of the covariance of an M-estimator over that of its weights' least squares.
+        """Return the factor from the covariance of weighted least squares to that of an M-estimator.
 
-        With psi half the derivative of the loss, it is the mean of psi^2 over the square of the mean of psi', and the
+        With psi half the derivative of the loss, it is the mean of psi^2 over the square of the mean of psi', where the
         information is that of the unweighted residuals (Huber & Ronchetti 2009, Robust Statistics, Eq. 7.82).
         """
         _, slope, curvature = self._of(pulls)
@@ -124,7 +124,7 @@ class Loss:
 
 
 def loss_of(given: Any) -> Loss:
-    """The loss of a name, of :class:`Outliers`, or of a function as scipy's ``least_squares`` takes it."""
+    """Return the loss of a name, of :class:`Outliers`, or of a function as scipy's ``least_squares`` takes it."""
     if callable(given):
         return Loss(given, given)
     if given not in _KNOWN:

@@ -1,4 +1,4 @@
-"""Pictures of a fit, behind :attr:`fullbody.fitting.Fit.plot`."""
+"""Plots of a fit, for :attr:`fullbody.fitting.Fit.plot`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["FitPlots"]
 
 @named_options
 class FitPlots:
-    """The pictures of a fit.
+    """The plots of a fit.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class FitPlots:
             columns = np.reshape(pulls, (len(pulls), -1))
             across = np.asarray(getattr(times, "value", times))
             if len(across) != len(columns):
-                # A measured value has no time of its own.
+                # A measured value has no time.
                 across = np.full(len(columns), across.max(initial=0.0))
             for k, column in enumerate(columns.T):
                 style = {"marker": "os^v"[k % 4], "markersize": 3.5, "linestyle": "", "color": LINES[k]["color"]}

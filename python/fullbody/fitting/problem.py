@@ -15,7 +15,7 @@ from ..errors import InvalidInput
 from ..model.state import State
 from ..motion.samples import chosen, joined
 from ..motion.system import System
-from .chain import Chain, Made
+from .chain import Chain, SetupResult
 from .differences import REFUSALS, derivative
 from .free import Parameters
 
@@ -27,26 +27,25 @@ __all__ = ["Jacobian", "Observed", "Point", "Problem", "Refused"]
 
 _Array = npt.NDArray[np.float64]
 
-#: What pulls of one run, and of different ones, are rounded by, relative to the largest.
+#: The rounding errors of the pulls of one run, and between different runs, relative to the largest pull.
 _ROUNDING, _NOISE = 1e-13, 1e-8
 
 
 class Observed(Protocol):
     """The methods that a fit calls on observations; any class that has them can be fitted.
-
-    A class may also have ``derivatives(run)``, which gives what ``run.derivative_of(observed.pulls)`` does, and
-    ``widening(system)``, the logarithms of factors by which parameters widen the variances.
+    A class may also have the method ``derivatives(run)``, with the result of ``run.derivative_of(observed.pulls)``, and
+    ``widening(system)``, which returns the logarithms of the factors by which parameters widen the variances.
     """
 
     def emission(self, system: System) -> Any:
-        """Times (K,) of a system's clock at which the predictions need samples, in their order."""
+        """Return the times (K,) of a system's clock at which the predictions need samples, in their order."""
 
     def pulls(self, run: Run) -> _Array:
-        """Residuals of a run that has samples at these times, made independent and divided by their errors."""
+        """Return the residuals of a run with samples at these times, made independent and divided by their errors."""
 
 
 class Refused(Exception):
-    """Values of parameters at which there is no prediction; the text says why."""
+    """Values of parameters at which there is no prediction; the text gives the reason."""
 
 
 @dataclass
@@ -56,18 +55,18 @@ class Point:
     Attributes
     ----------
     values : ndarray, (P,)
-    made : Made
+    made : SetupResult
     run : Run
         The samples at all times that the observations need.
     observations : list of Observed
     pulls : list of ndarray
-        Of each of the observations.
+        The pulls of each of the observations.
     widening : list of ndarray
-        Roots of the logarithms of the factors by which jitter widens variances, where observations are functions.
+        Roots of the logarithms of the factors by which jitter widens variances, if observations are functions.
     """
 
     values: _Array
-    made: Made
+    made: SetupResult
     run: Run
     observations: list[Any]
     pulls: list[_Array]
@@ -75,7 +74,7 @@ class Point:
 
     @property
     def rows(self) -> _Array:
-        """All pulls and widenings as one array."""
+        """Return all pulls and widenings as one array."""
         return np.concatenate([np.ravel(part) for part in (*self.pulls, *self.widening)])
 
 
@@ -95,7 +94,7 @@ class Problem:
     runs, differentiated : int
         The number of runs without and with derivatives.
     refused : int
-        The number of proposals that were refused, ``reason`` why the last of them was.
+        The number of proposals that were refused; ``reason`` is why the last of them was.
     """
 
     def __init__(
@@ -116,7 +115,7 @@ class Problem:
         self.given = listed
         names = parameters.names
         self.of_setup = _taken(setup, names)
-        #: The parameters of each of the observations that is a function.
+        #: The parameters of each of those observations that are functions.
         self.of_observations = [_taken(one, names) if callable(one) else () for one in listed]
         used = {*self.of_setup, *(name for taken in self.of_observations for name in taken)}
         if unused := [name for name in names if name not in used]:
@@ -127,17 +126,17 @@ class Problem:
             )
         own = parameters.only(self.of_setup)
         self._chain = Chain(lambda values: self._make(own.named(values)), self.of_setup)
-        #: The parameters of systems by which runs were differentiated last.
+        #: The parameters of the system by which the last runs were differentiated.
         self._needed: tuple[str, ...] | None = None
         self._steps: list[dict[str, float]] = [{} for _ in names]
         self.runs = self.differentiated = self.refused = 0
         self.reason = ""
 
-    def make(self, values: _Array) -> Made:
-        """Call the setup."""
+    def make(self, values: _Array) -> SetupResult:
+        """Call the setup, and return its system and state."""
         return self._make(self.parameters.named(values))
 
-    def _make(self, named: dict[str, Any]) -> Made:
+    def _make(self, named: dict[str, Any]) -> SetupResult:
         found = self.setup(**{name: named[name] for name in self.of_setup})
         try:
             system, state = found
@@ -145,28 +144,28 @@ class Problem:
             raise TypeError(f"setup returned {found!r}; expected (system, state)") from error
         if not isinstance(system, System) or not isinstance(state, State):
             raise TypeError(f"setup returned {found!r}; expected (system, state)")
-        return Made(system, state)
+        return SetupResult(system, state)
 
     def observations(self, values: _Array) -> list[Any]:
-        """Return the observations, those that are functions at these values of their parameters."""
+        """Return the observations; those that are functions are called with these values of their parameters."""
         named = self.parameters.named(values)
         both = zip(self.given, self.of_observations, strict=True)
         return [one(**{name: named[name] for name in names}) if callable(one) else one for one, names in both]
 
     def point(self, values: _Array, differentiated: bool = False) -> Point:
-        """Run and predict.
+        """Integrate a run and compute the predictions.
 
         Parameters
         ----------
         values : ndarray, (P,)
         differentiated : bool
-            Whether the run takes with it the derivatives that were needed last, so that
-            :meth:`jacobian` needs no other.
+            Whether the run includes the derivatives that the last Jacobian needed, so that :meth:`jacobian` needs no
+            other run.
 
         Raises
         ------
         Refused
-            Where the setup refuses the values, the run ends with an error, or there is a prediction that is not finite.
+            If the setup refuses the values, the run ends with an error, or a prediction is not finite.
         """
         try:
             return self._point(values, self._needed if differentiated else None)
@@ -186,7 +185,7 @@ class Problem:
         both = zip(self.given, observations, strict=True)
         return [np.sqrt(one.widening(system)) for given, one in both if callable(given) and hasattr(one, "widening")]
 
-    def times(self, made: Made, observations: list[Any]) -> _Array:
+    def times(self, made: SetupResult, observations: list[Any]) -> _Array:
         """Return all times at which the observations need samples, in numbers of the system's units."""
         parts = [self._emission(one, made.system) for one in observations]
         return np.unique(np.concatenate(parts))
@@ -194,7 +193,7 @@ class Problem:
     def _emission(self, one: Any, system: System) -> _Array:
         return system._units.strip(one.emission(system), "time", f"times of {one!r}")
 
-    def _run(self, made: Made, observations: list[Any], derivatives: Sequence[str] | None) -> Run:
+    def _run(self, made: SetupResult, observations: list[Any], derivatives: Sequence[str] | None) -> Run:
         """Run forward and backward from the epoch of the state over all observations, with samples at their times."""
         times, epoch = self.times(made, observations), made.core.time
         options: dict[str, Any] = {"integrator": self.integrator}
@@ -216,7 +215,7 @@ class Problem:
         return getattr(one, what)(chosen(run, self._emission(one, run.system)))
 
     def jacobian(self, point: Point) -> Jacobian:
-        """Differentiate the rows of a point: the motion exactly, what the setup makes of parameters by differences."""
+        """Return the derivatives of the rows of a point: the motion's are exact, those of the setup are differences."""
         values, names = point.values, self.parameters.names
         sizes = np.array([self.parameters.size(k, value) for k, value in enumerate(values)])
         found = np.zeros((len(point.rows), len(values)))
@@ -259,12 +258,12 @@ class Problem:
             try:
                 return one.derivatives(part)
             except InvalidInput:
-                # Such as the light of polyhedra, which is not differentiated.
+                # This is so for the light of polyhedra, which is not differentiated.
                 pass
         return part.derivative_of(one.pulls)
 
     def _by_observations(self, point: Point, k: int, size: float) -> _Array:
-        """Derivatives (M,) of rows by a parameter that observations take, at the same run."""
+        """Return derivatives (M,) of rows by a parameter that observations take, with the same run."""
         if all(self.parameters.names[k] not in taken for taken in self.of_observations):
             return np.zeros(len(point.rows))
 
@@ -279,7 +278,7 @@ class Problem:
         return self._derivative(shifted, point, k, size, _ROUNDING, 0.01)
 
     def _by_runs(self, point: Point, k: int, size: float) -> _Array:
-        """Derivatives (M,) of rows by a parameter, from complete runs."""
+        """Return derivatives (M,) of rows by a parameter, from complete runs."""
 
         def shifted(by: float) -> _Array:
             values = point.values.copy()
@@ -291,7 +290,7 @@ class Problem:
     def _derivative(
         self, shifted: Callable[[float], _Array], point: Point, k: int, size: float, noise: float, shorter: float
     ) -> _Array:
-        """Differences of the rows; ``noise`` is what is rounded of them."""
+        """Return differences of the rows; ``noise`` is their rounding error."""
         scale = noise * max(1.0, float(np.abs(point.rows).max(initial=0.0))) * np.ones(len(point.rows))
         found = derivative(shifted, size, scale, np.zeros(len(scale), dtype=int), self._steps[k], shorter)
         if found is None:
@@ -312,7 +311,9 @@ def _arguments(function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
     try:
         return inspect.signature(function).parameters
     except (TypeError, ValueError) as error:
-        raise InvalidInput(f"{function!r} does not tell its arguments; expected a function of Python") from error
+        raise InvalidInput(
+            f"{function!r} has arguments that Python cannot list; expected a function of Python"
+        ) from error
 
 
 def _taken(function: Callable[..., Any], names: Sequence[str]) -> tuple[str, ...]:

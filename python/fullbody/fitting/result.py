@@ -28,9 +28,9 @@ _Array = npt.NDArray[np.float64]
 
 #: The ratio of singular values below which a combination of parameters counts as unconstrained.
 _SINGULAR = 1e-9
-#: The smallest part of a combination that is named.
+#: The smallest coefficient of a combination that its text includes.
 _NAMED = 0.05
-#: Draws for each one asked for, before bounds that leave hardly any are an error.
+#: The largest number of draws for each requested one; more are an error, since hardly any are within the bounds.
 _MOST_DRAWS = 1000
 
 
@@ -41,12 +41,12 @@ class Minimum:
     Attributes
     ----------
     values : dict
-        The parameters there.
+        The parameters at the minimum.
     chi2 : float
     found : int
-        The number of starts that ended there.
+        The number of starts that ended at the minimum.
     message : str
-        Why the solver stopped before it was at a minimum; empty otherwise.
+        The reason why the solver stopped before it was at a minimum; empty otherwise.
     """
 
     values: dict[str, Any]
@@ -64,15 +64,15 @@ class Fit(Tabled):
     names : tuple of str
         The parameters, in the order of all arrays.
     values, sigma : dict
-        Values and standard errors by name, with the units of the starts. The error of a parameter in a combination that
-        the data do not constrain is infinite.
+        Values and standard errors by name, with the units of the initial values. The error of a parameter in a
+        combination that the data do not constrain is infinite.
     covariance, correlation : ndarray, (P, P)
         In the units of the values. For a loss that is not linear the covariance is that of an M-estimator. Rows and
         columns of unconstrained parameters are zero beside the diagonal.
     chi2 : float
         Sum of the squares of the pulls, priors included.
     loss : float
-        What was minimised: the sum of the losses of the pulls, and of the logarithms of variances where jitter is free.
+        The sum that was minimised: of the losses of the pulls, and of the logarithms of variances if jitter is free.
     dof : int
         Data and priors minus parameters and zero points.
     p_value : float or None
@@ -82,8 +82,8 @@ class Fit(Tabled):
     pulls : list of ndarray
         The residuals made independent and divided by their errors.
     condition : float
-        The ratio of the singular values of the derivatives, each parameter in units of the error that it would have if
-        it alone were free.
+        The ratio of the largest to the smallest singular value of the derivatives, with each parameter in units of the
+        error that it would have if it alone were free.
     weakest : dict of float
         The combination of parameters in these units that the data constrain least, a unit vector.
     unconstrained : str or None
@@ -96,14 +96,14 @@ class Fit(Tabled):
         All minima that were found, the lowest first.
     system, state : System, State
     observations : list
-        As they are at the values, where they are functions of parameters.
+        The observations; those that are functions of parameters at the fitted values.
     message : str
-        Why the solver stopped before it was at a minimum, such as an interrupt; empty otherwise.
+        The reason why the solver stopped before it was at a minimum, such as an interrupt; empty otherwise.
     iterations, runs, refused : int
         Numbers of iterations; of runs, those with derivatives and those of differences included; and of proposals that
         were refused, in all starts.
     last_refusal : str
-        Why the last of the refused proposals was.
+        The reason why the last of the refused proposals was refused.
     """
 
     minima: tuple[Minimum, ...]
@@ -144,8 +144,8 @@ class Fit(Tabled):
         """Compute the covariance from the information of data, jitter and priors."""
         known, point, rows = self._problem.parameters, self._point, self._jacobian.rows
         data, wide = rows[: len(flat)].copy(), rows[len(flat) :]
-        # A jitter changes how large residuals are, of which the expected information is half the square of the slope
-        # of the logarithm of the variance.
+        # A jitter changes the size of the residuals. Its expected information is half the square of the derivative of
+        # the logarithm of the variance.
         noise = wide.any(axis=0)
         data[:, noise] = 0.0
         wide = np.sqrt(2.0) * point.rows[len(flat) :, None] * wide
@@ -157,7 +157,7 @@ class Fit(Tabled):
         _, sizes, vectors = np.linalg.svd(unit, full_matrices=False)
         good = sizes > _SINGULAR * sizes[0] if sizes[0] > 0.0 else np.zeros(len(sizes), bool)
         self.weakest = dict(zip(self.names, (float(part) for part in vectors[-1]), strict=True))
-        # Beyond the precision of doubles nothing is known of the ratio but that it is at least this.
+        # Beyond the precision of doubles this value is only a lower bound of the ratio.
         self.condition = float(sizes[0] / max(sizes[-1], 1e-16 * sizes[0])) if sizes[0] > 0.0 else np.inf
         self.unconstrained = None if good.all() else self._combination(vectors[-1], norms)
         scale = np.where(norms > 0.0, 1.0 / np.where(norms > 0.0, norms, 1.0), 0.0)
@@ -173,12 +173,12 @@ class Fit(Tabled):
         self.correlation = np.where(np.eye(len(errors), dtype=bool), 1.0, covariance / np.outer(finite, finite))
 
     def _combination(self, vector: _Array, norms: _Array) -> str:
-        """The combination of parameters along a unit vector of scaled ones as text."""
+        """Return the combination of parameters along a unit vector of scaled ones as text."""
         known = self._problem.parameters
         parts = []
         for k in np.argsort(-np.abs(vector), kind="stable"):
             if abs(vector[k]) > _NAMED:
-                # A parameter without any effect has no scale but its own unit.
+                # A parameter without any effect has no scale, and is shown in its own unit.
                 per = 1.0 / norms[k] if norms[k] > 0.0 else 1.0
                 sign = "+" if vector[k] > 0.0 else "-"
                 parts.append(f"{self.names[k]} {sign} {known.shown(k, abs(vector[k]) * per)} s")
@@ -188,7 +188,7 @@ class Fit(Tabled):
 
     @property
     def p_value(self) -> float | None:
-        """Probability of a chi2 larger than this."""
+        """The probability of a larger chi2."""
         if self.dof < 1 or not self._loss.linear:
             return None
         from scipy.stats import chi2
@@ -328,7 +328,7 @@ class Fit(Tabled):
 
     @property
     def plot(self) -> FitPlots:
-        """Pictures: ``fit.plot.residuals()``, ``fit.plot.corner()``."""
+        """The plots ``fit.plot.residuals()`` and ``fit.plot.corner()``."""
         from .pictures import FitPlots
 
         return FitPlots(self)
@@ -373,7 +373,7 @@ class Fit(Tabled):
 
 
 def _with_error(value: float, error: float) -> tuple[str, str]:
-    """A value and its error as text, to two digits of the error."""
+    """Return a value and its error as texts, to two digits of the error."""
     if not (np.isfinite(error) and error > 0.0):
         return f"{value:.8g}", "infinite" if error else "0"
     digits = max(0, 1 - int(np.floor(np.log10(error))))

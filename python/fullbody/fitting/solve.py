@@ -25,12 +25,12 @@ __all__ = ["fit"]
 
 _Array = npt.NDArray[np.float64]
 
-#: The distance from the minimum in errors at which the solver stops; and the relative changes of chi2 and of
-#: the parameters at which it does where noise hides that.
+#: The distance from the minimum, in errors, at which the solver stops, and the relative changes of chi2 and of the
+#: parameters at which it stops if rounding errors prevent that.
 _CLOSE, _FTOL, _XTOL = 1e-4, 1e-9, 1e-13
-#: The distance at which a solver that makes no way any more is not at a minimum.
+#: The distance from the minimum above which a solver that no longer advances has not converged.
 _FAR = 0.03
-#: Two fits are at the same minimum if no parameter differs by more than this part of its error.
+#: The largest difference, in units of each parameter's error, between two fits at the same minimum.
 _SAME = 0.1
 
 
@@ -56,20 +56,21 @@ def fit(
     setup : callable
         ``setup(**parameters)`` returns ``(system, state)``, as for :func:`fullbody.sweep`.
     parameters : dict
-        Names to starts, numbers or Quantities, or to :class:`fullbody.fitting.Free` with bounds and priors. Derivatives
-        of what the setup makes of them are differences, over a thousandth of the start or less.
+        Names to initial values, numbers or Quantities, or to :class:`fullbody.fitting.Free` with bounds and priors. The
+        setup is differentiated by differences over a thousandth of the initial value or less.
     observations : Astrometry, Photometry, Radar, Measured, or a list of them
-        A function of parameters that returns observations stands for these: ``lambda jitter: data.with_jitter(jitter)``
+        Observations may also be a function of parameters that returns them: ``lambda jitter: data.with_jitter(jitter)``
         frees a jitter, ``lambda albedo: observing.Photometry(..., albedo={"Alpha": 1.0, "Beta": albedo})`` an albedo.
     integrator : Integrator, optional
         :class:`fullbody.Verner98` unless given.
     loss : {"linear", "soft_l1", "huber", "cauchy", "arctan"}, Outliers or callable
-        How pulls count, as in ``scipy.optimize.least_squares`` with scale one; priors always count linearly. A function
-        takes squares (...) and returns the loss with two derivatives (3, ...).
+        The weight of pulls, as in ``scipy.optimize.least_squares`` with scale one; priors always count linearly. A
+        function takes squares (...) and returns the loss with two derivatives (3, ...).
     starts : int or list of dict
-        Number of starts: the first as given, the others spread by Latin hypercube between bounds, or where a
-        parameter has none over its prior; or the starts themselves.
+        The starts themselves, or their number: the first has the given values, the others are spread by Latin hypercube
+        between the bounds of each parameter, or over its prior if it has no bounds.
     seed : int, optional
+        The seed of random starts, needed if ``starts`` is above one.
         Needed by more than one start.
     progress : bool, str or callable
         Whether to show the number of runs and chi2, or a label; or a function of the number of runs, ``None``, and
@@ -145,7 +146,7 @@ def fit(
 
 
 class _Progress(Tally):
-    """A progress bar of a fit, which is called with the number of runs and with what is minimised."""
+    """A progress bar of a fit, which is called with the number of runs and with the sum that is minimised."""
 
     def _update(self, done: int, under_way: float) -> None:  # type: ignore[override]
         self._end = f"{done} runs, chi2 {under_way:.8g}"
@@ -154,7 +155,7 @@ class _Progress(Tally):
 
 @dataclass
 class _Solution:
-    """Where a solver has come to."""
+    """The last values of a solver."""
 
     point: Point
     jacobian: Jacobian
@@ -168,7 +169,7 @@ class _Converged(Exception):
 
 
 class _Solver:
-    """The residuals of a problem as scipy's solver takes them, which keeps the best values so far."""
+    """The residuals of a problem in the form that scipy's solver takes, with the best values so far."""
 
     def __init__(self, problem: Problem, loss: Loss, report: Any) -> None:
         self._problem, self._loss, self._report = problem, loss, report
@@ -193,7 +194,7 @@ class _Solver:
             norms = np.linalg.norm(jacobian, axis=0)
             sizes = np.array([self._parameters.size(k, value) for k, value in enumerate(start)])
             scale = np.where(norms > 0.0, 1.0 / np.where(norms > 0.0, norms, 1.0), sizes)
-            # The first region of trust is as large as this: changes by all of the parameters' sizes.
+            # The first trust region allows changes by all of the parameters' sizes.
             begin = sizes / scale
             first_jacobian: list[_Array] = [jacobian]
 
@@ -235,7 +236,7 @@ class _Solver:
         if self._last is not None and np.array_equal(self._last.values, values):
             return self._vector(self._last)
         try:
-            # After a step that was taken the next one probably is too, and its derivatives are needed.
+            # After an accepted step the next one is probably accepted too, and its derivatives are then needed.
             point = self._problem.point(values, differentiated=self._taken)
         except Refused:
             if self._best is None:
@@ -271,7 +272,7 @@ class _Solver:
         return matrix
 
     def _step(self, values: _Array, matrix: _Array, vector: _Array) -> float:
-        """The length of the step to the minimum of the linearised problem in units of errors, within the bounds."""
+        """Return the length of the step to the bounded minimum of the linearised problem, in units of errors."""
         known, norms = self._parameters, np.linalg.norm(matrix, axis=0)
         free = norms > 0.0
         scaled = matrix / np.where(free, norms, 1.0)
@@ -291,7 +292,7 @@ class _Solver:
 
 
 def check_count(problem: Problem, point: Point) -> None:
-    """Refuse more parameters than data."""
+    """Raise an error for more parameters than data."""
     data = sum(part.size for part in point.pulls) + int(np.isfinite(problem.parameters.sigma).sum())
     solved = sum(getattr(one, "free_zeros", 0) for one in point.observations)
     if data < len(problem.parameters) + solved:
@@ -358,7 +359,7 @@ def _result(problem: Problem, loss: Loss, done: list[_Solution], starts: int) ->
 
 
 def _same(one: Fit, other: Fit) -> bool:
-    """Whether two fits have the same values within their errors; angles with units count within a turn."""
+    """Return whether two fits have the same values within their errors; angles with units are taken modulo a turn."""
     apart = np.empty(len(one.names))
     for k, name in enumerate(one.names):
         difference = one.values[name] - other.values[name]

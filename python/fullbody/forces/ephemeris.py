@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["about_sun", "barycentric", "dense_table", "path"]
 
 _Array = npt.NDArray[np.float64]
-#: G times mass, km^3/s^2, from DE440 (Park et al. 2021, table 2); values of planets with satellites include these.
+#: G times the mass in km^3/s^2, from DE440 (Park et al. 2021, table 2), for planets together with their satellites.
 _GM = {
     "sun": 132712440041.279419,
     "mercury": 22031.868551,
@@ -155,7 +155,7 @@ def barycentric(body: Any, times: Time, ephemeris: Any) -> _Array:
         try:
             found = get_body_barycentric(body, times, ephemeris=ephemeris)
         except (AttributeError, KeyError, ValueError, TypeError, OSError) as error:
-            raise InvalidInput(f"{body} cannot be had from the ephemeris {ephemeris!r}: {error}") from error
+            raise InvalidInput(f"{body} is not available from the ephemeris {ephemeris!r}: {error}") from error
     return np.asarray(found.xyz.to_value("km").T, dtype=np.float64)
 
 

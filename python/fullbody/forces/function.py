@@ -38,9 +38,9 @@ SIGNATURE = ctypes.CFUNCTYPE(
 class Function(Force):
     """A user's force: a function in Python, or a compiled one.
 
-    A Python function is called with a time and a :class:`fullbody.State` at every evaluation, which takes some tens of
-    microseconds: a run takes twenty times as long. It returns the forces (N, 3) in the inertial frame, or these and the
-    torques (N, 3) in the body frames.
+    A Python function is called with a time and a :class:`fullbody.State` at every evaluation. A call takes some tens of
+    microseconds, so that a run takes twenty times as long. The function returns the forces (N, 3) in the inertial
+    frame, or these and the torques (N, 3) in the body frames.
 
     A compiled function runs without the interpreter. It is given as a ``numba.cfunc``, a ``scipy.LowLevelCallable`` or
     a ``ctypes`` function pointer with the signature ::
@@ -64,8 +64,8 @@ class Function(Force):
     Raises
     ------
     ForceFailed
-        In a run, if the function raises, returns nan or a status other than zero; the run so far is in the error's
-        attribute ``run``, and what the function raised is its cause.
+        In a run, if the function raises an exception, returns nan or a status other than zero. The run so far is in
+        the error's attribute ``run``, and the function's exception is its cause.
 
     Notes
     -----

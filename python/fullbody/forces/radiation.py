@@ -339,7 +339,7 @@ def _check_normalization(
         for role in ("pressure", "radius", *(("normalization",) if isinstance(force, Byorp) else ())):
             if getattr(force, role) is not None:
                 raise InvalidInput(
-                    f"{role} of {force.name} is {getattr(force, role)!r}; expected none, for there is no coefficient"
+                    f"{role} of {force.name} is {getattr(force, role)!r}; expected none without a coefficient"
                 )
     elif force.pressure is None:
         raise InvalidInput(

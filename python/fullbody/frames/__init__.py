@@ -146,7 +146,7 @@ def pole_vector(longitude: Any, latitude: Any) -> _Array:
     Parameters
     ----------
     longitude, latitude : float or Quantity
-        Radians as floats.
+        The angles; plain numbers are radians.
 
     Returns
     -------

@@ -33,7 +33,7 @@ class Body(Tabled):
     mass, density : float or Quantity
         Give one of the two; give neither for a composite, whose parts have their own.
     name : str, optional
-        The name in errors, tables and plots. A body without one is named after its place in the system.
+        The name in errors, tables and plots. A body without a name is named after its index in the system.
 
     Raises
     ------

@@ -181,7 +181,7 @@ class Force(ScalarFields):
         raise InvalidInput(f"force is {self!r}; expected one of fullbody.forces, such as ThirdBody(...)")
 
     def _notes(self) -> dict[str, Any]:
-        """Facts about the force that the core's description leaves out."""
+        """Return data of the force that the core's description does not contain."""
         return {}
 
     @classmethod

@@ -22,8 +22,8 @@ _Numbers = npt.NDArray[np.float64]
 class Gravity:
     """Potential, field and gravity gradient at points of any shape (...).
 
-    The gradient is computed when it is first asked for, since its nine numbers per point take more memory and time than
-    the rest.
+    The gradient is computed at its first use, since its nine numbers per point take more memory and time than the
+    rest.
 
     Attributes
     ----------

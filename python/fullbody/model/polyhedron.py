@@ -79,7 +79,7 @@ class Polyhedron:
             with np.errstate(invalid="ignore"):
                 found = given.astype(np.int64)
         except (TypeError, ValueError) as error:
-            raise InvalidInput(f"faces is no table of numbers; {expected}") from error
+            raise InvalidInput(f"faces is not a table of numbers; {expected}") from error
         if given.ndim != 2 or given.shape[1] != 3 or given.dtype.kind == "b" or not np.all(found == given):
             raise InvalidInput(f"faces is of shape {given.shape} and type {given.dtype}; {expected}")
         self._faces: npt.NDArray[np.int64] = found
@@ -136,7 +136,7 @@ class Polyhedron:
         except FileNotFoundError:
             raise FileNotFoundError(f"no file {path}") from None
         except (ValueError, IndexError, KeyError, TypeError, AttributeError) as error:
-            raise InvalidInput(f"{path} is no shape that can be read: {error}") from error
+            raise InvalidInput(f"{path} is not a shape that can be read: {error}") from error
         if unit is not None:
             with need("units", "a unit"):
                 from astropy import units as u
@@ -223,7 +223,7 @@ def _table(rows: list[list[str]]) -> tuple[_Numbers, _Indices]:
     """Return vertices and faces from rows that follow their numbers; the number of faces may precede the faces."""
     if not rows or not 1 <= len(rows[0]) <= 2 or not all(number.isdigit() for number in rows[0]):
         raise ValueError(
-            "the first row is no count; expected the number of vertices, or the numbers of vertices and faces"
+            "the first row is not a count; expected the number of vertices, or the numbers of vertices and faces"
         )
     count = int(rows[0][0])
     points, rest = rows[1 : count + 1], rows[count + 1 :]

@@ -129,7 +129,7 @@ class Task:
         if isinstance(self.output, float):
             self._refuse_flood((self.until - time) / self.output, until, output)
         self.events = watched(events)
-        self.conditions = [event._watched(system) for event in self.events]
+        self.conditions = [event._event_spec(system) for event in self.events]
         self.dense = bool(dense)
         #: The parameters of derivatives and whether chaos is measured, as the core takes them.
         self.following = (self.derivatives, bool(chaos))

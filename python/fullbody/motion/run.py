@@ -67,11 +67,11 @@ class Run(Tabled, Differentiated):
         ``"end"``, ``"event"`` (a terminal event, the last one of ``events``), ``"interrupted"`` or ``"unfinished"``
         (after an error).
     dense : Dense or None
-        The run as a function of time, if it was asked for; ``run(t)`` is ``run.dense(t)``.
+        The run as a function of time, for ``dense=True``; ``run(t)`` is ``run.dense(t)``.
     error : FullbodyError or None
         The error that ended the run early, without its attribute ``run``, or ``None``. Files do not keep it.
     switched_off : dict of int
-        How often each force that acts only at times was switched off in the run, by name:
+        How often each force that can be switched off was switched off in the run, by name:
         :class:`fullbody.forces.Byorp` is off while the secondary is not locked. A force that is off when the run begins
         counts as switched off once.
     """
@@ -746,9 +746,9 @@ class Run(Tabled, Differentiated):
     ) -> Flight:
         """Fly massless particles along a run with ``dense=True``.
 
-        The gravity of all bodies acts on them, that of third bodies (relative to the system's nominal barycentre, which
-        falls freely with the coordinates), and radiation. Tides, YORP, BYORP and :class:`fullbody.forces.Function` act
-        on bodies only; a warning says so for the latter.
+        The particles are attracted by all bodies and by third bodies (relative to the system's nominal barycentre,
+        which falls freely with the coordinates), and accelerated by radiation. Tides, YORP, BYORP and
+        :class:`fullbody.forces.Function` act on bodies only; a warning says so for the latter.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Runs made of the samples of others: of two that leave one start in both directions, and at chosen times."""
+"""Runs made of the samples of other runs: of two runs from one start in both directions, and at chosen times."""
 
 from __future__ import annotations
 

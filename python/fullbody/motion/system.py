@@ -50,7 +50,7 @@ _NOTED = {"bodies": ("named", "shape", "parts"), "forces": ("date",)}
 
 @named_options
 class System(Tabled):
-    """Bodies under their mutual gravity; ``system["Beta"]`` is one of them, by name or place.
+    """Bodies under their mutual gravity; ``system["Beta"]`` is one of them, by name or index.
 
     Parameters
     ----------
@@ -395,7 +395,7 @@ class System(Tabled):
         return described | {"notes": self._notes()}
 
     def _notes(self) -> dict[str, Any]:
-        """Return facts about the system that the core's description leaves out."""
+        """Return data of the system that the core's description does not contain."""
         return {
             "units": self._units.names,
             "epoch": self._options["epoch"],

@@ -1,4 +1,4 @@
-"""Interpolation of an orbit along Kepler orbits, so that few samples hold all harmonics of an eccentric one."""
+"""Interpolation of an orbit along Kepler orbits, so that few samples contain all harmonics of an eccentric one."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _Array = npt.NDArray[np.float64]
 #: The least number of revolutions for a mean; from :data:`WINDOWED` on, a window separates it from periodic terms.
 REVOLUTIONS, WINDOWED = 2, 5
-#: Radians. The motion of a pole about an axis is round-off if the pole is nearer to the axis than this.
+#: The angle in radians between a pole and an axis below which the motion of the pole about the axis is round-off.
 NEAREST = 1e-9
 #: Limits: the part of a period between two samples, the relative miss of a sample's Kepler orbit at the next sample,
 #: the turn of the direction without an orbit, and the number of points to which a run is interpolated.
@@ -55,7 +55,7 @@ class RelativeMotion:
         about = int(body == 0) if about is None else about
         about = run.system._place(about, f"about of {what}")
         if body == about:
-            raise InvalidInput(f"{what} is asked of body {body} about itself; expected two bodies")
+            raise InvalidInput(f"body and about of {what} are both {body}; expected two bodies")
         self.body, self.about, self.what = body, about, what
         self.name = f"body {body} ({run.system.names[body]})"
         self.units = run.system._units

@@ -40,9 +40,10 @@ class ElementRates(ArrayFields):
         Elements with arrays (K,), whose angles have no jumps.
     rates : dict of str to ndarray or Quantity
         Instantaneous rates (K,) of ``a``, ``e``, ``i``, ``Omega``, ``omega``, ``M``, by differences of second order.
-    Slopes of straight lines through the whole run (least squares under a Hann window, to its third power from five
-    revolutions on), also of the longitudes ``varpi`` = Omega + omega and ``L`` = varpi + M. If perturbations dominate a
-    small eccentricity, varpi and M alone mean little.
+    mean_rates : dict of str to float or Quantity
+        Slopes of straight lines through the whole run (least squares under a Hann window, to its third power from five
+        revolutions on), also of the longitudes ``varpi`` = Omega + omega and ``L`` = varpi + M. If perturbations
+        dominate a small eccentricity, varpi and M alone mean little.
     """
 
     elements: KeplerElements[Array]

@@ -33,9 +33,9 @@ class Libration(ArrayFields):
     angle : ndarray or Quantity, (K,)
         The angle from the line to the longest axis, in the orbit's plane, positive along the motion. It has no jumps,
         so that it grows or falls without end where the body does not librate.
-    Half of the peak-to-peak angle; ``None`` if it exceeds a quarter turn, where the other end of the axis is nearer for
-    part of the time: the body rotates relative to the line and does not librate.
-        while: the body turns round, and does not librate.
+    amplitude : float, Quantity or None
+        Half of the peak-to-peak angle; ``None`` if it exceeds a quarter turn, where the other end of the axis is nearer
+        for part of the time: the body rotates relative to the line and does not librate.
     frequencies, amplitudes : ndarray or Quantity
         Angular frequencies and amplitudes of the strongest periodic terms, the strongest first; empty without a
         libration.
@@ -138,8 +138,8 @@ def roll_pitch_yaw(run: Run, *, body: int | str = 1, about: int | str = 0) -> Ar
     Parameters
     ----------
     run : Run
-    Indices in the system, or names.
-        Places in the system, or names.
+    body, about : int or str
+        Indices in the system, or names.
 
     Returns
     -------

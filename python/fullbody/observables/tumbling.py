@@ -51,7 +51,7 @@ class Tumbling(ArrayFields):
 
 @named_options
 def tumbles(run: Run, limit: Any = np.pi / 2, *, body: int | str = 1, about: int | str = 0) -> Tumbling:
-    """Find out whether and when a body's roll, pitch or yaw passes a limit.
+    """Determine whether and when a body's roll, pitch or yaw passes a limit.
 
     The angles are those of :func:`roll_pitch_yaw`, but relative to the nearest of the attitudes in which an ellipsoid
     looks the same, so that a body that starts upside down or backwards starts near zero. From there they are followed

@@ -130,8 +130,8 @@ class Astrometry(Observations):
         separation, position_angle : array_like or Quantity, (K,)
             The angle is measured from north through east; plain numbers are radians.
         sigma_separation, sigma_angle : float, array_like or Quantity, () or (K,)
-            Their standard errors. An error of the angle of more than some tenths of a radian makes no ellipse of
-            errors in the sky.
+            Standard errors of the separations and of the angles. Errors of angles above 0.5 rad are refused, since the
+            errors in the sky then do not form an ellipse.
         **options
             Arguments of :class:`Astrometry`: ``body``, ``about``, ``geometry`` and ``frame``.
 
@@ -209,7 +209,7 @@ class Astrometry(Observations):
         return cls(**read_table(table, names, units, dates, "Astrometry"), **options)
 
     def to_table(self) -> Any:
-        """The observations as an astropy ``QTable``, which :meth:`from_table` reads."""
+        """Return the observations as an astropy ``QTable``, which :meth:`from_table` reads."""
         columns = {"times": self.times, "east": self.east, "north": self.north}
         columns |= {"sigma_east": self.sigma[:, 0], "sigma_north": self.sigma[:, 1], "correlation": self.correlation}
         return in_columns(columns, {"body": self.body, "about": self.about, "frame": str(self.frame)})
@@ -295,10 +295,10 @@ class Astrometry(Observations):
 
 
 def offsets(about: _Array, apart: _Array) -> _Array:
-    """Offsets (K, 2) on the tangent plane, to the east and to the north.
+    """Return the offsets (K, 2) of bodies on the tangent plane, to the east and to the north.
 
-    They are those of a body that is apart (K, 3) from one on the line of sight ``about`` (K, 3), which begins at the
-    observer. The functions are analytic and take complex numbers.
+    The vectors ``about`` (K, 3) go from the observer to the reference body, and ``apart`` (K, 3) from there to the
+    other body. The function is analytic and takes complex numbers.
     """
     x, y, z = np.moveaxis(about, -1, 0)
     level = np.sqrt(x * x + y * y)

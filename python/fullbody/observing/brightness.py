@@ -24,7 +24,7 @@ __all__ = ["BrightnessDerivatives", "Photometer", "brightness", "brightness_deri
 
 _Array = npt.NDArray[np.float64]
 
-#: Step of the phase angle over which a phase function is differenced, radians.
+#: The step of the phase angle in the difference of a phase function, radians.
 _STEP = 1e-5
 
 
@@ -41,8 +41,8 @@ class BrightnessDerivatives(ArrayFields):
         Derivatives by the rotation vector of each body, in its body frame.
     semi_axes : ndarray or Quantity, (N, N, 3)
         Derivatives by the semi-axes of each body.
-    albedo : ndarray or Quantity, (N,)
-        Derivatives by the body's own albedo.
+    to_observer, to_sun : ndarray or Quantity, (N, 3)
+        Derivatives by the unit vectors to the observer and to the Sun, inertial frame; they are perpendicular to these.
     to_observer, to_sun : ndarray or Quantity, (N, 3)
         Derivatives by the unit vectors to the observer and to the Sun, across them, inertial frame.
     """
@@ -57,7 +57,7 @@ class BrightnessDerivatives(ArrayFields):
 
 
 class Photometer:
-    """The bodies of a system with their surfaces, for any number of epochs; in numbers of the system's units.
+    """The bodies of a system with their surfaces, for any number of epochs, in numbers of the system's units.
 
     Parameters
     ----------
@@ -141,8 +141,7 @@ def brightness(
     sun_radius: Any = 0.0,
     albedo: float | dict[str, float] = 1.0,
 ) -> Array:
-    """Compute the brightness of each body: the integral of its scattering law over the seen and lit surface, times
-    albedo.
+    """Compute the brightness of each body: its scattering law over the visible and illuminated surface, times albedo.
 
     Ellipsoids and spheres are exact to round-off, with any number of bodies that occult or eclipse them at once.
     Polyhedra and composites are computed from their facets, with the parts that they hide of each other cut out
@@ -208,10 +207,10 @@ def brightness_derivatives(
     sun_radius: Any = 0.0,
     albedo: float | dict[str, float] = 1.0,
 ) -> BrightnessDerivatives:
-    """The brightness of each body with its derivatives by poses, semi-axes, albedos and directions.
+    """Compute the brightness of each body and its derivatives by poses, semi-axes, albedos and directions.
 
-    They are integrals of their own, not differences: over the visible and lit part, and along the outlines of what
-    hides it. A phase function alone is differenced. There are none for polyhedra, composites and rough surfaces.
+    The derivatives are integrals over the visible and illuminated surface and along the outlines of what hides it; only
+    a phase function is differentiated by differences. Polyhedra, composites and rough surfaces have no derivatives.
 
     Parameters
     ----------
@@ -241,7 +240,7 @@ def brightness_derivatives(
 
 
 def _at(system: System, state: State, to_observer: Any, to_sun: Any) -> tuple[_Array, ...]:
-    """Arrays of one epoch."""
+    """Return the arguments of a photometer for one epoch."""
     core = system._strip(state)
     if len(core.position) != len(system):
         raise InvalidInput(f"state has {len(core.position)} bodies; expected {len(system)}, as in the system")
@@ -253,7 +252,7 @@ def _at(system: System, state: State, to_observer: Any, to_sun: Any) -> tuple[_A
 def _epochs(
     times: _Array, position: _Array, attitude: _Array, to_observer: _Array, to_sun: _Array
 ) -> tuple[_Array, _Array, _Array, _Array, _Array]:
-    """Epochs as the core takes them."""
+    """Return times, positions, attitudes and vectors of epochs in the form that the core takes."""
     return (
         np.ascontiguousarray(times, dtype=np.float64),
         np.reshape(position, (-1, 3)),
@@ -270,7 +269,7 @@ def _phase_angle(to_observer: _Array, to_sun: _Array) -> _Array:
 
 
 def _by_name(value: Any, names: tuple[str, ...], what: str) -> list[Any]:
-    """One value for each body, from one for all or a dict by names."""
+    """Return a list of values, one for each body, from one value for all or a dict by names."""
     if not isinstance(value, dict):
         return [value] * len(names)
     for name in value:

@@ -41,7 +41,7 @@ def column(given: Any, what: str, unit: Any = None) -> tuple[_Array, Any]:
 def _unmasked(given: Any) -> tuple[Any, Any]:
     """Return values without their mask, and the mask if there is one."""
     if hasattr(given, "to_numpy"):
-        # A column of pandas, whose missing values may be of a kind of their own.
+        # The column is one of pandas, whose missing values may have a type of their own.
         given = given.to_numpy(dtype=np.float64, na_value=np.nan)
     if isinstance(given, np.ma.MaskedArray):
         plain = np.array(np.ma.getdata(given), dtype=np.float64)
@@ -101,7 +101,7 @@ class Rows:
         self.given = len(axis)
 
     def of(self, values: _Array, *shape: int) -> _Array:
-        """Values (), (K,) or (K, C) as an array of the rows that are kept, (K, C) or (K,)."""
+        """Return the kept rows (K, C) or (K,) of values (), (K,) or (K, C)."""
         if values.ndim and len(values) == self.given:
             values = values[self.kept]
         while values.ndim and values.ndim < 1 + len(shape):
@@ -145,7 +145,8 @@ def read_table(
     unit : dict or unit
         Units of columns without a unit, one for all or by the argument; angles are in radians by default.
     dates : (format, scale), optional
-        How a column of numbers or texts gives dates, as astropy's ``Time`` has it: ``("jd", "utc")``.
+        The format and the scale of columns that hold dates as numbers or texts, as in astropy's ``Time``:
+        ``("jd", "utc")``.
     owner : str
     """
     names = list(getattr(table, "colnames", getattr(table, "columns", ())))
@@ -188,4 +189,4 @@ def _dates(values: Any, dates: tuple[str, str] | None, attrs: Mapping[str, Any])
     try:
         return Time(np.asarray(values), format=dates[0], scale=dates[1])
     except (ValueError, TypeError) as error:
-        raise InvalidInput(f"the times of the table are no dates of the format and scale {dates!r}: {error}") from error
+        raise InvalidInput(f"times of the table are not dates of the format and scale {dates!r}: {error}") from error

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 __all__ = ["Observations", "Seen", "states_at"]
 
 _Array = npt.NDArray[np.float64]
-#: The step of a derivative along the imaginary axis, which has no difference of nearly equal numbers.
+#: The step of a derivative along the imaginary axis, which subtracts no nearly equal numbers.
 _STEP = 1e-100
-#: The step of a difference, over the natural size of a parameter.
+#: The step of a difference, relative to the natural size of a parameter.
 _SHARE = 1e-5
 
 
@@ -56,22 +56,24 @@ def _samples_at(run: Run, times: _Array, what: str) -> npt.NDArray[np.intp]:
 
 
 class Seen:
-    """Bodies as the light shows them that arrives at given times.
+    """Bodies as they appear in the light that arrives at given times.
 
-    Each body is where it was when its light left it: on a straight line, and turning evenly, about its place at the
-    barycentre's time of emission. What the acceleration adds is smaller by the square of the speed over that of light.
+    Each body is where it was when its light left it. It is taken to move on a straight line and to rotate uniformly
+    about its pose at the time at which the light left the barycentre. The error by its acceleration is smaller by the
+    square of the speed over that of light.
 
     Attributes
     ----------
     times : ndarray, (K,)
         Times when the light arrives.
     observer : ndarray, (K, 3)
-        From the system's barycentre.
+        Vectors from the system's barycentre to the observer.
     centre, velocity : ndarray, (K, N, 3)
-        From the system's barycentre and relative to it; complex numbers pass through.
+        Positions and velocities of the bodies relative to the system's barycentre. They may be complex.
     delay : ndarray, (K, N)
-        How much later than from the barycentre the light left the bodies.
+        The time at which the light left each body, minus the time at which it left the barycentre.
     light_speed : float
+        The speed of light in the system's units.
     """
 
     def __init__(self, geometry: SystemGeometry, times: _Array, masses: _Array, states: dict[str, _Array]) -> None:
@@ -129,7 +131,7 @@ class Observations(Tabled):
         self.missing = rows.missing
         self.geometry = geometry
         self._clocks: dict[Any, _Array] = {}
-        #: The observations without the jitter that these have.
+        #: These observations before a jitter was added.
         self._given: Self | None = None
 
     def __len__(self) -> int:
@@ -139,7 +141,7 @@ class Observations(Tabled):
         return type(self).__name__
 
     def emission(self, system: System) -> Any:
-        """Times of a system's clock at which the observed light left its barycentre: when predictions need states.
+        """Return the times of a system's clock at which the observed light left its barycentre: runs need states there.
 
         Parameters
         ----------
@@ -155,14 +157,14 @@ class Observations(Tabled):
         return self.geometry._of(system).emission(self._clock(system))
 
     def _clock(self, system: System) -> _Array:
-        """The times of the observations as numbers of a system's clock, converted once for each epoch and unit."""
+        """Return the times of the observations on a system's clock, converted once for each epoch and unit."""
         key = system._options["epoch"], system.units
         if key not in self._clocks:
             self._clocks[key] = in_system(self.times, system, f"times of {self._what()}")
         return self._clocks[key]
 
     def _seen(self, system: System, states: dict[str, _Array], masses: Any = None) -> Seen:
-        """The bodies as they are seen at the times of the observations; with other masses about another barycentre."""
+        """Return the bodies as seen at the times of the observations; other masses move the barycentre."""
         known = system._masses if masses is None else masses
         return Seen(self.geometry._of(system), self._clock(system), known, states)
 
@@ -175,11 +177,11 @@ class Observations(Tabled):
         raise NotImplementedError
 
     def _covariance(self, system: System) -> _Array:
-        """Covariance (K, C, C) of each row, in the numbers of the predictions."""
+        """Return the covariance (K, C, C) of each row, in the numbers of the predictions."""
         raise NotImplementedError
 
     def _attach(self, values: _Array, system: System) -> Any:
-        """Predictions or residuals with the units of the observations."""
+        """Return predictions or residuals with the units of the observations."""
         raise NotImplementedError
 
     def _depends_on_attitude(self) -> bool:
@@ -214,7 +216,7 @@ class Observations(Tabled):
     def _partial(self, system: System, states: dict[str, _Array], parameter: str) -> _Array:
         """Return derivatives (K, C) of the predictions by a parameter of the system at given states.
 
-        A mass acts through the barycentre, along the imaginary axis; what else changes the bodies is differenced.
+        A mass acts through the barycentre, along the imaginary axis; any other change of the bodies is differenced.
         """
         kind, _, body = parameter.partition(" of ")
         if kind == "mass" and body in system.names:
@@ -228,7 +230,7 @@ class Observations(Tabled):
         return (self._model(second, states) - self._model(first, states)) / (2.0 * step)
 
     def _project(self, values: _Array) -> _Array:
-        """Derivatives (K, C, ...) of the predictions, with whatever is solved for at each prediction."""
+        """Return derivatives (K, C, ...) of the predictions, including numbers that each prediction solves for."""
         return values
 
     def _residuals(self, run: Run) -> _Array:
@@ -247,8 +249,8 @@ class Observations(Tabled):
         Returns
         -------
         ndarray, Quantity or a pair of them
-            In the units that the observations were given in: :class:`Astrometry` (K, 2), east and north;
-            :class:`Radar` a :class:`RangeAndRate`; :class:`Photometry` magnitudes (K,).
+            In the units of the observations: :class:`Astrometry` gives (K, 2), east and north, :class:`Radar` a
+            :class:`RangeAndRate`, and :class:`Photometry` magnitudes (K,).
 
         Raises
         ------
@@ -259,25 +261,25 @@ class Observations(Tabled):
         return self._attach(self._model(run.system, states), run.system)
 
     def residuals(self, run: Run) -> Any:
-        """Observations minus predictions, as :meth:`predict` gives these."""
+        """Return the observations minus the predictions, in the form of :meth:`predict`."""
         return self._attach(self._residuals(run), run.system)
 
     def pulls(self, run: Run) -> _Array:
-        """Residuals (K, C) made independent and divided by their standard errors.
+        """Return the residuals (K, C) made independent of each other and divided by their standard errors.
 
-        With L the Cholesky factor of the covariance of a row, they are L^-1 times the residuals: the first is the first
-        residual over its error, and their squares add up to chi2.
+        They are L^-1 times the residuals of each row, where L is the Cholesky factor of the row's covariance. The first
+        of a row is its first residual divided by the standard error, and the sum of all squares is chi2.
         """
         return self._whiten(self._residuals(run), run.system)
 
     def _whiten(self, values: _Array, system: System) -> _Array:
-        """Values (K, C, ...) times the inverse of the Cholesky factors of the rows' covariances."""
+        """Return values (K, C, ...) multiplied by the inverse of the Cholesky factors of the rows' covariances."""
         factor = np.linalg.cholesky(self._covariance(system))
         flat = values.reshape(*values.shape[:2], -1)
         return np.asarray(np.linalg.solve(factor, flat).reshape(values.shape))
 
     def chi2(self, run: Run) -> float:
-        """Sum of the squares of the :meth:`pulls`."""
+        """Return the sum of the squares of the :meth:`pulls`."""
         return float(np.sum(self.pulls(run) ** 2))
 
     def derivatives(self, run: Run) -> FunctionDerivatives:
@@ -291,8 +293,8 @@ class Observations(Tabled):
         Returns
         -------
         FunctionDerivatives
-            The same as ``run.derivative_of(data.pulls)``, but from the partial derivatives of the predictions instead
-            of differences: (K, C, 12 N) by the start, (K, C) by each parameter.
+            Derivatives (K, C, 12 N) by the start and (K, C) by each parameter, as ``run.derivative_of(data.pulls)``
+            gives them, but from the partial derivatives of the predictions instead of differences.
         """
         system = run.system
         place = _samples_at(run, self._emission(system), self._what())
@@ -308,7 +310,7 @@ class Observations(Tabled):
 
     @property
     def free_zeros(self) -> int:
-        """Number of zero points that are solved for, which count as parameters of a fit."""
+        """The number of zero points that are solved for, which count as parameters of a fit."""
         return 0
 
     def with_jitter(self, jitter: Any) -> Self:
@@ -323,7 +325,7 @@ class Observations(Tabled):
         Returns
         -------
         Observations
-            A copy that knows how much wider its errors are, so that a fit can free the jitter.
+            A copy that stores by how much its errors are widened, so that a fit can free the jitter.
         """
         wider = copy.copy(self)
         wider._given = self if self._given is None else self._given
@@ -337,8 +339,8 @@ class Observations(Tabled):
     def widening(self, system: System) -> _Array:
         """Logarithms (K, C) of the factors by which jitter widens the variances, along the axes of the error ellipses.
 
-        Their sum is the logarithm of the ratio of the determinants of the covariances, to which minus twice the
-        logarithm of the likelihood is proportional beside chi2.
+        Their sum is the logarithm of the ratio of the determinants of the covariances. Minus twice the logarithm of the
+        likelihood is this sum plus chi2, up to a constant.
         """
         if self._given is None:
             return np.zeros(self._observed(system).shape)

@@ -25,10 +25,11 @@ __all__ = ["Geometry"]
 class Geometry(Vectors):
     """Vectors from a system's barycentre to the observer and to the Sun, with a cubic spline between the given times.
 
-    The vector to the observer ends where the observer is at that time, and begins where the barycentre was when the
-    light left it: it is minus the astrometric position of ephemerides, which is corrected for light time but not for
-    aberration. The vector to the Sun begins there too. In the system's frame of rest, light from a body at r then
-    arrives after the time abs(d - r)/c, with d the vector to the observer: each body is seen at its own time.
+    The vector to the observer ends where the observer is at the given time, and begins where the barycentre was when
+    the light left it: it is minus the astrometric position of ephemerides, which is corrected for light time but not
+    for aberration. The vector to the Sun begins at the same place. In the system's frame of rest, light from a body at
+    r arrives after the time abs(d - r)/c, where d is the vector to the observer, so that each body is seen at its own
+    time.
 
     Parameters
     ----------
@@ -36,14 +37,14 @@ class Geometry(Vectors):
         When the light arrives: dates, or times since the epoch of the system that the geometry is used with. Rows
         that are not in the order of time are sorted.
     to_observer : array_like or Quantity, (K, 3) or (3,)
-        From the system's barycentre. One vector stands for all times.
+        Vectors from the system's barycentre to the observer. One vector stands for all times.
     to_sun : array_like or Quantity, (K, 3) or (3,), optional
-        From the system's barycentre. What needs the Sun refuses a geometry without it.
+        Vectors from the system's barycentre to the Sun. Without them, the geometry serves only where no Sun is needed.
     frame : str or astropy frame, optional
         The axes of the vectors, by a name of :mod:`fullbody.frames`; those of the system itself unless given.
     light_time : bool
         Whether ``times`` are those at the observer. Otherwise they are times at the system ("less light time"), and
-        all bodies are seen as they are at the same time.
+        all bodies are seen as they are at one and the same time.
 
     Raises
     ------
@@ -81,7 +82,7 @@ class Geometry(Vectors):
         distance : array_like or Quantity, (K,)
             Distance from the observer to the system's position when the light left it.
         to_sun : array_like or Quantity, (K, 3) or (3,), optional
-            Vectors from the system, along the axes of ``frame``.
+            Vectors from the system to the Sun, along the axes of ``frame``.
         frame : str or astropy frame
         light_time : bool
 
@@ -142,13 +143,13 @@ class Geometry(Vectors):
         Returns
         -------
         Geometry
-            In the ecliptic of J2000, in km, so dense that the spline is right to 1e-9 of the distance.
+            In the ecliptic of J2000, in km, with rows so dense that the error of the spline is 1e-9 of the distance.
 
         Notes
         -----
-        The Kepler orbit is that about the Sun, which moves about the barycentre of the solar system: a distant system
-        departs from its osculating orbit by 1e-3 of the distance within some years. Directions are those of light in
-        the frame of the solar system's barycentre, without aberration.
+        The Kepler orbit is one about the Sun, which itself moves about the barycentre of the solar system: a distant
+        system departs from its osculating orbit by 1e-3 of the distance within some years. Directions are those of
+        light in the frame of the solar system's barycentre, without aberration.
 
         Examples
         --------
@@ -218,13 +219,13 @@ class Geometry(Vectors):
         Returns
         -------
         Geometry
-            In the axes of the ICRF, in km, so dense that the spline is right to 1e-9 of the distance.
+            In the axes of the ICRF, in km, with rows so dense that the error of the spline is 1e-9 of the distance.
         """
         return cls._of_table(*paths.from_spice(target, observer, kernels, span, light_time), light_time)
 
     @classmethod
     def _of_table(cls, table: dict[str, Any], ends: tuple[float, float], light_time: bool) -> Self:
-        """The geometry of a table with rows beyond the ends of its span, which are in s since the first row."""
+        """Make the geometry of a table; ``ends`` are the ends of its span in s since the first row."""
         geometry = cls(**table, light_time=light_time)
         geometry._ends = ends
         return geometry

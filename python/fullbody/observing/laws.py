@@ -74,7 +74,7 @@ class Law:
 @named_options
 @dataclass(frozen=True)
 class LommelSeeliger(Law):
-    """Lommel-Seeliger's law, mu mu0 / (mu + mu0), for dark surfaces that scatter once.
+    """Lommel-Seeliger's law, mu mu0 / (mu + mu0), for dark surfaces with single scattering.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ class Lambert(Law):
 @named_options
 @dataclass(frozen=True)
 class LommelSeeligerLambert(Law):
-    """Lommel-Seeliger's law and a share of Lambert's: mu mu0 (1 / (mu + mu0) + lambert).
+    """The sum of Lommel-Seeliger's and a fraction of Lambert's law: mu mu0 (1 / (mu + mu0) + lambert).
 
     Parameters
     ----------
@@ -144,11 +144,11 @@ class Hapke(Law):
     phase_function : callable, optional
         A further factor. The law has its own dependence on the phase angle.
     single_scattering_albedo : float
-        w, from 0 to 1.
+        The number w, from 0 to 1.
     opposition_amplitude : float
-        B0, zero or above.
+        The number B0, zero or above.
     opposition_width : float
-        h, above zero.
+        The number h, above zero.
     asymmetry : float
         Asymmetry of P, between -1 and 1; negative values scatter back.
     roughness : float or Quantity
@@ -248,7 +248,7 @@ def _splines() -> tuple[Any, Any, Any]:
 
 
 def _basis_of_hg1g2(angle: _Array) -> tuple[_Array, _Array, _Array]:
-    """Basis functions: straight lines below 7.5 degrees, and the last values from the last node on."""
+    """Return the basis functions: straight lines below 7.5 degrees, and constant beyond the last node."""
     first, second, surge = _splines()
     low, high = np.radians(7.5), np.radians(150.0)
     wide = np.clip(angle, low, high)

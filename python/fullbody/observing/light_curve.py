@@ -37,7 +37,7 @@ def light_curve(
     reduced: bool = True,
     each: bool = False,
 ) -> _Array:
-    """Magnitudes of the bodies of a run at times of observation, with their mutual occultations and eclipses.
+    """Compute the magnitudes of the bodies of a run, with their mutual occultations and eclipses.
 
     Parameters
     ----------
@@ -67,8 +67,8 @@ def light_curve(
 
     Notes
     -----
-    Each body is shown as it was when its light left it towards the observer. Shadows fall between bodies so shown: the
-    time that the light takes from one to the other is left out, which :func:`mutual_events` takes into account.
+    Each body is shown as it was when its light left it towards the observer. Shadows are computed between the bodies at
+    these places: the time of light from one body to the other is neglected, which :func:`mutual_events` includes.
 
     Examples
     --------
@@ -96,7 +96,7 @@ def light_curve(
 
 
 def magnitudes(light: _Array, to_observer: _Array, to_sun: _Array, reduced: bool) -> _Array:
-    """Magnitudes (K,) or (K, N) of brightnesses in squared length."""
+    """Return the magnitudes (K,) or (K, N) of brightnesses in squared length."""
     with np.errstate(divide="ignore"):
         found = -2.5 * np.log10(light)
     if not reduced:

@@ -31,19 +31,20 @@ class Measured(Tabled):
     ----------
     name : str
     function : callable
-        Takes a :class:`fullbody.Run`, gives the value that it predicts: a number, a Quantity or an array (C,).
+        A function that takes a :class:`fullbody.Run` and returns the predicted value: a number, a Quantity or an array
+        (C,).
     value : float, Quantity or array_like, () or (C,)
     sigma : float, Quantity or array_like, () or (C,)
         Standard errors.
     times : astropy Time, or array_like or Quantity, (K,), optional
-        When a fit samples the run that it gives to the function: dates, or times since the system's epoch. It may be
-        empty for a function of the system alone.
+        Times at which a fit samples the run that it passes to the function: dates, or times since the system's epoch.
+        It may be empty for a function of the system alone.
 
     Raises
     ------
     InvalidInput
-        For an error that is not above zero; when a run is compared, for a function that gives another shape or unit, or
-        a value that is not finite.
+        For an error that is not above zero. When a run is compared: for a function that returns another shape or unit,
+        or a value that is not finite.
 
     Examples
     --------
@@ -84,12 +85,12 @@ class Measured(Tabled):
         return numbers(value, f"{what} of {self.name}")
 
     def emission(self, system: System) -> Any:
-        """The times (K,) of a system's clock at which the function needs samples, in their order.
+        """Return the times (K,) of a system's clock at which the function needs samples, in their order.
 
         Raises
         ------
         InvalidInput
-            If the value has none.
+            If the measured value has no times.
         """
         if self.times is None:
             raise InvalidInput(f"{self.name} has no times; give Measured(..., times=) to say when its run is sampled")
@@ -102,7 +103,7 @@ class Measured(Tabled):
 
     @property
     def sigma(self) -> Any:
-        """Their standard errors (C,)."""
+        """The standard errors (C,) of the measured values."""
         return self._united(self._sigma)
 
     def _united(self, values: _Array) -> Any:
@@ -121,15 +122,15 @@ class Measured(Tabled):
         return self._united(self._prediction(run))
 
     def residuals(self, run: Run) -> Any:
-        """The measured values minus the predictions (C,)."""
+        """Return the measured values minus the predictions (C,)."""
         return self._united(self._value - self._prediction(run))
 
     def pulls(self, run: Run) -> _Array:
-        """Residuals (C,) divided by the standard errors."""
+        """Return the residuals (C,) divided by the standard errors."""
         return np.asarray((self._value - self._prediction(run)) / self._sigma)
 
     def chi2(self, run: Run) -> float:
-        """Sum of the squares of the :meth:`pulls`."""
+        """Return the sum of the squares of the :meth:`pulls`."""
         return float(np.sum(self.pulls(run) ** 2))
 
     def _tables(self) -> tuple[Table, ...]:

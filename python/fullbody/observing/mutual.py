@@ -22,19 +22,19 @@ if TYPE_CHECKING:
 __all__ = ["KINDS", "MutualEvent", "mutual_events", "occultation"]
 
 _Array = npt.NDArray[np.float64]
-#: Kinds of events, and the sign of the light's way: toward the distant point or from there.
+#: Kinds of events, each with the sign of its light: positive toward the distant point, negative from there.
 KINDS = {"occultation": 1.0, "eclipse": -1.0}
-#: Rows of a table of directions, at least: with fewer the spline of a geometry would be another one.
+#: The least number of rows in a table of directions: with fewer the spline of a geometry would differ.
 _ROWS = 64
 
 
 @dataclass(frozen=True, slots=True)
 class MutualEvent:
-    """A body that another one hides from the observer, or from the Sun.
+    """A body that another one hides from the observer or from the Sun.
 
-    Times are those at which the observer sees it, in the system's clock: numbers, or Quantities since the epoch. The
-    outlines of the bodies overlap from ``begin`` to ``end``, as seen from a point (the Sun counts as one); how much of
-    the hidden part faces the observer is another question, which a light curve answers.
+    Times are those at which the observer sees the event, in the system's clock: numbers, or Quantities since the epoch.
+    The outlines of the bodies overlap from ``begin`` to ``end``, as seen from one point; the Sun counts as a point. The
+    hidden part need not face the observer: a light curve shows how much light is lost.
 
     Attributes
     ----------
@@ -64,25 +64,25 @@ class MutualEvent:
 
     @property
     def duration(self) -> Scalar | None:
-        """Time from ``begin`` to ``end``; ``None`` where one of them is."""
+        """The time from ``begin`` to ``end``; ``None`` where one of them is ``None``."""
         return None if self.begin is None or self.end is None else self.end - self.begin
 
 
 @named_options
 def mutual_events(run: Run, geometry: Vectors) -> list[MutualEvent]:
-    """All occultations and eclipses among the bodies of a run, in the order of time.
+    """Find all occultations and eclipses among the bodies of a run, in the order of time.
 
-    Contacts are located on the continuous solution, each to the last digits of its time; between the samples of a step
-    extrema are sought, so that events that only graze are found too. Shadows take account of the time that light takes
-    from body to body.
+    Contacts are located on the continuous solution, each to the last digits of its time. Extrema are searched for
+    between the samples of a step, so that grazing events are found too. Eclipses include the time that light takes from
+    body to body.
 
     Parameters
     ----------
     run : Run
         A run with ``dense=True``.
     geometry : Geometry
-        Events are those in the time that both the run and the geometry cover. Without the Sun there are occultations
-        alone.
+        Events are searched for in the time that both the run and the geometry cover. Without the Sun, only occultations
+        are found.
 
     Returns
     -------
@@ -95,8 +95,8 @@ def mutual_events(run: Run, geometry: Vectors) -> list[MutualEvent]:
 
     Notes
     -----
-    The outline of an ellipsoid is an ellipse; that of a composite is the union of its parts' outlines, but it is only
-    within one of them that something counts as totally hidden; that of a polyhedron is the convex hull of its vertices.
+    The outline of an ellipsoid is an ellipse, and that of a polyhedron is the convex hull of its vertices. The outline
+    of a composite is the union of its parts' outlines, but a body counts as totally hidden only behind a single part.
 
     Examples
     --------
@@ -141,7 +141,7 @@ def mutual_events(run: Run, geometry: Vectors) -> list[MutualEvent]:
 
 
 class _Arrival:
-    """The time at which the observer sees what a condition has at a time, or ``None`` for ends of the span and NaN."""
+    """The time at which the observer sees a state of a condition, or ``None`` for ends of the span and NaN."""
 
     def __init__(self, run: Run, local: SystemGeometry, kind: str, body: int, span: list[float]) -> None:
         self._run, self._local, self._kind, self._body, self._span = run, local, kind, body, span
@@ -153,7 +153,7 @@ class _Arrival:
         assert run.dense is not None
         emitted = time
         if self._kind == "eclipse" and np.isfinite(local.light_speed):
-            # Sunlight that passes the barycentre at that time reaches the body earlier or later, and leaves it then.
+            # Sunlight that passes the barycentre at this time reaches the body, and leaves it, earlier or later.
             position = run.dense._core.states(np.array([time]))["position"][0]
             weights = run.system._masses / run.system._masses.sum()
             place = position[self._body] - weights @ position
@@ -172,17 +172,17 @@ def _intervals(at_start: float, zeros: list[float], span: list[float]) -> list[t
     edges = [-np.inf, *zeros] if below else [*zeros]
     edges += [np.inf] if len(edges) % 2 else []
     pairs = zip(edges[::2], edges[1::2], strict=True)
-    # Round-off may find a zero twice; nothing lasts no time.
+    # Round-off may yield one zero twice; an interval without length is dropped.
     clipped = ((max(a, span[0]), min(b, span[1])) for a, b in pairs)
     return [(a, b) for a, b in clipped if a < b]
 
 
 def _table(local: SystemGeometry, kind: str, span: list[float]) -> tuple[list[float], list[list[float]]]:
-    """Times of emission in a span and the vectors to the observer, or to the Sun, of the light that leaves then."""
+    """Return times of emission in a span, and the vectors to the observer or to the Sun for light of these times."""
     ends = [float(local.arrival(time)) for time in span]
     rows = local.rows()
     inside = rows[(rows > ends[0]) & (rows < ends[1])]
-    # Between the rows of the geometry its own spline is a cubic: a few points on each piece give it back.
+    # Between the rows of the geometry its spline is a cubic, which a few points on each piece determine.
     knots = np.unique(np.concatenate([[ends[0]], inside, [ends[1]]]))
     parts = max(3, -(-_ROWS // len(knots)))
     places = np.linspace(0, len(knots) - 1, (len(knots) - 1) * parts + 1)
@@ -203,27 +203,27 @@ def occultation(
     direction: int = 0,
     terminal: bool = False,
 ) -> Occultation:
-    """An event of :mod:`fullbody.events` for a run to watch for, or to end with: a mutual event in a geometry.
+    """Make an event of :mod:`fullbody.events` that is an occultation or eclipse, for a run to record or to end with.
 
     Parameters
     ----------
     system : System
-        Whose times, units and axes the event is in.
+        The system of the run, in whose times, units and axes the event is described.
     geometry : Geometry
-        Has to cover the run.
+        A geometry that covers the run.
     body, by : int or str
-        The hidden body and the one that hides it; places in the system, or names.
+        The hidden body and the one that hides it; indices in the system, or names.
     kind : {"occultation", "eclipse"}
     total : bool
         Whether the whole outline of the body is hidden.
     direction : {-1, 0, 1}
-        -1: it begins; 1: it ends; 0: both.
+        -1 for the beginning, 1 for the end, 0 for both.
     terminal : bool
 
     Returns
     -------
     fullbody.events.Occultation
-        Its times are those at the system; the time of light from body to body is left out.
+        Its times are those at the system; the time of light from body to body is neglected.
 
     Examples
     --------

@@ -12,8 +12,8 @@ from ..base.units import Units, need
 from ..errors import InvalidInput
 from ..forces.ephemeris import about_sun, barycentric, dense_table
 from ..frames import rotation
+from ..spice.conventions import spiceypy
 from ..spice.kernel import plain
-from ..spice.place import spiceypy
 from ..spice.state import loaded
 from .times import LIGHT_SPEED, are_dates, date, kilometres, seconds, system_epoch
 
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 __all__ = ["from_orbit", "from_spice", "from_system"]
 
 _Array = npt.NDArray[np.float64]
-#: Arguments of a geometry, and the ends of its span in s since the first row.
+#: The arguments of a geometry, and the ends of its span in s since the first row.
 Table = tuple[dict[str, Any], tuple[float, float]]
-#: The longest step in s: a ninth of the month, and a twentieth of a day for a place that turns with the Earth.
+#: The longest step in s: a ninth of a month, or a twentieth of a day for a place that rotates with the Earth.
 _LONGEST, _TURNING = 3.0 * 86400.0, 0.05 * 86400.0
-#: Iterations of the light time, each of which gains the four digits of c over the speed.
+#: The number of iterations of the light time, each of which gains four digits, those of c over the speed.
 _ITERATIONS = 4
 
 
@@ -65,7 +65,7 @@ def _table(
     frame: Any,
     longest: float,
 ) -> Table:
-    """A geometry from the system's place relative to the Sun in km, at seconds since the start."""
+    """Return the vectors of a geometry for a system whose place relative to the Sun (km) is a function of seconds."""
     from astropy import units as u
     from astropy.coordinates import EarthLocation
 
@@ -84,7 +84,7 @@ def _table(
         return np.asarray(barycentric("sun", start + times * u.s, ephemeris) @ turn.T + from_sun(times))
 
     def to_observer(times: _Array) -> _Array:
-        """Light arrives at these times, or leaves at them."""
+        """Return the vectors to the observer for light that arrives, or leaves, at these times."""
         fixed, moving, sign = (place_of_observer, place, -1.0) if light_time else (place, place_of_observer, 1.0)
         end, delay = fixed(times), np.zeros_like(times)
         for _ in range(_ITERATIONS):
@@ -111,14 +111,14 @@ def from_spice(target: Any, observer: Any, kernels: Sequence[Any], span: Any, li
         try:
             rows = [spice.spkpos(whose, et + time, "J2000", how, origin) for time in times]
         except spice.utils.exceptions.SpiceyError as error:
-            what = f"where {whose} is from {origin} between {start.isot} and {(start + length * u.s).isot}"
-            raise InvalidInput(f"the kernels do not tell {what}: {plain(error)}") from error
+            what = f"the position of {whose} from {origin} between {start.isot} and {(start + length * u.s).isot}"
+            raise InvalidInput(f"the kernels do not contain {what}: {plain(error)}") from error
         return np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
 
     target, observer = str(target), str(observer)
 
     def to_observer(times: _Array) -> _Array:
-        # Light is received at the observer at these times, or sent from the target towards it.
+        # Light arrives at the observer at these times, or leaves the target towards the observer.
         if light_time:
             return -vectors(target, observer, times, "CN")[0]
         return vectors(observer, target, times, "XCN")[0]
@@ -132,14 +132,14 @@ def from_spice(target: Any, observer: Any, kernels: Sequence[Any], span: Any, li
 
 
 def _span(span: Any) -> tuple[Any, float]:
-    """The first date of a span, TDB, and its length in s."""
+    """Return the first date of a span, TDB, and its length in s."""
     from astropy.time import Time, TimeDelta
 
     dates = span if are_dates(span) else Time([date(one, "span") for one in _listed(span)])
     dates = np.atleast_1d(dates.tdb)
     first, last = dates.min(), dates.max()
     length = float((last - first).to_value("s"))
-    # A single date is covered with a second about it.
+    # For a single date the span is a second about it.
     return (first, length) if length > 0.0 else (first - TimeDelta(1.0, format="sec"), 2.0)
 
 

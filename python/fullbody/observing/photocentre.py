@@ -1,4 +1,4 @@
-"""Centres of light of ellipsoids, which are not their centres of mass unless the Sun is behind the observer."""
+"""Centres of light of ellipsoids, which differ from the centres of mass unless the Sun is behind the observer."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 __all__ = ["photocentre", "semi_axes"]
 
 _Array = npt.NDArray[np.float64]
-#: A cosine below which it counts as this.
+#: The least cosine; smaller ones are replaced by it.
 _LEAST = 1e-12
 
 
 def semi_axes(system: System, body: int) -> _Array:
-    """The semi-axes (3,) of an ellipsoid in the system's unit; zeros for a point."""
+    """Return the semi-axes (3,) of an ellipsoid in the system's unit; zeros for a point."""
     shape = system.bodies[body].shape
     if isinstance(shape, PointMass):
         return np.zeros(3)
@@ -37,22 +37,24 @@ def semi_axes(system: System, body: int) -> _Array:
 def photocentre(axes: _Array, attitude: Any, to_observer: _Array, to_sun: _Array) -> Any:
     """Return the offset of a body's centre of light from its centre, by Lommel-Seeliger's law, without mutual events.
 
-    With p = A^-1 e and q = A^-1 s in body axes, A = diag(a, b, c), the pole of the unit sphere along p x q and the
-    longitude l from p toward q, the light from longitude l and latitude b is g(l) cos(b)^2 db dl with
-    g proportional to cos l cos(l - alpha) / cos(l - L), alpha the angle from p to q and L that from p to p + q.
-    The mean of A u over it has closed forms, since those over b are pi/2 and 4/3, and those over l are elementary.
+    Let p = A^-1 e and q = A^-1 s in body axes with A = diag(a, b, c), the pole of the unit sphere along p x q, and l
+    the longitude from p toward q. The light from longitude l and latitude b is g(l) cos(b)^2 db dl with g proportional
+    to cos l cos(l - alpha) / cos(l - L), alpha the angle from p to q and L that from p to p + q. The mean of A u has
+    closed forms: the integrals over b are pi/2 and 4/3, and those over l are elementary.
 
     Parameters
     ----------
     axes : ndarray, (3,)
+        Semi-axes.
     attitude : ndarray, (K, 4)
-        Complex numbers pass through.
+        Unit quaternions; they may be complex.
     to_observer, to_sun : ndarray, (K, 3)
+        Vectors from the body, inertial frame.
 
     Returns
     -------
     ndarray, (K, 3)
-        Inertial.
+        Offsets in the inertial frame.
     """
     if not axes.any():
         return np.zeros((len(attitude), 3))
@@ -64,14 +66,14 @@ def photocentre(axes: _Array, attitude: Any, to_observer: _Array, to_sun: _Array
     cos_a = np.sum(first * q, axis=1) / size_q
     across = q / size_q[:, None] - first * cos_a[:, None]
     sin_a = np.sqrt(np.sum(across * across, axis=1))
-    # At zero phase there is no direction across the line, and no shift along it.
+    # At zero phase there is no direction perpendicular to the line of sight, and the offset along it is zero.
     second = across / np.where(sin_a == 0.0, 1.0, sin_a)[:, None]
     along, aside = size_p + size_q * cos_a, size_q * sin_a
     both = np.sqrt(along * along + aside * aside)
     cos_l, sin_l = along / both, aside / both
     cos_g, sin_g = cos_a * cos_l + sin_a * sin_l, sin_a * cos_l - cos_a * sin_l
-    # y = l - L goes from the terminator, l = alpha - pi/2, to the limb, l = pi/2.
-    # At zero phase cos y vanishes at both ends, where its logarithm has no weight.
+    # The angle y = l - L runs from the terminator, l = alpha - pi/2, to the limb, l = pi/2.
+    # At zero phase cos y vanishes at both ends, where the factor of its logarithm is zero.
     low, high = (
         (sine, np.where(np.real(cosine) < _LEAST, _LEAST, cosine)) for sine, cosine in ((-cos_g, sin_g), (cos_l, sin_l))
     )
@@ -80,10 +82,10 @@ def photocentre(axes: _Array, attitude: Any, to_observer: _Array, to_sun: _Array
         return antiderivative(*high) - antiderivative(*low)
 
     def angle(sine: Any, cosine: Any) -> Any:
-        # The arc tangent of y from the middle, for complex numbers too.
+        # This is the arc tangent of y relative to the middle, for complex numbers too.
         return 2.0 * np.arctan(sine / (1.0 + cosine))
 
-    # Integrals over y of cos, sin and of sin^n cos^(m) / cos, with n + m the number of factors.
+    # These are integrals over y of cos, of sin and of sin^n cos^m / cos, with n + m the number of factors.
     integrals = {
         (0, 2): between(lambda sine, cosine: sine),
         (1, 1): between(lambda sine, cosine: -cosine),
@@ -95,7 +97,7 @@ def photocentre(axes: _Array, attitude: Any, to_observer: _Array, to_sun: _Array
     }
 
     def mean(factors: list[tuple[Any, Any]]) -> Any:
-        """The integral over y of a product of a cos(y) + b sin(y) over cos(y)."""
+        """Return the integral over y of a product of factors a cos(y) + b sin(y), divided by cos(y)."""
         terms: dict[int, Any] = {0: 1.0}
         for of_cos, of_sin in factors:
             grown: dict[int, Any] = {}
@@ -105,7 +107,7 @@ def photocentre(axes: _Array, attitude: Any, to_observer: _Array, to_sun: _Array
             terms = grown
         return sum(value * integrals[power, len(factors) - power] for power, value in terms.items())
 
-    # cos l, sin l and cos(l - alpha) by cos y and sin y.
+    # These are the coefficients of cos y and sin y in cos l, sin l and cos(l - alpha).
     cosine, sine, lit = (cos_l, -sin_l), (sin_l, cos_l), (cos_g, sin_g)
     light = 0.5 * np.pi * mean([cosine, lit])
     if not (np.real(light) > 0.0).all():
@@ -115,7 +117,7 @@ def photocentre(axes: _Array, attitude: Any, to_observer: _Array, to_sun: _Array
 
 
 def _matrices(attitude: Any) -> Any:
-    """Rotation matrices (K, 3, 3) of unit quaternions (K, 4) as polynomials, which take complex numbers."""
+    """Return rotation matrices (K, 3, 3) of unit quaternions (K, 4) as polynomials, which take complex numbers."""
     w, x, y, z = np.moveaxis(attitude, -1, 0)
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],

@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 __all__ = ["Photometry"]
 
 _Array = npt.NDArray[np.float64]
-#: A night ends with a gap of more than so many hours.
+#: The length of a gap, in hours, that separates two nights.
 _GAP = 8.0
 
 
 @named_options
 class Photometry(Observations):
-    """Magnitudes of all bodies of a system together, unresolved.
+    """Magnitudes of all bodies of a system together, unresolved in the sky.
 
     Parameters
     ----------
@@ -47,8 +47,8 @@ class Photometry(Observations):
     law, albedo, mutual, sun_radius
         Options of :func:`brightness`.
     zero : "free" or float
-        The zero point, which is added to the magnitudes of :func:`light_curve`. ``"free"``: each night has its own, for
-        which chi2 is least: the mean of observed minus computed magnitudes, weighted by the errors.
+        The zero point, which is added to the magnitudes of :func:`light_curve`. With ``"free"`` each night has its own
+        zero point, at which chi2 is least: the weighted mean of observed minus computed magnitudes.
     night : array_like, (K,), optional
         Labels of the nights. Without them a night ends with a gap of more than eight hours; times that are plain
         numbers are one night.
@@ -114,7 +114,7 @@ class Photometry(Observations):
             raise InvalidInput(f"night has shape {np.shape(night)}; expected ({rows.given},), one for each of times")
         else:
             labels = np.asarray(night)[self.rows]
-        #: Names of the nights, and the place of each row's among them.
+        #: Names of the nights, and the index of each row's night among them.
         self.nights, self._night = np.unique(labels, return_inverse=True)
 
     @classmethod
@@ -126,7 +126,7 @@ class Photometry(Observations):
         dates: tuple[str, str] | None = None,
         **options: Any,
     ) -> Self:
-        """Photometry from an astropy table or a pandas table.
+        """Make photometry from an astropy table or a pandas table.
 
         Parameters
         ----------
@@ -148,12 +148,12 @@ class Photometry(Observations):
         return cls(**read_table(table, names, None, dates, "Photometry"), **options)
 
     def to_table(self) -> Any:
-        """The observations as an astropy ``QTable``, which :meth:`from_table` reads; nights in a column ``night``."""
+        """Return the observations as a ``QTable``, which :meth:`from_table` reads, with a column ``night``."""
         columns = {"times": self.times, "magnitude": self.magnitude, "sigma": self.sigma}
         return in_columns(columns | {"night": self.nights[self._night]}, {"zero": self.zero})
 
     def zero_points(self, run: Any) -> _Array:
-        """The zero point of each of ``nights``, as a run has them.
+        """Compute the zero point of each of ``nights`` for a run.
 
         Parameters
         ----------
@@ -167,11 +167,11 @@ class Photometry(Observations):
 
     @property
     def free_zeros(self) -> int:
-        """Number of zero points that are solved for, which count as parameters of a fit."""
+        """The number of zero points that are solved for, which count as parameters of a fit."""
         return len(self.nights) if self.zero == "free" else 0
 
     def _zeros(self, values: _Array) -> _Array:
-        """Means (nights, ...) of values (K, ...), weighted by the errors; the zero point itself where that is given."""
+        """Return weighted means (nights, ...) of values (K, ...) by night, or the zero point itself if it was given."""
         if self.zero != "free":
             return np.full((len(self.nights), *values.shape[1:]), float(self.zero))
         weights = self.sigma**-2.0
@@ -181,7 +181,7 @@ class Photometry(Observations):
         return np.asarray(sums / total.reshape(-1, *[1] * (values.ndim - 1)))
 
     def _project(self, values: _Array) -> _Array:
-        """Derivatives of the predictions with the zero points that follow them."""
+        """Return derivatives of the predictions, including those of the zero points."""
         return values - self._zeros(values)[self._night] if self.zero == "free" else values
 
     def _residuals(self, run: Any) -> _Array:
@@ -189,7 +189,7 @@ class Photometry(Observations):
         return np.asarray(found - self._zeros(found)[self._night])
 
     def predict(self, run: Any) -> _Array:
-        """Magnitudes (K,) that a run predicts, with the zero points of its nights."""
+        """Return the magnitudes (K,) that a run predicts, with the zero points of its nights."""
         return np.asarray(self.magnitude - self.residuals(run))
 
     def _observed(self, system: System) -> _Array:
@@ -214,7 +214,7 @@ class Photometry(Observations):
         return magnitudes(total, view[3], view[4], self.reduced)[:, None]
 
     def _view(self, system: System, states: dict[str, _Array], seen: Seen) -> tuple[_Array, ...]:
-        """Times, centres, attitudes, and the vectors to the observer and to the Sun, as a photometer takes them."""
+        """Return the arguments of a photometer: times, centres, attitudes, vectors to the observer and to the Sun."""
         attitude = seen.attitude(states["attitude"], states["spin"])
         return seen.times, seen.centre, attitude, seen.observer, self.geometry._of(system).sun(seen.times)
 
@@ -229,11 +229,11 @@ class Photometry(Observations):
     def _partials(
         self, system: System, states: dict[str, _Array], parameters: Sequence[str] = ()
     ) -> tuple[_Array, dict[str, _Array]]:
-        """Derivatives (K, 1, 12 N) by the states, and (K, 1) by parameters.
+        """Return derivatives (K, 1, 12 N) of the predictions by the states, and (K, 1) by parameters.
 
-        The derivatives by poses and semi-axes are the photometer's. With e the unit vector from a body to the observer,
-        u its velocity and d its delay, c d' = e.(r' + d u' + u d'): a change r' of a position also changes the light's
-        time.
+        The photometer gives the derivatives by poses and semi-axes. Let e be the unit vector from a body to the
+        observer, u the body's velocity and d its delay. Then c d' = e.(r' + d u' + u d') for a change r' of the
+        position, which also changes the time at which the light left.
         """
         seen = self._seen(system, states)
         found = self._photometer(system).derivatives(*self._view(system, states, seen))
@@ -257,7 +257,7 @@ class Photometry(Observations):
             for place, body in enumerate(system.names)
             for k, axis in enumerate("abc")
         }
-        # Masses move the barycentre, and with it all bodies alike: light depends on their relative places.
+        # Masses move the barycentre, and with it all bodies alike, while light depends on their relative positions.
         axes |= {f"mass of {body}": np.zeros((len(self), 1)) for body in system.names}
         direct = {name: axes[name] if name in axes else self._partial(system, states, name) for name in parameters}
         return np.concatenate(parts, axis=-1).reshape(len(self), 1, -1), direct
@@ -267,7 +267,7 @@ class Photometry(Observations):
 
 
 def _nights(times: Any) -> Any:
-    """Labels of nights that gaps divide, from times in their order."""
+    """Return labels of nights, which gaps separate, for times in their order."""
     if are_dates(times):
         hours = np.asarray((times - times[0]).to_value("h"))
     elif is_quantity(times):

@@ -25,7 +25,7 @@ _KINDS = {"range": ("length", "km"), "range_rate": ("velocity", "km/s")}
 
 
 class RangeAndRate(NamedTuple):
-    """Ranges (K,) and range rates (K,), of which one is ``None`` where it was not observed."""
+    """Ranges (K,) and range rates (K,); one of the two is ``None`` if it was not observed."""
 
     range: Any
     range_rate: Any
@@ -35,19 +35,20 @@ class RangeAndRate(NamedTuple):
 class Radar(Observations):
     """Ranges and range rates of a body's centre of mass, from the observer or relative to another body.
 
-    The range is the distance from the body, when it reflects the signal, to the observer, when the echo arrives; the
-    range rate is its derivative with the time of arrival. The way of the signal to the body counts as that of the echo.
+    The range is the distance from the body, at the time when it reflects the signal, to the observer, at the time when
+    the echo arrives. The range rate is its derivative by the time of arrival. The way to the body counts as long as the
+    way back.
 
     Parameters
     ----------
     times : astropy Time, or array_like or Quantity, (K,)
         Times when the echo arrives.
     range, range_rate : array_like or Quantity, (K,), optional
-        One of them or both. Numbers are in the system's units. Rows with masked or NaN values are left out.
+        One of them or both. Plain numbers are in the system's units. Rows with masked or NaN values are left out.
     sigma : float or Quantity, or a pair of them
         Standard errors, () or (K,) each: of the ranges and of the range rates, as a pair where both are given.
     body : int or str
-        Place in the system, or name.
+        The observed body: its index in the system, or its name.
     about : int or str, optional
         The body whose range and range rate are subtracted; none for absolute values.
     geometry : Geometry
@@ -55,6 +56,7 @@ class Radar(Observations):
     Raises
     ------
     InvalidInput
+        For errors that are not above zero, and for shapes that do not fit.
 
     Warns
     -----
@@ -120,14 +122,14 @@ class Radar(Observations):
         dates: tuple[str, str] | None = None,
         **options: Any,
     ) -> Self:
-        """Radar observations from an astropy table or a pandas table.
+        """Make radar observations from an astropy table or a pandas table.
 
         Parameters
         ----------
         table : Table, QTable or DataFrame
         columns : dict, optional
-            Names of the columns of ``times``, ``range``, ``range_rate`` and of their errors ``sigma_range`` and
-            ``sigma_range_rate``, where they differ from these names.
+            Names of the columns of ``times``, ``range``, ``range_rate`` and of their standard errors ``sigma_range``
+            and ``sigma_range_rate``, where they differ from these names.
         unit : dict of unit, optional
             Units of columns that have none, by these names.
         dates : (format, scale), optional
@@ -147,7 +149,7 @@ class Radar(Observations):
         return cls(**found, sigma=sigma if len(sigma) == 2 else sigma[0], **options)
 
     def to_table(self) -> Any:
-        """The observations as an astropy ``QTable``, which :meth:`from_table` reads."""
+        """Return the observations as an astropy ``QTable``, which :meth:`from_table` reads."""
         columns: dict[str, Any] = {"times": self.times}
         for name in self._values:
             columns[name] = self._united(name, self._values[name])
@@ -156,12 +158,12 @@ class Radar(Observations):
 
     @property
     def range(self) -> Any:
-        """Ranges (K,), or ``None``."""
+        """The ranges (K,); ``None`` if they were not observed."""
         return self._united("range", self._values["range"]) if "range" in self._values else None
 
     @property
     def range_rate(self) -> Any:
-        """Range rates (K,), or ``None``."""
+        """The range rates (K,); ``None`` if they were not observed."""
         return self._united("range_rate", self._values["range_rate"]) if "range_rate" in self._values else None
 
     def _united(self, name: str, values: _Array) -> Any:
@@ -209,7 +211,7 @@ class Radar(Observations):
         found = {"range": distance}
         if "range_rate" in self._values:
             moving = seen.observer_velocity[:, None] - seen.velocity
-            # The speed of light may be infinite, by which complex numbers cannot be divided.
+            # The speed of light may be infinite, and complex numbers cannot be divided by infinity.
             towards = np.einsum("knx,knx->kn", way, seen.velocity) / distance * (1.0 / seen.light_speed)
             found["range_rate"] = np.einsum("knx,knx->kn", way, moving) / distance / (1.0 - towards)
         columns = [found[name] for name in self._values]

@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 __all__ = ["LIGHT_SPEED", "are_dates", "date", "in_system", "kilometres", "seconds", "system_epoch"]
 
 _Array = npt.NDArray[np.float64]
-#: Speed of light in km/s.
+#: The speed of light in km/s.
 LIGHT_SPEED = 299792.458
 
 
 def are_dates(times: Any) -> bool:
-    """Whether times are dates (an astropy ``Time``) and not times since an epoch."""
+    """Return whether times are dates (an astropy ``Time``) and not times since an epoch."""
     return hasattr(times, "jd1") and not hasattr(times, "to")
 
 
 def date(given: Any, what: str) -> Any:
-    """One date as a ``Time`` of the scale TDB, from a ``Time`` or a text such as ``"2022-09-26 TDB"``."""
+    """Return a date as a ``Time`` of the scale TDB, from a ``Time`` or a text such as ``"2022-09-26 TDB"``."""
     try:
         return epochs.to_time(epochs.to_text(given)).tdb
     except InvalidInput as error:
@@ -34,7 +34,7 @@ def date(given: Any, what: str) -> Any:
 
 
 def system_epoch(system: System, what: str) -> Any:
-    """The date of a system's time zero, TDB, or an error that says what needs it."""
+    """Return the date of a system's time zero, TDB; the error for a system without one says what needs it."""
     if system.epoch is None:
         raise InvalidInput(
             f"{what} needs the date of the system's time zero; give fullbody.System(..., epoch='2022-09-26 TDB')"
@@ -43,7 +43,7 @@ def system_epoch(system: System, what: str) -> Any:
 
 
 def in_system(times: Any, system: System, what: str) -> _Array:
-    """Times as numbers in a system's unit of time since its epoch, in the shape given.
+    """Return times as numbers in a system's unit of time since its epoch, in the shape given.
 
     Dates are converted to TDB, which is the time scale of a system.
     """
@@ -58,12 +58,12 @@ def in_system(times: Any, system: System, what: str) -> _Array:
 
 
 def seconds(system: System, what: str) -> float:
-    """The seconds in a system's unit of time."""
+    """Return the number of seconds in a system's unit of time."""
     return _size(system, "time", "s", what)
 
 
 def kilometres(system: System, what: str) -> float:
-    """The kilometres in a system's unit of length."""
+    """Return the number of kilometres in a system's unit of length."""
     return _size(system, "length", "km", what)
 
 

@@ -24,14 +24,14 @@ __all__ = ["SystemGeometry", "Vectors", "turn"]
 _Array = npt.NDArray[np.float64]
 #: The error of the spline between rows, relative to the distance, above which a warning is given.
 _COARSE = 1e-3
-#: Seconds by which dates may differ from each other and still be meant as one.
+#: The difference in seconds below which two dates count as one.
 _ROUNDING = 1e-6
-#: Iterations of a time of arrival, each of which gains the four digits of c over the speed.
+#: The number of iterations of a time of arrival, each of which gains four digits, those of c over the speed.
 _ITERATIONS = 6
 
 
 class Vectors:
-    """Base of :class:`fullbody.observing.Geometry`, where its parameters are described."""
+    """Base class of :class:`fullbody.observing.Geometry`, where its parameters are described."""
 
     def __init__(
         self, times: Any, *, to_observer: Any, to_sun: Any = None, frame: Any = None, light_time: bool = True
@@ -40,9 +40,9 @@ class Vectors:
             raise InvalidInput(f"light_time is {light_time!r}; expected True or False")
         self.frame = frame
         self.light_time = bool(light_time)
-        #: The date of the axis' zero, TDB, where times are dates.
+        #: The date of the zero of the axis, TDB, if times are dates.
         self._origin: Any = None
-        #: The scale of the axis in s, and of the vectors in km; ``None`` for plain numbers.
+        #: The unit of the axis in s, and of the vectors in km; ``None`` for plain numbers.
         self._second: float | None = None
         axis = self._axis(times, first=True)
         if axis.ndim != 1 or not len(axis):
@@ -57,13 +57,13 @@ class Vectors:
         self._km = 1.0 if refuse_mixture(given) else None
         self._observer = self._vectors(given["to_observer"], "to_observer", order)
         self._sun = self._vectors(given["to_sun"], "to_sun", order) if to_sun is not None else None
-        #: Ends of the span along the axis; builders of tables have rows beyond it.
+        #: The ends of the span along the axis; tables that this package makes have rows beyond them.
         self._ends = (float(self._times[0]), float(self._times[-1]))
-        #: What is computed once: splines, whether there was a warning, and geometries of systems.
+        #: Cached results: splines, whether there was a warning, and geometries of systems.
         self._known: dict[Any, Any] = {}
 
     def _axis(self, times: Any, first: bool = False) -> _Array:
-        """Times as numbers along the spline: seconds since the first date, seconds, or plain numbers."""
+        """Return times as numbers along the spline: seconds since the first date, seconds, or plain numbers."""
         if are_dates(times):
             if first:
                 self._origin, self._second = np.ravel(times)[0].tdb, 1.0
@@ -101,7 +101,7 @@ class Vectors:
 
     @property
     def span(self) -> Any:
-        """First and last time: dates, Quantities or numbers."""
+        """The first and the last time: dates, Quantities or numbers."""
         return self._said(self._ends[0]), self._said(self._ends[1])
 
     def _said(self, time: float) -> Any:
@@ -112,7 +112,7 @@ class Vectors:
         return time * u.s if self._origin is None else self._origin + time * u.s
 
     def to_observer(self, times: Any) -> Array:
-        """Vectors from the system's barycentre to the observer.
+        """Return vectors from the system's barycentre to the observer.
 
         Parameters
         ----------
@@ -128,12 +128,12 @@ class Vectors:
         return found
 
     def to_sun(self, times: Any) -> Array:
-        """Vectors from the system's barycentre to the Sun, as :meth:`to_observer`."""
+        """Return vectors from the system's barycentre to the Sun, in the form of :meth:`to_observer`."""
         found: Array = self._attached(self._at(self._known_sun(), self._axis(times)))
         return found
 
     def phase_angle(self, times: Any) -> Any:
-        """Angle between the directions to the observer and to the Sun, in radians.
+        """Return the angle between the directions to the observer and to the Sun, in radians.
 
         Parameters
         ----------
@@ -161,8 +161,8 @@ class Vectors:
         return self._sun
 
     def _at(self, table: _Array, axis: _Array, derivative: int = 0) -> _Array:
-        """Vectors of a table, or their derivatives, at times along the axis."""
-        # Dates and their differences are rounded.
+        """Return the vectors of a table, or their derivatives, at times along the axis."""
+        # Dates and their differences are rounded, so that the ends have a tolerance.
         slack = _ROUNDING if self._origin is not None else 8.0 * np.spacing(np.abs(self._times).max())
         outside = (axis < self._ends[0] - slack) | (axis > self._ends[1] + slack)
         if np.any(outside):
@@ -185,10 +185,10 @@ class Vectors:
         return np.asarray(spline(axis, derivative), dtype=np.float64)
 
     def _warn_if_coarse(self, table: _Array) -> None:
-        """Warn, once, where rows are so far apart that the spline between them does not follow the path.
+        """Warn once if rows are so far apart that the spline between them does not follow the path.
 
-        The cubic through the two rows before a row and the two after it misses it by 64 times the spline's error where
-        the rows are even.
+        Each row is compared with the cubic through the two rows before it and the two after it. On evenly spaced rows
+        the difference is 64 times the error of the spline.
         """
         if len(table) < 5 or ("warned", id(table)) in self._known:
             return
@@ -210,7 +210,7 @@ class Vectors:
             )
 
     def _of(self, system: System) -> SystemGeometry:
-        """The geometry in the time, units and axes of a system."""
+        """Return the geometry in the time, units and axes of a system."""
         key = ("system", system._options["epoch"], system.units, system.frame)
         if key not in self._known:
             self._known[key] = SystemGeometry(self, system)
@@ -237,7 +237,7 @@ class Vectors:
 
 
 def turn(origin: Any, target: Any) -> _Array:
-    """The matrix of :func:`fullbody.frames.rotation`, kept for frames that are named."""
+    """Return the matrix of :func:`fullbody.frames.rotation`, which is cached for frames that are named."""
     return _turn(origin, target) if isinstance(origin, str) and isinstance(target, str) else rotation(origin, target)
 
 
@@ -283,51 +283,52 @@ class SystemGeometry:
         return np.asarray(found @ self._turn.T / self._length * self._rate**derivative)
 
     def observer(self, times: _Array) -> _Array:
-        """Vectors (..., 3) from the barycentre to the observer at times (...) of the system's clock."""
+        """Return vectors (..., 3) from the barycentre to the observer at times (...) of the system's clock."""
         return self._find(self._geometry._observer, times)
 
     def observer_velocity(self, times: _Array) -> _Array:
-        """Rates of change (..., 3) of the vectors to the observer."""
+        """Return rates of change (..., 3) of the vectors to the observer."""
         return self._find(self._geometry._observer, times, 1)
 
     def sun(self, times: _Array) -> _Array:
-        """Vectors (..., 3) from the barycentre to the Sun."""
+        """Return vectors (..., 3) from the barycentre to the Sun at times (...) of the system's clock."""
         return self._find(self._geometry._known_sun(), times)
 
     def emission(self, given: Any) -> _Array:
-        """Times (...) at which the light left the barycentre that arrives at these times."""
+        """Return the times (...) at which the light that arrives at given times left the barycentre."""
         times: _Array = np.asarray(given, dtype=np.float64)
         if np.isinf(self.light_speed):
             return times
         return np.asarray(times - np.linalg.norm(self.observer(times), axis=-1) / self.light_speed)
 
     def arrival(self, times: Any) -> _Array:
-        """Times (...) at which the light arrives that left the barycentre at these times; the inverse of `emission`."""
+        """Return the times (...) at which light from the barycentre arrives; the inverse of `emission`."""
         emitted = np.asarray(times, dtype=np.float64)
         if np.isinf(self.light_speed):
             return emitted
         low, high = self.ends()
         found = emitted
         for _ in range(_ITERATIONS):
-            # Before the iteration has come to rest it may be a little outside.
+            # Before the iteration has converged a time may be a little outside the span.
             way = np.linalg.norm(self.observer(np.clip(found, low, high)), axis=-1)
             found = emitted + way / self.light_speed
         return np.asarray(np.clip(found, low, high))
 
     def ends(self) -> tuple[float, float]:
-        """First and last time of observation."""
+        """Return the first and the last time of observation."""
         first, last = ((end - self._late) / self._rate for end in self._geometry._ends)
         return first, last
 
     def rows(self) -> _Array:
-        """Times of observation of the rows of the table."""
+        """Return the times of observation of the rows of the table."""
         return np.asarray((self._geometry._times - self._late) / self._rate)
 
     def delays(self, observer: _Array, position: _Array, velocity: _Array) -> _Array:
-        """Return how much later (..., N) than from the barycentre the light leaves bodies on straight lines.
+        """Return the delays (..., N) of the light of bodies on straight lines relative to light from the barycentre.
 
-        The positions and velocities (..., N, 3), from the barycentre, are those at the barycentre's time of emission.
-        The delay t solves abs(d - r - v t) = abs(d) - c t; the root is written without a difference of large numbers.
+        The positions and velocities (..., N, 3), relative to the barycentre, are those at the time when the light left
+        the barycentre. The delay t solves abs(d - r - v t) = abs(d) - c t; the root is computed without a difference of
+        large numbers.
         """
         if np.isinf(self.light_speed):
             return np.zeros(position.shape[:-1])

@@ -38,7 +38,7 @@ class ParticleEvent(ScalarFields):
         """Return the description of the event for files."""
         return {"kind": type(self).__name__, "direction": integer(self.direction)}
 
-    def _watched(self, system: System) -> tuple[Any, ...]:
+    def _event_spec(self, system: System) -> tuple[Any, ...]:
         """Return the event in the form that the core takes."""
         raise InvalidInput(f"event is {self!r}; expected one of fullbody.particles, such as Shadow()")
 
@@ -46,7 +46,7 @@ class ParticleEvent(ScalarFields):
 @named_options
 @dataclass(frozen=True, eq=False)
 class Shadow(ParticleEvent):
-    """Entry of a particle into the bodies' shadow (the visible part of the source's disc falls), or exit from it.
+    """Entry of a particle into the bodies' shadow, or exit from it: a change of the visible part of the source's disc.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class Shadow(ParticleEvent):
     def _describe(self, system: System) -> dict[str, Any]:
         return {**super()._describe(system), "visible": self.visible}
 
-    def _watched(self, system: System) -> tuple[Any, ...]:
+    def _event_spec(self, system: System) -> tuple[Any, ...]:
         return ("shadow", float(self.visible), integer(self.direction))
 
 
@@ -88,7 +88,7 @@ class Periapsis(ParticleEvent):
     def _describe(self, system: System) -> dict[str, Any]:
         return {**super()._describe(system), "body": place(self.body, system.names, "body of Periapsis")}
 
-    def _watched(self, system: System) -> tuple[Any, ...]:
+    def _event_spec(self, system: System) -> tuple[Any, ...]:
         return ("periapsis", place(self.body, system.names, "body of Periapsis"), integer(self.direction))
 
 
@@ -115,13 +115,13 @@ class Function(ParticleEvent):
     def _describe(self, system: System) -> dict[str, Any]:
         return {**super()._describe(system), "name": getattr(self.f, "__name__", "function")}
 
-    def _watched(self, system: System) -> tuple[Any, ...]:
+    def _event_spec(self, system: System) -> tuple[Any, ...]:
         call: Any = self.f
         return ("function", lambda time, x, v: float(np.asarray(call(time, x, v))), integer(self.direction))
 
 
 def rebuilt(described: dict[str, Any]) -> ParticleEvent:
-    """Rebuild an event from its description; a function, which files cannot keep, raises when it is called."""
+    """Rebuild an event from its description; a function, which files do not store, raises an error when called."""
     options = dict(described)
     kind = options.pop("kind")
     if kind == "Function":

@@ -26,7 +26,8 @@ __all__ = ["FORMAT", "contents", "save", "to_xarray"]
 #: The attribute that marks a file as a flight, and the number of the format, the only one that is read.
 FORMAT = ("fullbody_flight", 1)
 
-#: Variables with one number for each particle: further dimensions, dimension of the unit, and meaning.
+#: The variables with one number for each particle: their further dimensions, the dimension of their unit, their
+#: meaning.
 _NUMBERS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "fate_time": ((), "time", "when the flight ended"),
     "longitude": ((), "angle", "longitude of the impact, body frame"),

@@ -58,7 +58,7 @@ class FlightTask:
         self._escape = None if escape is None else escape._numbers(system)
         self._radiation = None if radiation is None else radiation._numbers(system)
         self.events = sequence(events, ParticleEvent, "events", "a list of them", "events of fullbody.particles")
-        self._watched = [event._watched(system) for event in self.events]
+        self._event_spec = [event._event_spec(system) for event in self.events]
         if threads is not None and ((count := integer(threads)) is None or count < 1):
             raise InvalidInput(f"threads is {threads!r}; expected a whole number above zero, or None")
         self._threads = threads
@@ -92,7 +92,7 @@ class FlightTask:
             self._contact,
             self._escape,
             self._radiation,
-            self._watched,
+            self._event_spec,
             self._threads,
             progress,
         )

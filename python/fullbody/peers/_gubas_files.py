@@ -217,7 +217,7 @@ def _mesh(file: Text, faces: tuple[int, str], vertices: tuple[int, str]) -> Poly
         text = Text(place)
         rows = [row for row in (re.split(r"[,\s]+", row.strip().strip(",")) for row in text.lines) if row != [""]]
         if len({len(row) for row in rows}) != 1 or len(rows[0]) < 3:
-            file.fail(line, f"{name} is no table of three numbers, or a number and three; expected one")
+            file.fail(line, f"{name} is not a table with three numbers, or an index and three, in each row")
         tables.append(np.array([[text.number(k, word, "a number") for word in row] for k, row in enumerate(rows, 1)]))
     points, corners = tables[0][:, -3:] / 1000.0, tables[1][:, :3].astype(np.int64) - 1
     if corners.min() < 0 or corners.max() >= len(points):
@@ -241,7 +241,7 @@ def _turn(cfg: _Config, section: str, name: str) -> _Array:
 def _rotation(file: Text, line: int, name: str, matrix: _Array) -> _Array:
     # The tolerance accepts files with only a few digits.
     if not rotations.is_rotation(matrix, 1e-4):
-        file.fail(line, f"{name} is no rotation matrix: {matrix.tolist()}; expected one to 1e-4")
+        file.fail(line, f"{name} is not a rotation matrix: {matrix.tolist()}; expected one to 1e-4")
     return matrix
 
 

@@ -214,10 +214,10 @@ class _File(Text):
         name = words[0].removesuffix(":")
         if name == words[0] or len(words) != 2:
             written = " ".join(words)
-            self.fail(line, f"{written!r} is no setting; expected a name, a colon and a number, such as 'sun: 0'")
+            self.fail(line, f"{written!r} is not a setting; expected a name, a colon and a number, such as 'sun: 0'")
         if name not in (*_SETTINGS, *_SWITCHES):
             known = ", ".join((*_SETTINGS, *_SWITCHES))
-            self.fail(line, f"{name!r} is no setting of SIANS; expected one of {known}")
+            self.fail(line, f"{name!r} is not a setting of SIANS; expected one of {known}")
         value = self.number(line, words[1], name)
         if name in _SWITCHES:
             if value not in _SWITCHES[name]:

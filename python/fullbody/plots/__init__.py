@@ -1,4 +1,4 @@
-"""Plots of a run, behind :attr:`fullbody.Run.plot`, of what :mod:`fullbody.fields` computes, and of impacts.
+"""Plots of a run, for :attr:`fullbody.Run.plot`, of the results of :mod:`fullbody.fields`, and of impacts.
 
 Each plot has a file of its own; matplotlib is imported when a plot is drawn.
 """

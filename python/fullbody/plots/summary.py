@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, repr=False)
 class Page:
-    """A page of plots: the figure, and its axes by what they show.
+    """A page of plots: the figure, and its axes by their content.
 
     It is not the figure itself, which a notebook would show a second time as the value of a cell's last line.
 

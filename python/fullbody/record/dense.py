@@ -26,12 +26,12 @@ __all__ = ["Dense", "Samples"]
 class Dense:
     """The continuous solution of a run, a function of time.
 
-    Copies share the steps that it consists of. It cannot be pickled; pickle samples of it instead, ``dense(times)``.
+    Copies share the steps of which it consists. It cannot be pickled; pickle samples of it instead, ``dense(times)``.
 
     Attributes
     ----------
     range : tuple
-        First and last time, in the direction of the run.
+        The first and the last time, in the direction of the run.
     """
 
     def __init__(self, system: System, core: _core.Dense) -> None:
@@ -40,7 +40,7 @@ class Dense:
 
     @property
     def range(self) -> tuple[Scalar, Scalar]:
-        """First and last time, in the direction of the run."""
+        """The first and the last time, in the direction of the run."""
         start, end = self._core.range
         return (self._system._units.attach(start, "time"), self._system._units.attach(end, "time"))
 

@@ -146,7 +146,7 @@ class Differentiated:
         At a zero of the event's function g the time changes by dt = -(grad g . dx + dg/dp dp) / (dg/dt), and the state
         by dx + f dt, with dx the tangent vector at a fixed time and f the rates of change there. The derivatives of g
         itself are differences of eighth order. A :class:`fullbody.events.Function` depends only on the state and has no
-        dg/dp; a third body is taken to be where its path has it relative to the barycentre at the event.
+        dg/dp. Third bodies keep their positions relative to the barycentre at the event.
 
         Parameters
         ----------
@@ -211,8 +211,8 @@ class Differentiated:
         Parameters
         ----------
         function : callable
-            A function that takes a :class:`Run` and returns a number, a Quantity or an array. It has to be smooth: a
-            mean is, and the largest of the samples is as long as it stays the same sample.
+            A function that takes a :class:`Run` and returns a number, a Quantity or an array. It has to be smooth, as a
+            mean is; the largest of the samples is smooth as long as it stays the same sample.
         start : bool
             Whether to compute the derivatives by the start.
 
@@ -277,7 +277,7 @@ class Differentiated:
 
     @property
     def fast_lyapunov(self) -> npt.NDArray[np.float64]:
-        """Fast Lyapunov indicator: the largest ``ln(|delta|/|delta_0|)`` so far (K,). It needs ``chaos=True``."""
+        """The fast Lyapunov indicator (K,): the largest ``ln(|delta|/|delta_0|)`` so far. It needs ``chaos=True``."""
         return self._chaos(2)
 
     def _chaos(self, which: int) -> npt.NDArray[np.float64]:

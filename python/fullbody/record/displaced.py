@@ -23,7 +23,7 @@ __all__ = ["FunctionDerivatives", "derivatives_of"]
 
 _Array = npt.NDArray[np.float64]
 
-#: The largest displacement in natural sizes; its square is the error of the differences, relative to their scale.
+#: The largest displacement in natural sizes; the error of the differences, relative to their scale, is its square.
 _STEP = 1e-5
 
 

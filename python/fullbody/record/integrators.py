@@ -99,8 +99,8 @@ class Verner98(_Adaptive):
     Parameters
     ----------
     rtol, atol : float
-        From 0 to below 1. If their sum is below what double precision permits, rtol is raised, with a warning. Both
-        zero gives the integrator of :meth:`to_roundoff`.
+        Numbers from 0 to below 1. If their sum is below the accuracy of double precision, rtol is raised, with a
+        warning. If both are zero, this is the integrator of :meth:`to_roundoff`.
 
     Notes
     -----

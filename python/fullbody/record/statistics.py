@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 __all__ = ["STOP_REASONS", "Statistics"]
 
-#: The reasons for which a run may end, with words for an early end.
+#: The reasons for which a run may end, with texts that describe an early end.
 STOP_REASONS = {
     "end": None,
     "event": "by the last event",

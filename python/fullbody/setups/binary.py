@@ -87,8 +87,9 @@ def binary(
         The angle by which a synchronous secondary is turned away from that about its z-axis.
     at_rest : {"barycentre", "primary"}
         Whether the barycentre or the primary starts at rest at the origin.
-    Relative differences between two values of one quantity above which there is a warning, or an error; infinite for no
-    limit.
+    mismatch_warning, mismatch_error : float
+        Relative differences between two values of one quantity above which there is a warning, or an error; infinite
+        for no limit.
     G, units
         Arguments of :class:`fullbody.System`.
     time : float or Quantity
@@ -112,11 +113,11 @@ def binary(
     -----
     InconsistentInput
         For a contradiction between the two limits, with both values; for an osculating eccentricity that is more than
-        ``mismatch_warning`` below the one which the bodies' figures force (see the notes); for a period that no start
-        has to 1e-6 over the revolutions that it is measured in, that does not last to 1e-4 over two and four times as
-        many, or that cannot be measured over either, for the bodies meet (see the notes); for an implied density
-        outside 100 to 20000 kg/m^3, where there are units; for a semi-major axis above 200 times the longest semi-axis
-        of the primary; for a body whose rotation is not given, which starts without any
+        ``mismatch_warning`` below the one that the bodies' figures force (see the notes); for a period that no start
+        reaches to 1e-6 over the revolutions over which it is measured, that changes by more than 1e-4 over two or four
+        times as many, or that cannot be measured because the bodies collide (see the notes); for an implied density
+        outside 100 to 20000 kg/m^3, if there are units; for a semi-major axis above 200 times the longest semi-axis
+        of the primary; for a body whose rotation is not given, which starts without rotation
         (``rotation_period=float("inf")`` says that this is meant).
 
     Notes
@@ -125,20 +126,22 @@ def binary(
     it falls inwards: the mutual period of the run is shorter than ``period`` by about 3 J2 (R/a)^2 of it, 4 per cent
     for Didymos. The figures also force an eccentricity. On a circle of radius r the speed is v^2 = mu'/r with mu' = r^2
     times the relative acceleration, and the osculating eccentricity mu'/mu - 1: in the equator of an oblate primary
-    3/2 J2 (R/r)^2, 0.019 for Didymos. A smaller one makes no rounder orbit: as a vector that points at periapsis, the
-    osculating eccentricity is the sum of a free one, which the distance follows, and of the forced one, which always
-    points at the secondary. A start without any varies in distance as an ellipse of the forced eccentricity does.
+    3/2 J2 (R/r)^2, 0.019 for Didymos. A smaller one does not make a rounder orbit. As a vector that points at
+    periapsis, the osculating eccentricity is the sum of a free part, which the distance follows, and of the forced
+    part, which always points at the secondary. If the osculating eccentricity is zero at the start, the distance
+    varies as on an ellipse of the forced eccentricity.
 
     With ``elements="mean"`` the start is that of a Kepler orbit whose G (m1 + m2) is replaced by a^2 times the relative
-    acceleration that the bodies have at the distance a (as they stand, or the mean over a turn of a primary that is not
-    synchronous). Where the period is given, what is then left of the difference (by eccentricity, tilted equators, a
-    secondary that librates) is measured in integrations of 16 revolutions, up to 64 for a locked body that librates
-    slowly, and taken away: the mean sidereal period (of :func:`fullbody.observables.mutual_period`) of the run's first
-    16 (to 64) revolutions is ``period`` to 1e-6, and its distance may differ a little from a published semi-major axis.
-    Then the means over the first 32 and 64 (to 128 and 256) are compared with it. Where one differs by more than 1e-4
-    there is no lasting mean, and a warning: where a body tumbles or librates irregularly, as long ones do on orbits of
-    some eccentricity. Nothing is measured beyond these revolutions, nor for spheres or points, whose orbits are
-    Kepler's. All this takes some tenths of a second with the exact methods and with short series.
+    acceleration that the bodies have at the distance a (in their initial attitudes, or the mean over a turn of a
+    primary that is not synchronous). If the period is given, the remaining difference (by eccentricity, tilted
+    equators, a secondary that librates) is measured in integrations over 16 revolutions, up to 64 for a locked body
+    that librates slowly, and removed. The mean sidereal period (see :func:`fullbody.observables.mutual_period`) of the
+    run's first 16 (to 64) revolutions is then ``period`` to 1e-6, and the distance may differ a little from a published
+    semi-major axis. The means over the first 32 and 64 (to 128 and 256) revolutions are compared with it. If one
+    differs by more than 1e-4 there is a warning that the mean does not last, as for a body that tumbles or librates
+    irregularly, which elongated bodies do on orbits of some eccentricity. Later revolutions are not measured; neither
+    are spheres and points, whose orbits are Kepler orbits. All this takes some tenths of a second with the exact
+    methods and with short series.
 
     Examples
     --------
@@ -191,11 +194,11 @@ def _refuse_choices(
     """Raise an error for invalid components, options and choices."""
     for component in components:
         if not isinstance(component, Component):
-            raise InvalidInput(f"{component!r} is no Component; expected fullbody.Component(...)")
+            raise InvalidInput(f"{component!r} is not a Component; expected fullbody.Component(...)")
     own = options_of(binary)
     refuse_unknown(options, [*own, *(o for o in options_of(System) if o not in (*own, "bodies"))], "binary")
     if "bodies" in options:
-        raise InvalidInput("'bodies' is no option of binary, which makes them; expected primary and secondary")
+        raise InvalidInput("'bodies' is not an option of binary, which makes them; expected primary and secondary")
     if at_rest not in ("barycentre", "primary"):
         raise InvalidInput(f"at_rest is {at_rest!r}; expected 'barycentre' or 'primary'")
     if elements not in (None, "osculating", "mean"):

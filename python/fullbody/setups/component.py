@@ -37,9 +37,9 @@ class Component(ArrayFields, Tabled):
     diameter : float or Quantity, optional
         The diameter of the sphere of equal volume; ``axis_ratios`` shapes it.
     axis_ratios : (a/b, b/c)
-        The ratios of neighbouring axes, to be given with ``diameter``; one and one for a sphere. Models of light curves
-        have these two. If a/b and a/c are published, b/c is the latter divided by the former: ``axis_ratios=(1.3, 1.6 /
-        1.3)`` for a/b = 1.3 and a/c = 1.6.
+        The ratios a/b and b/c of neighbouring axes, as in models of light curves, to be given with ``diameter``; both
+        are one for a sphere. If a/b and a/c are published, b/c is the latter divided by the former:
+        ``axis_ratios=(1.3, 1.6 / 1.3)`` for a/b = 1.3 and a/c = 1.6.
     composite : Composite, optional
         A body of several parts, whose masses are scaled in proportion to the body's mass. It is not compatible with a
         density, nor with ``equal_density`` of the binary.

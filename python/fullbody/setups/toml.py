@@ -1,4 +1,4 @@
-"""``system.toml``: a system, its start and its run, written by a person.
+"""``system.toml``: a text file that describes a system, its start and its run.
 
 A number is in the system's own units, radians for angles; a text such as ``"2.5 km"`` or ``"3.2 deg"`` names its own.
 

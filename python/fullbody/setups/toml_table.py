@@ -126,7 +126,7 @@ class Table:
         """Refuse keys other than these, before a misspelt one is reported as missing."""
         for key in self.content:
             if key not in known:
-                raise self.fault(key, f"is no key of this table; {suggestion(key, known)}")
+                raise self.fault(key, f"is not a key of this table; {suggestion(key, known)}")
         return self
 
 

@@ -16,9 +16,9 @@ import numpy as np
 from ..base.atomic import as_path, check_suffix, replacing
 from ..base.version import version
 from ..errors import InvalidInput
+from .conventions import Conventions, body_numbers, spiceypy
 from .kernel import binary
 from .nodes import nodes, turns
-from .place import Place, body_numbers, spiceypy
 
 if TYPE_CHECKING:
     from ..motion.run import Run
@@ -37,7 +37,7 @@ _LONGEST = 26
 def write(run: Run, path: Any, ids: Any) -> tuple[Path, Path, Path]:
     """Write attitudes of the bodies; see :meth:`fullbody.Run.to_ck`."""
     check_suffix(path, (".bc",))
-    place = Place(run.system, "a CK kernel")
+    place = Conventions(run.system, "a CK kernel")
     bodies = body_numbers(ids, run.system.names)
     frames = _frame_names(bodies, run.system.names)
     # A quaternion changes by half the angle.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..base.atomic import replacing
 from ..base.version import version
 from ..errors import FullbodyError
-from .place import spiceypy
+from .conventions import spiceypy
 
 if TYPE_CHECKING:
     from ..motion.run import Run

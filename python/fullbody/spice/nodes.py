@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..base import rotations
 from ..errors import InvalidInput, PrecisionWarning, caution
-from .place import Place
+from .conventions import Conventions
 
 if TYPE_CHECKING:
     from ..motion.run import Run
@@ -39,7 +39,7 @@ class Nodes:
     degree: int
 
 
-def centres(place: Place, masses: _Array) -> Curve:
+def centres(place: Conventions, masses: _Array) -> Curve:
     """Return the function to positions in km from the barycentre, in the axes of J2000."""
     weights = masses / masses.sum()
 
@@ -50,7 +50,7 @@ def centres(place: Place, masses: _Array) -> Curve:
     return lambda samples: (about(samples["position"]), about(samples["velocity"]) / place.second)
 
 
-def turns(place: Place) -> Curve:
+def turns(place: Conventions) -> Curve:
     """Return the function to quaternions from the axes of J2000 to those of the bodies, without jumps of the sign."""
     w, x, y, z = rotations.quaternion(place.axes)
     left = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
@@ -67,7 +67,7 @@ def turns(place: Place) -> Curve:
     return curve
 
 
-def nodes(run: Run, place: Place, curve: Curve, tolerance: float, said: Callable[[float], str]) -> Nodes:
+def nodes(run: Run, place: Conventions, curve: Curve, tolerance: float, said: Callable[[float], str]) -> Nodes:
     """Choose nodes so close that the interpolation is within the tolerance of the continuous solution.
 
     For a run without a continuous solution the nodes are the samples, and the error is that at every second sample.
@@ -121,7 +121,7 @@ def _degree(count: int) -> int:
     return 2 * min(_WINDOW, count // 2 * 2) - 1
 
 
-def _of_samples(run: Run, place: Place, curve: Curve) -> tuple[_Array, _Array, _Array]:
+def _of_samples(run: Run, place: Conventions, curve: Curve) -> tuple[_Array, _Array, _Array]:
     """Return times, values and rates of the samples, forward in time."""
     record = run._record
     order = slice(None, None, -1 if len(run) > 1 and record["time"][-1] < record["time"][0] else 1)

@@ -9,9 +9,9 @@ import numpy as np
 
 from ..base.atomic import as_path, check_suffix
 from ..errors import InvalidInput
+from .conventions import Conventions, body_numbers, number, spiceypy
 from .kernel import binary
 from .nodes import centres, nodes
-from .place import Place, body_numbers, number, spiceypy
 
 if TYPE_CHECKING:
     from ..motion.run import Run
@@ -25,7 +25,7 @@ _TOLERANCE = 1e-9
 def write(run: Run, path: Any, ids: Any, barycentre: Any) -> Path:
     """Write positions of the bodies; see :meth:`fullbody.Run.to_spk`."""
     check_suffix(path, (".bsp",))
-    place = Place(run.system, "an SPK kernel")
+    place = Conventions(run.system, "an SPK kernel")
     bodies, centre = body_numbers(ids, run.system.names), number(barycentre, "barycentre")
     if centre in bodies.values():
         raise InvalidInput(f"barycentre is {centre}, the id of a body; expected the number of the system as a whole")

@@ -14,8 +14,8 @@ from ..base.arguments import named_options
 from ..errors import InvalidInput
 from ..model.shapes import PointMass
 from ..model.state import State
+from .conventions import Conventions, body_numbers, number, spiceypy
 from .kernel import plain
-from .place import Place, body_numbers, number, spiceypy
 
 if TYPE_CHECKING:
     from ..motion.system import System
@@ -81,7 +81,7 @@ def state(
     >>> float(abs(found.spin - run(6.0).spin).max().value) < 1e-11
     True
     """
-    place = Place(system, "a state from SPICE")
+    place = Conventions(system, "a state from SPICE")
     numbers, observer = body_numbers(ids, system.names), number(barycentre, "barycentre")
     missing = [name for k, name in enumerate(system.names) if k not in numbers]
     if missing:
@@ -96,12 +96,12 @@ def state(
     with loaded(kernels):
         for k, name in enumerate(system.names):
             body = numbers[k]
-            with _telling(f"where {name} ({body}) is from {observer}", system, time):
+            with _telling(f"the position of {name} ({body}) from {observer}", system, time):
                 found, _ = spice.spkgeo(body, et, "J2000", observer)
             position, velocity = np.reshape(found, (2, 3)) @ place.axes
             attitude, spin = np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3)
             if name in named or not isinstance(system.bodies[k].shape, PointMass):
-                with _telling(f"how {name} ({body}) is turned", system, time):
+                with _telling(f"the attitude of {name} ({body})", system, time):
                     frame = named.get(name) or spice.cidfrm(body)[1]
                     turning = spice.sxform(frame, "J2000", et)
                 matrix = turning[:3, :3]
@@ -129,7 +129,7 @@ def _telling(what: str, system: System, time: Any) -> Iterator[None]:
         yield
     except (errors.SpiceyError, errors.NotFoundError) as error:
         date = f"{time} after {system.options['epoch']}"
-        raise InvalidInput(f"the kernels do not tell {what} at {date}: {plain(error)}") from error
+        raise InvalidInput(f"the kernels do not contain {what} at {date}: {plain(error)}") from error
 
 
 @contextmanager
@@ -144,7 +144,7 @@ def loaded(kernels: Sequence[Any]) -> Iterator[None]:
             try:
                 spice.furnsh(name)
             except spice.utils.exceptions.SpiceyError as error:
-                raise InvalidInput(f"{name} is no kernel that SPICE can load: {plain(error)}") from error
+                raise InvalidInput(f"{name} is not a kernel that SPICE can load: {plain(error)}") from error
             added.append(name)
         yield
     finally:

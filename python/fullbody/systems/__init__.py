@@ -1,9 +1,9 @@
 """Ready-made systems, each with its source.
 
-Each function gives ``(system, state)``. Options of :class:`fullbody.System` (``gravity=``, ``order=``, ...) are passed
-on; ``epoch=`` is taken where the published numbers have no epoch of their own. :func:`published` gives the numbers
-behind a system with their uncertainties and sources, what is assumed beyond them, and which of them could not be read
-in the source itself.
+Each function returns ``(system, state)``. Options of :class:`fullbody.System` (``gravity=``, ``order=``, ...) are
+passed on; ``epoch=`` is accepted if the published numbers have no epoch of their own. :func:`published` returns the
+published numbers of a system with their uncertainties and sources, the further assumptions, and the names of numbers
+that could not be read in the source itself.
 
 =========================== ===========================================================================================
 :func:`kw4`                 (66391) 1999 KW4, prograde and synchronous

@@ -168,14 +168,15 @@ def didymos_after_dart(
     naidu2024, deg/day    3.38  3.34  3.50  3.83  4.31  4.94  5.67
     ===================== ===== ===== ===== ===== ===== ===== =====
 
-    With Dimorphos upright the start is planar to the last bit, and that is unstable: a spin of Dimorphos a little aside
-    of the orbit's normal grows into a roll about the long axis. Without a tilt it grows from round-off, so that when it
-    begins, after some thousand hours, depends on the frame, the machine and the integrator, and means nothing. With
-    ``tilt=1e-3`` the roll passes 5 degrees after some 170 hours and 30 degrees after some 260, and over the first 60
-    days the apses advance by about 3 degrees a day. What follows is chaotic. Of ten starts with tilts from 0.0010000 to
-    0.0010009, run for a year, two stayed below 50 degrees of roll, and in eight Dimorphos rolled over, first after 1600
-    to 7400 hours; the next rounding chooses others. In all ten the long axis went on facing Didymos, with pitch below
-    30 and yaw below 45 degrees: it rolls about that axis, and does not tumble end over end.
+    With Dimorphos upright the start is planar to the last bit, and this motion is unstable: a spin of Dimorphos that is
+    slightly inclined to the orbit's normal grows into a roll about the long axis. Without a tilt it grows from
+    round-off, so that the time at which it begins, after about a thousand hours, depends on the frame, the machine and
+    the integrator, and has no meaning. With ``tilt=1e-3`` the roll exceeds 5 degrees after about 170 hours and 30
+    degrees after about 260 hours, and over the first 60 days the apses advance by about 3 degrees a day. The later
+    motion is chaotic. Of ten starts with tilts from 0.0010000 to 0.0010009, integrated for a year, two stayed below 50
+    degrees of roll, and in eight Dimorphos rolled over, first after 1600 to 7400 hours; other rounding errors lead to
+    other numbers. In all ten the long axis stayed directed at Didymos, with pitch below 30 and yaw below 45 degrees:
+    Dimorphos rolls about that axis, and does not tumble end over end.
 
     Parameters
     ----------

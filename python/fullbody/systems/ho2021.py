@@ -86,12 +86,13 @@ def kw4_ho2021(
 ) -> tuple[System, State]:
     """The paper's run of (66391) 1999 KW4, to the letter (its Table 2 with the unrounded input).
 
-    Alpha starts at rest at the origin with phi = 3.2 degrees; Beta carries the whole relative state of
-    (a, e, i, Omega, omega, M) with zero angles; both spin about the body z-axis. The paper puts the elements of Ostro
-    et al. (2006), in an astronomical frame that it does not name, beside spins along the inertial z-axis: the orbit is
-    retrograde to both spins (156.8 degrees), where the real one is prograde within a few degrees of Alpha's equator.
-    :func:`kw4` is that one. For the same reason ``frame=`` is refused: the axes belong to no frame. Referred to Earth's
-    equator of J2000, i and Omega put the orbit's pole at ecliptic longitude 325.8 and latitude -61.8 degrees.
+    Alpha starts at rest at the origin with phi = 3.2 degrees; Beta has the whole relative state of
+    (a, e, i, Omega, omega, M) with zero angles; both spin about the body z-axis. The paper combines the elements of
+    Ostro et al. (2006), which refer to an astronomical frame that it does not name, with spins along the inertial
+    z-axis: the orbit is retrograde to both spins (156.8 degrees), while the real one is prograde within a few degrees
+    of Alpha's equator, as in :func:`kw4`. For the same reason ``frame=`` is refused: the axes belong to no frame.
+    Referred to Earth's equator of J2000, i and Omega put the orbit's pole at ecliptic longitude 325.8 and latitude
+    -61.8 degrees.
 
     Parameters
     ----------
@@ -169,8 +170,8 @@ def kw4(
     shape : {"ellipsoid", "spheroid"}
         Spheroids have b = a.
     frame : "orbit", optional
-        The only one there is: the orbit's plane is the xy-plane. It cannot be turned to the ecliptic or the equator,
-        for the frame of the published inclination and node is not known.
+        The only accepted value: the orbit's plane is the xy-plane. It cannot be turned to the ecliptic or the equator,
+        since the frame of the published inclination and node is not known.
     sun : bool
         Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
         below: at time zero as at the epoch of its elements, unless the system has an ``epoch``. The

@@ -119,9 +119,9 @@ def sn263_2001(
     """(153591) 2001 SN263: Alpha, the outer Beta and the inner Gamma, as three ellipsoids.
 
     Spheres do not precess as the real bodies do: the apses of Gamma advance by 0.14 degrees a day in 100 days, by the
-    pull of Beta alone, where Fang et al. (2011) find about 1.1 from observations, which take an oblate Alpha. With
+    attraction of Beta alone, while Fang et al. (2011) find about 1.1 from observations with an oblate Alpha. With
     ``model="fang2011"`` they advance by 1.22 degrees a day; the first order of J2 alone, 3/2 n J2 (R/a)^2, is 1.11. The
-    uncertainty of that J2 is more than half of it.
+    uncertainty of that J2 is more than half of its value.
 
     Parameters
     ----------
@@ -134,8 +134,8 @@ def sn263_2001(
         orbit as xy-plane with its node on the equator on the x-axis.
     sun : bool
         Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
-        below, nine years before whose epoch the state is, so that the Sun's place is off by some degrees: the Earth,
-        which was 0.066 au away on 2008-02-20, is 0.10 au away by it.
+        below. The state is nine years before the epoch of that orbit, so that the Sun's position has an error of some
+        degrees: the Earth, which was at 0.066 au on 2008-02-20, is at 0.10 au by it.
     {units}
 
     Returns

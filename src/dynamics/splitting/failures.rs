@@ -18,7 +18,8 @@ impl Splitting {
                     if body.is_composite() { format!("a part of {}", body.name) } else { body.name.clone() }
                 });
                 format!(
-                    "{first} and {second} come to a separation of {separation:.6e} in it, where the quadrature of their \
+                    "{first} and {second} come to a separation of {separation:.6e} in it, where the \
+                     quadrature of their \
                      forces was chosen for {valid_from:.6e} and more"
                 )
             }
@@ -39,7 +40,8 @@ impl Splitting {
     pub(super) fn unsolved(&self, dynamics: &Dynamics, body: usize) -> Error {
         let name = &dynamics.system().bodies()[body].name;
         self.failed(&format!(
-            "the Kepler motion of {name} about the barycentre of the bodies before it is not solved in doubles; use a shorter step, or \
+            "the Kepler motion of {name} about the barycentre of the bodies before it is not solved in \
+             doubles; use a shorter step, or \
              another order of the bodies"
         ))
     }

@@ -3,12 +3,12 @@
 use super::Stepper;
 use crate::error::{Error, Result};
 use crate::integrate::control::Tolerance;
-use crate::integrate::equations::{Equations, Unmade, evaluate};
+use crate::integrate::equations::{Equations, Incomplete, evaluate};
 use crate::interrupt::InterruptCheck;
 use crate::math::rows::stride;
 
 impl Stepper {
-    /// The starting step of Hairer, Norsett & Wanner, section II.4.
+    /// Returns the size of the first step by the method of Hairer, Norsett & Wanner, section II.4.
     pub(super) fn first_step(
         &mut self,
         equations: &mut impl Equations,
@@ -38,8 +38,8 @@ impl Stepper {
         let second = &mut rest[..dimension];
         let (at, trial) = (time + direction * guess, &self.trial[..dimension]);
         let curvature = match evaluate(equations, at, trial, second, false, interrupt) {
-            Err(Unmade::Ended(error)) => return Err(error),
-            Err(Unmade::Refused(_)) => f64::INFINITY,
+            Err(Incomplete::Ended(error)) => return Err(error),
+            Err(Incomplete::Refused(_)) => f64::INFINITY,
             Ok(()) => {
                 second.iter_mut().zip(first.iter()).for_each(|(s, f)| *s = (*s - f) / guess);
                 equations.norm(&self.high, second, &unit)

@@ -55,14 +55,14 @@ pub enum Condition<'a> {
         /// The plane's normal, inertial, of any length. With the z axis the crossings are the nodes.
         normal: Vec3,
     },
-    /// Two bodies are further apart than a distance with a positive energy of their relative motion as
-    /// points. The function is the smaller of r v^2 / (2 mu) - 1 and r / distance - 1.
+    /// Two bodies are further apart than a distance, and the energy of their relative motion as points is
+    /// positive. The function is the smaller of r v^2 / (2 mu) - 1 and r / distance - 1.
     Escape {
         /// One body.
         first: usize,
         /// The other body.
         second: usize,
-        /// Distance from which on an unbound orbit counts as escape.
+        /// The distance beyond which an unbound orbit counts as escape.
         distance: f64,
     },
     /// The angle between a body's long axis and the line to another's centre is smallest. The function is the
@@ -89,7 +89,7 @@ pub enum Condition<'a> {
         by: usize,
         /// Whether the outline of the body behind has to be inside that of the other.
         total: bool,
-        /// Where the distant point is from the barycentre.
+        /// The path of the distant point relative to the barycentre.
         toward: Box<Toward>,
     },
     /// Zeros of a function of the state.
@@ -99,9 +99,9 @@ pub enum Condition<'a> {
 /// The path of a distant point, with the speed of the light between it and the bodies.
 #[derive(Debug, Clone)]
 pub struct Toward {
-    /// Its position from the barycentre as a function of time.
+    /// The position of the point relative to the barycentre as a function of time.
     pub path: Spline<3>,
-    /// Whether times outside of the path are refused; otherwise the path is extrapolated.
+    /// Whether times outside the path are refused; otherwise the path is extrapolated.
     pub bounded: bool,
     /// The time that light takes per unit length: positive for light to the point, which leaves nearer bodies
     /// later; negative for light from there, which passes nearer bodies earlier; zero if all bodies are taken
@@ -155,7 +155,7 @@ impl EvaluationPoint<'_> {
 }
 
 impl Condition<'_> {
-    /// Returns the name for errors.
+    /// Returns the name that error messages use.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Separation { .. } => "Separation",

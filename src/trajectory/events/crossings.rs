@@ -48,14 +48,14 @@ impl Dense {
         let start =
             |event: &mut Event| Ok(Crossings { at_start: event.condition.value(&place)?, times: Vec::new() });
         let mut found = events.iter_mut().map(start).collect::<Result<Vec<_>>>()?;
-        let mut happened = Vec::new();
+        let mut occurrences = Vec::new();
         last.at(1.0, &mut y);
         let end = (last.time_at(1.0), y.as_slice());
-        detector.scan(&equations, pieces, end, None, &mut events, &mut happened, interrupt)?;
+        detector.scan(&equations, pieces, end, None, &mut events, &mut occurrences, interrupt)?;
         // The last piece may go on beyond the event that ended the run.
         let (from, to) = self.range();
         let within = from.min(to)..=from.max(to);
-        for occurrence in happened.iter().filter(|occurrence| within.contains(&occurrence.time)) {
+        for occurrence in occurrences.iter().filter(|occurrence| within.contains(&occurrence.time)) {
             found[occurrence.event].times.push(occurrence.time);
         }
         Ok(found)

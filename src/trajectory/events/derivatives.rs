@@ -1,4 +1,5 @@
 //! The derivatives of a condition's function at a state.
+//!
 //! The functions are of many kinds, including functions of the caller. They are smooth at an event, so that
 //! differences of eighth order are accurate to about thirteen digits.
 
@@ -61,10 +62,10 @@ impl Condition<'_> {
         Ok(ConditionDerivatives { by_state, by_time, by_parameters, by_own })
     }
 
-    /// Returns the state at which the function is differentiated, and the share of the numbers' sizes over
-    /// which it is smooth. The distance of a polyhedron has kinks where the nearest edge changes and is not
-    /// defined where surfaces overlap: it is differentiated where the bodies are still a ten-millionth of the
-    /// separation apart.
+    /// Returns the state at which the function is differentiated, and the fraction of the numbers' sizes over
+    /// which it is smooth there. The distance of a polyhedron has kinks where the nearest edge changes and is
+    /// not defined where surfaces overlap: it is differentiated where the gap between the bodies is still a
+    /// ten-millionth of the separation.
     fn smooth_at(&self, system: &System, state: &State) -> (State, f64) {
         const APART: f64 = 1e-7;
         const SHARE: f64 = 5e-6;
@@ -95,7 +96,7 @@ impl Condition<'_> {
             Self::Separation { .. } => vec![(format!("value of {name}"), -1.0)],
             Self::Escape { first, second, distance: limit } => {
                 let away = distance(first, second) / limit;
-                // The function is the smaller one of that of the energy and that of the distance.
+                // The function is the smaller of a function of the energy and a function of the distance.
                 let by_energy = self.of_state(system, state, interrupt)? < away - 1.0;
                 vec![(format!("distance of {name}"), if by_energy { 0.0 } else { -away / limit })]
             }
@@ -147,7 +148,7 @@ impl Condition<'_> {
     }
 }
 
-/// Returns the derivative of a function of a change, for a number of this natural size.
+/// Returns the derivative by the change of a number that has this natural size; `function` takes the change.
 fn central_difference(size: f64, mut function: impl FnMut(f64) -> Result<f64>) -> Result<f64> {
     let mut sum = 0.0;
     for (by, weight) in steps(STEP * size) {

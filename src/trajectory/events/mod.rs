@@ -43,7 +43,7 @@ impl<'a> Event<'a> {
     }
 }
 
-/// An event that happened.
+/// An event that has happened.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Occurrence {
     /// The index in the list of events.
@@ -56,7 +56,7 @@ pub struct Occurrence {
     pub derivatives: Option<StateDerivatives>,
 }
 
-/// The derivatives of a state at a fixed time with the start of a run and with parameters.
+/// The derivatives of a state at a fixed time by the state at the start of a run and by parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StateDerivatives {
     /// The transition matrix (12 N, 12 N).

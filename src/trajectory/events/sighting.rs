@@ -1,18 +1,19 @@
-//! Outlines of bodies seen along a direction: how far two are apart, and whether one is inside another.
+//! The outlines of two bodies seen along a direction: how far they are apart, and whether one is inside the
+//! other.
 //!
-//! A body reaches h(n) from its centre along a unit vector n. Where n is across the line of sight that is how
-//! far its outline reaches, which for an ellipsoid is an ellipse with h(n)^2 = n.R diag(a^2) R^T n, and for a
-//! polyhedron the convex hull of its vertices. With r from one centre to the other, two outlines are apart by
-//! the maximum over n of
+//! A body extends by h(n) from its centre along a unit vector n. For n perpendicular to the line of sight
+//! this is the extent of its outline. The outline of an ellipsoid is an ellipse with h(n)^2 = n.R diag(a^2)
+//! R^T n, and that of a polyhedron is the convex hull of its vertices. With r the vector from one centre to
+//! the other, the gap of two outlines is the maximum over n of
 //!
 //!   n.r - h_A(n) - h_B(-n),
 //!
-//! which is below zero where they overlap; and the outline of B is within that of A, all around, by the
-//! minimum of
+//! which is below zero where they overlap. The outline of B is inside that of A by the minimum over n of
 //!
 //!   h_A(n) - h_B(n) - n.r.
-//! Both are functions of the angle of n, which are first sampled all around and then refined to the last
-//! digits near the best samples.
+//!
+//! Both are functions of the angle of n. They are sampled at all angles and then refined to the last digits
+//! near the best samples.
 
 use crate::integrate::extremum;
 use crate::math::{Mat3, Vec3};
@@ -83,7 +84,7 @@ impl Sighting<'_> {
 /// The outline of a part in the plane across the line of sight.
 struct Outline {
     centre: [f64; 2],
-    /// An upper bound of the outline's reach.
+    /// An upper bound of the outline's extent from its centre.
     size: f64,
     form: Form,
 }
@@ -111,7 +112,7 @@ impl Outline {
         Self { centre: plane.map(|axis| axis.dot(centre)), size: shape.circumradius(), form }
     }
 
-    /// Returns how far the outline reaches from its centre along a unit vector.
+    /// Returns how far the outline extends from its centre along a unit vector.
     fn reach(&self, n: [f64; 2]) -> f64 {
         match &self.form {
             Form::Dot => 0.0,
@@ -138,7 +139,7 @@ fn maximum(size: f64, function: impl Fn([f64; 2]) -> f64) -> f64 {
         value
     });
     let best = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    // Between two samples a peak rises by less than the square of their distance, times the function's second
+    // Between two samples a peak rises by less than the square of their distance times the function's second
     // derivative.
     let reach = 4.0 * step * step * (size + best.abs());
     let mut found = best;
@@ -148,7 +149,7 @@ fn maximum(size: f64, function: impl Fn([f64; 2]) -> f64) -> f64 {
             continue;
         }
         let middle = k as f64 * step;
-        // The search ends early below zero, where this difference never is.
+        // The search ends early where its function falls below zero, which this difference never does.
         let top = best + reach + size;
         let Ok((_, least)) =
             extremum(|angle| Ok::<_, Infallible>(top - at(angle)), middle - step, middle + step);

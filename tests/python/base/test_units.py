@@ -381,9 +381,9 @@ def test_semi_axes_with_units_are_one_quantity():
 def test_units_that_are_none():
     bodies = fullbody.systems.kw4()[0].bodies
     for units, what in (
-        (("km", "hours", "kg"), "units has 'hours', which is no unit; did you mean 'hour'?"),
-        (("km", "hour", "kgs"), "units has 'kgs', which is no unit; did you mean 'kg'?"),
-        (("xyz", "hour", "kg"), "units has 'xyz', which is no unit; expected"),
+        (("km", "hours", "kg"), "units has 'hours', which is not a unit; did you mean 'hour'?"),
+        (("km", "hour", "kgs"), "units has 'kgs', which is not a unit; did you mean 'kg'?"),
+        (("xyz", "hour", "kg"), "units has 'xyz', which is not a unit; expected"),
         (("hour", "km", "kg"), "units has 'h'; expected a unit of length"),
         (("km", "hour"), r"units is \('km', 'hour'\); expected \(length, time, mass\)"),
     ):

@@ -31,8 +31,8 @@ def test_numbers_and_attributes_change_together():
     [
         ({"roll": "deg"}, "the dataset has no 'roll'; expected some of libration, ratio, angle"),
         ({"ratio": "deg"}, "ratio has no unit; expected one in its attributes"),
-        ({"libration": "km"}, "libration cannot be had in 'km'"),
-        ({"libration": "degs!"}, "libration cannot be had in 'degs!'"),
+        ({"libration": "km"}, "libration cannot be converted to 'km'"),
+        ({"libration": "degs!"}, "libration cannot be converted to 'degs!'"),
     ],
 )
 def test_what_cannot_be_converted_is_refused(units, text):

@@ -300,9 +300,9 @@ def test_what_is_not_a_store_stays_as_it_is(tmp_path, monkeypatch):
     changed.to_netcdf(tmp_path / "changed.nc", engine="h5netcdf")
     before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
     for name, text in {
-        "run.nc": "run.nc is no map of a sweep: the file has no attribute fullbody_sweep",
-        "text.nc": "text.nc is no map of a sweep: the file is not a NetCDF file",
-        "changed.nc": "changed.nc is no map of a sweep: another program wrote or changed the file",
+        "run.nc": "run.nc is not a sweep's map: the file has no attribute fullbody_sweep",
+        "text.nc": "text.nc is not a sweep's map: the file is not a NetCDF file",
+        "changed.nc": "changed.nc is not a sweep's map: another program wrote or changed the file",
         "file": "file is a file; expected a folder, or a name that ends in .nc",
         "folder": "folder has notes.txt, but no sweep; expected a new or empty folder",
     }.items():

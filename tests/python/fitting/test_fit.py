@@ -246,12 +246,11 @@ def test_losses_have_the_derivatives_that_they_state(loss):
 
 
 def test_a_mixture_is_the_likelihood_of_two_normal_distributions():
-    from fullbody.fitting.losses import loss_of
     from scipy.stats import norm
 
     z = np.linspace(-12.0, 12.0, 25)
     density = 0.9 * norm.pdf(z) + 0.1 * norm.pdf(z, scale=7.0)
-    rho = loss_of(Outliers(0.1, 7.0))._function(z**2)[0]
+    rho = Outliers(0.1, 7.0)(z**2)[0]
     np.testing.assert_allclose(rho, -2 * np.log(density / density[12]), atol=1e-10)
 
 

@@ -72,7 +72,8 @@ def test_one_more_force(didymos):
 
 @pytest.mark.parametrize("option", ["bodies", "G", "units"])
 def test_what_a_system_is_made_of_is_no_option(didymos, option):
-    with pytest.raises(InvalidInput, match=rf"'{option}' is no option of with_options, .*; expected some of gravity, "):
+    message = rf"'{option}' is not an option of with_options, .*; expected some of gravity, "
+    with pytest.raises(InvalidInput, match=message):
         didymos.with_options(**{option: 1.0})
 
 

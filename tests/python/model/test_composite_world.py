@@ -225,7 +225,7 @@ BALL = Part(Sphere(1.0), mass=1.0)
         (lambda: Part(Sphere(1.0), mass=1.0, position=(0, 0)), r"position of a part has shape \(2,\)"),
         (lambda: Part(Sphere(1.0), mass=1.0, position=(0, 0, np.inf)), "position of a part is"),
         (lambda: Part(Sphere(1.0), mass=1.0, attitude=(0, 0, 0, 0)), "attitude of a part is"),
-        (lambda: Part(Sphere(1.0), mass=1.0, place=(0, 0, 0)), "'place' is no option of Part"),
+        (lambda: Part(Sphere(1.0), mass=1.0, place=(0, 0, 0)), "'place' is not an option of Part"),
         (lambda: Body(Composite([BALL]), mass=2.0), "is given a mass, and is a composite"),
         (lambda: Body(Composite([BALL]), density=2.0), "is given a density, and is a composite"),
         (
@@ -361,7 +361,7 @@ def test_toml(tmp_path):
     assert beta.mass.to_value("kg") == pytest.approx(2e12 * 4.0 / 3.0 * np.pi * 0.3**3 + 1e11 - 1e9, rel=1e-14)
     for old, new, match in (
         ("[0.25, 0, 0]", "[0.25, 0]", r"body\[1\]\.part\[1\]\.position"),
-        ("position = [0.25", "place = [0.25", r"body\[1\]\.part\[1\]\.place: is no key"),
+        ("position = [0.25", "place = [0.25", r"body\[1\]\.part\[1\]\.place: is not a key"),
         ("mass = -1e9", "", r"body\[1\]\.part\[2\]: a part is given neither"),
         ("mass = -1e9", "mass = -1e13", r"body\[1\]\.part: mass of .*expected a finite sum above zero"),
         ("spin = [0, 0, 0.1]", "mass = 1e9", r"body\[1\]\.mass: is given beside \[\[body\.part\]\]"),

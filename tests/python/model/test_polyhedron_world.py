@@ -246,7 +246,7 @@ def test_what_is_not_done_is_refused():
         (CORNERS, CUBE + 0.5, "faces is of shape"),
         (CORNERS, CUBE * np.nan, "and type float64; expected whole numbers"),
         (CORNERS, CUBE > 2, "and type bool; expected whole numbers"),
-        (CORNERS, [[0, 1, 2], [1, 2]], "faces is no table of numbers"),
+        (CORNERS, [[0, 1, 2], [1, 2]], "faces is not a table of numbers"),
         (CORNERS, CUBE - 1, "face 0, vertex 0"),
         (CORNERS, CUBE[:-1], "expected a closed surface"),
         (CORNERS, [*CUBE, CUBE[4]], "face 12 is the same three vertices as face 4; expected each face once"),

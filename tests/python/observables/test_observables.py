@@ -9,7 +9,7 @@ import fullbody
 import numpy as np
 import pytest
 import rebound
-from fullbody import Component, binary, observables
+from fullbody import Component, analysis, binary, observables
 from support import OF_REVOLUTIONS, inertia, pair_of_points, ready, with_samples
 
 OF_SAMPLES = (observables.obliquity, observables.roll_pitch_yaw)
@@ -255,34 +255,36 @@ def test_obliquity_and_spin_precession():
     np.testing.assert_allclose(nodal, about_normal * total / orbital, rtol=0.02)
 
 
-def test_frequencies_of_a_made_up_signal():
-    from fullbody.observables import _signal
+def sampled(times):
+    """A run of one body at rest with samples at these times."""
+    system = fullbody.System([fullbody.Body(fullbody.PointMass(), mass=1.0)], G=1.0)
+    return system.integrate(fullbody.State(np.zeros((1, 3)), np.zeros((1, 3))), times[-1], output=times)
 
+
+def test_frequencies_of_a_made_up_signal():
     time = np.linspace(0.0, 200.0, 1501)
     expected = [0.73, 1.91, 2.2]
     signal = 0.5 + 2 * np.cos(0.73 * time + 1) + 0.3 * np.sin(1.91 * time) + 0.1 * np.cos(2.2 * time)
-    frequencies, amplitudes = _signal.lines(time, signal, 3)
-    np.testing.assert_allclose(frequencies, expected, rtol=1e-4)
-    np.testing.assert_allclose(amplitudes, [2, 0.3, 0.1], rtol=1e-3)
+    found = analysis.frequencies(sampled(time), signal, 3)
+    np.testing.assert_allclose(found.frequency, expected, rtol=1e-4)
+    np.testing.assert_allclose(found.amplitude, [2, 0.3, 0.1], rtol=1e-3)
     # The same at uneven times.
     uneven = time + 0.03 * np.sin(time)
     signal = 2 * np.cos(0.73 * uneven) + 0.3 * np.sin(1.91 * uneven)
-    np.testing.assert_allclose(_signal.lines(uneven, signal, 2)[0], expected[:2], rtol=1e-4)
+    np.testing.assert_allclose(analysis.frequencies(sampled(uneven), signal, 2).frequency, expected[:2], rtol=1e-4)
 
 
 def test_terms_too_close_to_tell_apart_are_one():
-    from fullbody.observables import _signal
-
     time = np.linspace(0.0, 100.0, 1001)
     # One term whose frequency drifts by a fiftieth, less than the window resolves: no sum of large ones that cancel.
-    frequencies, amplitudes = _signal.lines(time, np.cos(time + 1e-4 * time**2), 3)
-    assert frequencies[0] == pytest.approx(1.01, rel=1e-3)
-    assert amplitudes[0] == pytest.approx(1.0, rel=0.01)
-    assert np.all(amplitudes[1:] < 0.05)
-    assert np.diff(np.sort(frequencies)).min() > 2 * np.pi / 100.0
+    found = analysis.frequencies(sampled(time), np.cos(time + 1e-4 * time**2), 3)
+    assert found.frequency[0] == pytest.approx(1.01, rel=1e-3)
+    assert found.amplitude[0] == pytest.approx(1.0, rel=0.01)
+    assert np.all(found.amplitude[1:] < 0.05)
+    assert np.diff(np.sort(found.frequency)).min() > 2 * np.pi / 100.0
     # A signal of hardly two periods has no room for many.
-    few, _ = _signal.lines(time[:130], np.cos(time[:130]), 50)
-    assert 1 <= len(few) < 50
+    few = analysis.frequencies(sampled(time[:130]), np.cos(time[:130]), 50)
+    assert 1 <= len(few.frequency) < 50
 
 
 def test_quantities():
@@ -313,7 +315,7 @@ def test_what_is_not_a_run_or_a_body(function):
             function(run, body=body)
     with pytest.raises(fullbody.InvalidInput, match=r"about of .* is 7; expected 0 to 1, one of the 2 bodies"):
         function(run, about=7)
-    with pytest.raises(fullbody.InvalidInput, match="of body 1 about itself"):
+    with pytest.raises(fullbody.InvalidInput, match=r"body and about of .* are both 1"):
         function(run, body=1, about=1)
 
 

@@ -7,9 +7,10 @@ import pandas
 import pytest
 from astropy.table import Table
 from astropy.time import Time
+from displacements import by_start
 from eris import EPOCH, ERIS
 from fullbody import observing
-from fullbody.observing.data import states_at
+from fullbody.motion.samples import joined
 from scipy.optimize import least_squares
 from support import DATA
 
@@ -51,12 +52,11 @@ def dysnomia(a, period, e, i, node, argument, mean):
 def pulls(parameters, data):
     """Residuals of a run each way from the epoch, over the standard errors."""
     system, state = dysnomia(*parameters)
-    times = data._emission(system)
-    how = {"output": [], "dense": True, "integrator": fullbody.Verner98(rtol=1e-10, atol=1e-10)}
-    runs = [system.integrate(state, end, **how) for end in (times.min() - 0.1, times.max() + 0.1)]
-    parts = [states_at(run, times[which], "") for run, which in zip(runs, (times < 0.0, times >= 0.0), strict=True)]
-    states = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    return data._whiten(data._observed(system) - data._model(system, states), system).ravel()
+    times = data.emission(system).to_value("day")
+    how = {"integrator": fullbody.Verner98(rtol=1e-10, atol=1e-10)}
+    later = system.integrate(state, times.max(), output=times[times >= 0.0], **how)
+    earlier = system.integrate(state, times.min(), output=times[times < 0.0][::-1], **how)
+    return data.pulls(joined(later, earlier)).ravel()
 
 
 def test_eris_has_the_chi2_and_the_orbit_of_independent_fits(eris):
@@ -75,26 +75,18 @@ def test_eris_has_the_chi2_and_the_orbit_of_independent_fits(eris):
 
 def test_partial_derivatives_are_differences_of_the_predictions(eris):
     system, state = dysnomia(37272.3, 15.785897, 0.00624, 45.50, 126.15, 181.0, 178.5)
-    times = np.sort(eris._emission(system))
-    states = states_at(system.integrate(state, times[-1], output=times[times > 0], dense=False), times[times > 0], "")
     late = observing.Astrometry(
-        eris.times[-len(states["position"]) :], np.zeros(len(states["position"])), np.zeros(len(states["position"])),
-        1.0, body="Dysnomia", about="Eris", geometry=eris.geometry,
+        eris.times[-1:], [0.0] * u.rad, [0.0] * u.rad, 1.0 * u.rad, body="Dysnomia", about="Eris",
+        geometry=eris.geometry,
     )  # fmt: skip
-    partials = late._partials(system, states)[0]
-    for body in range(2):
-        for kind, (name, step) in enumerate((("position", 100.0), ("velocity", 1e4))):
-            for axis in range(3):
-                ends = []
-                for sign in (1, -1):
-                    moved = dict(states)
-                    moved[name] = states[name].copy()
-                    moved[name][:, body, axis] += sign * step
-                    ends.append(late._model(system, moved))
-                expected = (ends[0] - ends[1]) / (2 * step)
-                size = np.abs(partials[..., kind * 3 : kind * 3 + 3]).max()
-                np.testing.assert_allclose(partials[..., 12 * body + 3 * kind + axis], expected, atol=1e-8 * size)
-    assert not partials[..., 6:12].any()
+    time = late.emission(system).to_value("day")[0]
+    moment = system.integrate(state, time, output="ends")[-1]
+    exact, differences = by_start(late, system, moment, {"position": 100.0, "velocity": 1e4})
+    for kind in range(2):
+        columns = [12 * body + 3 * kind + axis for body in range(2) for axis in range(3)]
+        size = np.abs(exact[:, columns]).max()
+        np.testing.assert_allclose(exact[:, columns], differences[:, columns], atol=1e-8 * size)
+    assert not exact[:, 6:12].any()
 
 
 def pair(**options):
@@ -265,21 +257,11 @@ def test_astrometry_of_centres_of_light_and_its_derivatives():
     # The Sun is in the east: both centres of light lie east of the centres, the larger body's by more.
     shift = (data.predict(run) - plain.predict(run)).to_value("rad")[0] * 149597870.7
     assert -150.0 < shift[0] < -20.0
-    states = run.dense._core.states(data._emission(system))
-    partials = data._partials(system, states)[0]
-    for body in range(2):
-        for axis in range(3):
-            ends = []
-            for step in (1e-4, -1e-4):
-                half = np.zeros(4)
-                half[0], half[1 + axis] = np.cos(step / 2), np.sin(step / 2)
-                moved = dict(states)
-                moved["attitude"] = states["attitude"].copy()
-                w, x, y, z = states["attitude"][0, body]
-                left = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
-                moved["attitude"][0, body] = left @ half
-                ends.append(data._model(system, moved))
-            expected = (ends[0] - ends[1])[0] / 2e-4
-            np.testing.assert_allclose(partials[0, :, 12 * body + 6 + axis], expected, atol=1e-7 * 500 / 1.5e8)
+    radians = observing.Astrometry(
+        given[0], [0.0] * u.rad, [0.0] * u.rad, 1.0 * u.rad, geometry=geometry, photocentre=True
+    )
+    exact, differences = by_start(radians, system, run(radians.emission(system)[0]), {"rotation": 1e-4})
+    columns = [12 * body + 6 + axis for body in range(2) for axis in range(3)]
+    np.testing.assert_allclose(exact[:, columns], differences[:, columns], atol=1e-7 * 500 / 1.5e8)
     with pytest.raises(fullbody.InvalidInput, match="has no Sun, which photocentre=True needs"):
         observing.Astrometry(*given, geometry=pair()[1], photocentre=True)

@@ -195,7 +195,7 @@ def test_spice_kernel_of_uniform_motion_gives_the_closed_form(tmp_path):
         np.testing.assert_allclose(found.to_value("km"), expected, rtol=1e-9)
         sun = -(start + speed * (t - delay))
         np.testing.assert_allclose(geometry.to_sun(zero + day * u.day).to_value("km"), sun, rtol=1e-9)
-    with pytest.raises(fullbody.InvalidInput, match="kernels do not tell where 20065803"):
+    with pytest.raises(fullbody.InvalidInput, match="kernels do not contain the position of 20065803"):
         observing.Geometry.from_spice(20065803, span=zero + [0.0, 20.0] * u.day, kernels=[path])
 
 
@@ -263,5 +263,5 @@ def test_what_a_geometry_does_not_know_is_refused_by_name():
     for span in ("2022-09-26 TDB", [], ["yesterday"]):
         with pytest.raises(fullbody.InvalidInput, match="span"):
             observing.Geometry.from_orbit(ERIS, EPOCH, span=span)
-    with pytest.raises(fullbody.InvalidInput, match="hubble cannot be had from the ephemeris"):
+    with pytest.raises(fullbody.InvalidInput, match="hubble is not available from the ephemeris"):
         observing.Geometry.from_orbit(ERIS, EPOCH, span=["2022-09-26 TDB"], observer="hubble")

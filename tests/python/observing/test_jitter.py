@@ -8,39 +8,43 @@ from fits import kw4, view
 from fullbody import observing
 
 
-def wider(data, system, jitter):
-    """The covariance that a jitter has to give, and the logarithm of the ratio of the determinants."""
-    covariance = data._covariance(system)
-    expected = covariance + np.diag(np.broadcast_to(np.square(jitter), covariance.shape[-1]))
-    return expected, np.log(np.linalg.det(expected) / np.linalg.det(covariance))
+def weighted(covariance, jitter, residuals):
+    """The sums of squared pulls that a jitter has to give, and the logarithms of the ratios of the determinants."""
+    wider = covariance + np.diag(np.broadcast_to(np.square(jitter), covariance.shape[-1]))
+    squares = np.einsum("ki,ki->k", residuals, np.linalg.solve(wider, residuals[..., None])[..., 0])
+    return squares, np.log(np.linalg.det(wider) / np.linalg.det(covariance))
 
 
 @pytest.mark.parametrize("kind", ["Astrometry", "Radar", "Photometry"])
 def test_jitter_adds_to_the_variances(kind):
-    system, _ = kw4()
-    times, zero = [1.0, 2.0, 3.0] * u.h, np.zeros(3)
+    system, state = kw4()
+    run = system.integrate(state, 4.0, dense=True)
+    times = [1.0, 2.0, 3.0] * u.h
     places = {"body": "Beta", "about": "Alpha", "geometry": view(10.0, sun=True)}
     if kind == "Astrometry":
-        sigma = [[1.0, 2.0], [3.0, 1.0], [1.0, 1.0]] * u.mas
-        data = observing.Astrometry(times, zero * u.mas, zero * u.mas, sigma, [0.5, -0.9, 0.0], **places)
-        jitter, plain = 2 * u.mas, (2 * u.mas).to_value("rad")
+        sigma, correlation = np.array([[1.0, 2.0], [3.0, 1.0], [1.0, 1.0]]), np.array([0.5, -0.9, 0.0])
+        data = observing.Astrometry(times, *np.zeros((2, 3)) * u.mas, sigma * u.mas, correlation, **places)
+        jitter, plain, residuals = 2 * u.mas, 2.0, data.residuals(run).to_value("mas")
+        covariance = np.einsum("ki,kj->kij", sigma, sigma)
+        covariance[:, [0, 1], [1, 0]] *= correlation[:, None]
     elif kind == "Radar":
-        columns = {"range": zero * u.km, "range_rate": zero * u.km / u.s, "sigma": (75 * u.m, 1 * u.cm / u.s)}
-        data = observing.Radar(times, **columns, **places)
-        jitter, plain = (30 * u.m, 2 * u.cm / u.s), [0.03, 2e-5 * 3600]
+        columns = {"range": np.zeros(3) * u.km, "range_rate": np.zeros(3) * u.km / u.s}
+        data = observing.Radar(times, **columns, sigma=(75 * u.m, 1 * u.cm / u.s), **places)
+        jitter, plain, found = (30 * u.m, 2 * u.cm / u.s), [30.0, 2.0], data.residuals(run)
+        residuals = np.stack([found.range.to_value("m"), found.range_rate.to_value("cm/s")], axis=1)
+        covariance = np.repeat(np.diag([75.0**2, 1.0])[None], 3, axis=0)
     else:
-        data = observing.Photometry(times, zero, [0.01, 0.02, 0.03], geometry=places["geometry"])
-        jitter, plain = 0.015, 0.015
-    with_jitter = data.with_jitter(jitter)
-    covariance, widening = wider(data, system, plain)
-    np.testing.assert_allclose(with_jitter._covariance(system), covariance, rtol=1e-12, atol=0)
-    np.testing.assert_allclose(with_jitter.widening(system).sum(axis=1), widening, rtol=1e-9)
+        data = observing.Photometry(times, np.zeros(3), [0.01, 0.02, 0.03], geometry=places["geometry"], zero=0.0)
+        jitter, plain, residuals = 0.015, 0.015, data.residuals(run)[:, None]
+        covariance = np.square([0.01, 0.02, 0.03])[:, None, None]
     assert not data.widening(system).any()
     # A second jitter adds to the first, and counts from the same errors.
-    again = with_jitter.with_jitter(jitter)
-    doubled, widening = wider(data, system, np.sqrt(2) * np.array(plain))
-    np.testing.assert_allclose(again._covariance(system), doubled, rtol=1e-12, atol=0)
-    np.testing.assert_allclose(again.widening(system).sum(axis=1), widening, rtol=1e-9)
+    with_jitter = data
+    for count in (1, 2):
+        with_jitter = with_jitter.with_jitter(jitter)
+        squares, widening = weighted(covariance, np.sqrt(count) * np.array(plain), residuals)
+        np.testing.assert_allclose((with_jitter.pulls(run) ** 2).sum(axis=1), squares, rtol=1e-9)
+        np.testing.assert_allclose(with_jitter.widening(system).sum(axis=1), widening, rtol=1e-9)
 
 
 def test_bad_jitter_is_refused():

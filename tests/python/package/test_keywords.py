@@ -80,7 +80,7 @@ THINGS = {name: thing for name, thing in public() if not name.endswith("Function
 @pytest.mark.parametrize("name", [name for name, thing in THINGS.items() if not passes_on(thing)])
 def test_what_nobody_knows_is_refused(name):
     """Before anything else is looked at: without arguments too."""
-    with pytest.raises(InvalidInput, match=f"^'xyzzy' is no option of {THINGS[name].__qualname__}; "):
+    with pytest.raises(InvalidInput, match=f"^'xyzzy' is not an option of {THINGS[name].__qualname__}; "):
         THINGS[name](xyzzy=1)
     # What editors and inspect see is the function itself.
     assert "kwargs" not in inspect.signature(THINGS[name]).parameters
@@ -138,7 +138,7 @@ MOON = fullbody.Component(diameter=3)
 def test_other_words_for_ours(call, wrong, right):
     with pytest.raises(InvalidInput) as caught:
         call()
-    assert str(caught.value).startswith(f"{wrong!r} is no option of ")
+    assert str(caught.value).startswith(f"{wrong!r} is not an option of ")
     assert f"did you mean {right!r}? expected some of " in str(caught.value)
 
 

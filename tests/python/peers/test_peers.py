@@ -92,8 +92,8 @@ def test_sians_density_and_points(tmp_path):
         ("3*1e0", "-3.25", "above zero"),
         ("0.01 0 pi/8", "0.01 0 pi/8/2", "one division"),
         ("0.01 0 pi/8", "0.01 0 pi/0", "division by zero"),
-        ("quadval: 4", "quadval 4", "no setting"),
-        ("quadval: 4", "quadvalue: 4", "no setting of SIANS"),
+        ("quadval: 4", "quadval 4", "not a setting"),
+        ("quadval: 4", "quadvalue: 4", "not a setting of SIANS"),
         ("kepler: 0", "kepler: 3", "expected one of"),
         ("0 0.7 0.1", "0 0.7 0.1\n0 0 0", "expected 2"),
     ],
@@ -274,8 +274,8 @@ def test_gubas_longer_layouts(tmp_path, extra):
         ("Primary Density: 2.1", "Primary Density: -2.1", "Primary Density is '-2.1'; expected a number above zero"),
         ("Semi-Minor Axis: 60.", "Semi-Minor Axis: -60.", "Secondary Semi-Minor Axis is '-60.'; expected"),
         ("G: 6.67e-11", "G: -1", "G is '-1'; expected a number, zero or above"),
-        ("B into A (1,1): 0.0", "B into A (1,1): 0.5", "B into A is no rotation matrix: .*; expected one to 1e-4"),
-        ("A into N (1,1): 1.0", "A into N (1,1): -1.0", "A into N is no rotation"),
+        ("B into A (1,1): 0.0", "B into A (1,1): 0.5", "B into A is not a rotation matrix: .*; expected one to 1e-4"),
+        ("A into N (1,1): 1.0", "A into N (1,1): -1.0", "A into N is not a rotation"),
     ],
 )
 def test_gubas_config_names_the_line(tmp_path, old, new, what):
@@ -330,8 +330,8 @@ def test_files_with_a_byte_order_mark(tmp_path):
         (1, "-1", "G is '-1'; expected a number, zero or above"),
         (7, "0", "a semi-axis is '0'; expected a number above zero"),
         (14, "-1.9e12", "the secondary's density is '-1.9e12'; expected a number above zero"),
-        (37, "-1", "A into N is no rotation matrix"),
-        (46, "0.5", "B into A is no rotation matrix"),
+        (37, "-1", "A into N is not a rotation matrix"),
+        (46, "0.5", "B into A is not a rotation matrix"),
     ],
 )
 def test_gubas_numbers_name_the_line(tmp_path, line, new, what):

@@ -50,7 +50,7 @@ def test_plain_doubles_follow_the_default_integrator():
     """Started off the symmetry, an independent integrator with rates written out anew finds the same motion along z."""
     system, state = fullbody.systems.case1()
     state = state.replace(position=np.add(state.position, [[0, 0, 1e-3], [0, 0, -1e-3]]))
-    times, z = symmetry._dop853(system, state, 50.0, False)
+    times, z = symmetry.dop853(system, state, 50.0, False)
     run = system.integrate(state, 50.0, output=[50.0])
     assert times[-1] == 50.0
     assert z[-1] == pytest.approx(run.position[0, 0, 2], rel=1e-6)

@@ -608,7 +608,7 @@ def test_what_would_be_ignored_is_refused():
             r"rotation_angle is 1\.0 of a secondary that is synchronous; expected libration=",
         ),
         ({"libration": 10}, {}, "libration is 10; expected radians, a turn at most"),
-        ({"bodies": []}, {}, "'bodies' is no option of binary"),
+        ({"bodies": []}, {}, "'bodies' is not an option of binary"),
     ):
         with pytest.raises(fullbody.InvalidInput, match=what):
             binary(first, Component(**second, **part), G=1.0, semi_major_axis=5.0, **options)
@@ -616,7 +616,7 @@ def test_what_would_be_ignored_is_refused():
 
 def test_unknown_options_are_named():
     first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
-    with pytest.raises(fullbody.InvalidInput, match=r"'peroid' is no option of binary; did you mean 'period'\?"):
+    with pytest.raises(fullbody.InvalidInput, match=r"'peroid' is not an option of binary; did you mean 'period'\?"):
         binary(first, second, G=1.0, peroid=3.0)
-    with pytest.raises(fullbody.InvalidInput, match=r"'gravty' is no option of binary; did you mean 'gravity'\?"):
+    with pytest.raises(fullbody.InvalidInput, match=r"'gravty' is not an option of binary; did you mean 'gravity'\?"):
         binary(first, second, G=1.0, period=30.0, gravty="point")

@@ -135,10 +135,10 @@ def test_without_forces_the_system_is_what_it_was(tmp_path):
             r"forces\[0\]\.kind: is 'thirdbody'; expected one of 'ThirdBody', 'Tide'",
         ),
         (SUN.replace('kind = "ThirdBody"', ""), r"forces\[0\]\.kind: is missing; expected one of 'ThirdBody'"),
-        (SUN.replace("time =", "tiem ="), r"forces\[0\]\.tiem: is no key of this table; did you mean 'time'"),
+        (SUN.replace("time =", "tiem ="), r"forces\[0\]\.tiem: is not a key of this table; did you mean 'time'"),
         (
             SUN.replace("M = 0.2", "MA = 0.2"),
-            r"forces\[0\]\.orbit\.MA: is no key of this table; .*expected some of a, e",
+            r"forces\[0\]\.orbit\.MA: is not a key of this table; .*expected some of a, e",
         ),
         (SUN.replace(", M = 0.2", ""), r"forces\[0\]\.orbit\.M: is missing"),
         (SUN.replace("0.69", "-0.69"), r"forces\[0\]\.orbit: .*e"),
@@ -166,7 +166,7 @@ def test_faults_name_file_key_and_expectation(tmp_path, text, message):
 
 
 def test_forces_are_no_key_of_the_system(tmp_path):
-    with pytest.raises(fullbody.InvalidInput, match=r"system\.forces: is no key"):
+    with pytest.raises(fullbody.InvalidInput, match=r"system\.forces: is not a key"):
         read(tmp_path, PAIR.replace("[system]", "[system]\nforces = []"))
 
 

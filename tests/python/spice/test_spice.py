@@ -269,12 +269,12 @@ def test_a_moment_is_no_run(system, start, tmp_path):
     [
         (
             {"time": "41 h"},
-            r"the kernels do not tell where Alpha \(920066391\) is from 20066391 at 41 h after 2025-05-25",
+            r"the kernels do not contain the position of Alpha \(920066391\) from 20066391 at 41 h after 2025-05-25",
         ),
-        ({"frames": {"Alpha": "NO_SUCH"}}, r"how Alpha \(920066391\) is turned at 1.0 after"),
+        ({"frames": {"Alpha": "NO_SUCH"}}, r"the attitude of Alpha \(920066391\) at 1.0 after"),
         ({"frames": {"Gamma": "X"}}, "a body in frames is 'Gamma'"),
         ({"ids": {"Alpha": 5}}, "ids has no number of Beta; expected those of Alpha, Beta"),
-        ({"kernels": ["none.bsp"]}, "none.bsp is no kernel that SPICE can load"),
+        ({"kernels": ["none.bsp"]}, "none.bsp is not a kernel that SPICE can load"),
         ({"kernels": "kw4.bsp"}, "kernels is 'kw4.bsp'; expected a sequence of paths"),
     ],
 )

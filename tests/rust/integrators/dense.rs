@@ -41,7 +41,8 @@ fn interpolated_states() {
             let energy = record.energy.iter().step_by(4);
             let energy = energy.map(|e| (e / record.energy[0] - 1.0).abs()).fold(0.0, f64::max) / tolerance;
             println!(
-                "{integrator:?}: errors in tolerances, steps' ends {ends:.1}, inside {inside:.1}, energy inside {energy:.2}"
+                "{integrator:?}: errors in tolerances, steps' ends {ends:.1}, inside {inside:.1}, energy \
+                 inside {energy:.2}"
             );
             assert!(inside < 2.0 * ends + 2.0 && energy < 20.0);
         }

@@ -92,7 +92,8 @@ fn check(tableau: &'static Tableau, tolerance: Tolerance, eccentricity: f64) {
     let rms = (last.clone().map(|e| e * e).sum::<f64>() / MEMBERS as f64).sqrt();
     let mean = last.sum::<f64>() / MEMBERS as f64;
     println!(
-        "{}: exponent {measured:.2} +- {uncertainty:.2}; after {steps} steps rms {rms:.1e} for {expected:.1e}, mean {mean:.1e}",
+        "{}: exponent {measured:.2} +- {uncertainty:.2}; after {steps} steps rms {rms:.1e} for \
+         {expected:.1e}, mean {mean:.1e}",
         tableau.name
     );
     assert!((measured - 0.5).abs() < 0.2, "{measured}");

@@ -238,8 +238,8 @@ fn kepler_motion() {
             let scale = x.norm().max(r.norm());
             assert!((r + moved - x).norm() < 2e-13 * scale, "{e} {time}: {:e}", (r + moved - x).norm());
             assert!((v + turned - u).norm() < 2e-13 * u.norm().max(v.norm()) / (1.0 - e).abs().min(1.0));
-            let pull = -mu / x.norm().powi(3) * x;
-            assert!((change.acceleration - pull).norm() < 1e-12 * pull.norm() * scale / x.norm());
+            let attraction = -mu / x.norm().powi(3) * x;
+            assert!((change.acceleration - attraction).norm() < 1e-12 * attraction.norm() * scale / x.norm());
         }
     }
     let change = kepler_change(&Vec3::x(), &Vec3::y(), 0.0, 2.0).unwrap();
@@ -391,7 +391,8 @@ fn no_drift() {
         let momentum = |k: usize| Vec3::from_column_slice(&record.angular_momentum[3 * k..3 * k + 3]);
         let turned = (momentum(n - 1) - momentum(0)).norm() / momentum(0).norm();
         println!(
-            "{integrator:?}: energy {first:.1e} then {last:.1e}, angular momentum {turned:.1e}, {} evaluations",
+            "{integrator:?}: energy {first:.1e} then {last:.1e}, angular momentum {turned:.1e}, {} \
+             evaluations",
             simulation.statistics().evaluations
         );
         assert!(last < 3.0 * first && turned < 1e-13);

@@ -79,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def table(numbers: dict[str, dict[str, Numbers]], until: float) -> str:
-    """The numbers beside the paper's."""
+    """Return a table of the numbers beside those of the paper."""
     methods = list(next(iter(numbers.values())))
     lines = []
     for shape, by_method in numbers.items():
@@ -97,7 +97,7 @@ def table(numbers: dict[str, dict[str, Numbers]], until: float) -> str:
             said = f"{getattr(paper, name):.4f}"
             row(f"{text} semi-major axis [km]", said, [f"{getattr(n, name):.4f}" for n in columns])
         row("mean period [h] *", f"{paper.period:.4f}", [f"{n.period:.4f}" for n in columns])
-        # A short run has no two maxima.
+        # A short run does not have two maxima.
         periods = [n.inclination_period for n in columns]
         ours = ["-" if period != period else f"{period:.0f}" for period in periods]
         row("between maxima of the inclination [h] *", f"~{paper.inclination_period:.0f}", ours)

@@ -21,24 +21,24 @@ SHAPES: dict[str, dict[str, Any]] = {
 
 
 def figure(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Any, Any]:
-    """A figure that no window shows, and its axes (rows, columns)."""
+    """Make a figure that is not shown in a window, and its axes (rows, columns)."""
     new = matplotlib("figure").Figure(figsize=size, layout="constrained")
     return new, new.subplots(rows, columns, squeeze=False, **options)
 
 
 def positive(x: _Array, values: _Array) -> tuple[_Array, _Array]:
-    """The points above zero, which are those that a logarithmic axis shows."""
+    """Return the points above zero, which are those that a logarithmic axis shows."""
     return x[values > 0], values[values > 0]
 
 
 def power(values: Any) -> int:
-    """The power of ten of the largest size, for the label of an axis of small numbers."""
+    """Return the power of ten of the largest size, for the label of an axis of small numbers."""
     top = float(np.abs(values).max())
     return int(np.floor(np.log10(top))) if top > 0 else 0
 
 
 def windows(x: _Array, values: _Array, width: float) -> tuple[_Array, _Array, _Array]:
-    """Middles of windows of a width, and the smallest and the largest value in each."""
+    """Return middles of windows of a width, and the smallest and the largest value in each."""
     starts = np.unique(np.searchsorted(x, np.arange(x[0], x[-1], width)))
     ends = np.append(starts[1:], len(x)) - 1
     middle = 0.5 * (x[starts] + x[ends])
@@ -46,13 +46,13 @@ def windows(x: _Array, values: _Array, width: float) -> tuple[_Array, _Array, _A
 
 
 def largest(x: _Array, values: _Array, width: float) -> tuple[_Array, _Array]:
-    """Middles of windows of a width, and the largest size in each that is not zero."""
+    """Return middles of windows of a width, and the largest size in each that is not zero."""
     middle, _, high = windows(x, np.abs(values), width)
     return positive(middle, high)
 
 
 def floor(ax: Any, energy: float) -> None:
-    """Let an axis of relative errors of an energy end at the spacing of doubles: below it only zero exists."""
+    """End an axis of relative errors of an energy at the spacing of doubles, below which the only value is zero."""
     spacing = float(np.spacing(abs(energy)) / abs(energy))
     ax.set_yscale("log")
     top = max(float(ax.dataLim.y1), spacing)

@@ -13,19 +13,19 @@ from .drawing import SHAPES, figure, floor, largest, windows
 
 __all__ = ["all_figures"]
 
-#: Bands of elements are the range over this many orbits.
+#: The number of orbits over which the range of an element is drawn as a band.
 _ORBITS = 5
-#: Errors are the largest in windows of this many hours.
+#: The length in hours of the windows in which the largest errors are drawn.
 _WINDOW = 100.0
 
 
 def all_figures(runs: dict[year.Shape, Run]) -> dict[str, Any]:
-    """The three figures by name."""
+    """Make the three figures, by name."""
     return {"elements": elements(runs), "beta_spin": beta_spin(runs), "errors": errors(runs)}
 
 
 def elements(runs: dict[year.Shape, Run]) -> Any:
-    """Eccentricity, semi-major axis and inclination to the first orbit's plane over the year."""
+    """Draw eccentricity, semi-major axis and inclination to the first orbit's plane over the year."""
     drawn = matplotlib("figure").Figure(figsize=(8.0, 7.5), layout="constrained")
     names = list(runs)
     axes = drawn.subplot_mosaic([[f"e {s}" for s in names], [f"a {s}" for s in names], ["inclination"] * len(names)])
@@ -45,7 +45,7 @@ def elements(runs: dict[year.Shape, Run]) -> Any:
                     ax.plot(middle, edge, **line)
             else:
                 ax.plot(hours, values, **line)
-            # Both shapes on one scale, told in the first.
+            # Both shapes have the same scale, which the legend of the first panel explains.
             first = axes[f"{name} {names[0]}"]
             ax.tick_params(labelbottom=name == "a", labelleft=ax is first)
             if ax is not first:
@@ -70,13 +70,13 @@ def elements(runs: dict[year.Shape, Run]) -> Any:
 
 
 def beta_spin(runs: dict[year.Shape, Run]) -> Any:
-    """Beta's angular velocity in its own frame over the first 200 hours."""
+    """Draw Beta's angular velocity in its own frame over the first 200 hours."""
     drawn, axes = figure(3, 1, (7.0, 6.5), sharex=True)
     until = 0.0
     for shape, run in runs.items():
         hours = year.plain(run.time)
         until = max(until, min(printed.SPIN_HOURS, float(hours[-1])))
-        # One more, for the line to reach the edge.
+        # One more sample is needed for the line to reach the edge.
         first = slice(0, int(np.searchsorted(hours, until)) + 1)
         spin = year.plain(run.spin)[first, 1] * (1e5 / 3600.0)
         for ax, component in zip(axes[:, 0], spin.T, strict=True):
@@ -92,7 +92,7 @@ def beta_spin(runs: dict[year.Shape, Run]) -> Any:
 
 
 def errors(runs: dict[year.Shape, Run]) -> Any:
-    """Errors of the energy and of the angular momentum: from step to step, as in the paper, and from the start."""
+    """Draw errors of energy and angular momentum: from step to step, as in the paper, and since the start."""
     drawn, axes = figure(2, 2, (10.0, 7.0), sharex=True)
     end = max(float(year.plain(run.time)[-1]) for run in runs.values())
     width = min(_WINDOW, end / 20)

@@ -15,7 +15,7 @@ __all__ = ["as_json", "write_numbers"]
 
 
 def as_json(value: Any) -> Any:
-    """Dictionaries, lists, numbers and text only; a number that does not exist is ``None``."""
+    """Return a value as dictionaries, lists, numbers and text only; a number that does not exist becomes ``None``."""
     if is_dataclass(value):
         return {field.name: as_json(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, dict):
@@ -30,7 +30,7 @@ def as_json(value: Any) -> Any:
 
 
 def write_numbers(path: Path, value: Any) -> None:
-    """Write a file of JSON, without the NaN that some readers refuse; it is written whole or not at all."""
+    """Write a file of JSON, without the NaN that some readers refuse; it is written completely or not at all."""
     text = json.dumps(as_json(value), indent=1, allow_nan=False) + "\n"
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 __all__ = ["CPU_TIME", "ERRORS", "SPIN", "SPIN_HOURS", "YEAR", "YEAR_HOURS", "Printed"]
 
-#: Length of the run, hours.
+#: The length of the run, hours.
 YEAR_HOURS = 365.25 * 24.0
 
 
@@ -23,7 +23,7 @@ class Printed:
     period : float
         Mean orbital period, hours.
     inclination_period : float
-        Between two maxima of the inclination to the first orbit's plane, hours; "approximately".
+        Time between two maxima of the inclination to the first orbit's plane, hours; "approximately" in the paper.
     """
 
     e_max: float
@@ -39,12 +39,12 @@ YEAR = {
     "spheroid": Printed(0.0140, 2.5433, 2.5521, 2.5477, 17.4177, 3400.0),
 }
 
-#: Range of Beta's spin (ellipsoids, first 200 h), 1e-5 rad/s, Fig. 8. Does not follow from the stated start.
+#: The range of Beta's spin (ellipsoids, first 200 h), 1e-5 rad/s, Fig. 8. It does not follow from the stated start.
 SPIN = {"x": (-1.89, 1.86), "y": (-3.20, 3.23), "z": (9.55, 11.16)}
 SPIN_HOURS = 200.0
 
-#: Largest relative errors from step to step, Fig. 9.
+#: The largest relative errors from step to step, Fig. 9.
 ERRORS = {"energy": 1e-14, "angular_momentum": 1e-11}
 
-#: CPU time of the year, Table 3, in seconds.
+#: The CPU time of the year, Table 3, in seconds.
 CPU_TIME = {"ellipsoid": 4.6 * 3600.0, "spheroid": 1.1 * 3600.0}

@@ -41,10 +41,10 @@ METHODS = ("surface", "focal")
 class Numbers:
     """Measures of a year of 1999 KW4; lengths in km, times in hours, spins in 1e-5 rad/s.
 
-    ``inclination_period`` is between maxima of the inclination to the first orbit's plane, ``inclination_return`` the
-    time at which the inclination to the xy-plane is largest again. ``_step`` are errors from step to step as the paper
-    takes them, of the angular momentum those of :func:`momentum_of_places` by component; ``_drift`` are errors from the
-    start.
+    ``inclination_period`` is the time between maxima of the inclination to the first orbit's plane, and
+    ``inclination_return`` the time at which the inclination to the xy-plane is largest again. The ending ``_step``
+    marks errors from step to step as in the paper, for the angular momentum by component from
+    :func:`momentum_of_places`; the ending ``_drift`` marks errors since the start.
     """
 
     e_max: float
@@ -76,7 +76,7 @@ def run_year(
     integrator: Integrator | None = None,
     progress: Any = False,
 ) -> tuple[Run, float]:
-    """The run of the paper's start with every step kept, and its CPU time in seconds."""
+    """Integrate the paper's start with every step kept; return the run and its CPU time in seconds."""
     system, state = systems.kw4_ho2021(shape, gravity=method, units=True)
     started = time.process_time()
     run = system.integrate(state, until, integrator=integrator or Verner98(1e-13, 1e-13), progress=progress)
@@ -84,12 +84,12 @@ def run_year(
 
 
 def plain(values: Any) -> _Array:
-    """The numbers of a Quantity, or plain numbers as they are; both are in km, hour, kg, radians here."""
+    """Return the numbers of a Quantity, or plain numbers as they are; both are in km, hour, kg, radians here."""
     return np.asarray(getattr(values, "value", values))
 
 
 def measure(run: Run, seconds: float = 0.0) -> Numbers:
-    """The quantities that the paper prints, from a run in km, hour, kg, as Quantities or as plain numbers."""
+    """Measure the quantities that the paper prints, on a run in km, hour, kg, with or without Quantities."""
     elements = run.elements()
     a, hours = plain(elements.a), plain(run.time)
     ranges = [(float(low), float(high)) for low, high in spin_range(run.system, run[0])]
@@ -120,10 +120,10 @@ def measure(run: Run, seconds: float = 0.0) -> Numbers:
 
 
 def momentum_of_places(run: Run) -> _Array:
-    """Angular momentum about the origin from the bodies' places as recorded, plain numbers (K, 3).
+    """Return the angular momentum about the origin from the bodies' recorded positions, plain numbers (K, 3).
 
-    As anyone computes it from a table of places, velocities, attitudes and spins: sum of r x m v + R I w. A run's own
-    ``angular_momentum`` keeps the barycentre's part apart.
+    It is the sum of r x m v + R I w, as computed from a table of positions, velocities, attitudes and spins. A run's
+    own ``angular_momentum`` treats the barycentre's part separately.
     """
     from scipy.spatial.transform import Rotation
 
@@ -137,24 +137,24 @@ def momentum_of_places(run: Run) -> _Array:
 
 
 def drift(momentum: _Array) -> _Array:
-    """Length of the change of angular momenta (K, 3) since the start, relative to its length (K,)."""
+    """Return the length of the change of angular momenta (K, 3) since the start, relative to the length there (K,)."""
     return np.asarray(np.linalg.norm(momentum - momentum[0], axis=1) / np.linalg.norm(momentum[0]))
 
 
 def spin_range(system: Any, state: Any, integrator: Integrator | None = None, spacing: float = 0.02) -> _Array:
-    """Range of Beta's spin over the first 200 h, 1e-5 rad/s (3, 2), in a system of km, hour, kg."""
+    """Return the range of Beta's spin over the first 200 h, 1e-5 rad/s (3, 2), in a system of km, hour, kg."""
     run = system.integrate(state, printed.SPIN_HOURS, output=spacing, integrator=integrator)
     spin = plain(run.spin)[:, 1] * (1e5 / 3600.0)
     return np.stack([spin.min(axis=0), spin.max(axis=0)], axis=1)
 
 
 def _mean(hours: _Array, values: Any) -> float:
-    """Mean over time."""
+    """Return the mean over time."""
     return float(np.trapezoid(values, hours) / np.ptp(hours))
 
 
 def inclination_to_first(run: Run) -> _Array:
-    """Angle between the orbit's normal and that at the start, degrees (K,)."""
+    """Return the angle between the orbit's normal and that at the start, degrees (K,)."""
     r, v = plain(run.position), plain(run.velocity)
     normal = np.cross(r[:, 1] - r[:, 0], v[:, 1] - v[:, 0])
     across = np.linalg.norm(np.cross(normal, normal[0]), axis=1)
@@ -162,7 +162,7 @@ def inclination_to_first(run: Run) -> _Array:
 
 
 def slow_maxima(hours: _Array, values: _Array, smoothing: float = 200.0) -> _Array:
-    """Times of the maxima of a slow oscillation, averaged over ``smoothing`` hours, which many orbits share."""
+    """Return the times of the maxima of a slow oscillation, averaged over ``smoothing`` hours, which is many orbits."""
     even = np.arange(hours[0], hours[-1], 1.0)
     width = int(smoothing)
     if len(even) < 4 * width:
@@ -172,12 +172,12 @@ def slow_maxima(hours: _Array, values: _Array, smoothing: float = 200.0) -> _Arr
     rising = np.diff(smooth) > 0
     high = smooth[1:-1] > 0.5 * (smooth.min() + smooth.max())
     tops = middle[1:-1][rising[:-1] & ~rising[1:] & high]
-    # Ripples on the top of one maximum are one maximum: their middle is its time.
+    # Ripples at the top of one maximum count as one maximum, whose time is their middle.
     groups = np.split(tops, np.flatnonzero(np.diff(tops) > 5 * smoothing) + 1)
     return np.array([0.5 * (group[0] + group[-1]) for group in groups if len(group)])
 
 
 def between_maxima(hours: _Array, values: _Array) -> float:
-    """Time between the first two maxima of a slow oscillation; NaN where there are not two."""
+    """Return the time between the first two maxima of a slow oscillation; NaN if there are not two."""
     tops = slow_maxima(hours, values)
     return float(tops[1] - tops[0]) if len(tops) > 1 else float("nan")

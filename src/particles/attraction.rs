@@ -1,4 +1,4 @@
-//! The bodies' gravity on a block of particles.
+//! The acceleration of a block of particles by the bodies' gravity.
 //!
 //! A lane's result does not depend on the other lanes, so that a particle flies in the same way alone and
 //! among others.
@@ -15,7 +15,7 @@ use pulp::{Arch, Simd};
 
 /// The gravity of one body.
 #[derive(Debug, Clone)]
-pub struct Puller {
+pub struct ParticleAttractor {
     field: BodyField,
     /// G times the sum of the magnitudes of the parts' masses.
     pub strength: f64,
@@ -24,7 +24,7 @@ pub struct Puller {
     has_polyhedra: bool,
 }
 
-impl Puller {
+impl ParticleAttractor {
     /// Prepares the gravity of a body. The moments of polyhedra may take a while.
     pub fn new(
         body: &Body,

@@ -1,4 +1,4 @@
-//! The difference between the pull of a polyhedron on a distant point and that of a point mass.
+//! The difference between the attraction of a distant point by a polyhedron and by a point mass.
 
 use super::{Facets, Layer};
 use crate::error::Result;
@@ -16,17 +16,17 @@ const DEGREES: [usize; 3] = [24, 12, 6];
 const TOLERANCE: f64 = 1e-15;
 
 /// The excess of the polyhedron's field over that of its mass at its centre, and its moment about the centre,
-/// from the points of its layers: for each point its field without that of its mass at the centre and without
-/// the dipole there, as in [`super::BodyPull`]. The dipoles of all points cancel.
+/// from the points of its layers. Each point contributes its field without that of its mass at the centre and
+/// without that of its dipole there, as in [`super::BodyAttraction`]; the dipoles of all points cancel.
 #[derive(Debug, Clone)]
-pub struct LayerPull {
+pub struct LayerAttraction {
     polyhedron: Polyhedron,
     facets: Facets,
     /// The layers, each with the largest 1/|x|^2 at which it is used, from the nearest.
     layers: Vec<(f64, Layer)>,
 }
 
-impl LayerPull {
+impl LayerAttraction {
     /// Computes the moments that [`Self::new`] needs, which are cached with the shape.
     pub fn moments(polyhedron: &Polyhedron, interrupt: &mut InterruptCheck) -> Result<()> {
         polyhedron.harmonic_moments(DEGREES[0], Arch::Scalar, interrupt).map(drop)
@@ -46,7 +46,7 @@ impl LayerPull {
         Self { polyhedron: polyhedron.clone(), facets: Facets::new(polyhedron, 1.0), layers }
     }
 
-    /// Returns the excess and the moment as [`super::ExtendedPull::at`].
+    /// Returns the excess and the moment as [`super::ExtendedAttraction::at`].
     pub fn at(&self, x: &Vec3, inverse_square: f64, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
         let Some((_, layer)) = self.layers.iter().rev().find(|(from, _)| inverse_square <= *from) else {
             if self.polyhedron.contains(x) {
@@ -72,9 +72,10 @@ impl LayerPull {
         Some((excess * inverse_cube, x.cross(&moment) * inverse_cube))
     }
 
-    /// Returns the derivatives as [`super::ExtendedPull::jacobian`] does. With P = sum of w p h/|x|^3 over
-    /// the points p of a layer, whose dipole vanishes, -x cross g is -x cross P; and with s = |x - p|/|x| and
-    /// h5 = s^-5 - 1 the derivative of P is sum of w p (3 p (1 + h5) - 3 x h5)^T/|x|^5.
+    /// Returns the derivatives as [`super::ExtendedAttraction::jacobian`] does. The dipole of a layer's
+    /// points p with weights w vanishes. With P = sum of w p h/|x|^3 over the points, -x cross g is -x cross
+    /// P. With s = |x - p|/|x| and h5 = s^-5 - 1 the derivative of P is the sum of w p (3 p (1 + h5) - 3 x
+    /// h5)^T/|x|^5.
     pub fn jacobian(&self, x: &Vec3) -> (Mat3, Mat3) {
         let square = x.norm_squared();
         let inverse_square = 1.0 / square;
@@ -82,7 +83,7 @@ impl LayerPull {
             let at = self.facets.at(Arch::Scalar, x);
             return (at.gradient, at.field.cross_matrix() - cross_times(x, &at.gradient));
         };
-        let (mut moment, mut by_place) = (Vec3::zeros(), Mat3::zeros());
+        let (mut moment, mut by_position) = (Vec3::zeros(), Mat3::zeros());
         for k in 0..layer.count {
             let p = Vec3::new(layer.points[0][k], layer.points[1][k], layer.points[2][k]);
             let q = p.dot(&(p - 2.0 * x)) * inverse_square;
@@ -93,10 +94,10 @@ impl LayerPull {
             let h5 = -e * (1.0 + s + s2 + s3 + s2 * s2) / (s2 * s3);
             let weighted = p * layer.weights[k];
             moment += weighted * h;
-            by_place += weighted * (p * (1.0 + h5) - x * h5).transpose() * (3.0 * inverse_square);
+            by_position += weighted * (p * (1.0 + h5) - x * h5).transpose() * (3.0 * inverse_square);
         }
         let inverse_cube = inverse_square / square.sqrt();
-        let turning = (moment.cross_matrix() - cross_times(x, &by_place)) * inverse_cube;
+        let turning = (moment.cross_matrix() - cross_times(x, &by_position)) * inverse_cube;
         (layer.at(Arch::Scalar, x).2, turning)
     }
 }

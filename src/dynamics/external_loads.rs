@@ -7,7 +7,7 @@ use crate::shape::Body;
 
 /// The accelerations and torques of all external forces, on each body and in total.
 #[derive(Debug, Clone)]
-pub(super) struct Actions {
+pub(super) struct ExternalLoads {
     bodies: Vec<Action>,
     /// The force on all bodies together.
     force: Vec3,
@@ -22,8 +22,8 @@ struct Action {
     inverse_mass: f64,
 }
 
-impl Actions {
-    /// Starts with no forces on these bodies.
+impl ExternalLoads {
+    /// Makes the sum for these bodies, without any force.
     pub fn none(bodies: &[Body]) -> Self {
         let zero = Vec3::zeros();
         let none = |body: &Body| Action { acceleration: zero, torque: zero, inverse_mass: 1.0 / body.mass };
@@ -56,7 +56,7 @@ impl Actions {
     }
 }
 
-impl LoadSink for Actions {
+impl LoadSink for ExternalLoads {
     #[inline(always)]
     fn take(&mut self, loads: &[Load]) {
         for load in loads {

@@ -1,6 +1,6 @@
-//! The difference between the pull of one body on a distant point and that of a point mass.
+//! The difference between the attraction of a distant point by one body and by a point mass.
 
-use super::{FarCut, FarSeries, FieldKernel, LayerPull, Near};
+use super::{FarCut, FarSeries, FieldKernel, LayerAttraction, Near};
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
 use crate::math::difference::{STEP, steps};
@@ -14,13 +14,13 @@ use pulp::Scalar;
 /// The truncation error of the series, relative to the field of a point.
 const TOLERANCE: f64 = 1e-17;
 
-/// The size of the terms beyond the quadrupole, relative to it, at which they are left out.
+/// The size of the terms beyond the quadrupole, relative to it, at which they are neglected.
 const BEYOND_QUADRUPOLE: f64 = 1e-16;
 
 /// The excess of the body's field over that of its mass at its centre, and its moment about the centre. Both
 /// keep all digits at any distance.
 #[derive(Debug, Clone)]
-pub struct ExtendedPull {
+pub struct ExtendedAttraction {
     ellipsoid: Ellipsoid,
     /// The quadrupole per unit mass, (a_i^2 - their mean) / 5, along the body's axes.
     quadrupole: Vec3,
@@ -31,10 +31,10 @@ pub struct ExtendedPull {
     known: Option<(f64, Option<FarCut>)>,
 }
 
-impl ExtendedPull {
+impl ExtendedAttraction {
     /// Prepares a shape; `None` for a point and for a sphere, whose field is that of a point.
     pub fn new(shape: &Shape) -> Option<Self> {
-        Self::of_ellipsoid(shape).filter(|pull| pull.quadrupole.amax() > 0.0)
+        Self::of_ellipsoid(shape).filter(|attraction| attraction.quadrupole.amax() > 0.0)
     }
 
     /// Prepares an ellipsoid, also one with equal axes; `None` for another shape.
@@ -93,7 +93,8 @@ impl ExtendedPull {
         Some((turned_back(&canonical, &force), turned_back(&canonical, &moment)))
     }
 
-    /// Returns dg/dx, and the derivative of -x cross g, per unit GM at a point `x` of the body frame outside.
+    /// Returns dg/dx and the derivative of -x cross g, per unit GM, at a point `x` of the body frame outside
+    /// the body.
     pub fn jacobian(&mut self, x: &Vec3) -> (Mat3, Mat3) {
         let canonical = self.ellipsoid.canonical();
         let x = turned(&canonical, x);
@@ -107,7 +108,8 @@ impl ExtendedPull {
         (back(gradient), back(torque_gradient))
     }
 
-    /// Returns the derivatives of g by the semi-axes, per unit GM at a point `x` of the body frame outside.
+    /// Returns the derivatives of g by the semi-axes, per unit GM, at a point `x` of the body frame outside
+    /// the body.
     pub fn semi_axis_derivatives(&mut self, x: &Vec3) -> [Vec3; 3] {
         let canonical = self.ellipsoid.canonical();
         let x = turned(&canonical, x);
@@ -124,7 +126,7 @@ impl ExtendedPull {
     }
 
     /// Returns the terms of the series that a distance needs, where kappa >= `kappa_min`. They depend on the
-    /// binary exponent alone, so that results do not depend on what was asked before.
+    /// binary exponent of `kappa_min` alone, so that results do not depend on earlier calls.
     fn cut(&mut self, kappa_min: f64) -> Option<FarCut> {
         // This is the double with the same exponent and no fraction: a power of two.
         let floor = f64::from_bits(kappa_min.max(0.0).to_bits() >> 52 << 52);
@@ -157,69 +159,71 @@ fn semi_axis_derivatives_at(kernel: impl FieldKernel, x: [Lanes<Scalar>; 3]) -> 
     Mat3::from(rows).transpose()
 }
 
-/// Returns the Jacobian of the field of a point, whose torque is zero.
+/// Returns the Jacobian of the field of a point mass, whose torque is zero.
 pub(crate) fn point_jacobian(x: &Vec3) -> (Mat3, Mat3) {
     let r = x.norm();
     let u = x / r;
     ((3.0 * u * u.transpose() - Mat3::identity()) / r / r / r, Mat3::zeros())
 }
 
-/// The excess of a body's pull over that of a point mass: that of its shape for an ordinary body, and the sum
-/// over the parts for a composite or a polyhedron.
+/// The excess of a body's attraction over that of a point mass: that of its shape for an ordinary body, and
+/// the sum over the parts for a composite or a polyhedron.
 #[derive(Debug, Clone)]
-pub enum BodyPull {
+pub enum BodyAttraction {
     /// One shape, in the body's own frame.
-    Ordinary(Box<ExtendedPull>),
+    Ordinary(Box<ExtendedAttraction>),
     /// Several parts, or a polyhedron.
-    Composite(Vec<PartPull>),
+    Composite(Vec<PartAttraction>),
 }
 
-/// The contribution of a part to the pull of its body.
+/// The contribution of a part to the attraction by its body.
 #[derive(Debug, Clone)]
-pub struct PartPull {
-    /// The share of the part in the body's mass.
+pub struct PartAttraction {
+    /// The mass of the part divided by the mass of the body.
     share: f64,
     place: Placement,
     radius: f64,
     extended: Option<Extended>,
 }
 
-/// The pull of a part with extent.
+/// The attraction by a part with extent.
 #[derive(Debug, Clone)]
 enum Extended {
-    Ellipsoid(Box<ExtendedPull>),
-    Polyhedron(Box<LayerPull>),
+    Ellipsoid(Box<ExtendedAttraction>),
+    Polyhedron(Box<LayerAttraction>),
 }
 
 impl Extended {
     fn new(shape: &Shape) -> Option<Self> {
         match shape {
-            Shape::Polyhedron(polyhedron) => Some(Self::Polyhedron(Box::new(LayerPull::new(polyhedron)))),
-            _ => ExtendedPull::new(shape).map(|pull| Self::Ellipsoid(Box::new(pull))),
+            Shape::Polyhedron(polyhedron) => {
+                Some(Self::Polyhedron(Box::new(LayerAttraction::new(polyhedron))))
+            }
+            _ => ExtendedAttraction::new(shape).map(|attraction| Self::Ellipsoid(Box::new(attraction))),
         }
     }
 
     fn at(&mut self, x: &Vec3, inverse_square: f64, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
         match self {
-            Self::Ellipsoid(pull) => pull.at(x, inverse_square, inverse_cube, 1.0),
-            Self::Polyhedron(pull) => pull.at(x, inverse_square, inverse_cube),
+            Self::Ellipsoid(attraction) => attraction.at(x, inverse_square, inverse_cube, 1.0),
+            Self::Polyhedron(attraction) => attraction.at(x, inverse_square, inverse_cube),
         }
     }
 
     fn jacobian(&mut self, x: &Vec3) -> (Mat3, Mat3) {
         match self {
-            Self::Ellipsoid(pull) => pull.jacobian(x),
-            Self::Polyhedron(pull) => pull.jacobian(x),
+            Self::Ellipsoid(attraction) => attraction.jacobian(x),
+            Self::Polyhedron(attraction) => attraction.jacobian(x),
         }
     }
 }
 
-impl BodyPull {
+impl BodyAttraction {
     /// Computes the moments of polyhedra that [`Self::new`] needs, which are cached with the shapes.
     pub fn moments(body: &Body, interrupt: &mut InterruptCheck) -> Result<()> {
         let mut parts = body.parts().iter();
         parts.try_for_each(|part| match &part.shape {
-            Shape::Polyhedron(polyhedron) => LayerPull::moments(polyhedron, interrupt),
+            Shape::Polyhedron(polyhedron) => LayerAttraction::moments(polyhedron, interrupt),
             _ => Ok(()),
         })
     }
@@ -230,9 +234,10 @@ impl BodyPull {
             && part.place.is_none()
             && !matches!(part.shape, Shape::Polyhedron(_))
         {
-            return ExtendedPull::new(&part.shape).map(|pull| Self::Ordinary(Box::new(pull)));
+            return ExtendedAttraction::new(&part.shape)
+                .map(|attraction| Self::Ordinary(Box::new(attraction)));
         }
-        let parts = body.parts().iter().map(|part| PartPull {
+        let parts = body.parts().iter().map(|part| PartAttraction {
             share: part.mass / body.mass,
             place: Placement { position: part.position(), rotation: part.rotation() },
             radius: part.shape.circumradius(),
@@ -241,7 +246,7 @@ impl BodyPull {
         Some(Self::Composite(parts.collect()))
     }
 
-    /// Returns the excess and the moment as [`ExtendedPull::at`].
+    /// Returns the excess and the moment as [`ExtendedAttraction::at`].
     #[inline(always)]
     pub fn at(
         &mut self,
@@ -251,18 +256,18 @@ impl BodyPull {
         strength: f64,
     ) -> Option<(Vec3, Vec3)> {
         match self {
-            Self::Ordinary(pull) => pull.at(x, inverse_square, inverse_cube, strength),
+            Self::Ordinary(attraction) => attraction.at(x, inverse_square, inverse_cube, strength),
             Self::Composite(parts) => {
-                let (excess, moment) = PartPull::sum(parts, x, inverse_square, inverse_cube)?;
+                let (excess, moment) = PartAttraction::sum(parts, x, inverse_square, inverse_cube)?;
                 Some((excess * strength, moment * strength))
             }
         }
     }
 
-    /// Returns the derivatives as [`ExtendedPull::jacobian`] does.
+    /// Returns the derivatives as [`ExtendedAttraction::jacobian`] does.
     pub fn jacobian(&mut self, x: &Vec3) -> (Mat3, Mat3) {
         let parts = match self {
-            Self::Ordinary(pull) => return pull.jacobian(x),
+            Self::Ordinary(attraction) => return attraction.jacobian(x),
             Self::Composite(parts) => parts,
         };
         let (mut gradient, mut torque_gradient) = (Mat3::zeros(), Mat3::zeros());
@@ -281,8 +286,9 @@ impl BodyPull {
         (gradient, torque_gradient)
     }
 
-    /// Returns the derivatives of the result of [`Self::at`] for a strength of one by a change of the body,
-    /// whose mass is given. They are differences of eighth order: the pull loses no digits at any distance.
+    /// Returns the derivatives of the result of [`Self::at`] for a strength of one by a change of the body
+    /// while its mass stays the same. They are differences of eighth order: the excess loses no digits at any
+    /// distance.
     pub fn by_change(
         &mut self,
         change: &BodyChange,
@@ -294,10 +300,11 @@ impl BodyPull {
         let mut sums = [Vec3::zeros(); 2];
         for (by, weight) in steps(STEP * change.size()) {
             let changed = match (change, &mut *self) {
-                (BodyChange::Scale, pull) => {
+                (BodyChange::Scale, attraction) => {
                     // The change is in units of the length that grows.
                     let s = 1.0 + by;
-                    pull.at(&(x / s), inverse_square * s * s, inverse_cube * s * s * s, 1.0)
+                    attraction
+                        .at(&(x / s), inverse_square * s * s, inverse_cube * s * s * s, 1.0)
                         .map(|(excess, moment)| (excess / (s * s), moment / s))
                 }
                 (BodyChange::Part(derivative), Self::Composite(parts)) => {
@@ -324,7 +331,7 @@ impl BodyPull {
 /// A change of a body that changes its own field.
 #[derive(Debug, Clone)]
 pub enum BodyChange {
-    /// A change of all lengths by a factor.
+    /// A change of all lengths by a common factor.
     Scale,
     /// A change of a number of a part of a composite.
     Part(PartDerivative),
@@ -340,7 +347,7 @@ impl BodyChange {
     }
 }
 
-impl PartPull {
+impl PartAttraction {
     /// Returns the sum over all parts.
     fn sum(parts: &mut [Self], x: &Vec3, inverse_square: f64, inverse_cube: f64) -> Option<(Vec3, Vec3)> {
         let (mut excess, mut moment) = (Vec3::zeros(), Vec3::zeros());

@@ -1,20 +1,20 @@
-//! The bodies of a vector as external forces see them.
+//! The snapshots of an integrator's vectors for external forces.
 
 use super::BarycentricFrame;
 use crate::forces::Snapshot;
 use crate::math::Mat3;
 
-/// The frame of the vectors, with the rotations of the last one.
+/// The frame of the vectors, with the rotations at the last vector.
 #[derive(Debug, Clone)]
-pub(super) struct View {
+pub(super) struct SnapshotBuffer {
     pub frame: BarycentricFrame,
-    /// Rotation matrices of the last vector.
+    /// The rotation matrices at the last vector.
     pub rotation: Vec<Mat3>,
-    /// Attitudes of the last vector as quaternions, where forces need them.
+    /// The attitudes at the last vector as quaternions, where forces need them.
     attitude: Vec<[f64; 4]>,
 }
 
-impl View {
+impl SnapshotBuffer {
     pub fn new(frame: BarycentricFrame, attitudes: bool) -> Self {
         let bodies = frame.layout.bodies;
         Self {

@@ -15,7 +15,7 @@ from ..frames import rotation
 if TYPE_CHECKING:
     from ..motion.system import System
 
-__all__ = ["Place", "body_numbers", "number", "spiceypy"]
+__all__ = ["Conventions", "body_numbers", "number", "spiceypy"]
 
 _Array = npt.NDArray[np.float64]
 
@@ -27,7 +27,7 @@ def spiceypy() -> Any:
     return spiceypy
 
 
-class Place:
+class Conventions:
     """The conversions of a system's times and vectors to SPICE's.
 
     Attributes
