@@ -27,6 +27,9 @@
 /// The linear algebra whose vectors and matrices stand in this crate's signatures.
 pub use nalgebra;
 
+/// The vector instructions: [`pulp::Arch`] is what [`dynamics::System::arch`] returns and [`gravity`] takes.
+pub use pulp;
+
 pub mod error;
 pub mod names;
 pub mod interrupt;

@@ -278,7 +278,7 @@ impl PyDense {
 #[pyfunction]
 pub fn tolerance(rtol: f64, atol: f64) -> Result<(f64, f64)> {
     let tolerance = Tolerance::new(rtol, atol)?;
-    Ok((tolerance.relative, tolerance.absolute))
+    Ok((tolerance.relative(), tolerance.absolute()))
 }
 
 /// Returns the record as arrays by their names.

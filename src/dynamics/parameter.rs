@@ -104,6 +104,16 @@ impl Parameter {
         bodies[body].by_part(part, number).map(|derivative| Some((body, derivative)))
     }
 
+    /// Returns an error for a parameter that [`Self::of`] does not list for the system.
+    pub(super) fn check(self, system: &System) -> Result<()> {
+        let all = Self::all(system.bodies(), system.forces());
+        if all.iter().any(|(_, known)| *known == self) {
+            return Ok(());
+        }
+        let expected = "one of those that Parameter::of lists for the system";
+        Err(Error::invalid("parameter", format!("{self:?}"), expected))
+    }
+
     /// Returns whether the parameter changes a mass.
     pub fn is_mass(self) -> bool {
         matches!(self, Self::Mass(_) | Self::Density(..) | Self::Part(.., PartNumber::Mass))
@@ -210,6 +220,7 @@ impl Parameter {
     }
 
     /// Returns the body whose surface moves with the parameter.
+    #[doc(hidden)]
     pub fn moves_surface(self) -> Option<usize> {
         match self {
             Self::SemiAxis(body, _) | Self::Scale(body) | Self::Part(body, ..) => Some(body),
@@ -218,6 +229,7 @@ impl Parameter {
     }
 
     /// Returns whether the parameter moves the third body with this index among the forces along its orbit.
+    #[doc(hidden)]
     pub fn moves_third_body(self, force: usize) -> bool {
         match self {
             Self::OfForce(other, _) => other == force,
@@ -226,7 +238,12 @@ impl Parameter {
     }
 
     /// Returns the system with the parameter changed.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] refuses a parameter that the system does not have, and a value that it cannot
+    /// have.
     pub fn changed(self, system: &System, by: f64) -> Result<System> {
+        self.check(system)?;
         let (mut bodies, mut forces) = (system.bodies().to_vec(), system.forces().to_vec());
         let mut g = system.gravitational_constant();
         match self {
@@ -258,6 +275,7 @@ impl Parameter {
     }
 
     /// Returns a natural size of the parameter's changes.
+    #[doc(hidden)]
     pub fn size(self, system: &System) -> f64 {
         let bodies = system.bodies();
         let or_one = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };

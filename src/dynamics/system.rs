@@ -70,7 +70,8 @@ impl System {
     ///
     /// # Errors
     /// Returns [`Error::InvalidInput`] if there are no bodies, for two bodies of one name, a negative or
-    /// infinite G, a tolerance outside (0, 1), an order that is out of range or given with polyhedra, and
+    /// infinite G, a series of an odd degree or one above
+    /// 16, a tolerance outside (0, 1), an order that is out of range or given with polyhedra, and
     /// vector instructions that the machine lacks.
     pub fn new(bodies: Vec<Body>, gravitational_constant: f64, settings: Settings) -> Result<Self> {
         if bodies.is_empty() {
@@ -89,6 +90,8 @@ impl System {
         if gravitational_constant < 0.0 {
             return Err(Error::invalid("G", gravitational_constant, "a finite number, zero or above"));
         }
+        // A degree that the name of a method cannot have is refused where the name is read.
+        settings.gravity.to_string().parse::<Method>()?;
         let tolerance = settings.gravity_tolerance;
         if !(tolerance > 0.0 && tolerance < 1.0) {
             return Err(Error::invalid("gravity_tolerance", tolerance, "a number between 0 and 1"));
@@ -134,6 +137,7 @@ impl System {
 
     /// Returns the system with a store of shared data, in which other systems may already have stored data
     /// for its pairs.
+    #[doc(hidden)]
     #[must_use]
     pub fn sharing(self, store: Arc<Store>) -> Self {
         Self { store, ..self }
@@ -160,6 +164,7 @@ impl System {
     }
 
     /// Returns the external forces prepared for evaluation; they are copied before they are evaluated.
+    #[doc(hidden)]
     pub fn force_model(&self) -> &ForceModel {
         &self.force_model
     }
@@ -170,6 +175,7 @@ impl System {
     }
 
     /// Returns the layout of this system's states in the integrator's vector.
+    #[doc(hidden)]
     pub fn layout(&self) -> Layout {
         Layout { bodies: self.bodies.len(), chart: self.settings.attitude_chart, forces: self.forces.len() }
     }

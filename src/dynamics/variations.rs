@@ -66,6 +66,7 @@ impl Variations {
     /// Prepares the full matrix of tangent vectors from the start of a motion, with these parameters.
     pub fn new(dynamics: &Dynamics, parameters: Vec<Parameter>) -> Result<Self> {
         let all = Self::of_one(dynamics)?;
+        parameters.iter().try_for_each(|parameter| parameter.check(&dynamics.system))?;
         let forcing = vec![[Vec3::zeros(); 2]; all.bodies * parameters.len()];
         let bodies = dynamics.system.bodies();
         let by_inertia = parameters.iter().map(|parameter| parameter.of_inertia(bodies)).collect();

@@ -59,6 +59,10 @@ const GROUP_WORK: usize = 2_000_000;
 
 impl Points<'_> {
     /// Computes the sum of the gravity of bodies.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] refuses arrays of lengths that do not belong together, and names the point at
+    /// which gravity is not a finite number.
     pub fn gravity(
         &self,
         attractors: &[Attractor<'_>],
@@ -66,6 +70,21 @@ impl Points<'_> {
         arch: Arch,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
+        let (count, rest) = (self.coordinates.len() / 3, self.coordinates.len() % 3);
+        let (found, fits) = match &wanted {
+            Wanted::Field(potential, field) => (
+                format!("{} potentials and {} numbers of the field", potential.len(), field.len()),
+                potential.len() == count && field.len() == 3 * count,
+            ),
+            Wanted::Gradient(gradient) => {
+                (format!("{} numbers of the gradient", gradient.len()), gradient.len() == 9 * count)
+            }
+        };
+        if !fits || rest != 0 {
+            let expected = "three coordinates, one potential, three and nine numbers for each point";
+            let found = format!("{found} for {} coordinates", self.coordinates.len());
+            return Err(Error::invalid("lengths of the arrays of gravity at points", found, expected));
+        }
         let parts = attractors.iter().flat_map(|attractor| &attractor.field.parts);
         let work: usize = parts.map(PartField::work).sum();
         let length = (BLOCK_WORK / work.max(1)).clamp(1, CHUNK);

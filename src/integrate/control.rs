@@ -11,10 +11,10 @@ use serde::{Deserialize, Serialize};
 pub struct Tolerance {
     /// The tolerance relative to the present scale of each quantity.
     #[serde(rename = "rtol")]
-    pub relative: f64,
+    pub(crate) relative: f64,
     /// The tolerance relative to the scale at the start.
     #[serde(rename = "atol")]
-    pub absolute: f64,
+    pub(crate) absolute: f64,
 }
 
 impl Tolerance {
@@ -46,6 +46,16 @@ impl Tolerance {
             raised = raised.next_up();
         }
         Ok(Self { relative: raised, absolute })
+    }
+
+    /// Returns the tolerance relative to the present scale of each quantity.
+    pub fn relative(&self) -> f64 {
+        self.relative
+    }
+
+    /// Returns the tolerance relative to the scale of each quantity at the start.
+    pub fn absolute(&self) -> f64 {
+        self.absolute
     }
 }
 

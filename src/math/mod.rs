@@ -26,7 +26,6 @@ pub mod monomials;
 pub mod rotation;
 #[doc(hidden)]
 pub mod rows;
-#[doc(hidden)]
 pub mod spline;
 #[doc(hidden)]
 pub mod stumpff;

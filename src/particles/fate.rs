@@ -207,8 +207,12 @@ impl Particle {
     /// Returns an error that names the particle for numbers that are not finite or out of range.
     pub fn check(&self, index: usize) -> Result<()> {
         let ratio = [self.area_to_mass];
-        let named =
-            [("position", &self.motion[..3]), ("velocity", &self.motion[3..]), ("area_to_mass", &ratio)];
+        let named = [
+            ("position", &self.motion[..3]),
+            ("velocity", &self.motion[3..]),
+            ("low part of the motion", &self.low[..]),
+            ("area_to_mass", &ratio[..]),
+        ];
         for (name, values) in named {
             let what = format!("{name} of particle {index}");
             require_finite(&what, values)?;

@@ -13,7 +13,7 @@ use crate::dynamics::System;
 use crate::error::{Error, Result, require_finite};
 use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
-use crate::trajectory::{Dense, Progress};
+use crate::trajectory::{Dense, Output, Progress};
 use crate::workers::{JobProgress, JobSource, WorkerPool, WorkerThread, with_workers};
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
@@ -58,11 +58,13 @@ pub struct FlightRecord {
 }
 
 impl FlightPlan<'_> {
-    /// Flies particles that are all at one time, in the coordinates of the states.
+    /// Flies particles that are all at one time, in the coordinates of the states. What the record held before
+    /// is replaced.
     ///
     /// On an error, particles stay where they are. The hook is called at the start, about every 25 ms and at
     /// the end, in the caller's thread, and stops the flight by [`ControlFlow::Break`].
     pub fn fly(&self, particles: &mut [Particle], record: &mut FlightRecord, hook: &mut Hook) -> Result<()> {
+        *record = FlightRecord::default();
         let start = particles.first().map_or(self.until, |particle| particle.time);
         let frame = self.dense.frame();
         let origin = |time: f64| (frame.nominal_at(time), Vec3::from(frame.barycentre_velocity));
@@ -129,6 +131,11 @@ impl FlightPlan<'_> {
     /// Returns an error for a flight that is not possible, and otherwise the external forces on the
     /// particles.
     fn check(&self, start: f64) -> Result<ExternalForces> {
+        let (bodies, flown) = (self.system.bodies().len(), self.dense.frame().layout.bodies);
+        if bodies != flown {
+            let expected = format!("{bodies}, as in the system");
+            return Err(Error::invalid("number of bodies of the run", flown, expected));
+        }
         let (first, last) = self.dense.range();
         for (what, time) in [("until", self.until), ("time of the particles", start)] {
             require_finite(what, &[time])?;
@@ -141,6 +148,7 @@ impl FlightPlan<'_> {
         if self.dense.pieces().is_empty() {
             return Err(Error::invalid("the run", "of no length", "one along which particles can fly"));
         }
+        Output::Times(self.output.to_vec()).times(start, self.until)?;
         self.rules.contact.check()?;
         if self.until < start && matches!(self.rules.contact, ContactResponse::Bounce { .. }) {
             let expected = "'stop' or 'remove' in a flight backwards: a bounce cannot be undone";
@@ -154,6 +162,12 @@ impl FlightPlan<'_> {
             if matches!(event.condition, ParticleCondition::Shadow { .. }) && !external_forces.is_lit() {
                 let expected = "the radiation of a third body to be given";
                 return Err(Error::invalid("an event of the particles", "Shadow", expected));
+            }
+            if let ParticleCondition::Periapsis { body } = watch.condition
+                && body >= bodies
+            {
+                let expected = format!("0 to {}", bodies - 1);
+                return Err(Error::invalid("body of Periapsis", body, expected));
             }
         }
         Ok(external_forces)
@@ -171,6 +185,10 @@ impl FlightPlan<'_> {
         for (index, particle) in particles.iter_mut().enumerate() {
             interrupt.charge(work, start)?;
             particle.check(index)?;
+            if particle.time != start {
+                let expected = format!("{start}, as of the first particle");
+                return Err(Error::invalid(format!("time of particle {index}"), particle.time, expected));
+            }
             begin(&poses, &surfaces, self.system, index, particle)?;
         }
         let (constant, arch) = (self.system.gravitational_constant(), self.system.arch());

@@ -342,6 +342,16 @@ impl View<'_> {
                 return Err(Error::invalid(format!("number of {what}"), count, format!("{bodies}")));
             }
         }
+        for (body, (position, attitude)) in self.position.iter().zip(self.attitude).enumerate() {
+            if !position.iter().chain(attitude).all(|number| number.is_finite()) {
+                require_finite(&format!("position of body {body}"), position.as_slice())?;
+                require_finite(&format!("attitude of body {body}"), attitude)?;
+            }
+            if *attitude == [0.0; 4] {
+                let expected = "a quaternion [w, x, y, z] of non-zero length";
+                return Err(Error::invalid(format!("attitude of body {body}"), "[0, 0, 0, 0]", expected));
+            }
+        }
         let unit = |what: &str, direction: &Vec3| {
             require_finite(what, direction.as_slice())?;
             let largest = direction.amax();

@@ -33,6 +33,7 @@ impl Ellipsoid {
     }
 
     /// Returns the shape with all lengths multiplied by a factor above zero.
+    #[doc(hidden)]
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         Self {

@@ -118,6 +118,7 @@ impl Shape {
     }
 
     /// Returns the shape with all lengths multiplied by a factor above zero.
+    #[doc(hidden)]
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         match self {

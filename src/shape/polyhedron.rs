@@ -145,6 +145,7 @@ impl Polyhedron {
     }
 
     /// Returns the polyhedron with all lengths multiplied by a factor above zero.
+    #[doc(hidden)]
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         Self { solid: self.solid.clone(), scale: self.scale * factor }

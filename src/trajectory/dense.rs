@@ -40,11 +40,13 @@ impl Dense {
     }
 
     /// Returns the polynomials, one after the other in the direction of the run.
+    #[doc(hidden)]
     pub fn pieces(&self) -> &[Segment] {
         &self.segments
     }
 
     /// Returns the frame of the polynomials.
+    #[doc(hidden)]
     pub fn frame(&self) -> &BarycentricFrame {
         &self.frame
     }

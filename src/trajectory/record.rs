@@ -2,6 +2,7 @@
 
 use super::{Dense, Occurrence};
 use crate::dynamics::{Energy, Invariants, State};
+use crate::error::{Error, Result};
 use crate::math::Vec3;
 
 /// The reason why a run ended.
@@ -70,6 +71,30 @@ impl Trajectory {
     /// Makes an empty record.
     pub fn new(bodies: usize) -> Self {
         Self { bodies, ..Self::default() }
+    }
+
+    /// Returns an error for a record that is not one of this many bodies, or whose arrays have lengths that do
+    /// not belong together.
+    pub(super) fn check(&self, bodies: usize) -> Result<()> {
+        if self.bodies != bodies {
+            let expected = format!("{bodies}, as in the system");
+            return Err(Error::invalid("number of bodies of the record", self.bodies, expected));
+        }
+        let rows = [
+            ("position", self.position.len(), 3 * bodies),
+            ("velocity", self.velocity.len(), 3 * bodies),
+            ("attitude", self.attitude.len(), 4 * bodies),
+            ("spin", self.spin.len(), 3 * bodies),
+            ("energy", self.energy.len(), 4),
+            ("angular_momentum", self.angular_momentum.len(), 3),
+        ];
+        for (what, found, row) in rows {
+            if found != row * self.len() {
+                let expected = format!("{}, as of {} samples", row * self.len(), self.len());
+                return Err(Error::invalid(format!("numbers of {what} in the record"), found, expected));
+            }
+        }
+        Ok(())
     }
 
     /// Returns the state of a sample.

@@ -303,10 +303,7 @@ impl Simulation {
         record: &mut Trajectory,
         hook: &mut dyn FnMut(Option<&Self>, Progress) -> ControlFlow<()>,
     ) -> Result<()> {
-        if record.bodies != self.system().bodies().len() {
-            let expected = format!("{}, as in the system", self.system().bodies().len());
-            return Err(Error::invalid("number of bodies of the record", record.bodies, expected));
-        }
+        record.check(self.system().bodies().len())?;
         let start = self.time();
         let before = self.motion.equations.external_forces().switches();
         let outcome = self.follow(until, run, record, hook).and_then(|reason| {

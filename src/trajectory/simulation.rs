@@ -5,7 +5,7 @@ use super::approach::Contact;
 use super::motion::Motion;
 use super::propagator::Propagator;
 use crate::dynamics::{BarycentricFrame, Dynamics, Invariants, State, System};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::integrate::{Equations, Statistics};
 use crate::interrupt::InterruptCheck;
 
@@ -110,13 +110,20 @@ impl Simulation {
     }
 
     /// Returns the equations of motion with the rules in use.
+    #[doc(hidden)]
     pub fn dynamics(&self) -> &Dynamics {
         &self.motion.equations
     }
 
     /// Takes one accepted step towards `end`, never beyond it, nor beyond the times for which the external
     /// forces are defined.
+    ///
+    /// # Errors
+    /// They are those of [`Self::integrate`]; after an error the simulation is at the start of the step.
     pub fn step(&mut self, end: f64, interrupt: &mut InterruptCheck) -> Result<()> {
+        if end.is_nan() {
+            return Err(Error::invalid("end of a step", end, "a time, which may be infinite"));
+        }
         let time = self.time();
         let reach = self.motion.equations.external_forces().reach(time, end);
         if reach == time && end != time {

@@ -39,7 +39,7 @@ impl Equations for Kepler {
     }
 
     fn norm(&mut self, _: &[f64], v: &[f64], tolerance: &Tolerance) -> f64 {
-        v.iter().map(|x| x * x).sum::<f64>().sqrt() / (tolerance.relative + tolerance.absolute)
+        v.iter().map(|x| x * x).sum::<f64>().sqrt() / (tolerance.relative() + tolerance.absolute())
     }
 
     fn restore(&mut self, _: &mut [f64], _: &mut [f64]) {}
