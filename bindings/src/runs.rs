@@ -328,7 +328,9 @@ pub fn arrays(py: Python<'_>, record: Trajectory) -> Result<Bound<'_, PyDict>> {
         let derivatives = e.derivatives.map(|found| {
             let parameters = found.sensitivity.len() / size;
             let sensitivity = array(py, found.sensitivity, &[parameters, size])?;
-            Ok::<_, Raised>((array(py, found.transition, &[size, size])?, sensitivity))
+            let (transition, flow) =
+                (array(py, found.transition, &[size, size])?, array(py, found.flow, &[size])?);
+            Ok::<_, Raised>((transition, sensitivity, flow))
         });
         Ok::<_, Raised>((e.event, e.time, PyState { inner: e.state }, derivatives.transpose()?))
     };

@@ -1,7 +1,7 @@
 //! The derivatives of a system's loads and rates of change at one state.
 
 use super::layout::vector;
-use super::{BarycentricFrame, Parameter, Rejected, State, System, TANGENT_SIZE, Variations};
+use super::{BarycentricFrame, Dynamics, Parameter, Rejected, State, System, TANGENT_SIZE, Variations};
 use crate::error::{Error, Result};
 use crate::interrupt::InterruptCheck;
 
@@ -40,27 +40,35 @@ impl System {
         variations.evaluate(&mut dynamics, state.time, &y, interrupt)?;
         let (loads, rates, by_parameters) =
             (variations.loads().to_vec(), variations.absolute_rates(), variations.absolute_forcing());
-        let mut rate = vec![0.0; y.len()];
-        for part in 0..dynamics.parts() {
-            interrupt.charge(dynamics.work(), state.time)?;
-            dynamics.derivative(part, state.time, &y, &mut rate).map_err(|rejected| match rejected {
+        let flow = dynamics.flow(state, &y, interrupt)?;
+        if rates.iter().chain(&by_parameters).all(|number| number.is_finite()) {
+            return Ok(SystemJacobian { flow, loads, rates, by_parameters });
+        }
+        let expected = "a finite number; choose units that keep the numbers in range";
+        Err(Error::invalid("derivatives", "infinite", expected))
+    }
+}
+
+impl Dynamics {
+    /// Returns the rates of change of a state (12 N), given as a vector too: velocity, acceleration, spin and
+    /// its rate for each body.
+    pub fn flow(&mut self, state: &State, y: &[f64], interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
+        let (layout, mut rate) = (self.layout(), vec![0.0; y.len()]);
+        for part in 0..self.parts() {
+            interrupt.charge(self.work(), state.time)?;
+            self.derivative(part, state.time, y, &mut rate).map_err(|rejected| match rejected {
                 Rejected::Failed(error) => *error,
                 other => {
                     Error::invalid("state", other.reason(), "one at which the equations can be evaluated")
                 }
             })?;
         }
-        let centre = dynamics.barycentre_acceleration();
+        let centre = self.barycentre_acceleration();
         let of_body = |body: usize| {
-            let acceleration = vector(&rate, self.layout().velocity(body)) + centre;
-            [state.velocity[body], acceleration, state.spin[body], vector(&rate, self.layout().spin(body))]
+            let acceleration = vector(&rate, layout.velocity(body)) + centre;
+            [state.velocity[body], acceleration, state.spin[body], vector(&rate, layout.spin(body))]
         };
-        let flow: Vec<f64> = (0..state.bodies()).flat_map(of_body).flat_map(|v| [v.x, v.y, v.z]).collect();
-        if rates.iter().chain(&by_parameters).all(|number| number.is_finite()) {
-            return Ok(SystemJacobian { flow, loads, rates, by_parameters });
-        }
-        let expected = "a finite number; choose units that keep the numbers in range";
-        Err(Error::invalid("derivatives", "infinite", expected))
+        Ok((0..state.bodies()).flat_map(of_body).flat_map(|v| [v.x, v.y, v.z]).collect())
     }
 }
 

@@ -70,9 +70,8 @@ impl System {
     ///
     /// # Errors
     /// Returns [`Error::InvalidInput`] if there are no bodies, for two bodies of one name, a negative or
-    /// infinite G, a series of an odd degree or one above
-    /// 16, a tolerance outside (0, 1), an order that is out of range or given with polyhedra, and
-    /// vector instructions that the machine lacks.
+    /// infinite G, a series of an odd degree or of one above 16, a tolerance outside (0, 1), an order that
+    /// is out of range or given with polyhedra, and vector instructions that the machine lacks.
     pub fn new(bodies: Vec<Body>, gravitational_constant: f64, settings: Settings) -> Result<Self> {
         if bodies.is_empty() {
             return Err(Error::invalid("number of bodies", 0, "at least one"));

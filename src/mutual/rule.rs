@@ -82,10 +82,10 @@ pub struct RuleMemory {
     pub valid_from: f64,
 }
 
-/// The nodes that a pair has used, by order.
+/// The nodes that a pair has used, by order and kind, and those of a layer by the polyhedron's identity too.
 #[derive(Debug, Clone)]
 pub(super) struct NodeStore {
-    own: Vec<(Order, NodeKind, Arc<Nodes>)>,
+    own: Vec<(Order, NodeKind, Option<(usize, u64)>, Arc<Nodes>)>,
     shared: Arc<Store>,
 }
 
@@ -104,14 +104,16 @@ impl NodeStore {
         interrupt: &mut InterruptCheck,
     ) -> Result<Arc<Nodes>> {
         let order = node_kind.order(order);
-        if let Some((.., nodes)) = self.own.iter().find(|(o, c, _)| *o == order && *c == node_kind) {
+        let owner = set.polyhedron().filter(|_| node_kind == NodeKind::Layer).map(|p| p.identity());
+        let known = |(o, kind, body, _): &&_| (*o, *kind, *body) == (order, node_kind, owner);
+        if let Some((.., nodes)) = self.own.iter().find(known) {
             return Ok(nodes.clone());
         }
         let nodes = match self.shared.nodes(order, node_kind) {
             Some(nodes) => nodes,
             None => Arc::new(Nodes::layer(&*set.layer(order.gauss - 1, arch, interrupt)?)),
         };
-        self.own.push((order, node_kind, nodes.clone()));
+        self.own.push((order, node_kind, owner, nodes.clone()));
         Ok(nodes)
     }
 }

@@ -160,10 +160,13 @@ impl Tangents {
         state: &State,
         interrupt: &mut InterruptCheck,
     ) -> Result<Option<StateDerivatives>> {
-        let tangent = self.0.iter_mut().find(|tangent| tangent.growth_monitor.is_none());
-        let derivatives =
-            tangent.map(|tangent| tangent.derivatives(&mut motion.equations, pieces, state, interrupt));
-        derivatives.transpose()
+        let Some(tangent) = self.0.iter_mut().find(|tangent| tangent.growth_monitor.is_none()) else {
+            return Ok(None);
+        };
+        let equations = &mut motion.equations;
+        let (transition, sensitivity) = tangent.derivatives(equations, pieces, state, interrupt)?;
+        let flow = tangent.flow(equations, pieces, state, interrupt)?;
+        Ok(Some(StateDerivatives { transition, sensitivity, flow }))
     }
 
     /// Records the derivatives or indicators at a state of the run, which is where the tangent vectors are or
@@ -374,9 +377,9 @@ impl Tangent {
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         if self.growth_monitor.is_none() {
-            let found = self.derivatives(equations, pieces, state, interrupt)?;
-            record.transition.extend(found.transition);
-            record.sensitivity.extend(found.sensitivity);
+            let (transition, sensitivity) = self.derivatives(equations, pieces, state, interrupt)?;
+            record.transition.extend(transition);
+            record.sensitivity.extend(sensitivity);
             return Ok(());
         }
         let TangentState { columns, integrals, .. } = self.at(equations, pieces, state.time, interrupt)?;
@@ -401,13 +404,15 @@ impl Tangent {
         }
     }
 
+    /// Returns the transition matrix and the sensitivities at a state, which is where the tangent vectors are
+    /// or in the step that follows, with these pieces.
     fn derivatives(
         &mut self,
         equations: &mut Dynamics,
         pieces: &[Segment],
         state: &State,
         interrupt: &mut InterruptCheck,
-    ) -> Result<StateDerivatives> {
+    ) -> Result<(Vec<f64>, Vec<f64>)> {
         let TangentState { columns, .. } = self.at(equations, pieces, state.time, interrupt)?;
         if !columns.iter().all(|number| number.is_finite()) {
             return Err(Error::NotConverged {
@@ -417,7 +422,24 @@ impl Tangent {
                         .to_owned(),
             });
         }
-        let (transition, sensitivity) = self.variations.expand(&columns, &self.start, state);
-        Ok(StateDerivatives { transition, sensitivity })
+        Ok(self.variations.expand(&columns, &self.start, state))
+    }
+
+    /// Returns the rates of change of the motion at a state in the step of these pieces.
+    fn flow(
+        &mut self,
+        equations: &mut Dynamics,
+        pieces: &[Segment],
+        state: &State,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Vec<f64>> {
+        let y = &mut self.y[0];
+        y.resize(equations.layout().dimension(), 0.0);
+        let Some(piece) = pieces.iter().find(|piece| piece.fraction(state.time) <= 1.0).or(pieces.last())
+        else {
+            return Ok(Vec::new());
+        };
+        piece.at(piece.fraction(state.time).clamp(0.0, 1.0), y);
+        equations.flow(state, y, interrupt)
     }
 }

@@ -421,8 +421,9 @@ class Occurrence:
     event: Event
     time: Scalar
     state: State
-    #: The transition matrix (12 N, 12 N) and the sensitivities (P, 12 N) at the event, in runs with derivatives.
-    _derivatives: tuple[Any, Any] | None = field(default=None, compare=False, repr=False)
+    #: The transition matrix (12 N, 12 N), the sensitivities (P, 12 N) and the rates of change (12 N,) at the event, in
+    #: runs with derivatives.
+    _derivatives: tuple[Any, Any, Any] | None = field(default=None, compare=False, repr=False)
 
 
 def _length(value: Any, system: System, what: str) -> float:

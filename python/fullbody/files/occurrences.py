@@ -34,6 +34,7 @@ _VARIABLES: dict[str, tuple[tuple[str, ...], str | None, str]] = {
 _DERIVATIVES: dict[str, tuple[tuple[str, ...], str]] = {
     "transition": (("tangent", "start_tangent"), "transition matrices from the start of the run to the events"),
     "sensitivity": (("parameter", "tangent"), "derivatives of the states at the events by parameters of the system"),
+    "flow": (("tangent",), "rates of change of the states at the events"),
 }
 _KINDS = [name for name in events.__all__ if name not in ("Event", "Occurrence")]
 
@@ -62,8 +63,8 @@ def to_dataset(
         variables[f"event_{name}"] = (("event", *dims), values, attributes(dimension, meaning))
     found = [happened._derivatives for happened in run.events]
     for k, (name, (dims, meaning)) in enumerate(_DERIVATIVES.items()):
-        if all(pair is not None and pair[k].size for pair in found):
-            values = np.array([pair[k] for pair in found if pair is not None])
+        if all(known is not None and known[k].size for known in found):
+            values = np.array([known[k] for known in found if known is not None])
             variables[f"event_{name}"] = (("event", *dims), values, attributes(None, meaning))
     labels = [type(happened.event).__name__ for happened in run.events]
     coordinates = {
@@ -93,7 +94,8 @@ def from_file(content: Content, system: System, parameters: int) -> list[Occurre
         if parameters:
             shape = {dim: sizes[dim] for dim in ("event", *_DERIVATIVES["sensitivity"][0])}
             sensitivity = content.numbers("event_sensitivity", shape)
-        derivatives = list(zip(transition, sensitivity, strict=True))
+        shape = {dim: sizes[dim] for dim in ("event", *_DERIVATIVES["flow"][0])}
+        derivatives = list(zip(transition, sensitivity, content.numbers("event_flow", shape), strict=True))
     check_order(record["time"], "event_time", repeated=True)
     check_unit(record["attitude"], "event_attitude")
     happened = []

@@ -146,7 +146,7 @@ class Differentiated:
         At a zero of the event's function g the time changes by dt = -(grad g . dx + dg/dp dp) / (dg/dt), and the state
         by dx + f dt, with dx the tangent vector at a fixed time and f the rates of change there. The derivatives of g
         itself are differences of eighth order. A :class:`fullbody.events.Function` depends only on the state and has no
-        dg/dp. Third bodies keep their positions relative to the barycentre at the event.
+        dg/dp; for a closest approach, the third body keeps its position relative to the barycentre at the event.
 
         Parameters
         ----------
@@ -179,12 +179,11 @@ class Differentiated:
         happened = self.events[k]
         if happened._derivatives is None:
             raise InvalidInput("the events of this run keep no derivatives; integrate with derivatives=True")
-        transition, sensitivity = happened._derivatives
+        transition, sensitivity, flow = happened._derivatives
         core = self.system._strip(happened.state)
         condition = happened.event._condition(self.system)
         names = list(self._parameters)
         gradient, by_time, direct, own = condition.derivatives(self.system._core, core, names)
-        flow = self.system._core.jacobian(core, [])[3]
         rate = gradient @ flow + by_time
         if rate == 0.0:
             raise InvalidInput(

@@ -63,4 +63,6 @@ pub struct StateDerivatives {
     pub transition: Vec<f64>,
     /// Sensitivities (P, 12 N) to the parameters.
     pub sensitivity: Vec<f64>,
+    /// The rates of change of the state (12 N): velocity, acceleration, spin and its rate for each body.
+    pub flow: Vec<f64>,
 }

@@ -365,6 +365,27 @@ def test_octahedra_keep_energy_and_momenta(integrator):
     close(momentum, momentum[0], 1e-14, scale=0.1)
 
 
+@pytest.mark.parametrize(("distance", "speed", "across"), [(12.0, -1.2, 0.2), (3.0, 1.2, 0.6)], ids=["in", "out"])
+def test_two_polyhedra_of_one_size_keep_energy_whichever_is_integrated_over(distance, speed, across):
+    # On the way the two take turns as the body that is integrated over, with layers of equal order.
+    bodies = [Body(octahedron(1.0, 0.8, 0.6), mass=1.0, name="A"), Body(box(1.2, 1.0, 1.1), mass=0.5, name="B")]
+    start = fullbody.State(
+        [[0.0, 0.0, 0.0], [distance, 0.5, 0.3]],
+        [[0.0, 0.0, 0.0], [speed, across, 0.1]],
+        attitude=[[1.0, 0.0, 0.0, 0.0], [0.5, 0.5, 0.5, 0.5]],
+        spin=[[0.1, 0.2, 0.3], [0.3, 0.1, 0.0]],
+    )
+    integrator = fullbody.DormandPrince54(rtol=1e-11, atol=1e-11)
+    simulation = fullbody.Simulation(fullbody.System(bodies, G=1.0), start, integrator=integrator)
+    integrated, drifts = [], []
+    while simulation.time < 3.0:
+        simulation.step()
+        integrated.append(simulation.quadrature[0]["integrated"])
+        drifts.append(abs(simulation.energy_drift))
+    assert set(integrated) == {"A", "B"}
+    assert max(drifts) < 1e-10
+
+
 @pytest.mark.parametrize("thin", [1e-6, 1e-9, 1e-11])
 def test_thin_faces_in_a_plane_change_nothing(thin):
     # A face cut at a point beside one of its corners: two of the three new faces are slivers.

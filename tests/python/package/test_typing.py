@@ -58,6 +58,16 @@ reveal_type(run.plot())                                         # Page
 reveal_type(run.plot.elements())                                # ndarray
 reveal_type(run.to_xarray())                                    # Dataset
 reveal_type(fullbody.__version__)                               # str
+mean = fullbody.analysis.averaged(system, "Alpha")
+equilibrium = fullbody.analysis.relative_equilibrium(mean, separation=2.5)
+reveal_type(mean)                                               # System
+reveal_type(fullbody.analysis.periodic_orbit(mean, state, "17.4 hour"))  # PeriodicOrbit
+reveal_type(equilibrium.modes.plot())                           # ndarray
+reveal_type(run.transition)                                     # ndarray
+reveal_type(run.sensitivity["G"])                               # ndarray
+text: bytes = fullbody.ensembles.libration(run)["amplitude"]    # !Incompatible types in assignment
+more: bytes = fullbody.ensembles.fate(run)["fate"]              # !Incompatible types in assignment
+units: bytes = run.tangent_units                                # !Incompatible types in assignment
 run.position.tu("m")                                            # !"Array" has no attribute "tu"
 system.integrate(state, 10.0, rtol=1e-9)                        # !Unexpected keyword argument "rtol"
 fullbody.Body(3.0, mass=1.0)                                    # !incompatible type "float"

@@ -79,6 +79,27 @@ def test_own_parameters_of_events(event, name, changed):
     assert worst(end.sensitivity[name] / size, (4 * states[0] - states[1]) / 3 / size) < 1e-6
 
 
+def test_events_of_a_system_whose_barycentre_a_third_body_moves():
+    # The pull of the third body at the event depends on how far the barycentre has gone from the nominal one.
+    system, state = tumbling()
+    orbit = fullbody.KeplerElements(40.0, 0.2, 0.3, 0.1, 0.2, 0.4)
+    system = system.with_force(fullbody.forces.ThirdBody(mu=30.0, orbit=orbit, of="system", name="Sun"))
+    size = scales(system, state)
+
+    def first(by=0.0, wanted=False):
+        event = fullbody.events.PlaneCrossing("B", "A", normal=[0.2 + by, 1.0, 0.3])
+        run = system.integrate(state, 24.0, output="ends", integrator=TIGHT, events=[event], derivatives=wanted)
+        return run if wanted else run.events[-1]
+
+    end, step = first(wanted=True).at_event(), 1e-4
+    both = {k: first(k * step) for k in (-2, -1, 1, 2)}
+    states = [deviation(both[-k].state, both[k].state) / (2 * k * step) for k in (1, 2)]
+    change = (4 * states[0] - states[1]) / 3
+    for body in (slice(3, 6), slice(15, 18)):
+        found = end.sensitivity["normal x of PlaneCrossing"][body]
+        assert worst(found / size[body], change[body] / size[body]) < 1e-8
+
+
 def test_contact_of_a_polyhedron_by_its_scale():
     system, state = tumbling()
     solid = octahedron(0.8, 0.6, 0.7)
