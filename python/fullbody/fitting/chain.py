@@ -147,15 +147,14 @@ class Chain:
         self._steps: list[dict[str, float]] = [{} for _ in names]
         self._system = _SystemChain()
 
-    def at(self, values: _Array, sizes: _Array) -> SetupDerivatives:
-        """Differentiate at values (P,), which have sizes (P,) over which the setup is smooth.
+    def at(self, base: Made, values: _Array, sizes: _Array) -> SetupDerivatives:
+        """Differentiate at values (P,), of which the setup makes ``base``; it is smooth over their sizes (P,).
 
         Raises
         ------
         InvalidInput
             For a setup whose results do not change evenly with a parameter.
         """
-        base = self._make(values)
         tangent = len(base.core.position) * 12
         columns = np.zeros((tangent + 1 + len(base.numbers), len(values)))
         found: dict[str, str] = {}
