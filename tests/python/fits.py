@@ -1,4 +1,6 @@
-"""Setups and simulated observations for the tests of fits: 1999 KW4 by radar, Didymos by its light curves."""
+"""Setups and simulated observations for the tests of fits: two points and 1999 KW4 by radar, Didymos by its light."""
+
+import functools
 
 import astropy.units as u
 import fullbody
@@ -12,10 +14,11 @@ QUICK = fullbody.Verner98(rtol=1e-11, atol=1e-11)
 G = 6.6743e-20 * 3600.0**2
 
 
-def kw4(mass=2.353, ratio=0.0574, a=2.55, c=0.6735, tilt=0.05, roll=0.02, libration=0.05):
+def kw4(mass=2.353, ratio=0.0574, a=2.55, c=0.6735, tilt=0.05, roll=0.02, libration=0.05, x=0.0, y=0.0):
     """1999 KW4 with Alpha's mass in 1e12 kg, its shortest semi-axis and the separation in km, its turns about x and y.
 
-    The mutual orbit lies in the plane of the ecliptic, and starts on the x-axis at the speed of a circle.
+    The mutual orbit starts at the speed of a circle, in the plane of the ecliptic after all has been turned by the
+    vector (x, y, 0).
     """
     masses = mass * 1e12, ratio * mass * 1e12
     alpha = fullbody.Body(fullbody.Ellipsoid(0.766, 0.7475, c), mass=masses[0], name="Alpha")
@@ -24,13 +27,36 @@ def kw4(mass=2.353, ratio=0.0574, a=2.55, c=0.6735, tilt=0.05, roll=0.02, librat
     speed = np.sqrt(G * sum(masses) / a)
     share = masses[1] / sum(masses)
     separate = np.array([-share, 1.0 - share])[:, None]
-    state = fullbody.State(
-        position=separate * [a, 0.0, 0.0],
-        velocity=separate * [0.0, speed, 0.0],
+    turn = Rotation.from_rotvec([x, y, 0.0])
+    return system, fullbody.State.from_scipy(
+        position=turn.apply(separate * [a, 0.0, 0.0]),
+        velocity=turn.apply(separate * [0.0, speed, 0.0]),
+        rotation=[turn * Rotation.from_euler("XY", [tilt, roll]), turn * Rotation.from_euler("Z", libration)],
         spin=[[0.0, 0.0, 2.273], [0.0, 0.0, speed / a]],
     )
-    state = state.rotated(0, [1, 0, 0], tilt).rotated(0, [0, 1, 0], roll)
-    return system, state.rotated(1, [0, 0, 1], libration)
+
+
+#: From which the radar of a pair of points is seen.
+VIEW = observing.Geometry([0.0, 100.0], to_observer=[1e3, 2e2, 4e2], light_time=False)
+
+
+def pair(mass=2.353, a=2.55):
+    """Two points without units, of which one starts in a circle about the other but for its speed."""
+    bodies = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (mass, 0.1)]
+    system = fullbody.System(bodies, G=1.0, gravity="point")
+    return system, fullbody.State(position=[[0.0] * 3, [a, 0, 0]], velocity=[[0.0] * 3, [0.1, 0.9, 0.3]])
+
+
+@functools.cache
+def pair_radar():
+    """Ranges and range rates of these points, as exact as 1e-2 of the orbit."""
+    rng, (system, state) = np.random.default_rng(5), pair()
+    options = {"sigma": (0.02, 0.01), "body": 1, "about": 0, "geometry": VIEW}
+    times, zero = np.linspace(2.0, 30.0, 15), np.zeros(15)
+    plain = observing.Radar(times, range=zero, range_rate=zero, **options)
+    found = plain.predict(system.integrate(state, 30.0, times))
+    noise = rng.normal(size=(2, 15)) * [[0.02], [0.01]]
+    return observing.Radar(times, range=found.range + noise[0], range_rate=found.range_rate + noise[1], **options)
 
 
 def view(hours, sun=False, share=1.0):
@@ -38,6 +64,15 @@ def view(hours, sun=False, share=1.0):
     ends = share * np.array([[0.05, 0.01, 0.02], [0.047, 0.017, 0.022]]) * u.au
     sunlight = {"to_sun": np.array([[0.9, 0.4, 0.1], [0.89, 0.42, 0.1]]) * u.au} if sun else {}
     return observing.Geometry([-hours, hours] * u.h, to_observer=ends, frame="ecliptic", **sunlight)
+
+
+def flyby(hours):
+    """The way of the Earth past 1999 KW4 in May 2001, on a straight line at 22 km/s: 0.0323 au away in mid-time."""
+    nearest = 0.0323 * np.array([0.863, 0.505, 0.0]) * u.au
+    way = np.array([9.6, -16.4, 10.9]) * u.km / u.s * (0.5 * hours * u.h)
+    return observing.Geometry(
+        [0.0, hours] * u.h, to_observer=u.Quantity([nearest - way, nearest + way]), frame="ecliptic"
+    )
 
 
 def noisy(rng, system, state, times, hours, **places):
@@ -54,26 +89,42 @@ def noisy(rng, system, state, times, hours, **places):
     )
 
 
-def dimorphos(b=0.87, c=0.66, longitude=310.0, latitude=-80.0, period=11.92, phase=0.0, **options):
-    """Didymos with a moon of the semi-axes 1 : b : c in a circle; its pole in degrees of the ecliptic.
+def dimorphos(
+    mass=5.28,
+    polar=0.29,
+    a=0.0885,
+    b=0.87,
+    c=0.66,
+    longitude=310.0,
+    latitude=-80.0,
+    period=11.92,
+    phase=0.0,
+    roll=0.0,
+    pitch=0.0,
+    **options,
+):
+    """Didymos with a moon at rest in the frame that turns with the orbit, as tides leave it: it does not librate.
 
-    The period of the orbit, in h, is that of a circle about a point.
+    The mass of Didymos is in 1e11 kg; its polar semi-axis and the longest one of the moon are in km, the moon's axes go
+    as 1 : b : c. The pole is in degrees of the ecliptic, the period of the orbit in h.
     """
-    a = 0.0885
+    didymos = fullbody.Body(fullbody.Ellipsoid(0.394, 0.394, polar), mass=mass * 1e11, name="Didymos")
     moon = fullbody.Body(fullbody.Ellipsoid(a, a * b, a * c), density=2.4e12, name="Dimorphos")
-    didymos = fullbody.Body(fullbody.Ellipsoid(0.394, 0.394, 0.29), density=2.8e12, name="Didymos")
-    system = fullbody.System([didymos, moon], G=G, units=("km", "hour", "kg"), frame="ecliptic", **options)
-    total = float(system.masses.sum().value)
-    rate = 2 * np.pi / period
-    apart = (G * total / rate**2) ** (1 / 3)
-    share = float(system.masses[1].value) / total
+    pair = fullbody.System([didymos, moon], G=G)
+    total, share, rate = pair.masses.sum(), pair.masses[1] / pair.masses.sum(), 2 * np.pi / period
+    apart, still = (G * total / rate**2) ** (1 / 3), np.zeros((2, 3))
+    for _ in range(4):
+        # At rest the force is that which a circle needs; each pass leaves a hundredth of the error.
+        force = -pair.interactions(fullbody.State([[0.0] * 3, [apart, 0.0, 0.0]], still)).force[1, 0]
+        apart *= (force / (pair.masses[0] * share * apart * rate**2)) ** (1 / 3)
     separate = np.array([-share, 1.0 - share])[:, None]
     # From the plane of the orbit, where the moon is at the angle of the phase, to the ecliptic.
     turn = Rotation.from_euler("zyz", [phase, np.pi / 2 - np.radians(latitude), np.radians(longitude)])
+    turn = Rotation.from_rotvec([roll, pitch, 0.0], degrees=True) * turn
     state = fullbody.State.from_scipy(
         position=turn.apply(separate * [apart, 0, 0]),
         velocity=turn.apply(separate * [0, apart * rate, 0]),
         rotation=Rotation.concatenate([turn, turn]),
         spin=[[0, 0, 2.78], [0, 0, rate]],
     )
-    return system, state
+    return fullbody.System(pair.bodies, G=G, units=("km", "hour", "kg"), frame="ecliptic", **options), state

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidInput, caution
-from .units import Units, close_to, gathered, is_quantity, numbers, refuse_masked, strip_to
+from .units import Units, close_to, gathered, is_quantity, numbers, refuse_masked, strip_to, unit_named
 
 _T = TypeVar("_T")
 
@@ -62,6 +62,14 @@ def integer(value: object) -> int | None:
         return None if isinstance(value, bool | np.ma.MaskedArray) else operator.index(value)  # type: ignore[arg-type]
     except TypeError:
         return None
+
+
+def seed_of(value: object) -> int:
+    """Return a seed of random numbers, which is a whole number of zero or above."""
+    found = integer(value)
+    if found is None or found < 0:
+        raise InvalidInput(f"seed is {value!r}; expected a whole number, zero or above")
+    return found
 
 
 def place(value: object, names: Sequence[str], what: str) -> int:
@@ -127,9 +135,7 @@ def _amount(value: Any, unit: str, what: str, expected: str, accepts: Callable[[
     if number.ndim != 0 or number.dtype.kind not in "iuf" or not np.isfinite(number) or not accepts(number):
         raise InvalidInput(f"{what} is {value!r}; expected {expected}")
     if is_quantity(value):
-        from astropy import units as u
-
-        strip_to(value, u.Unit(unit), what)
+        strip_to(value, unit_named(unit), what)
     return value
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import cached_property
+from functools import cache, cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -101,6 +101,23 @@ def _read(text: str) -> Any:
         # The aliases hold for this call only; enabling them takes half a millisecond.
         with u.add_enabled_aliases({word: getattr(u, unit) for unit, words in _WORDS.items() for word in words}):
             return u.Quantity(text)
+
+
+@cache
+def unit_named(text: str) -> Any:
+    """Return the unit of a text in the program, which is read once."""
+    from astropy import units as u
+
+    return u.Unit(text)
+
+
+@lru_cache(maxsize=1024)
+def _derived(length: Any, time: Any, mass: Any, dimension: str) -> Any:
+    """Return the unit of a dimension as the same object at each call, since astropy takes long to multiply units."""
+    from astropy import units as u
+
+    powers = _DIMENSIONS[dimension]
+    return length ** powers[0] * time ** powers[1] * mass ** powers[2] * u.rad ** powers[3]
 
 
 def is_quantity(value: object) -> bool:
@@ -271,13 +288,9 @@ class Units:
 
     def unit(self, dimension: str) -> Any:
         """Return the unit of a dimension; angles are in radians."""
-        from astropy import units as u
-
         if self._base is None:
             raise InvalidInput("this system has no units; give fullbody.System(..., units=('km', 'hour', 'kg'))")
-        length, time, mass = self._base
-        powers = _DIMENSIONS[dimension]
-        return length ** powers[0] * time ** powers[1] * mass ** powers[2] * u.rad ** powers[3]
+        return _derived(*self._base, dimension)
 
     def strip(self, value: object, dimension: str, what: str) -> npt.NDArray[np.float64]:
         """Return a value as numbers in this system's units."""
@@ -382,6 +395,8 @@ def refuse_cycles(unit: Any, what: str) -> None:
 
 def strip_to(value: Any, unit: Any, what: str) -> npt.NDArray[np.float64]:
     """Return a Quantity as numbers in a unit, or raise an error that names both units."""
+    if value.unit is unit:
+        return _floats(value.value, what)
     from astropy import units as u
 
     try:

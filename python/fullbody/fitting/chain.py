@@ -147,15 +147,14 @@ class Chain:
         self._steps: list[dict[str, float]] = [{} for _ in names]
         self._system = _SystemChain()
 
-    def at(self, values: _Array, sizes: _Array) -> SetupDerivatives:
-        """Differentiate at values (P,); the setup is smooth over their sizes (P,).
+    def at(self, base: SetupResult, values: _Array, sizes: _Array) -> SetupDerivatives:
+        """Differentiate at values (P,), for which the setup returns ``base``; it is smooth over their sizes (P,).
 
         Raises
         ------
         InvalidInput
             For a setup whose results are not smooth in a parameter.
         """
-        base = self._make(values)
         tangent = len(base.core.position) * 12
         columns = np.zeros((tangent + 1 + len(base.numbers), len(values)))
         found: dict[str, str] = {}

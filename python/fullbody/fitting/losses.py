@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import named_options
+from ..base.units import numbers, scalar
 from ..errors import InvalidInput
 
 __all__ = ["Loss", "Outliers", "loss_of"]
@@ -43,6 +44,8 @@ class Outliers:
     width: float = 10.0
 
     def __post_init__(self) -> None:
+        for name in ("fraction", "width"):
+            scalar(numbers(getattr(self, name), name), name)
         if not 0.0 < self.fraction < 1.0:
             raise InvalidInput(f"fraction is {self.fraction!r}; expected a number above 0 and below 1")
         if not 1.0 < self.width < np.inf:
@@ -127,7 +130,7 @@ def loss_of(given: Any) -> Loss:
     """Return the loss of a name, of :class:`Outliers`, or of a function as scipy's ``least_squares`` takes it."""
     if callable(given):
         return Loss(given, given)
-    if given not in _KNOWN:
+    if not isinstance(given, str) or given not in _KNOWN:
         raise InvalidInput(
             f"loss is {given!r}; expected one of {', '.join(_KNOWN)}, fullbody.fitting.Outliers(...), or a function"
         )

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.arguments import integer
+from ..base.arguments import integer, seed_of
 from ..base.units import need
 from ..errors import InvalidInput
 
@@ -32,7 +32,8 @@ def sample(fit: Any, sampler: Any, steps: Any, walkers: Any, seed: Any, progress
     if count is None or count < 2 * len(fit.names):
         raise InvalidInput(f"walkers is {walkers!r}; expected at least {2 * len(fit.names)}, two for each parameter")
     ensemble = emcee.EnsembleSampler(count, len(fit.names), fit.log_posterior)
-    state = emcee.State(fit.draws_as_array(count, seed), random_state=np.random.RandomState(seed).get_state())
+    random = np.random.RandomState(np.random.MT19937(seed_of(seed))).get_state()
+    state = emcee.State(fit.draws_as_array(count, seed), random_state=random)
     ensemble.run_mcmc(state, length, progress=progress)
     chain = np.moveaxis(ensemble.get_chain(), 0, 1)
     dimensions = ("chain", "draw")

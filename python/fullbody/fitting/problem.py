@@ -106,7 +106,7 @@ class Problem:
         if not isinstance(given, Iterable) or not (listed := list(given)):
             raise InvalidInput(f"observations is {observations!r}; expected observations, or a list of them")
         for one in listed:
-            if not callable(one) and not (hasattr(one, "pulls") and hasattr(one, "emission")):
+            if not callable(one) and not _is_observed(one):
                 raise InvalidInput(
                     f"observations has {one!r}; expected those of fullbody.observing, or a function of parameters that "
                     "returns some"
@@ -129,6 +129,8 @@ class Problem:
         #: The parameters of the system by which the last runs were differentiated.
         self._needed: tuple[str, ...] | None = None
         self._steps: list[dict[str, float]] = [{} for _ in names]
+        #: The number of pulls, which parameters must not change.
+        self._count: int | None = None
         self.runs = self.differentiated = self.refused = 0
         self.reason = ""
 
@@ -150,7 +152,11 @@ class Problem:
         """Return the observations; those that are functions are called with these values of their parameters."""
         named = self.parameters.named(values)
         both = zip(self.given, self.of_observations, strict=True)
-        return [one(**{name: named[name] for name in names}) if callable(one) else one for one, names in both]
+        found = [one(**{name: named[name] for name in names}) if callable(one) else one for one, names in both]
+        for one, given in zip(found, self.given, strict=True):
+            if not _is_observed(one):
+                raise TypeError(f"{given!r} of observations returned {one!r}; expected those of fullbody.observing")
+        return found
 
     def point(self, values: _Array, differentiated: bool = False) -> Point:
         """Integrate a run and compute the predictions.
@@ -179,6 +185,14 @@ class Problem:
         observations = self.observations(values)
         run = self._run(made, observations, derivatives)
         pulls = [_finite(self.of(one, run, "pulls"), one) for one in observations]
+        count = sum(part.size for part in pulls)
+        if self._count is None:
+            self._count = count
+        if count != self._count:
+            raise InvalidInput(
+                f"the observations have {count} numbers here and had {self._count} at the start of the fit; expected "
+                "the same number for all values of the parameters"
+            )
         return Point(values.copy(), made, run, observations, pulls, self._widening(made.system, observations))
 
     def _widening(self, system: System, observations: list[Any]) -> list[_Array]:
@@ -222,7 +236,7 @@ class Problem:
         mine = [k for k, name in enumerate(names) if name in self.of_setup]
         differenced: dict[str, str] = {}
         if mine:
-            made = self._chain.at(values[mine], sizes[mine])
+            made = self._chain.at(point.made, values[mine], sizes[mine])
             differenced |= {
                 name: f"it changes {place}, by which motions are not differentiated"
                 for name, place in made.undifferentiable.items()
@@ -292,12 +306,18 @@ class Problem:
     ) -> _Array:
         """Return differences of the rows; ``noise`` is their rounding error."""
         scale = noise * max(1.0, float(np.abs(point.rows).max(initial=0.0))) * np.ones(len(point.rows))
-        found = derivative(shifted, size, scale, np.zeros(len(scale), dtype=int), self._steps[k], shorter)
+        where = f"{self.parameters.names[k]} near {point.values[k]:.9g}"
+        try:
+            found = derivative(shifted, size, scale, np.zeros(len(scale), dtype=int), self._steps[k], shorter)
+        except InvalidInput as error:
+            raise InvalidInput(f"the predictions cannot be differentiated by {where}: {error}") from error
         if found is None:
-            raise InvalidInput(
-                f"the predictions do not change evenly with {self.parameters.names[k]} near {point.values[k]:.9g}"
-            )
+            raise InvalidInput(f"the predictions do not change evenly with {where}")
         return found
+
+
+def _is_observed(one: Any) -> bool:
+    return hasattr(one, "pulls") and hasattr(one, "emission")
 
 
 def _finite(pulls: Any, one: Any) -> _Array:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer, named_options
+from ..base.arguments import integer, named_options, seed_of
 from ..base.tables import Table, Tabled, to_text
 from ..ensembles.parameters import Paired, paired
 from ..errors import InvalidInput
@@ -244,7 +244,7 @@ class Fit(Tabled):
         scale = np.where(errors > 0.0, errors, 1.0)
         values, vectors = np.linalg.eigh(self.covariance / np.outer(scale, scale))
         factor = vectors * np.sqrt(np.maximum(values, 0.0))
-        rng = np.random.default_rng(seed)
+        rng = np.random.default_rng(seed_of(seed))
         kept = np.empty((0, len(mean)))
         for _ in range(_MOST_DRAWS):
             drawn = mean + scale * (rng.normal(size=(count, len(mean))) @ factor.T)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer, named_options
+from ..base.arguments import integer, named_options, seed_of
 from ..base.units import need
 from ..errors import InconsistentInput, Interrupted, InvalidInput, caution
 from ..motion.options import Tally
@@ -326,7 +326,7 @@ def _starts(known: Parameters, starts: Any, seed: Any) -> list[_Array]:
     bounded, prior = np.isfinite(width), np.isfinite(known.sigma)
     if not (bounded | prior).any():
         raise InvalidInput(f"starts is {count}, but no parameter has two bounds or a prior over which to spread them")
-    parts = qmc.LatinHypercube(len(known), seed=np.random.default_rng(seed)).random(count - 1)
+    parts = qmc.LatinHypercube(len(known), seed=np.random.default_rng(seed_of(seed))).random(count - 1)
     places = [known.start]
     for part in parts:
         inside = known.lower + np.where(bounded, width, 0.0) * part

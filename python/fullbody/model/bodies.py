@@ -221,9 +221,8 @@ class Body(Tabled):
 
     def _with(self, units: Units) -> Body:
         """Return the body in a system with these units: its plain numbers become Quantities in them."""
-        if not units.known:
+        if not units.known or all(is_quantity(value) for value, _ in self._numbers().values()):
             return self
-
         if isinstance(self._shape, Composite):
             return Body(self._shape._with(units), name=self._name)
         mass, density = attach(self._mass, "mass", units), attach(self._density, "density", units)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..base import tables
+from ..base.units import unit_named
 
 if TYPE_CHECKING:
     from .. import _core
@@ -24,7 +25,7 @@ def density_warning(units: Units, body: _core.Body, name: str) -> str | None:
     """Return a warning about an implausible density, as from a wrong unit of size or mass, or ``None``."""
     if not units.known or body.volume == 0.0:
         return None
-    density = float(units.attach(body.mass / body.volume, "density").to_value("kg / m3"))
+    density = float(units.attach(body.mass / body.volume, "density").to_value(unit_named("kg / m3")))
     if _DENSITIES[0] <= density <= _DENSITIES[1]:
         return None
     expected = f"expected {_DENSITIES[0]:g} to {_DENSITIES[1]:g}: check the units of its size and mass"

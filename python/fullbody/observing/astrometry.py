@@ -287,7 +287,7 @@ class Astrometry(Observations):
         line = (centres[about] - seen.observer) @ axes.T
         return offsets(line, (centres[body] - centres[about]) @ axes.T)
 
-    def _depends_on_attitude(self) -> bool:
+    def _depends_on_figures(self) -> bool:
         return self.photocentre
 
     def _described(self) -> list[tuple[str, str]]:

@@ -184,8 +184,8 @@ class Observations(Tabled):
         """Return predictions or residuals with the units of the observations."""
         raise NotImplementedError
 
-    def _depends_on_attitude(self) -> bool:
-        """Return whether predictions depend on the attitudes of bodies."""
+    def _depends_on_figures(self) -> bool:
+        """Return whether predictions depend on the shapes and attitudes of bodies."""
         return False
 
     def _partials(
@@ -206,7 +206,7 @@ class Observations(Tabled):
                     moved[name] = states[name].astype(np.complex128)
                     moved[name][:, body, axis] += 1j * _STEP
                     found[..., 12 * body + 3 * kind + axis] = self._model(system, moved).imag / _STEP
-            for axis in range(3 if self._depends_on_attitude() else 0):
+            for axis in range(3 if self._depends_on_figures() else 0):
                 turned: dict[str, Any] = dict(states)
                 turned["attitude"] = states["attitude"].astype(np.complex128)
                 turned["attitude"][:, body] += 0.5j * _STEP * _times_axis(states["attitude"][:, body], axis)
@@ -223,6 +223,8 @@ class Observations(Tabled):
             masses = system._masses.astype(np.complex128)
             masses[system.names.index(body)] += 1j * _STEP
             return np.asarray(self._model(system, states, masses).imag / _STEP)
+        if kind.startswith("semi-axis") and not self._depends_on_figures():
+            return np.zeros(self._observed(system).shape)
         step = _SHARE * system._changed(parameter, 0.0)[1]
         first, second = (system._changed(parameter, sign * step)[0] for sign in (-1.0, 1.0))
         if first._core.bodies == second._core.bodies:

@@ -73,7 +73,7 @@ def derivatives_of(run: Run, function: Callable[[Any], Any], start: bool) -> Fun
 
     def by(name: str | int) -> _Array:
         columns = run.transition[:, :, name] if isinstance(name, int) else run.sensitivity[name]
-        step = _STEP / max(float(np.abs(columns / _sizes(run)).max()), 1e-300)
+        step = _STEP / max(float(np.abs(columns / _sizes(run)).max(initial=0.0)), 1e-300)
         if isinstance(name, str):
             step = min(step, _STEP * run.system._changed(name, 0.0)[1])
         shifts: Sequence[float] = (-1.0, 1.0)
@@ -101,9 +101,13 @@ def _scalar(numbers: _Array) -> Any:
 def _sizes(run: Run) -> _Array:
     """Return natural sizes of the 12 N components of a tangent vector, over the whole run."""
     record = run._record
-    length = np.linalg.norm(record["position"] - record["position"].mean(axis=1, keepdims=True), axis=-1).max() or 1.0
-    speed = np.linalg.norm(record["velocity"] - record["velocity"].mean(axis=1, keepdims=True), axis=-1).max() or length
-    spin = np.linalg.norm(record["spin"], axis=-1).max() or speed / length
+
+    def largest(vectors: _Array) -> float:
+        return float(np.linalg.norm(vectors, axis=-1).max(initial=0.0))
+
+    length = largest(record["position"] - record["position"].mean(axis=1, keepdims=True)) or 1.0
+    speed = largest(record["velocity"] - record["velocity"].mean(axis=1, keepdims=True)) or length
+    spin = largest(record["spin"]) or speed / length
     return np.tile(np.repeat([length, speed, 1.0, spin], 3), record["position"].shape[1])
 
 
@@ -111,8 +115,10 @@ def _displaced(run: Run, name: str | int, columns: _Array, by: float, events: _E
     """Return a run whose samples and events are displaced."""
     system = run.system._changed(name, by)[0] if isinstance(name, str) else run.system
     record = _Record(system, _moved(run._record, columns, by))
-    first = record.state(0)
-    start = np.concatenate([[first.time], system._core.energy(first), system._core.angular_momentum(first)])
+    start = run._start
+    if len(run):
+        first = record.state(0)
+        start = np.concatenate([[first.time], system._core.energy(first), system._core.angular_momentum(first)])
     displaced = type(run)(
         system,
         run.integrator,

@@ -1,4 +1,4 @@
-"""Fits: Eris against independent ones, what changes nothing, priors, losses, jitter, bounds, and bad input."""
+"""Fits: Eris against independent ones, what changes nothing, priors, losses, jitter, bounds."""
 
 import astropy.units as u
 import fullbody
@@ -7,7 +7,7 @@ import pandas
 import pytest
 from astropy.time import Time
 from eris import EPOCH, ERIS
-from fits import QUICK, kw4, noisy
+from fits import QUICK, kw4, noisy, pair, pair_radar
 from fullbody import observing
 from fullbody.fitting import Free, Outliers
 from scipy.spatial.transform import Rotation
@@ -15,26 +15,11 @@ from support import DATA
 
 TRUE = {"mass": 2.353, "a": 2.55}
 START = {"mass": 2.36, "a": 2.545}
-VIEW = observing.Geometry([0.0, 100.0], to_observer=[1e3, 2e2, 4e2], light_time=False)
-
-
-def pair(mass=2.353, a=2.55):
-    """Two points without units, of which one starts in a circle about the other but for its speed."""
-    bodies = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (mass, 0.1)]
-    system = fullbody.System(bodies, G=1.0, gravity="point")
-    return system, fullbody.State(position=[[0.0] * 3, [a, 0, 0]], velocity=[[0.0] * 3, [0.1, 0.9, 0.3]])
 
 
 @pytest.fixture(scope="module")
 def radar():
-    """Ranges and range rates, as exact as 1e-2 of the orbit."""
-    rng, (system, state) = np.random.default_rng(5), pair()
-    options = {"sigma": (0.02, 0.01), "body": 1, "about": 0, "geometry": VIEW}
-    times, zero = np.linspace(2.0, 30.0, 15), np.zeros(15)
-    plain = observing.Radar(times, range=zero, range_rate=zero, **options)
-    found = plain.predict(system.integrate(state, 30.0, times))
-    noise = rng.normal(size=(2, 15)) * [[0.02], [0.01]]
-    return observing.Radar(times, range=found.range + noise[0], range_rate=found.range_rate + noise[1], **options)
+    return pair_radar()
 
 
 @pytest.fixture(scope="module")
@@ -331,24 +316,6 @@ def test_many_starts_find_mirror_images(radar):
         fullbody.fit(pair, {"a": 2.5}, radar, starts=3, seed=1)
 
 
-def test_an_interrupt_returns_the_best_so_far(radar):
-    calls = []
-
-    def setup(mass, a):
-        calls.append(1)
-        if len(calls) > 15:
-            raise KeyboardInterrupt
-        return pair(mass=mass, a=a)
-
-    with pytest.warns(fullbody.InconsistentInput, match="interrupted: the values are the best so far"):
-        found = fullbody.fit(setup, START, radar)
-    assert "interrupted" in found.message
-    assert np.isfinite(found.chi2)
-    calls[:] = [1] * 15
-    with pytest.raises(fullbody.Interrupted, match="nothing to return"):
-        fullbody.fit(setup, START, radar)
-
-
 def test_progress_tells_runs_and_chi2(radar, capsys):
     found = fullbody.fit(pair, START, radar, progress="a pair")
     assert f"chi2 {found.chi2:.5f}"[:-3] in capsys.readouterr().err
@@ -356,52 +323,6 @@ def test_progress_tells_runs_and_chi2(radar, capsys):
     fullbody.fit(pair, {"a": 2.545}, radar, progress=lambda runs, total, chi2: seen.append((runs, chi2)))
     assert seen[-1][0] > 3
     assert seen[-1][1] < seen[0][1]
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"parameters": {}}, "expected a dict of names to starts"),
-        ({"parameters": {"a": "wide"}}, "start of a"),
-        ({"parameters": {"a": np.nan}}, "expected a finite number"),
-        ({"parameters": {"a": 2.5, "b": 1.0}}, "'b', which neither the setup nor observations take"),
-        ({"parameters": {"a": Free(2.5, lower=3.0)}}, "start of a is 2.5; expected one between"),
-        ({"parameters": {"a": Free(2.5, lower=3.0, upper=2.0)}}, "expected lower < upper"),
-        ({"parameters": {"a": Free(2.5, prior=(2.5, 0.0))}}, "sigma of the prior of a"),
-        ({"parameters": {"a": Free(2.5, lower=1 * u.km)}}, "expected a plain number, as its start has"),
-        ({"observations": []}, "expected observations, or a list"),
-        ({"observations": [3.0]}, "expected those of fullbody.observing"),
-        ({"loss": "square"}, "loss is 'square'; expected one of linear"),
-        ({"loss": lambda z: z}, "expected rho >= 0"),
-        ({"starts": 0}, "starts is 0"),
-        ({"starts": [{"mass": 2.0}]}, "values has 'mass'"),
-        ({"setup": 3}, "setup is 3; expected a function"),
-    ],
-)
-def test_bad_arguments_are_refused(radar, options, message):
-    given = {"setup": lambda a: pair(a=a), "parameters": {"a": 2.55}, "observations": radar} | options
-    with pytest.raises(fullbody.InvalidInput, match=message):
-        fullbody.fit(given.pop("setup"), given.pop("parameters"), given.pop("observations"), **given)
-
-
-def test_bad_data_and_setups_are_refused(radar):
-    few = observing.Radar(radar.times[:1], range=radar.range[:1], sigma=0.02, body=1, about=0, geometry=radar.geometry)
-    with pytest.raises(fullbody.InvalidInput, match="2 parameters, and there are 1 numbers of data"):
-        fullbody.fit(pair, TRUE, few)
-    other = {"range": radar.range, "sigma": 0.02, "about": 0, "geometry": radar.geometry}
-    with pytest.raises(fullbody.InvalidInput, match="body is 7"):
-        fullbody.fit(pair, TRUE, observing.Radar(radar.times, body=7, **other))
-    with pytest.raises(fullbody.InvalidInput, match="outside the span of the geometry"):
-        fullbody.fit(pair, TRUE, observing.Radar(radar.times + 90.0, body=1, **other))
-    with pytest.raises(fullbody.InvalidInput, match=r"do not change evenly with a near 2\.55"):
-        fullbody.fit(lambda a: pair(a=2.5 + 1e-3 * np.floor(1e9 * a) % 7), {"a": 2.55}, radar)
-    rng = np.random.default_rng(1)
-    with pytest.raises(fullbody.InvalidInput, match="do not change evenly with a"):
-        fullbody.fit(lambda a: pair(a=a + 1e-3 * rng.normal()), {"a": 2.55}, radar)
-    with pytest.raises(TypeError, match=r"expected \(system, state\)"):
-        fullbody.fit(lambda a: None, {"a": 2.55}, radar)
-    with pytest.raises(fullbody.InvalidInput, match="mean distance has no times"):
-        fullbody.fit(pair, {"a": 2.55}, observing.Measured("mean distance", lambda run: 1.0, 1.0, 0.1))
 
 
 def test_figures_and_samples(radar, found):

@@ -1,0 +1,234 @@
+"""What is wrong with a fit's arguments, observations or setup is named, and Ctrl-C does not lose what was found."""
+
+import os
+import signal
+
+import astropy.units as u
+import fullbody
+import numpy as np
+import pytest
+from fits import VIEW, pair, pair_radar
+from fullbody import observing
+from fullbody.fitting import Free, Outliers
+
+TRUE = {"mass": 2.353, "a": 2.55}
+START = {"mass": 2.36, "a": 2.545}
+BETWEEN = {"a": Free(2.55, lower=2.5, upper=2.6)}
+
+
+@pytest.fixture(scope="module")
+def radar():
+    return pair_radar()
+
+
+@pytest.fixture(scope="module")
+def found(radar):
+    return fullbody.fit(pair, START, radar)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"parameters": {}}, "expected a dict of names to starts"),
+        ({"parameters": {"a": "wide"}}, "start of a"),
+        ({"parameters": {"a": np.nan}}, "expected a finite number"),
+        ({"parameters": {"a": 2.5, "b": 1.0}}, "'b', which neither the setup nor observations take"),
+        ({"parameters": {"a": Free(2.5, lower=3.0)}}, "start of a is 2.5; expected one between"),
+        ({"parameters": {"a": Free(2.5, lower=3.0, upper=2.0)}}, "expected lower < upper"),
+        ({"parameters": {"a": Free(2.5, prior=(2.5, 0.0))}}, "sigma of the prior of a"),
+        ({"parameters": {"a": Free(2.5, lower=1 * u.km)}}, "expected a plain number, as its start has"),
+        ({"observations": []}, "expected observations, or a list"),
+        ({"observations": [3.0]}, "expected those of fullbody.observing"),
+        ({"loss": "square"}, "loss is 'square'; expected one of linear"),
+        ({"loss": lambda z: z}, "expected rho >= 0"),
+        ({"starts": 0}, "starts is 0"),
+        ({"starts": [{"mass": 2.0}]}, "values has 'mass'"),
+        ({"setup": 3}, "setup is 3; expected a function"),
+        ({"parameters": {"a": Free(2.55, lower=np.nan)}}, "lower bound of a is nan; expected a finite number"),
+        ({"parameters": {"a": Free(2.55, prior=3.0)}}, r"prior of a is 3.0; expected \(mean, sigma\)"),
+        ({"parameters": {"a": 1e300}}, "start of the fit is refused.*separation of body 0 and body 1 is 1e300"),
+        ({"parameters": BETWEEN, "starts": [{"a": 2.0}]}, "starts has {'a': 2.0}, which is not within the bounds"),
+        ({"parameters": BETWEEN, "starts": 2, "seed": -1}, "seed is -1; expected a whole number, zero or above"),
+        ({"parameters": BETWEEN, "starts": 2, "seed": "x"}, "seed is 'x'; expected a whole number"),
+        ({"starts": "many"}, "starts is 'many'; expected a whole number above zero, or a list of starts"),
+        ({"loss": ["linear"]}, r"loss is \['linear'\]; expected one of linear"),
+        ({"loss": lambda z: np.full((3, *z.shape), np.nan)}, "expected rho >= 0"),
+        ({"integrator": "Verner98"}, "integrator is 'Verner98'; expected one of fullbody's"),
+        ({"observations": None}, "observations is None; expected observations, or a list"),
+        ({"observations": observing.Radar}, "parameters has no 'times', which .*Radar.* needs"),
+    ],
+)
+def test_bad_arguments_are_refused(radar, options, message):
+    given = {"setup": lambda a: pair(a=a), "parameters": {"a": 2.55}, "observations": radar} | options
+    with pytest.raises(fullbody.InvalidInput, match=message):
+        fullbody.fit(given.pop("setup"), given.pop("parameters"), given.pop("observations"), **given)
+
+
+def test_bad_data_and_setups_are_refused(radar):
+    few = observing.Radar(radar.times[:1], range=radar.range[:1], sigma=0.02, body=1, about=0, geometry=radar.geometry)
+    with pytest.raises(fullbody.InvalidInput, match="2 parameters, and there are 1 numbers of data"):
+        fullbody.fit(pair, TRUE, few)
+    other = {"range": radar.range, "sigma": 0.02, "about": 0, "geometry": radar.geometry}
+    with pytest.raises(fullbody.InvalidInput, match="body is 7"):
+        fullbody.fit(pair, TRUE, observing.Radar(radar.times, body=7, **other))
+    with pytest.raises(fullbody.InvalidInput, match="outside the span of the geometry"):
+        fullbody.fit(pair, TRUE, observing.Radar(radar.times + 90.0, body=1, **other))
+    with pytest.raises(fullbody.InvalidInput, match=r"do not change evenly with a near 2\.55"):
+        fullbody.fit(lambda a: pair(a=2.5 + 1e-3 * np.floor(1e9 * a) % 7), {"a": 2.55}, radar)
+    rng = np.random.default_rng(1)
+    with pytest.raises(fullbody.InvalidInput, match="do not change evenly with a"):
+        fullbody.fit(lambda a: pair(a=a + 1e-3 * rng.normal()), {"a": 2.55}, radar)
+    with pytest.raises(TypeError, match=r"expected \(system, state\)"):
+        fullbody.fit(lambda a: None, {"a": 2.55}, radar)
+    with pytest.raises(fullbody.InvalidInput, match="mean distance has no times"):
+        fullbody.fit(pair, {"a": 2.55}, observing.Measured("mean distance", lambda run: 1.0, 1.0, 0.1))
+    for returned in (None, [radar]):
+        with pytest.raises(TypeError, match=r"of observations returned .*; expected those of fullbody\.observing"):
+            fullbody.fit(pair, {**TRUE, "jitter": 1.0}, lambda jitter, returned=returned: returned)
+
+
+@pytest.mark.parametrize(
+    ("sigma", "message"),
+    [
+        (0.0, "sigma of range of Radar has the value 0.0; expected standard errors above zero"),
+        (-1.0, "sigma of range of Radar has the value -1.0; expected standard errors above zero"),
+        (np.inf, "sigma of range of Radar has infinite values"),
+        (np.nan, "Radar has no row without masked or missing values"),
+        (None, "sigma of range of Radar is None; expected numbers"),
+        ([0.1, 0.2], r"sigma_range of Radar has shape \(2,\); expected 15 rows"),
+    ],
+)
+def test_errors_that_are_none_are_refused(radar, sigma, message):
+    with pytest.raises(fullbody.InvalidInput, match=message):
+        observing.Radar(radar.times, range=radar.range, sigma=sigma, body=1, about=0, geometry=VIEW)
+
+
+def test_a_row_whose_error_is_missing_is_left_out_with_a_warning(radar):
+    sigma = np.where(radar.times > 29.0, np.nan, 0.02)
+    with pytest.warns(fullbody.InconsistentInput, match="1 of 15 rows of Radar .* left out: row 14"):
+        data = observing.Radar(radar.times, range=radar.range, sigma=sigma, body=1, about=0, geometry=VIEW)
+    assert fullbody.fit(pair, TRUE, data).dof == 12
+
+
+@pytest.mark.parametrize(
+    ("setup", "error", "message"),
+    [
+        (lambda a: 1 / 0, fullbody.InvalidInput, "start of the fit is refused: ZeroDivisionError"),
+        (lambda a: pair(a=np.nan), fullbody.InvalidInput, "refused: InvalidInput: position of body 1.* is NaN"),
+        # A mistake in the code of a setup is no refusal of its values.
+        (lambda a: {}["moon"], KeyError, "moon"),
+        (lambda a: pair(a=a)[0], TypeError, r"setup returned System.*; expected \(system, state\)"),
+        (lambda a: (*pair(a=a), 1.0), TypeError, r"expected \(system, state\)"),
+        (lambda a: pair(a=a) if a == 2.55 else 3, TypeError, r"setup returned 3; expected \(system, state\)"),
+        (lambda a: pair(a=2.55 + 1e-3 * (a > 2.55)), fullbody.InvalidInput, "do not change evenly with a near 2.55"),
+    ],
+)
+def test_setups_that_make_nothing_are_told(radar, setup, error, message):
+    with pytest.raises(error, match=message):
+        fullbody.fit(setup, {"a": 2.55}, radar)
+
+
+def test_bodies_that_come_and_go_with_a_parameter_are_named(radar):
+    def setup(a):
+        bodies = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (2.353, 0.1)[: 2 if a == 2.55 else 1]]
+        state = fullbody.State([[0.0] * 3, [a, 0, 0]][: len(bodies)], [[0.0] * 3, [0.1, 0.9, 0.3]][: len(bodies)])
+        return fullbody.System(bodies, G=1.0, gravity="point"), state
+
+    with pytest.raises(fullbody.InvalidInput, match=r"cannot be differentiated by a near 2.55: no value near it"):
+        fullbody.fit(setup, {"a": 2.55}, radar)
+
+
+@pytest.mark.parametrize("call", [2, 3, 6, 8, 12])
+def test_a_setup_that_fails_once_does_not_end_the_fit(radar, call):
+    calls = []
+
+    def setup(mass, a):
+        calls.append(1)
+        if len(calls) == call:
+            raise ValueError("this time not")
+        return pair(mass=mass, a=a)
+
+    found = fullbody.fit(setup, START, radar)
+    assert len(calls) > call
+    assert not found.message
+    assert found.chi2 == pytest.approx(fullbody.fit(pair, START, radar).chi2, rel=1e-7)
+
+
+def test_observations_whose_number_depends_on_a_parameter_are_refused(radar):
+    def data(mass):
+        rows = slice(10 if mass < 2.355 else 15)
+        values = {"range": radar.range[rows], "sigma": 0.02}
+        return observing.Radar(radar.times[rows], **values, body=1, about=0, geometry=VIEW)
+
+    with pytest.warns(fullbody.InconsistentInput, match="refused: InvalidInput: the observations have 10 numbers"):
+        found = fullbody.fit(pair, START, data)
+    assert found.refused
+
+
+def test_as_many_data_as_parameters_leave_no_p_value(radar):
+    rows = {"range": radar.range[:2], "sigma": 0.02, "body": 1, "about": 0, "geometry": VIEW}
+    found = fullbody.fit(pair, START, observing.Radar(radar.times[:2], **rows))
+    assert (found.dof, found.p_value) == (0, None)
+    assert found.chi2 < 1e-6
+    with pytest.raises(fullbody.InvalidInput, match="3 parameters, and there are 2 numbers of data and priors"):
+        fullbody.fit(
+            lambda mass, a, more: pair(mass + more, a), {**START, "more": 0.0}, observing.Radar(radar.times[:2], **rows)
+        )
+
+
+def test_a_value_of_the_system_alone_needs_no_times():
+    """A measured mass is that of the fit."""
+    measured = observing.Measured("mass", lambda run: run.system.masses[0], 2.4, 0.1, times=[])
+    found = fullbody.fit(lambda mass: pair(mass=mass), {"mass": 2.3}, measured)
+    assert found.values["mass"] == pytest.approx(2.4, rel=1e-9)
+    assert found.sigma["mass"] == pytest.approx(0.1, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda fit: fit.draw(0, 1), "n is 0; expected a whole number above zero"),
+        (lambda fit: fit.draw(2, "x"), "seed is 'x'; expected a whole number, zero or above"),
+        (lambda fit: fit.draw(2, None), "seed is None; expected a whole number"),
+        (lambda fit: fit.log_posterior([np.nan, 1.0]), "expected 2 finite numbers, or a dict by names"),
+        (lambda fit: fit.log_posterior({"mass": "heavy", "a": 1.0}), "value of mass is 'heavy'"),
+        (lambda fit: Outliers("few"), "fraction is 'few'; expected numbers"),
+        (lambda fit: Outliers(np.nan), "fraction is nan; expected a number above 0"),
+    ],
+)
+def test_what_a_fit_cannot_do_is_refused(found, call, message):
+    with pytest.raises(fullbody.InvalidInput, match=message):
+        call(found)
+
+
+def test_an_interrupt_returns_the_best_so_far(radar):
+    calls = []
+
+    def setup(mass, a):
+        calls.append(1)
+        if len(calls) > 15:
+            raise KeyboardInterrupt
+        return pair(mass=mass, a=a)
+
+    with pytest.warns(fullbody.InconsistentInput, match="interrupted: the values are the best so far"):
+        found = fullbody.fit(setup, START, radar)
+    assert "interrupted" in found.message
+    assert np.isfinite(found.chi2)
+    calls[:] = [1] * 15
+    with pytest.raises(fullbody.Interrupted, match="nothing to return"):
+        fullbody.fit(setup, START, radar)
+
+
+def test_the_signal_of_ctrl_c_returns_the_best_so_far(radar):
+    calls = []
+
+    def setup(mass, a):
+        calls.append(1)
+        if len(calls) == 14:
+            os.kill(os.getpid(), signal.SIGINT)
+        return pair(mass=mass, a=a)
+
+    with pytest.warns(fullbody.InconsistentInput, match="interrupted: the values are the best so far"):
+        found = fullbody.fit(setup, START, radar)
+    assert found.message.startswith("interrupted")
+    assert found.chi2 <= radar.chi2(pair(**START)[0].integrate(pair(**START)[1], 30.0, radar.times))
