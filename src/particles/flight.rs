@@ -163,7 +163,7 @@ impl FlightPlan<'_> {
                 let expected = "the radiation of a third body to be given";
                 return Err(Error::invalid("an event of the particles", "Shadow", expected));
             }
-            if let ParticleCondition::Periapsis { body } = watch.condition
+            if let ParticleCondition::Periapsis { body } = event.condition
                 && body >= bodies
             {
                 let expected = format!("0 to {}", bodies - 1);
