@@ -12,6 +12,7 @@ from .. import _core
 from ..base.arguments import named_options
 from ..errors import InvalidInput
 from ..events import Occultation
+from .data import refuse_inside
 from .vectors import SystemGeometry, Vectors
 
 if TYPE_CHECKING:
@@ -91,7 +92,8 @@ def mutual_events(run: Run, geometry: Vectors) -> list[MutualEvent]:
     Raises
     ------
     InvalidInput
-        For a run without its continuous solution, and one that the geometry does not cover at any time.
+        For a run without its continuous solution, one that the geometry does not cover at any time, and an observer or
+        a Sun inside a body.
 
     Notes
     -----
@@ -113,7 +115,8 @@ def mutual_events(run: Run, geometry: Vectors) -> list[MutualEvent]:
         raise InvalidInput("this run keeps no continuous solution; integrate with dense=True")
     system = run.system
     local = geometry._of(system)
-    first, last = sorted(run.dense._core.range)
+    start, stop = run.dense._core.range
+    first, last = sorted((start, stop))
     begin, end = local.ends()
     span = [max(first, float(local.emission(begin))), min(last, float(local.emission(end)))]
     if not span[0] < span[1]:
@@ -125,48 +128,64 @@ def mutual_events(run: Run, geometry: Vectors) -> list[MutualEvent]:
     kinds = [kind for kind in KINDS if kind == "occultation" or geometry._sun is not None]
     pairs = [(i, j) for i in range(len(system)) for j in range(len(system)) if i != j]
     asked = [(kind, i, j, total) for kind in kinds for i, j in pairs for total in (False, True)]
-    towards = {kind: _core.Toward(*_table(local, kind, span), KINDS[kind] / local.light_speed, False) for kind in kinds}
+    towards = {}
+    weights = system._masses / system._masses.sum()
+    for kind in kinds:
+        times, toward = _table(local, kind, span)
+        states = run.dense._core.states(np.clip(times, *span))
+        centre = states["position"] - np.einsum("n,tnx->tx", weights, states["position"])[:, None]
+        what = "observer" if kind == "occultation" else "Sun"
+        refuse_inside(system, what, np.array(toward), centre, states["attitude"], np.array(times))
+        towards[kind] = _core.Toward(times, toward, KINDS[kind] / local.light_speed, False)
     conditions = [_core.Condition.Occultation(i, j, total, towards[kind]) for kind, i, j, total in asked]
     crossings = run.dense._core.crossings(system._core, conditions, span)
-    intervals = {key: _intervals(*found, span) for key, found in zip(asked, crossings, strict=True)}
+    intervals = {key: _intervals(*found, span, start < stop) for key, found in zip(asked, crossings, strict=True)}
     found = []
     for kind, i, j in ((kind, i, j) for kind in kinds for i, j in pairs):
-        arrival = _Arrival(run, local, kind, i, span)
         totals = intervals[kind, i, j, True]
         for interval in intervals[kind, i, j, False]:
             within = [ends for ends in totals if interval[0] <= ends[0] and ends[1] <= interval[1]]
-            parts = [*interval, *((within[0][0], within[-1][1]) if within else (np.nan, np.nan))]
-            found.append((interval, MutualEvent(kind, system.names[i], system.names[j], *map(arrival, parts))))
-    return [event for _, event in sorted(found, key=lambda one: one[0])]
+            found.append(([*interval, *((within[0][0], within[-1][1]) if within else (np.nan, np.nan))], kind, i, j))
+    found.sort(key=lambda one: one[0][:2])
+    times = np.array([one[0] for one in found]).reshape(-1, 4)
+    hidden = np.array([i for _, _, i, _ in found], dtype=np.intp)
+    eclipsed = np.array([kind == "eclipse" for _, kind, _, _ in found], dtype=bool)
+    known = ~(np.isnan(times) | np.isin(times, span))
+    which = np.nonzero(known)[0]
+    times[known] = _arrivals(run, local, times[known], hidden[which], eclipsed[which])
+
+    def attached(time: float, is_known: bool) -> Any:
+        return system._units.attach(float(time), "time") if is_known else None
+
+    return [
+        MutualEvent(kind, system.names[i], system.names[j], *map(attached, row, mask))
+        for (_, kind, i, j), row, mask in zip(found, times, known, strict=True)
+    ]
 
 
-class _Arrival:
-    """The time at which the observer sees what a condition has at a time, or ``None`` for ends of the span and NaN."""
-
-    def __init__(self, run: Run, local: SystemGeometry, kind: str, body: int, span: list[float]) -> None:
-        self._run, self._local, self._kind, self._body, self._span = run, local, kind, body, span
-
-    def __call__(self, time: float) -> Any:
-        if np.isnan(time) or time in self._span:
-            return None
-        run, local = self._run, self._local
+def _arrivals(
+    run: Run, local: SystemGeometry, times: _Array, hidden: npt.NDArray[np.intp], eclipsed: npt.NDArray[np.bool_]
+) -> _Array:
+    """Return when the observer sees contacts (T,) that conditions have at times (T,), by the indices of hidden bodies."""
+    emitted = times.copy()
+    if eclipsed.any() and np.isfinite(local.light_speed):
+        # Sunlight that passes the barycentre at that time reaches the body earlier or later, and leaves it then.
         assert run.dense is not None
-        emitted = time
-        if self._kind == "eclipse" and np.isfinite(local.light_speed):
-            # Sunlight that passes the barycentre at that time reaches the body earlier or later, and leaves it then.
-            position = run.dense._core.states(np.array([time]))["position"][0]
-            weights = run.system._masses / run.system._masses.sum()
-            place = position[self._body] - weights @ position
-            seen = local.arrival(time)
-            ways = [vector / np.linalg.norm(vector) for vector in (local.sun(seen), local.observer(seen))]
-            emitted = time - float(place @ (ways[0] + ways[1])) / local.light_speed
-        return run.system._units.attach(float(local.arrival(emitted)), "time")
+        position = run.dense._core.states(times[eclipsed])["position"]
+        weights = run.system._masses / run.system._masses.sum()
+        place = position[np.arange(len(position)), hidden[eclipsed]] - np.einsum("n,tnx->tx", weights, position)
+        seen = local.arrival(times[eclipsed])
+        ways = [vector / np.linalg.norm(vector, axis=1)[:, None] for vector in (local.sun(seen), local.observer(seen))]
+        emitted[eclipsed] -= np.einsum("tx,tx->t", place, ways[0] + ways[1]) / local.light_speed
+    return local.arrival(emitted)
 
 
-def _intervals(at_start: float, zeros: list[float], span: list[float]) -> list[tuple[float, float]]:
+def _intervals(
+    at_start: float, zeros: list[float], span: list[float], forward: bool
+) -> list[tuple[float, float]]:
     """Return the spans in which a function is negative, from a value before its first zero along the run."""
     below = at_start < 0.0
-    if len(zeros) > 1 and zeros[-1] < zeros[0]:
+    if not forward:
         below ^= len(zeros) % 2 == 1
         zeros = zeros[::-1]
     edges = [-np.inf, *zeros] if below else [*zeros]

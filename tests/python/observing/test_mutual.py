@@ -221,6 +221,14 @@ def test_what_cannot_be_is_refused():
         observing.mutual_events(system.integrate(state, 1.0), view())
     with pytest.raises(fullbody.InvalidInput, match="no time in common"):
         observing.mutual_events(run, observing.Geometry([50.0, 60.0], to_observer=AXIS, light_time=False))
+    # At time zero body A is at y = -3.
+    inside = view(to_observer=[0.0, -3.2, 0.1])
+    with pytest.raises(fullbody.InvalidInput, match=r"the observer of the geometry is inside A at time 0\.0"):
+        observing.mutual_events(run, inside)
+    with pytest.raises(fullbody.InvalidInput, match="the Sun of the geometry is inside A at time"):
+        observing.mutual_events(run, view(to_sun=[0.0, -3.2, 0.1]))
+    with pytest.raises(fullbody.InvalidInput, match="the observer of the geometry is inside A at time"):
+        observing.light_curve(run, [0.5, 0.01], inside)
     with pytest.raises(fullbody.InvalidInput, match="kind is 'transit'"):
         observing.occultation(system, view(), "B", "A", kind="transit")
     with pytest.raises(fullbody.InvalidInput, match="toward of Occultation is not given"):
