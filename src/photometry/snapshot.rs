@@ -23,6 +23,14 @@ pub struct Surface {
     pub albedo: f64,
 }
 
+impl Surface {
+    /// Units of work of one ellipsoid in an event, under light from one place.
+    fn work(&self) -> u64 {
+        const WORK: u64 = 1000;
+        if self.law.constant().is_some() { WORK } else { 100 * WORK }
+    }
+}
+
 /// Positions and attitudes of all bodies at an epoch, and whence they are seen and lit.
 #[derive(Debug, Clone, Copy)]
 pub struct View<'a> {
@@ -50,9 +58,6 @@ pub struct Photometer {
     /// The facets of each body, where there is one that is no ellipsoid.
     meshes: Vec<Mesh>,
 }
-
-/// Units of work of one ellipsoid in an event.
-const WORK: u64 = 1000;
 
 /// Rings on the Sun's disc and places on each.
 const RINGS: NonZeroUsize = NonZeroUsize::new(6).unwrap();
@@ -126,7 +131,7 @@ impl Photometer {
         let group =
             if short { (UNITS / self.work()).max(1) as usize * rayon::current_num_threads() } else { 1 };
         for views in views.chunks(group) {
-            interrupt.charge(UNITS / 2, views[0].time)?;
+            interrupt.charge(UNITS, views[0].time)?;
             if let [view] = views {
                 all.push(of(self, view, interrupt)?);
                 continue;
@@ -142,8 +147,7 @@ impl Photometer {
 
     /// Units of work of a view: of ellipsoids by their laws.
     fn work(&self) -> u64 {
-        let of = |surface: &Surface| if surface.law.constant().is_some() { WORK } else { 100 * WORK };
-        self.sun.len() as u64 * self.surfaces.iter().map(of).sum::<u64>().max(1)
+        self.sun.len() as u64 * self.surfaces.iter().map(Surface::work).sum::<u64>().max(1)
     }
 
     /// The brightness of each body, and what `of` gathers from it under the light from each place on the Sun's disc: with the factor of
@@ -159,7 +163,7 @@ impl Photometer {
         for (index, surface) in self.surfaces.iter().enumerate() {
             let (mut total, mut gathered) = (0.0, T::default());
             for (weight, directions) in &snapshot.suns {
-                interrupt.charge(WORK, view.time)?;
+                interrupt.charge(surface.work(), view.time)?;
                 let factor = weight * surface.albedo;
                 if snapshot.needs_facets(index, directions) {
                     total += factor * snapshot.faceted(index, directions, interrupt)?;
