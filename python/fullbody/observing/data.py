@@ -56,9 +56,7 @@ def _samples_at(run: Run, times: _Array, what: str) -> npt.NDArray[np.intp]:
     return place
 
 
-def refuse_inside(
-    system: System, what: str, place: _Array, centre: _Array, attitude: _Array, times: _Array
-) -> None:
+def refuse_inside(system: System, what: str, place: _Array, centre: _Array, attitude: _Array, times: _Array) -> None:
     """Raise an error for an observer, or a Sun, inside a body, from where there is no direction to see it.
 
     Parameters
@@ -80,8 +78,8 @@ def refuse_inside(
             when, far = system._units.attach(float(times[k]), "time"), np.linalg.norm(away[k, body])
             raise InvalidInput(
                 f"the {what} of the geometry is inside {system.names[body]} at time {when}, "
-                f"{system._units.attach(float(far), 'length')} from its centre; expected a distant one, with vectors from "
-                "the barycentre in the system's unit of length"
+                f"{system._units.attach(float(far), 'length')} from its centre; expected a distant one, with vectors "
+                "from the barycentre in the system's unit of length"
             )
 
 

@@ -166,7 +166,7 @@ def mutual_events(run: Run, geometry: Vectors) -> list[MutualEvent]:
 def _arrivals(
     run: Run, local: SystemGeometry, times: _Array, hidden: npt.NDArray[np.intp], eclipsed: npt.NDArray[np.bool_]
 ) -> _Array:
-    """Return when the observer sees contacts (T,) that conditions have at times (T,), by the indices of hidden bodies."""
+    """Return when the observer sees contacts that conditions have at times (T,), with the indices of hidden bodies."""
     emitted = times.copy()
     if eclipsed.any() and np.isfinite(local.light_speed):
         # Sunlight that passes the barycentre at that time reaches the body earlier or later, and leaves it then.
@@ -180,9 +180,7 @@ def _arrivals(
     return local.arrival(emitted)
 
 
-def _intervals(
-    at_start: float, zeros: list[float], span: list[float], forward: bool
-) -> list[tuple[float, float]]:
+def _intervals(at_start: float, zeros: list[float], span: list[float], forward: bool) -> list[tuple[float, float]]:
     """Return the spans in which a function is negative, from a value before its first zero along the run."""
     below = at_start < 0.0
     if not forward:

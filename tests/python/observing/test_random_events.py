@@ -27,9 +27,7 @@ def binary(rng):
     # Long steps, for which short events are easily missed, and short ones.
     tolerance = rng.choice([1e-13, 1e-3])
     until = rng.choice([-1.0, 1.0]) * rng.uniform(0.3, 1.5) * 2 * np.pi / motion
-    run = system.integrate(
-        state, until, dense=True, output=[until], integrator=fullbody.Verner98(tolerance, tolerance)
-    )
+    run = system.integrate(state, until, dense=True, output=[until], integrator=fullbody.Verner98(tolerance, tolerance))
     tilt = min(1.0, sum(x[0] for x in axes) / nearest * rng.choice([0.0, rng.uniform(0, 1.1), 1.0]))
     angles = rng.uniform(0, 2 * np.pi, 2)
     directions = [np.array([np.cos(t), np.sin(t), 0.0]) * np.sqrt(1 - tilt**2) + [0, 0, tilt] for t in angles]
@@ -76,7 +74,7 @@ def test_events_are_those_of_a_dense_scan(seed):
                 if (one.kind, one.body) == (kind, "AB"[i])
             ]
 
-            def compare(at, d=d, i=i, j=j, spans=spans):
+            def compare(at, kind=kind, d=d, i=i, j=j, spans=spans):
                 margin = overlap(axes, run.dense._core.states(at), d, i, j)
                 within = np.any([(at >= a) & (at <= b) for a, b in spans], axis=0) if spans else np.zeros(len(at), bool)
                 wrong = (within != (margin < 0)) & (np.abs(margin) > 1e-7)
