@@ -2,8 +2,8 @@
 
     python benches/photometry.py
 
-Prints microseconds an epoch: of one body alone, of a pair during an event, with derivatives, and of a numpy model of
-facets with its error.
+Prints microseconds an epoch: of one body alone, of a pair during an event, with derivatives, and with their errors of a
+numpy model of facets and, where shapely is installed, of facets from which the outline of the other body is clipped.
 """
 
 import os
@@ -16,6 +16,12 @@ import fullbody
 import numpy as np
 from fullbody import observing
 from fullbody.observing.brightness import Photometer
+from scipy.spatial import ConvexHull
+
+try:
+    import shapely
+except ImportError:
+    shapely = None
 
 COUNT = 2000
 
@@ -54,6 +60,50 @@ def by_facets(points, axes, position, e, s):
     return part.sum() * np.prod(axes[0]) * 4 * np.pi / len(points)
 
 
+def sphere(count):
+    """Vertices of a unit sphere on a spiral, and its facets with the normals outward, grown to the sphere's area."""
+    z = 1 - 2 * (np.arange(count) + 0.5) / count
+    angle = np.pi * (1 + 5**0.5) * np.arange(count)
+    points = np.stack([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z], axis=1)
+    facets = ConvexHull(points).simplices
+    a, b, c = np.moveaxis(points[facets], 1, 0)
+    across = np.cross(b - a, c - a)
+    facets[np.sum(across * a, axis=1) < 0] = facets[np.sum(across * a, axis=1) < 0, ::-1]
+    return points * np.sqrt(8 * np.pi / np.linalg.norm(across, axis=1).sum()), facets
+
+
+def by_clipping(points, facets, axes, position, e, s):
+    """Lommel-Seeliger's brightness of the first of two ellipsoids before which the second stands, by its facets.
+
+    From each facet the outline of the second one is clipped, as the observer and as the Sun projects it on the facet.
+    """
+    rotation = fullbody.base.rotations.matrices(np.array([[0.9, 0.1, 0.3, 0.2]]))[0]
+    first, second = ((points * a) @ rotation.T for a in axes)
+    a, b, c = np.moveaxis(first[facets], 1, 0)
+    across = np.cross(b - a, c - a)
+    area = 0.5 * np.linalg.norm(across, axis=1)
+    normal = across / (2 * area[:, None])
+    sight, light = normal @ e, normal @ s
+    on = (sight > 0) & (light > 0)
+    a, b, c, normal, area, sight, light = (x[on] for x in (a, b, c, normal, area, sight, light))
+    left = np.broadcast_to(shapely.Polygon([(0, 0), (1, 0), (0, 1)]), len(a))
+    # Shares of a facet's sides: w is the dual basis in its plane.
+    u, v = b - a, c - a
+    dual = np.linalg.inv(np.stack([u, v, normal], axis=-1))
+    for d, slope in ((e, sight), (s, light)):
+        plane = np.linalg.svd(d[None])[2][1:]
+        outline = second[ConvexHull(second @ plane.T).vertices] + position
+        # Only facets near the outline, as seen along d, are clipped.
+        centre, size = second.mean(axis=0) + position, np.linalg.norm(second, axis=1).max()
+        near = np.linalg.norm(((a + b + c) / 3 - centre) @ plane.T, axis=1) < size + np.linalg.norm(u, axis=1).max()
+        way = outline[None] - a[near, None]
+        down = way - d * (np.einsum("fhx,fx->fh", way, normal[near]) / slope[near, None])[..., None]
+        shares = np.einsum("fsx,fhx->fhs", dual[near, :2], down)
+        left = left.copy()
+        left[near] = shapely.difference(left[near], shapely.polygons(shares))
+    return np.sum(sight * light / (sight + light) * area * 2 * shapely.area(left))
+
+
 def main():
     """Print the table."""
     axes = np.array([[1.0, 0.8, 0.6], [0.4, 0.35, 0.3]])
@@ -78,6 +128,13 @@ def main():
         call = lambda points=points, e=e, s=s: [by_facets(points, axes, where, e, s) for where in given[1][:, 1]]  # noqa: E731
         error = np.abs(np.array(call()) / exact - 1).max()
         rows.append((f"numpy, {size} facets, error {error:.0e}", best(call, 50, 3)))
+    for size in (200, 800, 3200) if shapely else ():
+        points, facets = sphere(size)
+        call = lambda points=points, facets=facets: [  # noqa: E731
+            by_clipping(points, facets, axes, where, e, s) for where in given[1][::5, 1]
+        ]
+        error = np.abs(np.array(call()) / exact[::5] - 1).max()
+        rows.append((f"shapely, {len(facets)} facets clipped, error {error:.0e}", best(call, 10, 3)))
     for name, value in rows:
         print(f"{name:48} {value:10.2f}")
 

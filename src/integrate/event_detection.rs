@@ -33,15 +33,19 @@ pub fn counts(direction: i8, rises: bool) -> bool {
     direction == 0 || (direction > 0) == rises
 }
 
+/// An interval between two samples is halved at most so often.
+const HALVINGS: u32 = 4;
+
 /// Finds the zeros of a function of the fraction of a step, given its values at these fractions.
 ///
-/// Each zero is passed to `found` with its fraction and whether the function rises there along the step.
-/// Zeros that `wanted` rejects by their direction are not computed. A zero at the first sample belongs to the
-/// step before.
+/// With a bound of the function's derivative, intervals are halved in which it may have zeros. Each zero is
+/// passed to `found` with its fraction and whether the function rises there along the step. Zeros that
+/// `wanted` rejects by their direction are not computed. A zero at the first sample belongs to the step
 /// before.
 pub fn zeros<E>(
     fractions: &[f64; POINTS],
     values: &[f64; POINTS],
+    steepness: Option<f64>,
     mut f: impl FnMut(f64) -> Result<f64, E>,
     wanted: impl Fn(bool) -> bool,
     mut found: impl FnMut(f64, bool),
@@ -53,15 +57,22 @@ pub fn zeros<E>(
         }
         Ok(())
     };
-    for k in 1..POINTS {
-        let (a, b) = ((fractions[k - 1], values[k - 1]), (fractions[k], values[k]));
+    let clear = |a: (f64, f64), b: (f64, f64)| {
+        a.1 * b.1 > 0.0 && steepness.is_some_and(|slope| (a.1 + b.1).abs() > slope * (b.0 - a.0))
+    };
+    let mut samples: Vec<(f64, f64)> = fractions.iter().copied().zip(values.iter().copied()).collect();
+    if steepness.is_some() {
+        samples = halved(&samples, clear, &mut f)?;
+    }
+    for k in 1..samples.len() {
+        let (a, b) = (samples[k - 1], samples[k]);
         if a.1 * b.1 < 0.0 || (b.1 == 0.0 && a.1 != 0.0) {
             refine(a, b, &mut f)?;
         }
-        if k + 1 == POINTS {
-            break;
+        let Some(&c) = samples.get(k + 1) else { break };
+        if clear(a, b) && clear(b, c) {
+            continue;
         }
-        let c = (fractions[k + 1], values[k + 1]);
         let sign = b.1.signum();
         let same = a.1 * sign > 0.0 && c.1 * sign > 0.0;
         if same && b.1.abs() < a.1.abs() && b.1.abs() <= c.1.abs() {
@@ -74,4 +85,25 @@ pub fn zeros<E>(
         }
     }
     Ok(())
+}
+
+/// Returns samples of a function with further ones between those that are not clear of zeros.
+fn halved<E>(
+    samples: &[(f64, f64)],
+    clear: impl Fn((f64, f64), (f64, f64)) -> bool,
+    f: &mut dyn FnMut(f64) -> Result<f64, E>,
+) -> Result<Vec<(f64, f64)>, E> {
+    let mut all = vec![samples[0]];
+    // The samples that follow, the next one last, with the halvings of the interval before each.
+    let mut ahead: Vec<_> = samples[1..].iter().rev().map(|sample| (*sample, 0)).collect();
+    while let (Some(&last), Some((next, halvings))) = (all.last(), ahead.pop()) {
+        if halvings == HALVINGS || clear(last, next) {
+            all.push(next);
+            continue;
+        }
+        let middle = 0.5 * (last.0 + next.0);
+        ahead.push((next, halvings + 1));
+        ahead.push(((middle, f(middle)?), halvings + 1));
+    }
+    Ok(all)
 }

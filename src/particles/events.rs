@@ -105,7 +105,7 @@ pub fn scan(
             let (time, position, velocity) = at_fraction(step, theta);
             out.push(ParticleOccurrence { event: index, particle, time, position, velocity, rising });
         };
-        zeros(&fractions, &values, |theta| value(at_fraction(step, theta)), wanted, found)?;
+        zeros(&fractions, &values, None, |theta| value(at_fraction(step, theta)), wanted, found)?;
     }
     out[first..].sort_by(|a, b| (a.time * along).total_cmp(&(b.time * along)));
     Ok(())

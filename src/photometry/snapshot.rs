@@ -23,6 +23,14 @@ pub struct Surface {
     pub albedo: f64,
 }
 
+impl Surface {
+    /// Returns the units of work of one ellipsoid in a mutual event, in light from one point.
+    fn work(&self) -> u64 {
+        const WORK: u64 = 1000;
+        if self.law.constant().is_some() { WORK } else { 100 * WORK }
+    }
+}
+
 /// Positions and attitudes of all bodies at an epoch, and the directions to the observer and to the Sun.
 #[derive(Debug, Clone, Copy)]
 pub struct View<'a> {
@@ -50,9 +58,6 @@ pub struct Photometer {
     /// The facets of each body; empty where all bodies are ellipsoids.
     meshes: Vec<Mesh>,
 }
-
-/// Units of work of one ellipsoid in a mutual event.
-const WORK: u64 = 1000;
 
 /// Numbers of rings on the Sun's disc and of points on each ring.
 const RINGS: NonZeroUsize = NonZeroUsize::new(6).unwrap();
@@ -128,7 +133,7 @@ impl Photometer {
         let group =
             if short { (UNITS / self.work()).max(1) as usize * rayon::current_num_threads() } else { 1 };
         for views in views.chunks(group) {
-            interrupt.charge(UNITS / 2, views[0].time)?;
+            interrupt.charge(UNITS, views[0].time)?;
             if let [view] = views {
                 all.push(of(self, view, interrupt)?);
                 continue;
@@ -144,8 +149,7 @@ impl Photometer {
 
     /// Returns the units of work of a view, as if all bodies were ellipsoids.
     fn work(&self) -> u64 {
-        let of = |surface: &Surface| if surface.law.constant().is_some() { WORK } else { 100 * WORK };
-        self.sun.len() as u64 * self.surfaces.iter().map(of).sum::<u64>().max(1)
+        self.sun.len() as u64 * self.surfaces.iter().map(Surface::work).sum::<u64>().max(1)
     }
 
     /// Computes the brightness of each body by `of`, which is called for every point of the Sun's disc with a
@@ -162,7 +166,7 @@ impl Photometer {
         for (index, surface) in self.surfaces.iter().enumerate() {
             let (mut total, mut gathered) = (0.0, T::default());
             for (weight, directions) in &snapshot.suns {
-                interrupt.charge(WORK, view.time)?;
+                interrupt.charge(surface.work(), view.time)?;
                 let factor = weight * surface.albedo;
                 if snapshot.needs_facets(index, directions) {
                     total += factor * snapshot.faceted(index, directions, interrupt)?;

@@ -154,7 +154,8 @@ def brightness(
     to_observer, to_sun : array_like or Quantity, (3,)
         Vectors toward the observer and the Sun, inertial frame, of any positive length. Both are taken as distant.
     law : Law or dict
-        The scattering law, such as :class:`LommelSeeliger`; or one for each body by its name.
+        The scattering law, such as :class:`LommelSeeliger`; or one for each body by its name. The cosines of emission
+        and incidence enter by these laws alone; the phase angle also by any function, ``phase_function=`` of a law.
     mutual : bool
         Whether bodies occult and eclipse each other. A body of several parts, or one that is not convex, hides parts
         of itself in any case.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from ..base.rotations import matrices
 from ..base.tables import Table, Tabled
 from ..errors import InvalidInput
 from ..record.displaced import FunctionDerivatives
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from ..motion.run import Run
     from ..motion.system import System
 
-__all__ = ["Observations", "Seen", "states_at"]
+__all__ = ["Observations", "Seen", "refuse_inside", "states_at"]
 
 _Array = npt.NDArray[np.float64]
 #: The step of a derivative along the imaginary axis, which subtracts no nearly equal numbers.
@@ -53,6 +54,33 @@ def _samples_at(run: Run, times: _Array, what: str) -> npt.NDArray[np.intp]:
     if not len(known) or not np.array_equal(known[place], times):
         raise InvalidInput(f"{what} needs states between the samples of the run; integrate with dense=True")
     return place
+
+
+def refuse_inside(system: System, what: str, place: _Array, centre: _Array, attitude: _Array, times: _Array) -> None:
+    """Raise an error for an observer, or a Sun, inside a body, from where there is no direction to see it.
+
+    Parameters
+    ----------
+    system : System
+    what : str
+        Which of the two it is.
+    place : ndarray, (K, 3)
+        Where it is.
+    centre, attitude : ndarray, (K, N, 3) and (K, N, 4)
+        Of the bodies at these times. Those other than ellipsoids count as ellipsoids with the same moments of inertia.
+    times : ndarray, (K,)
+    """
+    axes = np.array([body.semi_axes for body in system._core_bodies()])
+    away = place[:, None] - centre
+    for k, body in np.argwhere(np.einsum("knx,knx->kn", away, away) < axes.max(axis=1) ** 2):
+        own = matrices(attitude[k, body][None])[0].T @ away[k, body]
+        if np.linalg.norm(own / axes[body]) < 1.0:
+            when, far = system._units.attach(float(times[k]), "time"), np.linalg.norm(away[k, body])
+            raise InvalidInput(
+                f"the {what} of the geometry is inside {system.names[body]} at time {when}, "
+                f"{system._units.attach(float(far), 'length')} from its centre; expected a distant one, with vectors "
+                "from the barycentre in the system's unit of length"
+            )
 
 
 class Seen:

@@ -41,7 +41,11 @@ class Law:
             )
 
     def _describe(self) -> dict[str, Any]:
-        raise NotImplementedError
+        """Return the law as the core takes it; a law that the core does not have is refused."""
+        raise InvalidInput(
+            f"{type(self).__name__} is not one of the scattering laws LommelSeeliger, Lambert, LommelSeeligerLambert "
+            "and Hapke; a function of your own can only be their phase_function"
+        )
 
     def _phase(self, angle: _Array) -> _Array:
         """Return the factors for phase angles, after checking that they are finite and not negative."""
@@ -157,7 +161,8 @@ class Hapke(Law):
 
     Notes
     -----
-    The defaults are the means for S-type asteroids by Helfenstein & Veverka (1989).
+    The defaults are the means for S-type asteroids by Helfenstein & Veverka (1989), but for the roughness, for which
+    they give 20 degrees.
     """
 
     single_scattering_albedo: float = 0.23

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ..base.arguments import named_options
 from ..errors import InvalidInput
 from .brightness import Photometer
-from .data import Seen, states_at
+from .data import Seen, refuse_inside, states_at
 from .laws import LommelSeeliger
 from .times import in_system
 from .vectors import Vectors
@@ -63,7 +63,8 @@ def light_curve(
     Raises
     ------
     InvalidInput
-        For times outside the geometry's span or the run, and a geometry without the Sun.
+        For times outside the geometry's span or the run, a geometry without the Sun, and an observer or a Sun inside a
+        body.
 
     Notes
     -----
@@ -91,6 +92,8 @@ def light_curve(
     seen = Seen(local, when, system._masses, states)
     attitude = seen.attitude(states["attitude"], states["spin"])
     to_sun = local.sun(when)
+    for what, place in (("observer", seen.observer), ("Sun", to_sun)):
+        refuse_inside(system, what, place, seen.centre, attitude, when)
     light = photometer.brightness(when, seen.centre, attitude, seen.observer, to_sun)
     return magnitudes(light if each else light.sum(axis=1), seen.observer, to_sun, reduced)
 

@@ -12,6 +12,7 @@ from .. import _core
 from ..base.arguments import named_options
 from ..errors import InvalidInput
 from ..events import Occultation
+from .data import refuse_inside
 from .vectors import SystemGeometry, Vectors
 
 if TYPE_CHECKING:
@@ -22,19 +23,19 @@ if TYPE_CHECKING:
 __all__ = ["KINDS", "MutualEvent", "mutual_events", "occultation"]
 
 _Array = npt.NDArray[np.float64]
-#: Kinds of events, each with the sign of its light: positive toward the distant point, negative from there.
+#: Kinds of events, and the sign of the light's way: toward the distant point or from there.
 KINDS = {"occultation": 1.0, "eclipse": -1.0}
-#: The least number of rows in a table of directions: with fewer the spline of a geometry would differ.
+#: Rows of a table of directions, at least: with fewer the spline of a geometry would be another one.
 _ROWS = 64
 
 
 @dataclass(frozen=True, slots=True)
 class MutualEvent:
-    """A body that another one hides from the observer or from the Sun.
+    """A body that another one hides from the observer, or from the Sun.
 
-    Times are those at which the observer sees the event, in the system's clock: numbers, or Quantities since the epoch.
-    The outlines of the bodies overlap from ``begin`` to ``end``, as seen from one point; the Sun counts as a point. The
-    hidden part need not face the observer: a light curve shows how much light is lost.
+    Times are those at which the observer sees it, in the system's clock: numbers, or Quantities since the epoch. The
+    outlines of the bodies overlap from ``begin`` to ``end``, as seen from a point (the Sun counts as one); how much of
+    the hidden part faces the observer is another question, which a light curve answers.
 
     Attributes
     ----------
@@ -64,25 +65,25 @@ class MutualEvent:
 
     @property
     def duration(self) -> Scalar | None:
-        """The time from ``begin`` to ``end``; ``None`` where one of them is ``None``."""
+        """Time from ``begin`` to ``end``; ``None`` where one of them is."""
         return None if self.begin is None or self.end is None else self.end - self.begin
 
 
 @named_options
 def mutual_events(run: Run, geometry: Vectors) -> list[MutualEvent]:
-    """Find all occultations and eclipses among the bodies of a run, in the order of time.
+    """All occultations and eclipses among the bodies of a run, in the order of time.
 
-    Contacts are located on the continuous solution, each to the last digits of its time. Extrema are searched for
-    between the samples of a step, so that grazing events are found too. Eclipses include the time that light takes from
-    body to body.
+    Contacts are located on the continuous solution, each to the last digits of its time; between the samples of a step
+    extrema are sought, so that events that only graze are found too. Shadows take account of the time that light takes
+    from body to body.
 
     Parameters
     ----------
     run : Run
         A run with ``dense=True``.
     geometry : Geometry
-        Events are searched for in the time that both the run and the geometry cover. Without the Sun, only occultations
-        are found.
+        Events are those in the time that both the run and the geometry cover. Without the Sun there are occultations
+        alone.
 
     Returns
     -------
@@ -91,12 +92,13 @@ def mutual_events(run: Run, geometry: Vectors) -> list[MutualEvent]:
     Raises
     ------
     InvalidInput
-        For a run without its continuous solution, and one that the geometry does not cover at any time.
+        For a run without its continuous solution, one that the geometry does not cover at any time, and an observer or
+        a Sun inside a body.
 
     Notes
     -----
-    The outline of an ellipsoid is an ellipse, and that of a polyhedron is the convex hull of its vertices. The outline
-    of a composite is the union of its parts' outlines, but a body counts as totally hidden only behind a single part.
+    The outline of an ellipsoid is an ellipse; that of a composite is the union of its parts' outlines, but it is only
+    within one of them that something counts as totally hidden; that of a polyhedron is the convex hull of its vertices.
 
     Examples
     --------
@@ -113,7 +115,8 @@ def mutual_events(run: Run, geometry: Vectors) -> list[MutualEvent]:
         raise InvalidInput("this run keeps no continuous solution; integrate with dense=True")
     system = run.system
     local = geometry._of(system)
-    first, last = sorted(run.dense._core.range)
+    start, stop = run.dense._core.range
+    first, last = sorted((start, stop))
     begin, end = local.ends()
     span = [max(first, float(local.emission(begin))), min(last, float(local.emission(end)))]
     if not span[0] < span[1]:
@@ -125,64 +128,78 @@ def mutual_events(run: Run, geometry: Vectors) -> list[MutualEvent]:
     kinds = [kind for kind in KINDS if kind == "occultation" or geometry._sun is not None]
     pairs = [(i, j) for i in range(len(system)) for j in range(len(system)) if i != j]
     asked = [(kind, i, j, total) for kind in kinds for i, j in pairs for total in (False, True)]
-    towards = {kind: _core.Toward(*_table(local, kind, span), KINDS[kind] / local.light_speed, False) for kind in kinds}
+    towards = {}
+    weights = system._masses / system._masses.sum()
+    for kind in kinds:
+        times, toward = _table(local, kind, span)
+        states = run.dense._core.states(np.clip(times, *span))
+        centre = states["position"] - np.einsum("n,tnx->tx", weights, states["position"])[:, None]
+        what = "observer" if kind == "occultation" else "Sun"
+        refuse_inside(system, what, np.array(toward), centre, states["attitude"], np.array(times))
+        towards[kind] = _core.Toward(times, toward, KINDS[kind] / local.light_speed, False)
     conditions = [_core.Condition.Occultation(i, j, total, towards[kind]) for kind, i, j, total in asked]
     crossings = run.dense._core.crossings(system._core, conditions, span)
-    intervals = {key: _intervals(*found, span) for key, found in zip(asked, crossings, strict=True)}
+    intervals = {key: _intervals(*found, span, start < stop) for key, found in zip(asked, crossings, strict=True)}
     found = []
     for kind, i, j in ((kind, i, j) for kind in kinds for i, j in pairs):
-        arrival = _Arrival(run, local, kind, i, span)
         totals = intervals[kind, i, j, True]
         for interval in intervals[kind, i, j, False]:
             within = [ends for ends in totals if interval[0] <= ends[0] and ends[1] <= interval[1]]
-            parts = [*interval, *((within[0][0], within[-1][1]) if within else (np.nan, np.nan))]
-            found.append((interval, MutualEvent(kind, system.names[i], system.names[j], *map(arrival, parts))))
-    return [event for _, event in sorted(found, key=lambda one: one[0])]
+            found.append(([*interval, *((within[0][0], within[-1][1]) if within else (np.nan, np.nan))], kind, i, j))
+    found.sort(key=lambda one: one[0][:2])
+    times = np.array([one[0] for one in found]).reshape(-1, 4)
+    hidden = np.array([i for _, _, i, _ in found], dtype=np.intp)
+    eclipsed = np.array([kind == "eclipse" for _, kind, _, _ in found], dtype=bool)
+    known = ~(np.isnan(times) | np.isin(times, span))
+    which = np.nonzero(known)[0]
+    times[known] = _arrivals(run, local, times[known], hidden[which], eclipsed[which])
+
+    def attached(time: float, is_known: bool) -> Any:
+        return system._units.attach(float(time), "time") if is_known else None
+
+    return [
+        MutualEvent(kind, system.names[i], system.names[j], *map(attached, row, mask))
+        for (_, kind, i, j), row, mask in zip(found, times, known, strict=True)
+    ]
 
 
-class _Arrival:
-    """The time at which the observer sees a state of a condition, or ``None`` for ends of the span and NaN."""
-
-    def __init__(self, run: Run, local: SystemGeometry, kind: str, body: int, span: list[float]) -> None:
-        self._run, self._local, self._kind, self._body, self._span = run, local, kind, body, span
-
-    def __call__(self, time: float) -> Any:
-        if np.isnan(time) or time in self._span:
-            return None
-        run, local = self._run, self._local
+def _arrivals(
+    run: Run, local: SystemGeometry, times: _Array, hidden: npt.NDArray[np.intp], eclipsed: npt.NDArray[np.bool_]
+) -> _Array:
+    """Return when the observer sees contacts that conditions have at times (T,), with the indices of hidden bodies."""
+    emitted = times.copy()
+    if eclipsed.any() and np.isfinite(local.light_speed):
+        # Sunlight that passes the barycentre at that time reaches the body earlier or later, and leaves it then.
         assert run.dense is not None
-        emitted = time
-        if self._kind == "eclipse" and np.isfinite(local.light_speed):
-            # Sunlight that passes the barycentre at this time reaches the body, and leaves it, earlier or later.
-            position = run.dense._core.states(np.array([time]))["position"][0]
-            weights = run.system._masses / run.system._masses.sum()
-            place = position[self._body] - weights @ position
-            seen = local.arrival(time)
-            ways = [vector / np.linalg.norm(vector) for vector in (local.sun(seen), local.observer(seen))]
-            emitted = time - float(place @ (ways[0] + ways[1])) / local.light_speed
-        return run.system._units.attach(float(local.arrival(emitted)), "time")
+        position = run.dense._core.states(times[eclipsed])["position"]
+        weights = run.system._masses / run.system._masses.sum()
+        place = position[np.arange(len(position)), hidden[eclipsed]] - np.einsum("n,tnx->tx", weights, position)
+        seen = local.arrival(times[eclipsed])
+        ways = [vector / np.linalg.norm(vector, axis=1)[:, None] for vector in (local.sun(seen), local.observer(seen))]
+        emitted[eclipsed] -= np.einsum("tx,tx->t", place, ways[0] + ways[1]) / local.light_speed
+    return local.arrival(emitted)
 
 
-def _intervals(at_start: float, zeros: list[float], span: list[float]) -> list[tuple[float, float]]:
+def _intervals(at_start: float, zeros: list[float], span: list[float], forward: bool) -> list[tuple[float, float]]:
     """Return the spans in which a function is negative, from a value before its first zero along the run."""
     below = at_start < 0.0
-    if len(zeros) > 1 and zeros[-1] < zeros[0]:
+    if not forward:
         below ^= len(zeros) % 2 == 1
         zeros = zeros[::-1]
     edges = [-np.inf, *zeros] if below else [*zeros]
     edges += [np.inf] if len(edges) % 2 else []
     pairs = zip(edges[::2], edges[1::2], strict=True)
-    # Round-off may yield one zero twice; an interval without length is dropped.
+    # Round-off may find a zero twice; nothing lasts no time.
     clipped = ((max(a, span[0]), min(b, span[1])) for a, b in pairs)
     return [(a, b) for a, b in clipped if a < b]
 
 
 def _table(local: SystemGeometry, kind: str, span: list[float]) -> tuple[list[float], list[list[float]]]:
-    """Return times of emission in a span, and the vectors to the observer or to the Sun for light of these times."""
+    """Times of emission in a span and the vectors to the observer, or to the Sun, of the light that leaves then."""
     ends = [float(local.arrival(time)) for time in span]
     rows = local.rows()
     inside = rows[(rows > ends[0]) & (rows < ends[1])]
-    # Between the rows of the geometry its spline is a cubic, which a few points on each piece determine.
+    # Between the rows of the geometry its own spline is a cubic: a few points on each piece give it back.
     knots = np.unique(np.concatenate([[ends[0]], inside, [ends[1]]]))
     parts = max(3, -(-_ROWS // len(knots)))
     places = np.linspace(0, len(knots) - 1, (len(knots) - 1) * parts + 1)
@@ -203,27 +220,27 @@ def occultation(
     direction: int = 0,
     terminal: bool = False,
 ) -> Occultation:
-    """Make an event of :mod:`fullbody.events` that is an occultation or eclipse, for a run to record or to end with.
+    """An event of :mod:`fullbody.events` for a run to watch for, or to end with: a mutual event in a geometry.
 
     Parameters
     ----------
     system : System
-        The system of the run, in whose times, units and axes the event is described.
+        Whose times, units and axes the event is in.
     geometry : Geometry
-        A geometry that covers the run.
+        Has to cover the run.
     body, by : int or str
-        The hidden body and the one that hides it; indices in the system, or names.
+        The hidden body and the one that hides it; places in the system, or names.
     kind : {"occultation", "eclipse"}
     total : bool
         Whether the whole outline of the body is hidden.
     direction : {-1, 0, 1}
-        -1 for the beginning, 1 for the end, 0 for both.
+        -1: it begins; 1: it ends; 0: both.
     terminal : bool
 
     Returns
     -------
     fullbody.events.Occultation
-        Its times are those at the system; the time of light from body to body is neglected.
+        Its times are those at the system; the time of light from body to body is left out.
 
     Examples
     --------

@@ -13,7 +13,7 @@ from ..base.units import is_quantity
 from ..errors import InvalidInput
 from .brightness import Photometer
 from .columns import Rows, column, in_columns, jitter_of, positive_rows, read_table
-from .data import Observations, Seen
+from .data import Observations, Seen, refuse_inside
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
 from .times import are_dates
@@ -216,7 +216,10 @@ class Photometry(Observations):
     def _view(self, system: System, states: dict[str, _Array], seen: Seen) -> tuple[_Array, ...]:
         """Return the arguments of a photometer: times, centres, attitudes, vectors to the observer and to the Sun."""
         attitude = seen.attitude(states["attitude"], states["spin"])
-        return seen.times, seen.centre, attitude, seen.observer, self.geometry._of(system).sun(seen.times)
+        to_sun = self.geometry._of(system).sun(seen.times)
+        for what, place in (("observer", seen.observer), ("Sun", to_sun)):
+            refuse_inside(system, what, place, seen.centre, attitude, seen.times)
+        return seen.times, seen.centre, attitude, seen.observer, to_sun
 
     def _total(self, light: _Array) -> _Array:
         total = light.sum(axis=1)

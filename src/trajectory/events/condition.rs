@@ -1,12 +1,13 @@
 //! The conditions of events, and the functions whose zeros are the events.
 
 use super::sighting::Sighting;
-use crate::dynamics::{BarycentricFrame, Dynamics, State, System};
+use crate::dynamics::{AttitudeChart, BarycentricFrame, Dynamics, State, System};
 use crate::error::{Error, Result, require_finite, require_positive};
+use crate::integrate::Segment;
 use crate::interrupt::InterruptCheck;
 use crate::math::spline::Spline;
 use crate::math::{Mat3, Vec3, rotation};
-use crate::shape::Proximity;
+use crate::shape::{Part, Proximity};
 use nalgebra::Rotation3;
 
 /// A caller's function of the state.
@@ -185,6 +186,36 @@ impl Condition<'_> {
         }
     }
 
+    /// Returns a bound of the function's derivative by the fraction of a piece, for functions that have sharp
+    /// bends and more than one extremum within a few samples; `None` for others.
+    pub(super) fn steepness(&self, equations: &Dynamics, piece: &Segment) -> Option<f64> {
+        /// Light time adds a share of the speed over that of light, which bounds of the rest exceed by far.
+        const MARGIN: f64 = 1.01;
+        let Self::Occultation { body, by, toward, .. } = self else { return None };
+        let layout = equations.frame().layout;
+        let (mut speed, mut distance, mut turning) = (0.0, 0.0, 0.0);
+        for index in [*body, *by] {
+            let position = layout.position(index);
+            distance += Vec3::from_column_slice(&piece.start_vector().0[position..][..3]).norm();
+            speed += piece.rates(position, 3)[0];
+            let attitude = layout.attitude(index);
+            let rate = match layout.chart {
+                AttitudeChart::Quaternion => 2.0 * piece.rates(attitude, 4)[0],
+                AttitudeChart::TaitBryan => (0..3).map(|c| piece.rates(attitude + c, 1)[0]).sum(),
+            };
+            let body = &equations.system().bodies()[index];
+            // The outline of a sphere does not change when it turns.
+            let lever = match body.parts() {
+                [Part { shape, place: None, .. }] => shape.focal_reach(),
+                _ => body.circumradius(),
+            };
+            turning += rate * lever;
+        }
+        let (place, rate) = toward.path.at(piece.start());
+        let drift = Vec3::from(rate).norm() / Vec3::from(place).norm() * piece.size().abs();
+        Some(MARGIN * (speed + turning) + 2.0 * drift * (distance + speed))
+    }
+
     /// Returns an error for bodies that do not exist and for meaningless values.
     pub(super) fn check(&self, equations: &Dynamics) -> Result<()> {
         let bodies = equations.system().bodies();
@@ -343,5 +374,5 @@ fn occultation(
     };
     let rotations = [&rotation(body, late_behind), &rotation(by, late_front)];
     let sighting = Sighting { bodies, separation: &separation, rotations, direction: &direction };
-    behind.max(if total { sighting.excess() } else { sighting.gap() })
+    if total { sighting.excess() } else { sighting.gap() }
 }

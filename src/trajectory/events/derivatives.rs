@@ -65,7 +65,8 @@ impl Condition<'_> {
     /// Returns the state at which the function is differentiated, and the fraction of the numbers' sizes over
     /// which it is smooth there. The distance of a polyhedron has kinks where the nearest edge changes and is
     /// not defined where surfaces overlap: it is differentiated where the gap between the bodies is still a
-    /// ten-millionth of the separation.
+    /// ten-millionth of the separation. The
+    /// gap of outlines has kinks where the nearest corner changes.
     fn smooth_at(&self, system: &System, state: &State) -> (State, f64) {
         const APART: f64 = 1e-7;
         const SHARE: f64 = 5e-6;
@@ -79,6 +80,7 @@ impl Condition<'_> {
                 state.position[*second] += separation * APART;
                 (state, SHARE)
             }
+            Self::Occultation { body, by, .. } if [body, by].into_iter().any(polyhedral) => (state, SHARE),
             _ => (state, 1.0),
         }
     }
@@ -112,7 +114,7 @@ impl Condition<'_> {
     }
 
     /// Returns the derivative by a parameter on which the function depends at a fixed state: a shape for a
-    /// contact, mu for an escape, and a third body for its closest approach.
+    /// contact or an occultation, mu for an escape, and a third body for its closest approach.
     fn by_parameter(
         &mut self,
         parameter: Parameter,
@@ -122,7 +124,7 @@ impl Condition<'_> {
         interrupt: &mut InterruptCheck,
     ) -> Result<f64> {
         let counts = match self {
-            Self::Contact { first, second } => {
+            Self::Contact { first, second } | Self::Occultation { body: first, by: second, .. } => {
                 parameter.moves_surface().is_some_and(|body| body == *first || body == *second)
             }
             Self::Escape { first, second, .. } => {

@@ -187,13 +187,14 @@ impl EventDetector {
                 }
                 continue;
             }
+            let steepness = event.condition.steepness(equations, piece);
             let f = |theta: f64| {
                 piece.at(theta, y);
                 let time = piece.time_at(theta);
                 checked(event, &EvaluationPoint { equations, time, y, zeros: low })
             };
             let wanted = |rises: bool| counts(direction, rises == forward);
-            zeros(fractions, values, f, wanted, |theta, _| take(theta, index))?;
+            zeros(fractions, values, steepness, f, wanted, |theta, _| take(theta, index))?;
         }
         self.found.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(())

@@ -1,159 +1,342 @@
-//! The outlines of two bodies seen along a direction: how far they are apart, and whether one is inside the
-//! other.
+//! Outlines of bodies seen along a direction: how far two are apart, and whether one is inside another.
 //!
-//! A body extends by h(n) from its centre along a unit vector n. For n perpendicular to the line of sight
-//! this is the extent of its outline. The outline of an ellipsoid is an ellipse with h(n)^2 = n.R diag(a^2)
-//! R^T n, and that of a polyhedron is the convex hull of its vertices. With r the vector from one centre to
-//! the other, the gap of two outlines is the maximum over n of
+//! An outline reaches h(n) from its centre along a unit vector n across the line of sight. That of an
+//! ellipsoid is an ellipse with h(n)^2 = n.A n, and that of a polyhedron the convex hull of its vertices. With
+//! r from one centre to the other, two outlines are apart by the maximum over n of
 //!
 //!   n.r - h_A(n) - h_B(-n),
 //!
-//! which is below zero where they overlap. The outline of B is inside that of A by the minimum over n of
+//! which is below zero where they overlap; and the outline of A, at r from that of B, is inside it, all around,
+//! where the maximum over n of
 //!
-//!   h_A(n) - h_B(n) - n.r.
+//!   n.r + h_A(n) - h_B(n)
 //!
-//! Both are functions of the angle of n. They are sampled at all angles and then refined to the last digits
-//! near the best samples.
+//! is below zero. Each function is evaluated at one n: a lower bound of the maximum, which has its sign. Where
+//! two ellipses touch, n is their common normal (Perram & Wertheim 1985, J. Comput. Phys. 58, 409); where an
+//! ellipse touches another one from inside, it is the normal at the point of A that is farthest from the
+//! centre when B is stretched to a circle. For polygons the normals of the sides and of the nearest or farthest
+//! corner suffice.
+//!
+//! Of two bodies that are apart, the one toward which the normal of a plane between them points is in front,
+//! wherever their outlines overlap. The order of their centres need not tell this.
 
-use crate::integrate::extremum;
 use crate::math::{Mat3, Vec3};
-use crate::shape::{Body, Part, Shape};
-use std::convert::Infallible;
-use std::f64::consts::TAU;
+use crate::shape::{Body, Part, Shape, normal};
 
-/// The number of angles of n at which the functions are sampled. For ellipses up to about thirty times as
-/// long as wide no maximum is missed.
-const SAMPLES: usize = 64;
+type Vec2 = nalgebra::Vector2<f64>;
 
 /// Two bodies and the direction along which they are seen.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sighting<'a> {
-    /// The bodies.
+    /// The body that may be hidden, and that which may hide it.
     pub bodies: [&'a Body; 2],
     /// The vector from the first centre to the second.
     pub separation: &'a Vec3,
     /// The rotations from the bodies' frames into that of the separation.
     pub rotations: [&'a Mat3; 2],
-    /// The unit vector along the line of sight.
+    /// The unit vector along the line of sight, toward the distant point.
     pub direction: &'a Vec3,
 }
 
 impl Sighting<'_> {
-    /// Returns the distance of the outlines; negative where they overlap. For bodies of several parts it is
-    /// the distance of the nearest two parts.
+    /// Returns the distance of the outlines: negative where they overlap and the second body is in front. For
+    /// bodies of several parts it is the least one of two parts.
     pub fn gap(&self) -> f64 {
-        let [first, second] = self.outlines();
-        let apart = |a: &Outline, b: &Outline| {
-            let r = [b.centre[0] - a.centre[0], b.centre[1] - a.centre[1]];
-            maximum(a.size + b.size, |n| n[0] * r[0] + n[1] * r[1] - a.reach(n) - b.reach([-n[0], -n[1]]))
-        };
-        let pairs = first.iter().flat_map(|a| second.iter().map(move |b| apart(a, b)));
+        let [behind, front] = self.outlines();
+        let pairs = behind.iter().flat_map(|a| front.iter().map(|b| gap(a, b).max(self.depth(a, b))));
         pairs.fold(f64::INFINITY, f64::min)
     }
 
-    /// Returns how far the outline of the first body extends beyond that of the second; negative where it is
-    /// inside. For bodies of several parts each part of the first body has to be inside one part of the
-    /// second: a region that only several parts cover together counts as visible.
+    /// Returns how far the outline of the first body extends beyond that of the second: negative where it is
+    /// inside and the second body is in front. For bodies of several parts each part of the first body has to
+    /// be inside one part of the second: a region that only several parts cover together counts as visible.
     pub fn excess(&self) -> f64 {
-        let [first, second] = self.outlines();
-        let outside = |a: &Outline, b: &Outline| {
-            let r = [a.centre[0] - b.centre[0], a.centre[1] - b.centre[1]];
-            maximum(a.size + b.size, |n| n[0] * r[0] + n[1] * r[1] + a.reach(n) - b.reach(n))
+        let [behind, front] = self.outlines();
+        let least = |a: &Outline| {
+            front.iter().map(|b| excess(a, b).max(self.depth(a, b))).fold(f64::INFINITY, f64::min)
         };
-        let least = |a: &Outline| second.iter().map(|b| outside(a, b)).fold(f64::INFINITY, f64::min);
-        first.iter().map(least).fold(f64::NEG_INFINITY, f64::max)
+        behind.iter().map(least).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    fn outlines(&self) -> [Vec<Outline>; 2] {
+    fn outlines(&self) -> [Vec<Outline<'_>>; 2] {
         let mut least = Vec3::zeros();
         least[self.direction.iamin()] = 1.0;
         let x = self.direction.cross(&least).normalize();
         let plane = [x, self.direction.cross(&x)];
         [0, 1].map(|k| {
-            let body = self.bodies[k];
             let centre = if k == 0 { Vec3::zeros() } else { *self.separation };
-            let outline = |part: &Part| {
-                let rotation = self.rotations[k] * part.rotation();
-                Outline::new(&part.shape, &(centre + self.rotations[k] * part.position()), &rotation, plane)
-            };
-            body.outer_parts().map(outline).collect()
+            let outline = |part| Outline::new(part, &centre, self.rotations[k], &plane);
+            self.bodies[k].outer_parts().map(outline).collect()
         })
+    }
+
+    /// Returns a length that is negative where the second of two parts whose outlines overlap is in front.
+    fn depth(&self, a: &Outline, b: &Outline) -> f64 {
+        let r = b.centre - a.centre;
+        let between = if r.norm() > a.shape.circumradius() + b.shape.circumradius() {
+            Some(r)
+        } else if let (Form::Ellipse(_), Form::Ellipse(_)) = (&a.form, &b.form) {
+            normal([a.shape, b.shape], [&a.rotation, &b.rotation], &r, &mut 0.0).map(|n| n * r.norm())
+        } else {
+            separating(a, b)
+        };
+        // Shapes whose convex hulls overlap have no such plane.
+        -between.unwrap_or(r).dot(self.direction)
     }
 }
 
-/// The outline of a part in the plane across the line of sight.
-struct Outline {
-    centre: [f64; 2],
-    /// An upper bound of the outline's extent from its centre.
-    size: f64,
+/// The outline of a part in the plane across the line of sight, and the part itself.
+struct Outline<'a> {
+    shape: &'a Shape,
+    centre: Vec3,
+    rotation: Mat3,
+    /// The centre in the plane.
+    place: Vec2,
     form: Form,
 }
 
 enum Form {
-    Dot,
-    /// The vectors whose components along n give h(n).
+    /// The vectors whose sum, weighted with the components of n, has the length h(n); zero for a point.
     Ellipse([Vec3; 2]),
-    /// The points of the hull relative to the centre.
-    Hull(Vec<[f64; 2]>),
+    /// The corners of a convex polygon, relative to the centre, counterclockwise.
+    Polygon(Vec<Vec2>),
 }
 
-impl Outline {
-    fn new(shape: &Shape, centre: &Vec3, rotation: &Mat3, plane: [Vec3; 2]) -> Self {
+impl<'a> Outline<'a> {
+    fn new(part: &'a Part, centre: &Vec3, rotation: &Mat3, plane: &[Vec3; 2]) -> Self {
+        let centre = centre + rotation * part.position();
+        let rotation = rotation * part.rotation();
         let own = plane.map(|axis| rotation.tr_mul(&axis));
-        let form = match shape {
-            Shape::Point => Form::Dot,
+        let form = match &part.shape {
+            Shape::Point => Form::Ellipse([Vec3::zeros(); 2]),
             Shape::Ellipsoid(ellipsoid) => {
                 Form::Ellipse(own.map(|axis| axis.component_mul(&Vec3::from(ellipsoid.semi_axes()))))
             }
-            Shape::Polyhedron(polyhedron) => {
-                Form::Hull(polyhedron.vertices().map(|v| own.map(|axis| axis.dot(&v))).collect())
-            }
+            Shape::Polyhedron(polyhedron) => Form::Polygon(hull(
+                polyhedron.vertices().map(|v| Vec2::from(own.map(|axis| axis.dot(&v)))).collect(),
+            )),
         };
-        Self { centre: plane.map(|axis| axis.dot(centre)), size: shape.circumradius(), form }
+        let place = Vec2::from(plane.map(|axis| axis.dot(&centre)));
+        Self { shape: &part.shape, centre, rotation, place, form }
     }
 
-    /// Returns how far the outline extends from its centre along a unit vector.
-    fn reach(&self, n: [f64; 2]) -> f64 {
+    /// Returns how far the outline reaches from its centre along a unit vector.
+    fn reach(&self, n: Vec2) -> f64 {
         match &self.form {
-            Form::Dot => 0.0,
-            Form::Ellipse([x, y]) => (x * n[0] + y * n[1]).norm(),
-            Form::Hull(points) => {
-                points.iter().map(|p| p[0] * n[0] + p[1] * n[1]).fold(f64::NEG_INFINITY, f64::max)
+            Form::Ellipse(axes) => reach(axes, n),
+            Form::Polygon(corners) => corners.iter().map(|c| c.dot(&n)).fold(f64::NEG_INFINITY, f64::max),
+        }
+    }
+
+    /// Returns the point of the part, relative to its centre, that is farthest along a vector.
+    fn tip(&self, n: &Vec3) -> Vec3 {
+        let own = self.rotation.tr_mul(n);
+        let tip = match self.shape {
+            Shape::Point => Vec3::zeros(),
+            Shape::Ellipsoid(ellipsoid) => {
+                let axes = Vec3::from(ellipsoid.semi_axes());
+                axes.component_mul(&axes.component_mul(&own).normalize())
             }
+            Shape::Polyhedron(polyhedron) => {
+                let farther = |a: Vec3, b: Vec3| if b.dot(&own) > a.dot(&own) { b } else { a };
+                polyhedron.vertices().reduce(farther).unwrap_or_default()
+            }
+        };
+        self.rotation * tip
+    }
+}
+
+/// Returns the normal of a plane between the convex hulls of two parts, from the first to the second, with a
+/// length of the size of their distance; `None` if they overlap, or are as near as rounding.
+///
+/// The point of the hulls' difference that is nearest to the origin is approached on straight lines to its
+/// tips (Gilbert 1966, SIAM J. Control 4, 61), until a plane across the way there is between them.
+fn separating(a: &Outline, b: &Outline) -> Option<Vec3> {
+    const STEPS: usize = 100;
+    let r = b.centre - a.centre;
+    let mut way = r;
+    for _ in 0..STEPS {
+        let tip = r + b.tip(&-way) - a.tip(&way);
+        if tip.dot(&way) > 0.0 {
+            return Some(way);
+        }
+        let line = tip - way;
+        way += line * (-way.dot(&line) / line.norm_squared()).clamp(0.0, 1.0);
+    }
+    None
+}
+
+/// Returns the distance of two outlines; negative where they overlap.
+fn gap(a: &Outline, b: &Outline) -> f64 {
+    let r = b.place - a.place;
+    let along = |n: Vec2| n.dot(&r) - a.reach(n) - b.reach(-n);
+    match (&a.form, &b.form) {
+        (Form::Ellipse(p), Form::Ellipse(q)) => along(unit(common_normal(p, q, r), r)),
+        (Form::Ellipse(_), Form::Polygon(_)) => gap(b, a),
+        (Form::Polygon(p), Form::Ellipse(q)) => {
+            let nearest = p.iter().map(|corner| r - corner).min_by(|v, w| {
+                let [v, w] = [v, w].map(|v| v.dot(&conjugate(q, v)));
+                v.total_cmp(&w)
+            });
+            let beside = nearest.map(|way| unit(conjugate(q, &way), r));
+            sides(p).chain(beside).map(along).fold(f64::NEG_INFINITY, f64::max)
+        }
+        (Form::Polygon(p), Form::Polygon(q)) => {
+            sides(p).chain(sides(q).map(|n| -n)).map(along).fold(f64::NEG_INFINITY, f64::max)
         }
     }
 }
 
-/// Returns the maximum over all unit vectors of a function whose variation is of the size of `size`.
-fn maximum(size: f64, function: impl Fn([f64; 2]) -> f64) -> f64 {
-    let at = |angle: f64| {
-        let (sin, cos) = angle.sin_cos();
-        function([cos, sin])
-    };
-    let step = TAU / SAMPLES as f64;
-    let (sin, cos) = step.sin_cos();
-    let mut n = [1.0, 0.0];
-    let values: [f64; SAMPLES] = std::array::from_fn(|_| {
-        let value = function(n);
-        n = [n[0] * cos - n[1] * sin, n[1] * cos + n[0] * sin];
-        value
-    });
-    let best = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    // Between two samples a peak rises by less than the square of their distance times the function's second
-    // derivative.
-    let reach = 4.0 * step * step * (size + best.abs());
-    let mut found = best;
-    for (k, value) in values.iter().enumerate() {
-        let beside = [values[(k + SAMPLES - 1) % SAMPLES], values[(k + 1) % SAMPLES]];
-        if *value < best - reach || beside.iter().any(|other| other > value) {
-            continue;
+/// Returns how far the outline `a` extends beyond the outline `b`; negative where it is inside.
+fn excess(a: &Outline, b: &Outline) -> f64 {
+    let r = a.place - b.place;
+    let along = |n: Vec2| n.dot(&r) + a.reach(n) - b.reach(n);
+    match (&a.form, &b.form) {
+        (Form::Ellipse(p), Form::Ellipse(q)) => along(unit(farthest(p, q, r), r)),
+        (Form::Polygon(p), Form::Ellipse(q)) => {
+            let normals = p.iter().map(|corner| unit(conjugate(q, &(r + corner)), r));
+            normals.map(along).fold(f64::NEG_INFINITY, f64::max)
         }
-        let middle = k as f64 * step;
-        // The search ends early where its function falls below zero, which this difference never does.
-        let top = best + reach + size;
-        let Ok((_, least)) =
-            extremum(|angle| Ok::<_, Infallible>(top - at(angle)), middle - step, middle + step);
-        found = found.max(top - least);
+        (_, Form::Polygon(q)) => sides(q).map(along).fold(f64::NEG_INFINITY, f64::max),
     }
-    found
+}
+
+/// Returns how far an ellipse reaches from its centre along a unit vector.
+fn reach([x, y]: &[Vec3; 2], n: Vec2) -> f64 {
+    (x * n.x + y * n.y).norm()
+}
+
+/// Returns the unit vector along `n`; that along `or`, or any one, where `n` is zero.
+fn unit(n: Vec2, or: Vec2) -> Vec2 {
+    n.try_normalize(0.0).or_else(|| or.try_normalize(0.0)).unwrap_or_else(Vec2::x)
+}
+
+/// Returns A^-1 v times the determinant of A, for an ellipse with the matrix A.
+fn conjugate([x, y]: &[Vec3; 2], v: &Vec2) -> Vec2 {
+    let xy = x.dot(y);
+    Vec2::new(y.norm_squared() * v.x - xy * v.y, x.norm_squared() * v.y - xy * v.x)
+}
+
+/// Returns the normals of the sides of a convex polygon, outward.
+fn sides(corners: &[Vec2]) -> impl Iterator<Item = Vec2> {
+    let next = corners.iter().cycle().skip(1);
+    corners.iter().zip(next).map(|(a, b)| unit(Vec2::new(b.y - a.y, a.x - b.x), *a))
+}
+
+/// Returns the convex hull of points, counterclockwise (Andrew 1979, Inf. Process. Lett. 9, 216).
+fn hull(mut points: Vec<Vec2>) -> Vec<Vec2> {
+    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let mut corners: Vec<Vec2> = Vec::new();
+    let half = |corners: &mut Vec<Vec2>, points: &mut dyn Iterator<Item = &Vec2>| {
+        let start = corners.len();
+        for point in points {
+            while let [.., a, b] = &corners[start..]
+                && (b - a).perp(&(point - b)) <= 0.0
+            {
+                corners.pop();
+            }
+            corners.push(*point);
+        }
+        // The last point is the first one of the other half.
+        corners.pop();
+    };
+    half(&mut corners, &mut points.iter());
+    half(&mut corners, &mut points.iter().rev());
+    corners
+}
+
+/// Returns the direction n at which n.r / (h_A(n) + h_B(n)) is largest: the common normal of two ellipses,
+/// r apart, when they have grown to touch.
+///
+/// It is along (A + t B)^-1 r with t = h_A/h_B, which is sought in its logarithm.
+fn common_normal(a: &[Vec3; 2], b: &[Vec3; 2], r: Vec2) -> Vec2 {
+    /// Beyond these ends one ellipse is smaller than the round-off of the other.
+    const END: f64 = 40.0;
+    /// The distance is flat in n at its maximum.
+    const ENOUGH: f64 = 1e-9;
+    let at = |u: f64| conjugate(a, &r) + conjugate(b, &r) * u.exp();
+    // ln(h_A / h_B) - u falls through zero.
+    let (mut low, mut high) = (-END, END);
+    let mut n = at(0.0);
+    let excess = |n: Vec2, u: f64| (reach(a, n) / reach(b, n)).ln() - u;
+    let (mut u, mut value) = (0.0, excess(n, 0.0));
+    let mut next = value;
+    for _ in 0..60 {
+        if !value.is_finite() {
+            // One of them is a point or is seen edge on.
+            return n;
+        }
+        if value > 0.0 {
+            low = u
+        } else {
+            high = u
+        }
+        if !(next > low && next < high) {
+            next = 0.5 * (low + high);
+        }
+        let (last, other) = (u, value);
+        u = next;
+        n = at(u);
+        value = excess(n, u);
+        next = u - value * (u - last) / (value - other);
+        if (u - last).abs() < ENOUGH || value == 0.0 {
+            break;
+        }
+    }
+    n
+}
+
+/// Returns the normal of the ellipse B at the multiple of it that touches an ellipse A around it, at r.
+///
+/// With B stretched to the unit circle, A has its centre at c and the semi-axes s, along its own axes. The
+/// farthest point x of A from the origin satisfies (x - c)_i = s_i^2 c_i / (m - s_i^2), with the multiplier m
+/// above both s_i^2.
+fn farthest([ax, ay]: &[Vec3; 2], [bx, by]: &[Vec3; 2], r: Vec2) -> Vec2 {
+    // B = L L^T, with the lower triangle L.
+    let first = bx.norm();
+    let aside = bx.dot(by) / first;
+    let second = bx.cross(by).norm() / first;
+    if !(second > 0.0) {
+        return r;
+    }
+    let into = |x: f64, y: f64| (x / first, (y - aside * (x / first)) / second);
+    let (cx, cy) = into(r.x, r.y);
+    let (ux, uy) = (ax / first, (ay - ax * (aside / first)) / second);
+    let half = 0.5 * (2.0 * ux.dot(&uy)).atan2(ux.norm_squared() - uy.norm_squared());
+    let (sin, cos) = half.sin_cos();
+    let own = Vec2::new(cx * cos + cy * sin, cy * cos - cx * sin);
+    let (s1, s2) = ((ux * cos + uy * sin).norm(), (uy * cos - ux * sin).norm());
+    let (c1, c2) = (own.x.abs(), own.y.abs());
+    let (p, q, between) = (s1 * c1, s2 * c2, ((s1 - s2) * (s1 + s2)).max(0.0));
+    // With d = m - s1^2 the weights are w1 = p / d and w2 = q / (d + between), of square sum one, which falls.
+    let (mut low, mut high) = (p.max(q - between).max(0.0), p.hypot(q));
+    let mut d = low;
+    for _ in 0..60 {
+        let (w1, w2) = (p / d, q / (d + between));
+        let length = w1.hypot(w2);
+        if !length.is_finite() || high <= low {
+            break;
+        }
+        if length > 1.0 {
+            low = d
+        } else {
+            high = d
+        }
+        // Newton's step for 1 / length - 1, which is nearly linear.
+        let slope = (w1 * w1 / d + w2 * w2 / (d + between)) / length;
+        let newton = d + (length - 1.0) * length / slope;
+        let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
+        let moved = (next - d).abs();
+        d = next;
+        if moved <= 1e-9 * high {
+            break;
+        }
+    }
+    let w2 = if d + between > 0.0 { (q / (d + between)).min(1.0) } else { 0.0 };
+    let w1 = (1.0 - w2 * w2).sqrt();
+    let (x1, x2) = ((c1 + s1 * w1).copysign(own.x), (c2 + s2 * w2).copysign(own.y));
+    let (x, y) = (x1 * cos - x2 * sin, x1 * sin + x2 * cos);
+    // The normal is L^-T times the direction of the farthest point.
+    let y = y / second;
+    Vec2::new((x - aside * y) / first, y)
 }

@@ -8,6 +8,9 @@ import threading
 import fullbody
 import numpy as np
 import pytest
+from fullbody import observing
+from fullbody.observing.brightness import Photometer
+from meshes import icosphere
 
 # The run would go on for months. That it ends at all shows that another thread got to work during it, and that the run
 # looked for the signal which that thread sent; how long either takes is the machine's affair.
@@ -106,8 +109,36 @@ def gravity_of_many():
     return lambda: system.gravity(state, places), lambda: None
 
 
+def light_of_rough_surfaces():
+    # Each body by the light from 72 places on the disc of the Sun.
+    system, state = lattice(300, fullbody.Ellipsoid(1.0, 0.9, 0.8))
+    law = observing.Hapke(roughness=0.3)
+    return lambda: observing.brightness(
+        system, state, [1, 0.1, 0.2], [1, 0.5, 0.3], law=law, sun_radius=0.01
+    ), lambda: None
+
+
+def light_of_facets():
+    system, state = lattice(30, icosphere(4, (1.0, 0.9, 0.8)))
+    return lambda: observing.brightness(system, state, [1, 0.1, 0.2], [1, 0.5, 0.3]), lambda: None
+
+
+def light_at_many_epochs():
+    system = fullbody.System([fullbody.Body(fullbody.Ellipsoid(1.0, 0.9, 0.8), mass=1.0, name=n) for n in "AB"], G=1.0)
+    states = fullbody.State([[0, 0, 0], [4.0, 0.3, 0.2]], np.zeros((2, 3)))
+    photometer = Photometer(system, observing.Lambert(), 1.0, True, 0.0)
+    count = 100_000
+    rows = (np.zeros(count), np.tile(states.position, (count, 1, 1)), np.tile(states.attitude, (count, 1, 1)))
+    lines = (np.tile([1.0, 0.0, 0.0], (count, 1)), np.tile([1.0, 0.1, 0.0], (count, 1)))
+    return lambda: photometer.brightness(*rows, *lines), lambda: None
+
+
+CALLS = [a_step, forces_of_many, energy_of_many, simulation_of_many, gravity_of_many]
+CALLS += [light_of_rough_surfaces, light_of_facets, light_at_many_epochs]
+
+
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no timers that send signals")
-@pytest.mark.parametrize("prepare", [a_step, forces_of_many, energy_of_many, simulation_of_many, gravity_of_many])
+@pytest.mark.parametrize("prepare", CALLS)
 def test_a_single_call_hears_signals(prepare):
     """Signals that come while a call works are handled meanwhile, not one after it: a third one stops it."""
     call, check = prepare()

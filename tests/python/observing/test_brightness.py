@@ -7,6 +7,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import Body, Ellipsoid, Part, Polyhedron, Sphere, State, System, observing
+from fullbody.observing.laws import Law
 
 DATA = Path(__file__).parents[2] / "data"
 
@@ -218,6 +219,34 @@ def test_phase_functions_have_their_published_values():
     np.testing.assert_allclose(slope, published, rtol=2e-6)
 
 
+def test_phase_function_is_any_function_of_the_phase_angle(pair):
+    system, state = pair
+    e, s = np.array([1.0, 0.1, 0.0]), np.array([1.0, 0.5, 0.2])
+    angle = np.arccos(e @ s / np.linalg.norm(e) / np.linalg.norm(s))
+    plain = observing.brightness(system, state, e, s)
+    for function in (lambda angle: np.exp(-0.7 * angle), lambda angle: [np.exp(-0.7 * x) for x in angle]):
+        law = observing.LommelSeeliger(phase_function=function)
+        np.testing.assert_allclose(observing.brightness(system, state, e, s, law=law), plain * np.exp(-0.7 * angle))
+    law = observing.LommelSeeliger(phase_function=lambda angle: 0.25)
+    np.testing.assert_allclose(observing.brightness(system, state, e, s, law=law), 0.25 * plain, rtol=1e-15)
+    with pytest.raises(fullbody.InvalidInput, match=r"returns an array of shape \(3,\); expected \(1,\)"):
+        observing.brightness(system, state, e, s, law=observing.Lambert(lambda angle: np.ones(3)))
+    with pytest.raises(fullbody.InvalidInput, match=r"phase_function is 0\.15"):
+        observing.Lambert(phase_function=0.15)
+
+
+@pytest.mark.parametrize("aside", [0.0, 0.6, 1.4, 1.0])
+def test_tangent_outlines_give_numbers(aside):
+    # Concentric discs, discs that touch from inside and from outside, and a centre on the limb; the Sun along the axes.
+    bodies = [Body(Sphere(1.0), mass=1.0), Body(Sphere(0.4), mass=0.1)]
+    state = State([[0, 0, 0], [5.0, aside, 0]], np.zeros((2, 3)))
+    for sun in ([1, 0, 0], [0, 1, 0], [-1, 0, 0]):
+        found = observing.brightness_derivatives(System(bodies, G=1.0), state, [1, 0, 0], sun)
+        for name in ("brightness", "position", "rotation", "semi_axes", "to_observer", "to_sun"):
+            assert np.isfinite(getattr(found, name)).all(), (sun, name)
+        assert ((found.brightness >= 0.0) & (found.brightness < 1.6)).all()
+
+
 def test_what_is_wrong_is_named(pair):
     system, state = pair
     good = {"to_observer": [1, 0, 0], "to_sun": [1, 0.2, 0]}
@@ -234,6 +263,12 @@ def test_what_is_wrong_is_named(pair):
     assert "albedo has none for 'B'" in error(albedo={"A": 1.0})
     assert "law names 'C'" in error(law={"C": observing.Lambert()})
     assert "law of A is 'lambert'" in error(law="lambert")
+    assert "law of A is <function" in error(law=lambda mu, mu0: mu * mu0)
+
+    class Own(Law):
+        pass
+
+    assert "Own is not one of the scattering laws" in error(law=Own())
     assert "single_scattering_albedo" in error(law=observing.Hapke(single_scattering_albedo=1.2))
     assert "opposition_width" in error(law=observing.Hapke(opposition_width=np.nan))
     assert "returns nan at the phase angle" in error(law=observing.LommelSeeliger(lambda angle: angle * np.nan))

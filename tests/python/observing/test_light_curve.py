@@ -35,6 +35,8 @@ def geometry(nights):
 
 
 #: Rows of the other program in which an occultation and an eclipse cross: its light of body B is off by 1e-9 to 2e-5.
+#: An integration in 25 digits, over circles about the direction to the observer, differs from this program by 6e-16 of
+#: the unobstructed light at row 161 and by 1e-11 at row 205, and from the other one by 1.4e-9 and 1.5e-5.
 CROSSING = [64, 88, 161, 205]
 
 

@@ -207,6 +207,22 @@ def test_a_run_ends_where_an_occultation_begins():
     assert ended.time[13] == pytest.approx((later - stopped.time[-1]) / 1e-4, rel=1e-3)
 
 
+def test_time_of_an_occultation_follows_the_semi_axes():
+    system, state, _ = circular(0.05)
+    asked = fullbody.events.Occultation("B", "A", toward=AXIS, direction=-1, terminal=True)
+    names = [f"semi-axis {axis} of {body}" for body in "AB" for axis in "abc"]
+    ended = system.integrate(state, 10.0, events=[asked], derivatives=names).at_event(-1)
+    # The outlines are in the plane of y and z, and the bodies do not turn: along the line of the centres both radii
+    # grow by (y^2 db + z^2 dc) / (y^2 + z^2).
+    begin = 0.5 * np.pi - contacts(R1 + R2, 0.05)
+    y, z = np.cos(begin), np.sin(begin) * np.sin(0.05)
+    share = np.square([0.0, y, z]) / (y * y + z * z)
+    # d(half)/d(reach) by the closed form, with reach = R1 + R2.
+    slope = (contacts(R1 + R2 + 1e-5, 0.05) - contacts(R1 + R2 - 1e-5, 0.05)) / 2e-5
+    expected = -slope * np.tile(share, 2)
+    np.testing.assert_allclose([ended.time_sensitivity[name] for name in names], expected, atol=1e-7)
+
+
 def test_events_are_kept_in_files(tmp_path):
     system, state, _ = circular(0.05)
     table = {"toward": np.array([AXIS] * 5), "times": np.arange(5.0)}
@@ -221,6 +237,14 @@ def test_what_cannot_be_is_refused():
         observing.mutual_events(system.integrate(state, 1.0), view())
     with pytest.raises(fullbody.InvalidInput, match="no time in common"):
         observing.mutual_events(run, observing.Geometry([50.0, 60.0], to_observer=AXIS, light_time=False))
+    # At time zero body A is at y = -3.
+    inside = view(to_observer=[0.0, -3.2, 0.1])
+    with pytest.raises(fullbody.InvalidInput, match=r"the observer of the geometry is inside A at time 0\.0"):
+        observing.mutual_events(run, inside)
+    with pytest.raises(fullbody.InvalidInput, match="the Sun of the geometry is inside A at time"):
+        observing.mutual_events(run, view(to_sun=[0.0, -3.2, 0.1]))
+    with pytest.raises(fullbody.InvalidInput, match="the observer of the geometry is inside A at time"):
+        observing.light_curve(run, [0.5, 0.01], inside)
     with pytest.raises(fullbody.InvalidInput, match="kind is 'transit'"):
         observing.occultation(system, view(), "B", "A", kind="transit")
     with pytest.raises(fullbody.InvalidInput, match="toward of Occultation is not given"):
