@@ -12,6 +12,7 @@ mod math;
 mod jacobian;
 mod mutual;
 mod mutual_values;
+mod occultation;
 mod orbit;
 mod particles;
 mod photometry;
