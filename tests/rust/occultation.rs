@@ -233,8 +233,8 @@ fn short_events_within_long_steps() {
     for until in [1.0, 7.0] {
         let (system, dense) = passage.run(0.0, until, false);
         let found = crossings(&system, &dense, [0, 1], false);
-        // It points at the sphere at odd multiples of pi / 6 after the start.
-        let expected = (6.0 * until / PI + 1.0).floor() as usize / 2;
+        // The run lasts twice that time; the needle points at the sphere at odd multiples of pi / 6 after its start.
+        let expected = (12.0 * until / PI + 1.0).floor() as usize / 2;
         assert_eq!(found.len(), 2 * expected, "{found:?}");
         for (k, pair) in found.chunks(2).enumerate() {
             let middle = 0.5 * (pair[0] + pair[1]) + until;

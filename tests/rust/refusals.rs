@@ -162,7 +162,7 @@ fn flights() {
     let tolerance = Tolerance::new(1e-9, 1e-9).unwrap();
     let rules = Rules { tableau: &VERNER98, tolerance, contact: ContactResponse::Stop, escape: None };
     let particle = |time| Particle::new(time, &Vec3::new(0.0, 0.0, 4.0), &Vec3::zeros(), 0.0);
-    let fly = |system: &System, output: &[f64], watches: &[ParticleEvent], mut particles: Vec<Particle>| {
+    let fly = |system: &System, output: &[f64], events: &[ParticleEvent], mut particles: Vec<Particle>| {
         let plan = FlightPlan {
             system,
             dense: &dense,
@@ -170,10 +170,10 @@ fn flights() {
             output,
             rules: &rules,
             radiation: None,
-            watches,
+            events,
             threads: None,
         };
-        let mut record = FlightRecord { samples: vec![7.0; 5], happened: Vec::new() };
+        let mut record = FlightRecord { samples: vec![7.0; 5], occurrences: Vec::new() };
         plan.fly(&mut particles, &mut record, &mut |_| ControlFlow::Continue(())).map(|()| record.samples)
     };
     let one = || vec![particle(0.0)];

@@ -131,12 +131,12 @@ def mutual_events(run: Run, geometry: Vectors) -> list[MutualEvent]:
     towards = {}
     weights = system._masses / system._masses.sum()
     for kind in kinds:
-        times, toward = _table(local, kind, span)
-        states = run.dense._core.states(np.clip(times, *span))
+        knots, toward = _table(local, kind, span)
+        states = run.dense._core.states(np.clip(np.array(knots), span[0], span[1]))
         centre = states["position"] - np.einsum("n,tnx->tx", weights, states["position"])[:, None]
         what = "observer" if kind == "occultation" else "Sun"
-        refuse_inside(system, what, np.array(toward), centre, states["attitude"], np.array(times))
-        towards[kind] = _core.Toward(times, toward, KINDS[kind] / local.light_speed, False)
+        refuse_inside(system, what, np.array(toward), centre, states["attitude"], np.array(knots))
+        towards[kind] = _core.Toward(knots, toward, KINDS[kind] / local.light_speed, False)
     conditions = [_core.Condition.Occultation(i, j, total, towards[kind]) for kind, i, j, total in asked]
     crossings = run.dense._core.crossings(system._core, conditions, span)
     intervals = {key: _intervals(*found, span, start < stop) for key, found in zip(asked, crossings, strict=True)}

@@ -95,7 +95,7 @@ fn zeros_of(f: impl Fn(f64) -> f64, end: f64) -> Vec<(f64, bool)> {
     let fractions = sample_fractions(end);
     let (values, mut found) = (fractions.map(&f), Vec::new());
     let value = |theta| Ok::<_, Infallible>(f(theta));
-    let Ok(()) = zeros(&fractions, &values, value, |_| true, |theta, rises| found.push((theta, rises)));
+    let Ok(()) = zeros(&fractions, &values, None, value, |_| true, |theta, rises| found.push((theta, rises)));
     found
 }
 
