@@ -355,7 +355,7 @@ def fly(
     contact: str | tuple[float, float, float],
     escape: tuple[float, bool] | None,
     radiation: tuple[str, float, float] | None,
-    watched: Sequence[tuple[str, Any, int]],
+    spec: Sequence[tuple[str, Any, int]],
     threads: int | None,
     progress: Callable[[float, float, float], Any] | None,
 ) -> tuple[dict[str, Any], BaseException | None]: ...

@@ -122,11 +122,11 @@ impl ThirdBodyAttraction {
             let strength = -self.mu * body.mass;
             load.force =
                 ((r + f * p) * by_distance + p * by_f + f * change) * (inverse_cube * cube * strength);
+            load.torque = Vec3::zeros();
             let length = change.norm();
             if let Some(extended) = body.extended.as_mut().filter(|_| length > 0.0) {
                 let turn = &snapshot.rotation[index];
                 let (x, along) = (turned_back(turn, &from), turned_back(turn, change));
-                load.torque = Vec3::zeros();
                 for (by, weight) in steps(STEP * from.norm() / length) {
                     let OrbitPosition { position, inverse_square, inverse_cube } =
                         OrbitPosition::from(x + along * by);

@@ -82,10 +82,13 @@ pub struct RuleMemory {
     pub valid_from: f64,
 }
 
-/// The nodes that a pair has used, by order and kind, and those of a layer by the polyhedron's identity too.
+/// The order and the kind of nodes, and for those of a layer the identity of the polyhedron.
+type NodeKey = (Order, NodeKind, Option<(usize, u64)>);
+
+/// The nodes that a pair has used.
 #[derive(Debug, Clone)]
 pub(super) struct NodeStore {
-    own: Vec<(Order, NodeKind, Option<(usize, u64)>, Arc<Nodes>)>,
+    own: Vec<(NodeKey, Arc<Nodes>)>,
     shared: Arc<Store>,
 }
 
@@ -105,15 +108,15 @@ impl NodeStore {
     ) -> Result<Arc<Nodes>> {
         let order = node_kind.order(order);
         let owner = set.polyhedron().filter(|_| node_kind == NodeKind::Layer).map(|p| p.identity());
-        let known = |(o, kind, body, _): &&_| (*o, *kind, *body) == (order, node_kind, owner);
-        if let Some((.., nodes)) = self.own.iter().find(known) {
+        let key = (order, node_kind, owner);
+        if let Some((_, nodes)) = self.own.iter().find(|(known, _)| *known == key) {
             return Ok(nodes.clone());
         }
         let nodes = match self.shared.nodes(order, node_kind) {
             Some(nodes) => nodes,
             None => Arc::new(Nodes::layer(&*set.layer(order.gauss - 1, arch, interrupt)?)),
         };
-        self.own.push((order, node_kind, owner, nodes.clone()));
+        self.own.push((key, nodes.clone()));
         Ok(nodes)
     }
 }

@@ -296,7 +296,8 @@ fn farthest([ax, ay]: &[Vec3; 2], [bx, by]: &[Vec3; 2], r: Vec2) -> Vec2 {
     let first = bx.norm();
     let aside = bx.dot(by) / first;
     let second = bx.cross(by).norm() / first;
-    if !(second > 0.0) {
+    // An ellipse that is seen edge on has no inside.
+    if second.is_nan() || second <= 0.0 {
         return r;
     }
     let into = |x: f64, y: f64| (x / first, (y - aside * (x / first)) / second);
