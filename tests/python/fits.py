@@ -47,6 +47,10 @@ def pair(mass=2.353, a=2.55):
     return system, fullbody.State(position=[[0.0] * 3, [a, 0, 0]], velocity=[[0.0] * 3, [0.1, 0.9, 0.3]])
 
 
+#: Where fits of :func:`pair` start, near the values 2.353 and 2.55 of its observations.
+START = {"mass": 2.36, "a": 2.545}
+
+
 @functools.cache
 def pair_radar():
     """Ranges and range rates of these points, as exact as 1e-2 of the orbit."""

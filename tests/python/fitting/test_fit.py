@@ -7,24 +7,13 @@ import pandas
 import pytest
 from astropy.time import Time
 from eris import EPOCH, ERIS
-from fits import QUICK, kw4, noisy, pair, pair_radar
+from fits import QUICK, START, kw4, noisy, pair
 from fullbody import observing
 from fullbody.fitting import Free, Outliers
 from scipy.spatial.transform import Rotation
 from support import DATA
 
 TRUE = {"mass": 2.353, "a": 2.55}
-START = {"mass": 2.36, "a": 2.545}
-
-
-@pytest.fixture(scope="module")
-def radar():
-    return pair_radar()
-
-
-@pytest.fixture(scope="module")
-def found(radar):
-    return fullbody.fit(pair, START, radar)
 
 
 def test_eris_has_the_values_and_errors_of_an_independent_fit():

@@ -7,23 +7,12 @@ import astropy.units as u
 import fullbody
 import numpy as np
 import pytest
-from fits import VIEW, pair, pair_radar
+from fits import START, VIEW, pair
 from fullbody import observing
 from fullbody.fitting import Free, Outliers
 
 TRUE = {"mass": 2.353, "a": 2.55}
-START = {"mass": 2.36, "a": 2.545}
 BETWEEN = {"a": Free(2.55, lower=2.5, upper=2.6)}
-
-
-@pytest.fixture(scope="module")
-def radar():
-    return pair_radar()
-
-
-@pytest.fixture(scope="module")
-def found(radar):
-    return fullbody.fit(pair, START, radar)
 
 
 @pytest.mark.parametrize(

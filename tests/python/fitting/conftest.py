@@ -1,0 +1,15 @@
+"""Simulated radar observations of two points, and a fit of them, that several files of tests use."""
+
+import fullbody
+import pytest
+from fits import START, pair, pair_radar
+
+
+@pytest.fixture(scope="module")
+def radar():
+    return pair_radar()
+
+
+@pytest.fixture(scope="module")
+def found(radar):
+    return fullbody.fit(pair, START, radar)
