@@ -60,7 +60,7 @@ impl Gauss {
 }
 
 /// Returns the Legendre polynomials P_0, ..., P_n at x.
-pub fn legendre(x: f64, n: usize) -> Vec<f64> {
+fn legendre(x: f64, n: usize) -> Vec<f64> {
     let mut all = vec![1.0];
     for k in 0..n {
         let before = if k == 0 { 0.0 } else { all[k - 1] };

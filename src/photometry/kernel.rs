@@ -5,8 +5,8 @@ use super::lune::{Intervals, Longitude, Lune};
 use super::rule::Rule;
 use crate::math::Vec3;
 
-/// Brightness, and its derivatives by the components of p and of q along p + q, across it and along the pole, by the
-/// semi-axes through the cosines alone, and by the phase angle.
+/// Brightness, and its derivatives by the components of p and of q along p + q, across it and along the pole,
+/// by the semi-axes through the cosines alone, and by the phase angle.
 pub const PARTIALS: usize = 11;
 
 /// The relative error of the brightness.
@@ -77,8 +77,9 @@ impl Kernel<'_> {
         total
     }
 
-    /// Calls `piece` with the ends of intervals in which the law is smooth. A rough surface has edges where the cosines are equal,
-    /// (p - q).u = 0, and where the normal is in the plane of the two directions, k.A^-2 u = 0.
+    /// Calls `piece` with the ends of intervals in which the law is smooth. A rough surface has edges where
+    /// the cosines are equal, (p - q).u = 0, and where the normal is in the plane of the two directions,
+    /// k.A^-2 u = 0.
     fn pieces(&self, from: Longitude, to: Longitude, z: f64, rho: f64, mut piece: impl FnMut([f64; 2])) {
         let [low, high] = [from, to].map(|l| l.sin.atan2(l.cos));
         let mut places = [low, high, high, high, high];
@@ -158,7 +159,8 @@ impl Kernel<'_> {
         total
     }
 
-    /// The tolerance of the brightness over a b c: the edges of a rough surface have ends, about which it is no smooth function.
+    /// The tolerance of the brightness over a b c: the edges of a rough surface have ends, about which it is
+    /// no smooth function.
     pub fn tolerance(&self) -> f64 {
         self.scale * if self.law.has_edges() { 1e-9 } else { TOLERANCE }
     }

@@ -26,8 +26,8 @@ pub struct Longitude {
     pub cos: f64,
 }
 
-/// Intervals of longitudes on a parallel, as their integral of g needs them: the sum of differences of sin(l - gamma), and the
-/// product of ratios of exp G, so that one logarithm serves all of them.
+/// Intervals of longitudes on a parallel, as their integral of g needs them: the sum of differences of
+/// sin(l - gamma), and the product of ratios of exp G, so that one logarithm serves all of them.
 #[derive(Debug, Clone, Copy)]
 pub struct Intervals {
     plain: f64,

@@ -1,11 +1,12 @@
 //! The outline of an occulting or eclipsing ellipsoid on the unit sphere of another one.
 //!
-//! What an ellipsoid hides along a direction d lies in its cylinder along d. In the sphere's coordinates u = A^-1 x the
-//! cylinder runs along A^-1 d, which is p or q, and its section is an ellipse in the plane across that. The plane's
-//! coordinates are z = u.k, the height above the lune's equator, which p and q share, and x across. With the rows r_x and
-//! r_z of the map from space to the plane, D the vector between the centres and Q = R diag(a^2) R^T of the hiding ellipsoid,
-//! the ellipse has its centre at (r_x.D, r_z.D) and the covariance r_i.Q r_j. At a height z it covers one interval of x,
-//! and x = rho sin(l') with l' the longitude from p or q.
+//! What an ellipsoid hides along a direction d lies in its cylinder along d. In the sphere's coordinates u =
+//! A^-1 x the cylinder runs along A^-1 d, which is p or q, and its section is an ellipse in the plane across
+//! that. The plane's coordinates are z = u.k, the height above the lune's equator, which p and q share, and x
+//! across. With the rows r_x and r_z of the map from space to the plane, D the vector between the centres and
+//! Q = R diag(a^2) R^T of the hiding ellipsoid, the ellipse has its centre at (r_x.D, r_z.D) and the
+//! covariance r_i.Q r_j. At a height z it covers one interval of x, and x = rho sin(l') with l' the longitude
+//! from p or q.
 
 use super::lune::{Longitude, Lune};
 use crate::integrate::polynomial_roots;
@@ -46,7 +47,8 @@ pub struct Outline {
     slope: f64,
     /// Half the width along x through the centre, and half the extent in z.
     half: [f64; 2],
-    /// Unit vectors of the hiding ellipsoid's unit sphere: the tangent point on it is side cos(theta) v_0 + sin(theta) v_1.
+    /// Unit vectors of the hiding ellipsoid's unit sphere: the tangent point on it is side cos(theta) v_0 +
+    /// sin(theta) v_1.
     tangents: [Vec3; 2],
 }
 
@@ -55,8 +57,8 @@ pub struct Outline {
 pub struct Crossing {
     /// The point of the unit sphere of the hiding ellipsoid at which the ray is tangent to it.
     pub tangent: Vec3,
-    /// Half the width of the outline along x, over the cosine of the position on the outline: the shift of x with the level of
-    /// its equation, doubled.
+    /// Half the width of the outline along x, over the cosine of the position on the outline: the shift of x
+    /// with the level of its equation, doubled.
     pub shift: f64,
 }
 
@@ -102,8 +104,8 @@ impl Outline {
         (sin.abs() < 1.0).then_some(sin)
     }
 
-    /// The interval of longitudes of the lune that the outline covers on a parallel. The flags tell which ends are the
-    /// outline's, rather than the lune's.
+    /// The interval of longitudes of the lune that the outline covers on a parallel. The flags tell which
+    /// ends are the outline's, rather than the lune's.
     #[inline(always)]
     pub fn covers(&self, lune: &Lune, z: f64, rho: f64) -> Option<[(Longitude, bool); 2]> {
         let sin = self.position(z)?;
@@ -145,7 +147,8 @@ impl Outline {
         }
     }
 
-    /// How the outline crosses the parallel at z, at the lower end of the covered interval or at the upper one.
+    /// How the outline crosses the parallel at z, at the lower end of the covered interval or at the upper
+    /// one.
     pub fn crossing(&self, z: f64, upper: bool) -> Option<Crossing> {
         let sin = self.position(z)?;
         let cos = ((1.0 - sin) * (1.0 + sin)).sqrt();
@@ -154,13 +157,14 @@ impl Outline {
         Some(Crossing { tangent, shift: self.half[0] / cos })
     }
 
-    /// Adds the heights at which the part of the lune that the outline covers changes its kind: where the outline begins and
-    /// ends, and where it crosses the limb and the terminator.
+    /// Adds the heights at which the part of the lune that the outline covers changes its kind: where the
+    /// outline begins and ends, and where it crosses the limb and the terminator.
     pub fn breaks(&self, lune: &Lune, out: &mut Vec<f64>) {
         let ([x, z], tip) = (self.centre, self.slope * self.half[1]);
         let tips = [[x - tip, z - self.half[1]], [x + tip, z + self.half[1]]];
         out.extend(tips.iter().filter(|[x, z]| self.within(lune, *x, *z)).map(|[_, z]| z));
-        // x = rho where the hidden light grazes, up to the sign, and x^2 = (1 - z^2) cos^2 A where the other one does.
+        // x = rho where the hidden light grazes, up to the sign, and x^2 = (1 - z^2) cos^2 A where the other
+        // one does.
         let own = match self.light {
             Light::Sight => 1.0,
             Light::Sun => -1.0,
@@ -173,7 +177,8 @@ impl Outline {
         }
     }
 
-    /// Adds the heights at which this outline crosses another one; some may lie on the far side of the sphere.
+    /// Adds the heights at which this outline crosses another one; some may lie on the far side of the
+    /// sphere.
     pub fn crossings(&self, other: &Self, lune: &Lune, out: &mut Vec<f64>) {
         // The other outline's x is x cos(turn) + w sin(turn) with w the height of this one's plane.
         let (cos, sin) = match (self.light, other.light) {
@@ -200,8 +205,8 @@ impl Outline {
     }
 }
 
-/// Half of an outline, from -90 to 90 degrees about its end at large x or at small x: coordinates times 1 + t^2 as polynomials
-/// of t, the tangent of half the angle.
+/// Half of an outline, from -90 to 90 degrees about its end at large x or at small x: coordinates times 1 +
+/// t^2 as polynomials of t, the tangent of half the angle.
 struct Half {
     x: Polynomial,
     z: Polynomial,

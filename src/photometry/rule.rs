@@ -1,11 +1,11 @@
 //! Fejér's second rule, which doubles its nodes and then halves an interval until it has converged.
 //!
-//! The nodes are cos(pi k / n), 0 < k < n, without the ends of the interval, and those for n are among those for 2 n, so that no
-//! value is computed twice. The values give the coefficients b_k of f(cos x) sin x = sum of b_k sin(k x), that is of f in
-//! Chebyshev's polynomials of the second kind. An interval has converged once the last ones are below the tolerance: the rule's
-//! error is then smaller. Several are looked at, since those of even functions alternate with zeros, and where they oscillate one
-//! alone may be small by chance. Fejér (1933), Math. Z. 37, 287; Trefethen (2008), SIAM Rev. 50, 67, compares such rules with
-//! Gauss's.
+//! The nodes are cos(pi k / n), 0 < k < n, without the ends of the interval, and those for n are among those
+//! for 2 n, so that no value is computed twice. The values give the coefficients b_k of f(cos x) sin x = sum
+//! of b_k sin(k x), that is of f in Chebyshev's polynomials of the second kind. An interval has converged
+//! once the last ones are below the tolerance: the rule's error is then smaller. Several are looked at, since
+//! those of even functions alternate with zeros, and where they oscillate one alone may be small by chance.
+//! Fejér (1933), Math. Z. 37, 287; Trefethen (2008), SIAM Rev. 50, 67, compares such rules with Gauss's.
 
 use std::f64::consts::PI;
 
@@ -18,7 +18,8 @@ const NODES: usize = ORDERS[2] - 1;
 /// The number of coefficients that tell the error.
 const LAST: usize = 4;
 
-/// Intervals are halved at most so often. What a continuous integrand leaves on the last one is below rounding.
+/// Intervals are halved at most so often. What a continuous integrand leaves on the last one is below
+/// rounding.
 const DEEPEST: u32 = 48;
 
 /// Nested rules; the first nodes of all are those of the smallest rule.
@@ -70,7 +71,8 @@ impl Default for Rule {
 }
 
 impl Rule {
-    /// The integrals of W functions, each to its tolerance. `accepted` is called with each piece whose sum was taken.
+    /// The integrals of W functions, each to its tolerance. `accepted` is called with each piece whose sum
+    /// was taken.
     pub fn integrate<const W: usize>(
         &self,
         [from, to]: [f64; 2],
@@ -120,7 +122,8 @@ impl Order {
                 factors.iter().zip(values).map(|(factor, value)| factor * value[k]).sum::<f64>().abs()
             };
             let last = self.coefficients.iter().map(of).fold(0.0, f64::max);
-            // Rounding has coefficients of any order. A value that is not a number stays in the sum, which is then refused.
+            // Rounding has coefficients of any order. A value that is not a number stays in the sum, which is
+            // then refused.
             !(2.0 * half * last > tolerances[k] && last > 64.0 * f64::EPSILON * size)
         })
     }

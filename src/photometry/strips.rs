@@ -1,12 +1,13 @@
 //! The brightness of an ellipsoid of which others hide parts, by strips along the parallels of its lune.
 //!
-//! On a parallel every outline covers one interval of longitudes, and what is left between them has the integrals of
-//! [`Kernel`]. Over the height z Gauss's rule is taken between the heights at which the intervals change their kind, in t with
-//! z = m + h t (3 - t^2) / 2, so that the square roots at either end are smooth. An unknown change costs time, not accuracy: the rule
-//! halves its intervals until it has converged.
+//! On a parallel every outline covers one interval of longitudes, and what is left between them has the
+//! integrals of [`Kernel`]. Over the height z Fejér's rule is taken between the heights at which the
+//! intervals change their kind, in t with z = m + h t (3 - t^2) / 2, so that the square roots at either end
+//! are smooth. An unknown change costs time, not accuracy: the rule halves its intervals until it has
+//! converged.
 //!
-//! Where the outline moves, x by dx at a constant height, the brightness over abc changes by |p| Q/(P+Q) T dx dz for an
-//! occultation, since dOmega = dx dz / (p.u / |p|), and by |q| P/(P+Q) T dx dz for an eclipse.
+//! Where the outline moves, x by dx at a constant height, the brightness over abc changes by |p| Q/(P+Q) T dx
+//! dz for an occultation, since dOmega = dx dz / (p.u / |p|), and by |q| P/(P+Q) T dx dz for an eclipse.
 
 use super::kernel::{Kernel, PARTIAL_TOLERANCE, PARTIALS};
 use super::lune::{Intervals, Longitude};
@@ -14,9 +15,9 @@ use super::outline::{Hiding, Outline};
 use crate::math::Vec3;
 use nalgebra::Matrix3;
 
-/// What the shift of an outline does to the brightness over abc, as sums over the outline's visible points with weights w: v are
-/// points of the hiding ellipsoid's unit sphere, u those of the other one's, and reach is the way from the second to the first
-/// along the hidden light.
+/// What the shift of an outline does to the brightness over abc, as sums over the outline's visible points
+/// with weights w: v are points of the hiding ellipsoid's unit sphere, u those of the other one's, and reach
+/// is the way from the second to the first along the hidden light.
 #[derive(Debug, Clone, Default)]
 pub struct Moments {
     /// Sum of w v.
@@ -29,7 +30,8 @@ pub struct Moments {
     pub v_v: Matrix3<f64>,
 }
 
-/// An end of what is left uncovered on a parallel; the outline that it belongs to, and whether it is that one's upper end.
+/// An end of what is left uncovered on a parallel; the outline that it belongs to, and whether it is that
+/// one's upper end.
 type End = (Longitude, Option<(usize, bool)>);
 
 /// A lune under outlines.
@@ -127,8 +129,9 @@ impl Strips<'_> {
         total
     }
 
-    /// The brightness over a b c with its derivatives, and what the shift of each outline does to it. `hiding` are the ellipsoids
-    /// of the outlines, and `lights` the directions to the observer and to the Sun, in the ellipsoid's frame.
+    /// The brightness over a b c with its derivatives, and what the shift of each outline does to it.
+    /// `hiding` are the ellipsoids of the outlines, and `lights` the directions to the observer and to the
+    /// Sun, in the ellipsoid's frame.
     pub fn partials(&self, hiding: &[Hiding], lights: &[Vec3; 2]) -> ([f64; PARTIALS], Vec<Moments>) {
         let mut covered = Vec::with_capacity(self.outlines.len());
         let mut total = [0.0; PARTIALS];
@@ -141,7 +144,8 @@ impl Strips<'_> {
             if self.is_bare(low, high) {
                 let lune = self.kernel.lune;
                 let [across, along] = widths(low, high);
-                // The third of the derivatives by p, and by q, is that along the pole, with z in place of rho.
+                // The third of the derivatives by p, and by q, is that along the pole, with z in place of
+                // rho.
                 let all = self.kernel.partials_between(lune.terminator(), lune.limb(), 1.0, 1.0);
                 let size = |k: usize| if k == 3 || k == 6 { along } else { across };
                 (0..PARTIALS).for_each(|k| total[k] += all[k] * size(k));
@@ -178,7 +182,8 @@ impl Strips<'_> {
         (total, moments)
     }
 
-    /// The place on its outline of an end, and the rate at which the brightness over abc rises with half the outline's level.
+    /// The place on its outline of an end, and the rate at which the brightness over abc rises with half the
+    /// outline's level.
     fn flux(&self, (l, end): End, z: f64, rho: f64) -> Option<(Vec3, f64)> {
         let (index, upper) = end?;
         let outline = &self.outlines[index];
@@ -214,7 +219,8 @@ impl Strips<'_> {
     }
 }
 
-/// The function t (3 - t^2) / 2, which takes -1 to 1 to the same and makes square roots at both ends smooth, and its derivative.
+/// The function t (3 - t^2) / 2, which takes -1 to 1 to the same and makes square roots at both ends smooth,
+/// and its derivative.
 fn smoothed(t: f64) -> (f64, f64) {
     (0.5 * t * (3.0 - t * t), 1.5 * (1.0 - t * t))
 }

@@ -17,8 +17,8 @@
 //! centre when B is stretched to a circle. For polygons the normals of the sides and of the nearest or farthest
 //! corner suffice.
 //!
-//! Of two bodies that are apart, the one toward which the normal of a plane between them points is in front,
-//! wherever their outlines overlap. The order of their centres need not tell this.
+//! Where two outlines overlap, the body in front is the one on the observer's side of a plane that separates the
+//! bodies. Its centre may be farther from the observer than that of the other body.
 
 use crate::math::{Mat3, Vec3};
 use crate::shape::{Body, Part, Shape, normal};
