@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import comb
 from typing import Any
 
 import fullbody
@@ -22,7 +23,7 @@ PAIRS = {
     "verner98": lambda: fullbody.Verner98(rtol=1e-13, atol=1e-13),
     "verner87": lambda: fullbody.Verner87(rtol=1e-13, atol=1e-13),
     "verner76": lambda: fullbody.Verner76(rtol=1e-12, atol=1e-12),
-    "verner65": lambda: fullbody.Verner65(rtol=1e-11, atol=1e-11),
+    "verner65": lambda: fullbody.Verner65(rtol=1e-13, atol=1e-13),
     "dormand-prince": lambda: fullbody.DormandPrince54(rtol=1e-10, atol=1e-10),
 }
 FIXED = {
@@ -305,17 +306,18 @@ def asymmetry(case):
 
 
 def differences(ends, step):
-    """Of sixth order."""
+    """The derivative of the ends of runs by central differences of sixth order."""
     by = [change(ends(-k * step), ends(k * step)) / (2 * k * step) for k in (1, 2, 3)]
     return 1.5 * by[0] - 0.6 * by[1] + 0.1 * by[2]
 
 
 def one_sided(ends, step):
-    """Of fifth order, from the end of a parameter's range on."""
-    weights, here = [5.0, -5.0, 10.0 / 3.0, -5.0 / 4.0, 1.0 / 5.0], ends(0.0)
+    """The derivative of the ends of runs by differences of seventh order, from the end of a parameter's range on."""
+    here, order = ends(0.0), 7
+    weights = [(-1) ** (k + 1) * comb(order, k) / k for k in range(1, order + 1)]
     return sum(w * change(here, ends(k * step)) for k, w in enumerate(weights, 1)) / step
 
 
 def change(one, other):
-    """Of the end, of the state at the event, and of the event's time."""
+    """The change of the end of a run, of the state at its event, and of the event's time."""
     return np.concatenate([deviation(one[0], other[0]), deviation(one[1], other[1]), [other[2] - one[2]]])
