@@ -26,6 +26,8 @@ pub struct Collocation {
     gauss: Gauss,
     half: usize,
     width: usize,
+    /// The number of columns that belong to the initial state.
+    initial: usize,
     stride: usize,
     turn: usize,
     bodies: usize,
@@ -65,6 +67,7 @@ impl Collocation {
             gauss: Gauss::new(NonZeroUsize::new(count).unwrap_or(NonZeroUsize::MIN)),
             half,
             width,
+            initial: variations.initial,
             stride,
             turn: variations.turn(0),
             bodies,
@@ -92,7 +95,7 @@ impl Collocation {
     /// Stores the coefficients of the variational equations at a node, as they were last evaluated, with the
     /// motion's vector there.
     pub fn take(&mut self, node: usize, dynamics: &Dynamics, variations: &Variations, y: &[f64]) {
-        let Self { half, width, stride, turn, bodies, .. } = *self;
+        let Self { half, width, initial, stride, turn, bodies, .. } = *self;
         let rows = node * half * stride..(node + 1) * half * stride;
         let by_pose = &mut self.by_pose[rows.clone()];
         by_pose.copy_from_slice(&variations.by_pose);
@@ -113,7 +116,8 @@ impl Collocation {
         }
         if !self.forcing.is_empty() {
             let forcing = &mut self.forcing[node * half * width..(node + 1) * half * width];
-            forcing.fill(0.0);
+            // The columns of the initial state have no forcing, and stay zero.
+            forcing.chunks_exact_mut(width).for_each(|row| row[initial..].fill(0.0));
             variations.force(|row, column, value| forcing[row * width + column] += value);
         }
     }
@@ -161,7 +165,7 @@ impl Collocation {
         size_before: Option<f64>,
         interrupt: &mut InterruptCheck,
     ) -> Result<bool> {
-        let Self { half, width, stride, turn, .. } = *self;
+        let Self { half, width, initial, stride, turn, .. } = *self;
         let rates = self.inverse_rates.iter_mut().zip(&self.inverse[half..]);
         rates.for_each(|(rate, inverse)| *rate = size.abs() * inverse);
         let [before, p_rates] = &mut self.p_rates;
@@ -176,6 +180,7 @@ impl Collocation {
         });
         let step = CollocationStep::<N> {
             size: [half, width],
+            initial,
             integrals: std::array::from_fn(|i| std::array::from_fn(|j| size * self.gauss.integrals[i][j])),
             weights: std::array::from_fn(|i| size * self.gauss.weights[i]),
             by_pose: &self.by_pose,

@@ -27,6 +27,8 @@ const NOISE: f64 = 256.0 * f64::EPSILON;
 pub(super) struct CollocationStep<'a, const N: usize> {
     /// The number of rows in either half, and the number of columns.
     pub size: [usize; 2],
+    /// The number of columns that belong to the initial state; those of the parameters follow.
+    pub initial: usize,
     /// Coefficients and weights of the collocation method, times the size of the step.
     pub integrals: [[f64; N]; N],
     pub weights: [f64; N],
@@ -201,11 +203,12 @@ impl<const N: usize> CollocationStep<'_, N> {
         p_rates: &mut [[S::f64s; N]],
     ) {
         let [half, width] = self.size;
+        let forced = at + S::F64_LANES > self.initial && !self.forcing.is_empty();
         for row in 0..half {
-            p_rates[row][i] = if self.forcing.is_empty() {
-                simd.splat_f64s(0.0)
-            } else {
+            p_rates[row][i] = if forced {
                 load::<S>(self.forcing, (i * half + row) * width + at)
+            } else {
+                simd.splat_f64s(0.0)
             };
         }
         for (matrix, from) in [(self.by_pose, q), (self.by_rate, p)] {
