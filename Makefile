@@ -30,6 +30,8 @@ export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 # Windows separates folders in PATH by a semicolon.
 export PATH := $(CURDIR)/$(BIN)$(if $(findstring ;,$(PATH)),;,:)$(PATH)
 export VIRTUAL_ENV := $(CURDIR)/$(VENV)
+# Pip and uv build the extension with the versions of Cargo.lock, or not at all.
+export MATURIN_PEP517_ARGS := --locked
 
 .DEFAULT_GOAL := help
 .PHONY: help kw4 notebooks film reproduce millennia fission dimorphos binaries hera hera-full test test-rust test-arm test-python test-lowest test-wheel wheel wheel-musl licences browser crate lint check \
@@ -105,8 +107,8 @@ browser: $(VENV)/.built  ## a page on which 1999 KW4 runs in the browser, into o
 	$(BIN)/python browser/build.py out/browser
 
 crate: $(MATURIN)  ## packs the crate, and builds it from the package
-	RUSTDOCFLAGS='-D warnings' cargo doc --no-deps
-	cargo package --allow-dirty
+	RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps
+	cargo package --locked --allow-dirty
 
 lint: $(VENV)/.dev  ## formats, lints and types of Python, formats of Rust: the checks of each commit
 	cargo fmt --check

@@ -32,7 +32,7 @@ def extension() -> Path:
         "PYO3_CROSS_PYTHON_VERSION": "3.11",
     }
     environment = {name: value for name, value in os.environ.items() if name != "PYO3_PYTHON"} | settings
-    command = ["cargo", "rustc", "--package", "fullbody-python", "--profile", "browser", "--target", TARGET]
+    command = ["cargo", "rustc", "--locked", "--package", "fullbody-python", "--profile", "browser", "--target", TARGET]
     subprocess.run(command, cwd=ROOT, env=environment, check=True)
     return ROOT / "target" / TARGET / "browser" / "_core.wasm"
 

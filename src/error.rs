@@ -18,11 +18,9 @@ pub enum Error {
         expected: String,
     },
 
-    /// Two bodies share interior points, where the exterior potential does not hold.
-    #[error(
-        "{first} and {second} overlap at time {time}; expected interiors apart (a run can end at the \
-         contact: events.Contact, terminal)"
-    )]
+    /// Two bodies share interior points, where the exterior potential does not hold. A run ends before that
+    /// at a terminal event of [`Condition::Contact`](crate::trajectory::Condition::Contact).
+    #[error("{first} and {second} overlap at time {time}; expected interiors apart")]
     BodiesOverlap {
         /// The name of one body.
         first: String,
@@ -52,10 +50,11 @@ pub enum Error {
         detail: String,
     },
 
-    /// The Tait-Bryan angles came too near their pole, theta = 90 degrees.
+    /// The Tait-Bryan angles came too near their pole, theta = 90 degrees. Quaternions have no pole:
+    /// [`Settings::attitude_chart`](crate::dynamics::Settings::attitude_chart).
     #[error(
         "attitude of {body} at time {time} has |cos theta| = {cos_theta:.3e}, too near the pole of the \
-         Tait-Bryan angles; use attitude_chart=\"quaternion\""
+         Tait-Bryan angles; expected the attitude chart of quaternions"
     )]
     ChartSingularity {
         /// The name of the body.
@@ -132,6 +131,9 @@ pub enum Refusal {
 }
 
 /// Returns an error for NaN and infinities, naming the quantity and the component.
+///
+/// # Errors
+/// [`Error::InvalidInput`] names the first number that is not finite.
 pub fn require_finite(what: &str, values: &[f64]) -> Result<()> {
     match values.iter().position(|v| !v.is_finite()) {
         None => Ok(()),
@@ -141,6 +143,9 @@ pub fn require_finite(what: &str, values: &[f64]) -> Result<()> {
 }
 
 /// Returns an error for everything but finite numbers above zero.
+///
+/// # Errors
+/// [`Error::InvalidInput`] for a number that is not finite or not above zero.
 pub fn require_positive(what: &str, value: f64) -> Result<()> {
     if value.is_finite() && value > 0.0 {
         Ok(())

@@ -45,6 +45,9 @@ impl<'a> InterruptCheck<'a> {
 
     /// Counts `work` that is about to be done, and calls the hook where it is due. An interruption names
     /// `time`, a time of the simulated motion.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::error::Error::Interrupted) if the hook asks to stop.
     #[inline]
     pub fn charge(&mut self, work: u64, time: f64) -> Result<()> {
         match self.left.checked_sub(work) {

@@ -40,7 +40,15 @@ impl From<Raised> for PyErr {
 
 impl From<Error> for Raised {
     fn from(error: Error) -> Self {
-        let text = error.to_string();
+        let mut text = error.to_string();
+        // The arguments of the Python package that avoid the error.
+        match error {
+            Error::BodiesOverlap { .. } => {
+                text.push_str(" (a run can end at the contact: events.Contact, terminal)");
+            }
+            Error::ChartSingularity { .. } => text.push_str(" (attitude_chart=\"quaternion\")"),
+            _ => {}
+        }
         Self(match error {
             Error::InvalidInput { .. } => InvalidInput::new_err(text),
             Error::BodiesOverlap { first, second, time } => {

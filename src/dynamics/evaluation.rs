@@ -26,6 +26,10 @@ pub struct BodyInteraction {
 
 impl System {
     /// Returns forces, torques and the potential energy.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] if the state does not belong to the system, [`Error::BodiesOverlap`] if two
+    /// bodies overlap, [`Error::NotConverged`] if a quadrature reaches its limit, and [`Error::Interrupted`].
     pub fn interactions(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<BodyInteraction> {
         self.check(state, interrupt)?;
         self.polyhedra(interrupt).map_err(|error| error.at(state.time))?;
@@ -72,6 +76,10 @@ impl System {
 
     /// Returns the loads of each external force on the bodies on which it acts. The barycentre of the state
     /// counts as the nominal one.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] and [`Error::BodiesOverlap`] as [`Self::interactions`], and
+    /// [`Error::ForceFailed`] if a force cannot be evaluated at the state or is not finite.
     pub fn external_loads(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Vec<Load>> {
         self.check(state, interrupt)?;
         let mut force_model = self.force_model().clone();
@@ -91,6 +99,10 @@ impl System {
     }
 
     /// Returns the energy in its parts.
+    ///
+    /// # Errors
+    /// Those of [`Self::interactions`], and [`Error::InvalidInput`] if a part of the energy is too large for
+    /// a double.
     pub fn energy(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Energy> {
         self.check(state, interrupt)?;
         self.polyhedra(interrupt).map_err(|error| error.at(state.time))?;
@@ -119,6 +131,10 @@ impl System {
     }
 
     /// Returns the total linear momentum, inertial.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] or [`Error::BodiesOverlap`] if the state is not one of the system, and
+    /// [`Error::InvalidInput`] if the momentum is too large for a double.
     pub fn momentum(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Vec3> {
         self.check(state, interrupt)?;
         let momentum = invariants::momentum(&self.bodies, state);
@@ -127,6 +143,9 @@ impl System {
     }
 
     /// Returns the total angular momentum about the origin, inertial.
+    ///
+    /// # Errors
+    /// Those of [`Self::momentum`].
     pub fn angular_momentum(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Vec3> {
         self.check(state, interrupt)?;
         let momentum = invariants::angular_momentum(&self.bodies, state);

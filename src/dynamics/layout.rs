@@ -21,6 +21,7 @@ use crate::names::Named;
 
 /// The chart in which attitudes are integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum AttitudeChart {
     /// Unit quaternions, which have no singularity.
     #[default]

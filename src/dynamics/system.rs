@@ -129,6 +129,10 @@ impl System {
     }
 
     /// Returns the system with external forces, which must have distinct names.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] names the force whose name is not unique, whose body is not in the system, or
+    /// whose number is out of its range.
     pub fn with_forces(self, forces: Vec<Force>) -> Result<Self> {
         let force_model = Arc::new(ForceModel::new(&forces, &self.bodies, self.gravitational_constant)?);
         Ok(Self { forces, force_model, ..self })

@@ -2,6 +2,7 @@
 
 /// A parameter of a force by which motions can be differentiated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ForceParameter {
     /// G times the mass of a third body.
     Mu,

@@ -52,6 +52,7 @@ pub enum WhoseOrbit {
 /// A prescribed path.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Path {
     /// A Kepler orbit whose mu is that of the third body and the system together.
     Orbit {

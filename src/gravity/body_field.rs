@@ -58,6 +58,9 @@ pub(super) struct Polyhedral {
 
 impl BodyField {
     /// Prepares the gravity of a body.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`](crate::error::Error::Interrupted), while a polyhedron is prepared.
     pub fn new(
         body: &Body,
         gravitational_constant: f64,

@@ -9,6 +9,7 @@ use pulp::Arch;
 use rayon::prelude::*;
 
 /// The quantities to compute, with the arrays that receive them in C order.
+#[non_exhaustive]
 pub enum Wanted<'a> {
     /// Potentials Phi (P,) and fields g (P, 3).
     Field(&'a mut [f64], &'a mut [f64]),

@@ -31,6 +31,9 @@ impl Tolerance {
 
     /// Checks that both numbers lie between 0 and 1 and that not both are zero. Where their sum is below
     /// [`Self::FLOOR`] the relative part is raised to reach it.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] for a number out of this range, and for two zeros.
     pub fn new(relative: f64, absolute: f64) -> Result<Self> {
         for (name, value) in [("rtol", relative), ("atol", absolute)] {
             if !(0.0..1.0).contains(&value) {

@@ -17,6 +17,7 @@ pub const WIDEST: usize = 8;
 
 /// The instructions that the hot loops use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum VectorPath {
     /// The widest instructions that this machine has.
     #[default]

@@ -48,6 +48,10 @@ pub struct KeplerElements {
 
 impl KeplerElements {
     /// Checks and stores elements: a and e, then the angles i, Omega, omega and M.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] for a number that is not finite, a negative eccentricity, the parabola e = 1,
+    /// and a semi-major axis whose sign does not agree with the eccentricity.
     pub fn new(
         semi_major_axis: f64,
         eccentricity: f64,
@@ -69,6 +73,9 @@ impl KeplerElements {
     }
 
     /// Returns the mean motion sqrt(mu / |a|^3), in radians per unit time.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] if `mu` is not above zero, or if an element is invalid.
     pub fn mean_motion(&self, mu: f64) -> Result<f64> {
         require_positive("mu", mu)?;
         self.check()?;
@@ -76,7 +83,10 @@ impl KeplerElements {
         Ok((mu / size).sqrt() / size)
     }
 
-    /// Returns the time from one periapsis to the next; an error for a hyperbola, which has no second one.
+    /// Returns the time from one periapsis to the next.
+    ///
+    /// # Errors
+    /// Those of [`Self::mean_motion`], and [`Error::InvalidInput`] for a hyperbola, which has one periapsis.
     pub fn period(&self, mu: f64) -> Result<f64> {
         let motion = self.mean_motion(mu)?;
         if self.eccentricity > 1.0 {
@@ -90,12 +100,18 @@ impl KeplerElements {
     }
 
     /// Returns E in [0, 2 pi) on an ellipse, and H with its sign on a hyperbola.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] if an element is invalid.
     pub fn eccentric_anomaly(&self) -> Result<f64> {
         Ok(self.in_range(self.place()?.anomaly))
     }
 
     /// Returns the true anomaly: the angle at the focus from periapsis to the body, in [0, 2 pi) on an
     /// ellipse and in (-pi, pi) on a hyperbola.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] if an element is invalid.
     pub fn true_anomaly(&self) -> Result<f64> {
         let place = self.place()?;
         let anomaly = (self.width() * place.sine).atan2(self.gap() - place.versine);

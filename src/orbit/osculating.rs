@@ -18,7 +18,9 @@ const CIRCULAR: f64 = 4.0 * f64::EPSILON;
 impl KeplerElements {
     /// Returns the elements of the orbit through a position and a velocity, for mu = G (m_1 + m_2).
     ///
-    /// A parabola and motion along a straight line have no such elements, and are errors.
+    /// # Errors
+    /// [`Error::InvalidInput`] if `mu` is not above zero, if a component is not finite, for coinciding
+    /// centres, for motion along a straight line, and for a parabola.
     pub fn from_cartesian(position: &Vec3, velocity: &Vec3, mu: f64) -> Result<Self> {
         require_positive("mu", mu)?;
         require_finite("position", position.as_slice())?;

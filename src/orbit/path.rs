@@ -28,6 +28,10 @@ pub struct OrbitPath {
 
 impl OrbitPath {
     /// Takes elements, which are valid at time zero, and mu = G (m_1 + m_2).
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`](crate::error::Error::InvalidInput) if `mu` is not above zero, or if an element
+    /// is invalid.
     pub fn new(elements: &KeplerElements, mu: f64) -> Result<Self> {
         require_positive("mu", mu)?;
         elements.check()?;
@@ -55,6 +59,10 @@ impl OrbitPath {
     }
 
     /// Returns position and velocity at a time after that of the elements.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`](crate::error::Error::InvalidInput) for a time at which the position is not a
+    /// finite number.
     pub fn after(&self, time: f64) -> Result<(Vec3, Vec3)> {
         self.at(&self.anomaly(time)?)
     }
@@ -126,6 +134,9 @@ impl OrbitPath {
 
 impl KeplerElements {
     /// Returns position and velocity for mu = G (m_1 + m_2).
+    ///
+    /// # Errors
+    /// Those of [`OrbitPath::new`].
     pub fn to_cartesian(&self, mu: f64) -> Result<(Vec3, Vec3)> {
         OrbitPath::new(self, mu)?.after(0.0)
     }

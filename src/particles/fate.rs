@@ -13,6 +13,7 @@ pub(super) const BEYOND: f64 = 1e75;
 
 /// The fate of a particle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Fate {
     /// The particle is still flying.
     #[default]
@@ -41,6 +42,7 @@ impl Fate {
 
 /// What happens when a particle touches a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum ContactResponse {
     /// The flight ends, and the particle stays where it struck.
     Stop,

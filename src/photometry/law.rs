@@ -33,6 +33,7 @@ pub struct Hapke {
 /// A scattering law.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Law {
     /// A sum of Lommel-Seeliger's and of Lambert's law with these factors: T = a + b (mu + mu0).
     Sum([f64; 2]),
@@ -62,6 +63,9 @@ impl Law {
     }
 
     /// Returns an error for a parameter out of its range, with its name.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] names the parameter and its range.
     pub fn check(&self) -> Result<()> {
         let within = |what: &str, value: f64, low: f64, high: f64| {
             if (low..=high).contains(&value) {

@@ -66,6 +66,10 @@ const PLACES: usize = 12;
 impl Photometer {
     /// Takes bodies with their surfaces. If `mutual` is false, occultations and eclipses are neglected. The
     /// Sun's radius is an angle in radians, zero for parallel light.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] if the numbers of bodies and surfaces differ, and for an albedo, a law or a
+    /// radius of the Sun out of its range.
     pub fn new(bodies: Vec<Body>, surfaces: Vec<Surface>, mutual: bool, sun_radius: f64) -> Result<Self> {
         if surfaces.len() != bodies.len() {
             return Err(Error::invalid("number of surfaces", surfaces.len(), format!("{}", bodies.len())));
@@ -91,6 +95,10 @@ impl Photometer {
     }
 
     /// Returns the brightness of each body.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] for a view with another number of bodies or with numbers that are not finite,
+    /// [`Error::BodiesOverlap`], and [`Error::Interrupted`].
     pub fn brightness(&self, view: &View<'_>, interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
         let all = self.each(view, interrupt, |_: &mut (), lit, _, _| lit.brightness())?;
         Ok(all.into_iter().map(|(brightness, ())| brightness).collect())
@@ -98,6 +106,10 @@ impl Photometer {
 
     /// Returns the brightness of each body with its derivatives. The derivative by the albedo is not among
     /// them: it is the brightness divided by the albedo.
+    ///
+    /// # Errors
+    /// Those of [`Self::brightness`], and [`Error::InvalidInput`] for a body that is not an ellipsoid and for
+    /// a law of a rough surface.
     pub fn partials(&self, view: &View<'_>, interrupt: &mut InterruptCheck) -> Result<Vec<(f64, Partials)>> {
         for (body, surface) in self.bodies.iter().zip(&self.surfaces) {
             if ellipsoid(body).is_none() {
@@ -122,6 +134,9 @@ impl Photometer {
     /// Computes `of` for each view and returns the results in order. Short views are distributed over the
     /// threads of the machine. In a long one, such as a view of facets, the threads share the work, and the
     /// view itself checks for interrupts.
+    ///
+    /// # Errors
+    /// The first error of `of` in the order of the views, and [`Error::Interrupted`].
     pub fn many<T: Send>(
         &self,
         views: &[View<'_>],

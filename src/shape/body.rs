@@ -28,6 +28,9 @@ pub struct Body {
 
 impl Body {
     /// Makes a body of one shape with a given mass.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] for a mass that is not a finite number above zero.
     pub fn with_mass(name: impl Into<String>, shape: Shape, mass: f64) -> Result<Self> {
         let name = name.into();
         require_positive(&format!("mass of {name}"), mass)?;
@@ -43,6 +46,9 @@ impl Body {
     }
 
     /// Makes a body of one shape with a given density; a point has none.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] for a density that is not a finite number above zero, and for a point.
     pub fn with_density(name: impl Into<String>, shape: Shape, density: f64) -> Result<Self> {
         let name = name.into();
         require_positive(&format!("density of {name}"), density)?;
@@ -53,6 +59,10 @@ impl Body {
     }
 
     /// Makes a body of several parts, or of one part that is not at the origin.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] names the part whose mass or place is not finite; the mass and the moments of
+    /// inertia of the whole have to be those of a possible body.
     pub fn composite(name: impl Into<String>, given: Vec<GivenPart>) -> Result<Self> {
         let name = name.into();
         let Assembly { mass, parts, inertia, outer, frame } = Assembly::new(&name, &given)?;

@@ -16,6 +16,10 @@ pub struct Ellipsoid {
 
 impl Ellipsoid {
     /// Makes an ellipsoid of semi-axes in any order of size.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`](crate::error::Error::InvalidInput) names the semi-axis that is not a finite
+    /// number above zero.
     pub fn new(semi_axes: [f64; 3]) -> Result<Self> {
         for (axis, label) in semi_axes.iter().zip(["a", "b", "c"]) {
             require_positive(&format!("semi-axis {label}"), *axis)?;

@@ -107,11 +107,18 @@ impl From<Shape> for ShapeDescription {
 
 impl Shape {
     /// Makes an ellipsoid with semi-axes along x, y, z in any order; equal ones are allowed.
+    ///
+    /// # Errors
+    /// Those of [`Ellipsoid::new`].
     pub fn ellipsoid(semi_axes: [f64; 3]) -> Result<Self> {
         Ok(Self::Ellipsoid(Ellipsoid::new(semi_axes)?))
     }
 
     /// Makes a sphere.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`](crate::error::Error::InvalidInput) for a radius that is not a finite number
+    /// above zero.
     pub fn sphere(radius: f64) -> Result<Self> {
         require_positive("radius", radius)?;
         Self::ellipsoid([radius; 3])

@@ -55,6 +55,9 @@ pub struct GivenPart {
 
 impl GivenPart {
     /// Returns the mass of a part from its density, of either sign; `what` names the part in errors.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] for a point, which has no volume.
     pub fn mass_of(what: &str, shape: &Shape, density: f64) -> Result<f64> {
         let volume = shape.volume();
         if volume > 0.0 {

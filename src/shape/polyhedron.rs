@@ -79,6 +79,9 @@ impl Polyhedron {
     ///
     /// The surface must be closed, each edge shared by two faces, with no face doubled, without an area or
     /// crossing another. Several surfaces, one beside another or a hollow in a solid, are one polyhedron.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] names the vertex, edge or face at fault, and [`Error::Interrupted`].
     pub fn new(given: &[Vec3], faces: &[[u32; 3]], interrupt: &mut InterruptCheck) -> Result<Self> {
         let edges = check(given, faces)?;
         check_solid(given, faces, &edges, interrupt)?;

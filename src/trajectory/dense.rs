@@ -62,6 +62,9 @@ impl Dense {
     }
 
     /// Returns the state at a time of the run.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] for a time that the run does not cover.
     pub fn state(&self, time: f64) -> Result<State> {
         let (low, high) = (self.start.min(self.end), self.start.max(self.end));
         if !(low..=high).contains(&time) {
@@ -80,6 +83,9 @@ impl Dense {
     }
 
     /// Returns the states at many times, in any order.
+    ///
+    /// # Errors
+    /// Those of [`Self::state`], and [`Error::Interrupted`].
     pub fn states(&self, times: &[f64], interrupt: &mut InterruptCheck) -> Result<Vec<State>> {
         let state = |&time: &f64| {
             interrupt.charge(self.frame.layout.dimension() as u64, time)?;

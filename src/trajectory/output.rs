@@ -19,6 +19,10 @@ pub enum Output {
 
 impl Output {
     /// Returns the times of a run, where they do not depend on its steps.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] for a spacing that is zero, not finite or too small for the span, and for
+    /// times that are not in order or not within it.
     pub fn times(&self, start: f64, until: f64) -> Result<Vec<f64>> {
         let mut times = Times::new(start, until, self)?;
         let next = || {

@@ -21,7 +21,11 @@ pub enum StopReason {
 }
 
 /// Samples of a run, flat and in C order: vectors are (K, N, 3), attitudes (K, N, 4).
+///
+/// The methods [`Self::state`], [`Self::position`] and so on give the numbers of one sample and one body; the
+/// lists are for programs that need all of them at once.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Trajectory {
     /// The number of bodies.
     pub bodies: usize,

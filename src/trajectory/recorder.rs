@@ -296,6 +296,9 @@ impl Simulation {
     /// the record before it is the same as without it. A zero at a state that was given, by the caller or by
     /// a terminal event, is not an event, so that a run can continue from one. Between two steps the hook
     /// also receives the simulation, for an archive of it.
+    ///
+    /// # Errors
+    /// Those of [`Self::integrate`], and the error of an event's function.
     pub fn run(
         &mut self,
         until: f64,

@@ -27,12 +27,20 @@ pub struct Simulation {
 
 impl Simulation {
     /// Makes a simulation that starts at a state, after checking the state against the system.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] if the state does not belong to the system or the integrator does not accept
+    /// its forces, [`Error::BodiesOverlap`] if two bodies overlap, [`Error::NotConverged`] if a quadrature
+    /// reaches its limit, and [`Error::ForceFailed`] if an external force fails.
     pub fn new(system: &System, state: &State, integrator: Integrator) -> Result<Self> {
         Self::begin(system, state, integrator, &mut InterruptCheck::never())
     }
 
     /// Makes a simulation as [`Self::new`], with an interrupt check: systems of very many bodies take
     /// seconds.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`], and [`Error::Interrupted`].
     pub fn begin(
         system: &System,
         state: &State,
@@ -75,6 +83,9 @@ impl Simulation {
     }
 
     /// Starts anew from another state; the counts start anew too.
+    ///
+    /// # Errors
+    /// Those of [`Self::begin`]; the simulation is then unchanged.
     pub fn set_state(&mut self, state: &State, interrupt: &mut InterruptCheck) -> Result<()> {
         let fresh = Self::begin(self.system(), state, self.integrator, interrupt)?;
         *self = Self { notes: std::mem::take(&mut self.notes), ..fresh };
@@ -92,6 +103,9 @@ impl Simulation {
     }
 
     /// Returns the conserved quantities at the present state.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] if the energy is too large for a double, and [`Error::Interrupted`].
     pub fn invariants(&mut self, interrupt: &mut InterruptCheck) -> Result<Invariants> {
         let state = self.state();
         let high = self.propagator.vector().0.to_vec();
