@@ -278,7 +278,7 @@ class Astrometry(Observations):
             raise InvalidInput(f"body and about of Astrometry are both {system.names[body]}; expected two bodies")
         seen = self._seen(system, states, masses)
         axes = turn(system.frame, self.frame)
-        centres = {one: seen.centre[:, one] for one in (body, about)}
+        centres = {one: seen.centre[..., one, :] for one in (body, about)}
         if self.photocentre:
             to_sun = self.geometry._of(system).sun(seen.times)
             for one, centre in centres.items():

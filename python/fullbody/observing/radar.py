@@ -207,15 +207,16 @@ class Radar(Observations):
             raise InvalidInput(f"body and about of Radar are both {system.names[body]}; expected two bodies")
         seen = self._seen(system, states, masses)
         way = seen.observer[:, None] - seen.centre
-        distance = np.sqrt(np.einsum("knx,knx->kn", way, way))
+        distance = np.sqrt(np.einsum("...x,...x->...", way, way))
         found = {"range": distance}
         if "range_rate" in self._values:
             moving = seen.observer_velocity[:, None] - seen.velocity
             # The speed of light may be infinite, and complex numbers cannot be divided by infinity.
-            towards = np.einsum("knx,knx->kn", way, seen.velocity) / distance * (1.0 / seen.light_speed)
-            found["range_rate"] = np.einsum("knx,knx->kn", way, moving) / distance / (1.0 - towards)
+            towards = np.einsum("...x,...x->...", way, seen.velocity) / distance * (1.0 / seen.light_speed)
+            found["range_rate"] = np.einsum("...x,...x->...", way, moving) / distance / (1.0 - towards)
         columns = [found[name] for name in self._values]
-        return np.stack([c[:, body] if about is None else c[:, body] - c[:, about] for c in columns], axis=1)
+        relative = [c[..., body] if about is None else c[..., body] - c[..., about] for c in columns]
+        return np.stack(relative, axis=-1)
 
     def _described(self) -> list[tuple[str, str]]:
         return [("observed", ", ".join(self._values)), ("body", str(self.body)), ("about", str(self.about))]
