@@ -133,6 +133,17 @@ def is_quantity(value: object) -> bool:
     return hasattr(value, "unit") and hasattr(value, "to_value")
 
 
+def refuse_booleans(value: object, what: str) -> None:
+    """Raise an error for True and False, and for arrays of them, where numbers are meant."""
+    if isinstance(value, bool | np.bool_):
+        raise InvalidInput(f"{what} is {value!r}; expected numbers")
+    if getattr(getattr(value, "dtype", None), "kind", "") == "b":
+        raise InvalidInput(f"{what} is an array of True and False; expected numbers")
+    if isinstance(value, list | tuple):
+        for part in value:
+            refuse_booleans(part, what)
+
+
 def numbers(value: object, what: str) -> npt.NDArray[np.float64]:
     """Return a float array of pure numbers, or raise an error that names the argument."""
     value = gathered(value, what)
