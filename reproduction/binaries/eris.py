@@ -13,7 +13,7 @@ from scipy.stats import norm
 
 from . import observations
 from .judging import Verdict, compared
-from .pair import INTEGRATOR, UNITS, G, orbiting, points
+from .pair import INTEGRATOR, LOOSE, UNITS, G, orbiting, points
 from .shapes import oblate, upright
 
 __all__ = ["Eris", "excluded", "keplerian", "study", "verdicts"]
@@ -77,7 +77,7 @@ def study() -> Eris:
         found,
         fullbody.fit(_circular, free, data, integrator=INTEGRATOR),
         fullbody.fit(points(EPOCH, SHARE), best, observations.eris(light_time=False), integrator=INTEGRATOR),
-        fullbody.fit(_spheroid, {"J2": 0.01, **best}, data, integrator=INTEGRATOR),
+        fullbody.fit(_spheroid, {"J2": 0.01, **best}, data, integrator=LOOSE),
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.stats import chi2
 
 from . import haumea as haumea_
 from .catalogue import ENOUGH, Refit
@@ -111,27 +112,60 @@ def _lempo(lempo: Lempo) -> list[str]:
 
 
 def _haumea(haumea: Haumea) -> list[str]:
+    return [*_parity(haumea), *_figure(haumea)]
+
+
+def _parity(haumea: Haumea) -> list[str]:
     tables, turned = haumea.alone[1], haumea.alone[-1]
     first, second = (haumea_.pole(one.values["i"], one.values["node"]) for one in (tables, turned))
     (ra, ra_error), (dec, dec_error) = haumea_.RING
-    free, three, figure = haumea.spheroid, haumea.points, haumea.triaxial
-    heavy = free.correlation[free.names.index("J2"), free.names.index("hiiaka")]
-    j2 = free.values["J2"], free.sigma["J2"]
+    early, later = haumea.early[1], haumea.early[-1]
     return [
         "The file has offsets along the ecliptic. Turned back to the equator about the direction that it has for "
         "Haumea, which is that from the Sun and not from the Earth, nearly all have five decimals again, as a table "
-        f"has. Taken as east, they leave chi2 {tables.chi2:.1f} for {tables.dof} degrees of freedom with Hi'iaka "
-        f"alone, and the pole ({first[0]:.1f}, {first[1]:.1f}) degrees; taken as west, chi2 {turned.chi2:.1f} and "
-        f"the pole ({second[0]:.2f}, {second[1]:.2f}). Only the second is acceptable, because parallax tells an "
-        f"orbit from its mirror image. It is also within {haumea_.apart(second, (ra, dec)):.1f} degrees of the pole "
-        f"of the ring, ({ra} +- {ra_error}, {dec} +- {dec_error}), which a stellar occultation gave independently; "
-        f"the first is {haumea_.apart(first, (ra, dec)):.0f} degrees from it. The parity is settled: the sign of "
-        "right ascension in the tables is reversed, and the published pole of 2009 belongs to the mirror image.",
-        f"With both moons as points chi2 is {three.chi2:.1f} for {three.dof} degrees of freedom. With the J2 of the "
-        f"triaxial figure from the occultation, {haumea_.TRIAXIAL:.3f} for the radius of equal volume, it is "
-        f"{figure.chi2:.1f}, and Hi'iaka has {figure.values['hiiaka']:.1f} instead of "
-        f"{three.values['hiiaka']:.1f}e18 kg. A free J2 along the axis of the ring is {stated(*j2)}, with chi2 "
-        f"{free.chi2:.1f}. The two moons disturb each other, and J2 and the mass of Hi'iaka do nearly the same to "
-        f"Namaka's orbit (correlation {heavy:.2f}): these data alone do not show the figure that the occultation and "
-        "the light curve give.",
+        f"has. Measured: taken as east, they leave chi2 {tables.chi2:.1f} for {tables.dof} degrees of freedom with "
+        f"Hi'iaka alone, and the pole of its orbit at ({first[0]:.1f}, {first[1]:.1f}) degrees; taken as west, chi2 "
+        f"{turned.chi2:.1f} and ({second[0]:.2f}, {second[1]:.2f}). With both moons, the J2 of the triaxial figure and "
+        f"a free axis the lowest chi2 that was found is {haumea.mirror.chi2:.1f} and {haumea.axis.chi2:.1f} for "
+        f"{haumea.axis.dof}. Inferred, since parallax tells an orbit from its mirror image: the sign of right "
+        "ascension in the tables is reversed, and the published orbit of 2009 is the mirror image. The pole with "
+        "the sign reversed is "
+        f"{haumea_.apart(second, (ra, dec)):.1f} degrees from that of the ring, ({ra} +- {ra_error}, {dec} +- "
+        f"{dec_error}), which a stellar occultation gave (Ortiz et al. 2017); the other is "
+        f"{haumea_.apart(first, (ra, dec)):.0f} degrees from it.",
+        "The observations up to 2008, from which that orbit was fitted, do not show it: both moons as points, with the "
+        f"published masses, leave chi2 {early.chi2:.1f} for {early.dof} as in the tables and {later.chi2:.1f} with the "
+        "sign reversed. Those of 2010 and 2015, when Haumea was elsewhere in the sky, decide.",
+    ]
+
+
+def _figure(haumea: Haumea) -> list[str]:
+    three, axis, free = haumea.points, haumea.axis, haumea.axis_j2
+    ring, ring_j2 = haumea.ring, haumea.ring_j2
+    heavy = free.correlation[free.names.index("J2"), free.names.index("hiiaka")]
+    j2 = free.values["J2"], free.sigma["J2"]
+    place = axis.values["ra"], axis.values["dec"]
+    plane = haumea_.pole(axis.values["i_hiiaka"], axis.values["node_hiiaka"])
+    (ra, _), (dec, _) = haumea_.RING
+    fall = three.chi2 - free.chi2
+    off = abs(j2[0] - haumea_.TRIAXIAL) / j2[1]
+    masses = [stated(one.values["hiiaka"], one.sigma["hiiaka"]) for one in (axis, free)]
+    return [
+        f"With both moons as points chi2 is {three.chi2:.1f} for {three.dof} degrees of freedom. Measured: with the J2 "
+        f"of the triaxial figure of the occultation, {haumea_.TRIAXIAL:.3f} for the radius of equal volume, and a free "
+        f"axis it is {axis.chi2:.1f} for {axis.dof}. The axis is ({stated(axis.values['ra'], axis.sigma['ra'])}, "
+        f"{stated(axis.values['dec'], axis.sigma['dec'])}) degrees, and Hi'iaka has "
+        f"{masses[0]}e18 kg. With a free J2 too, J2 is {stated(*j2)} and chi2 "
+        f"{free.chi2:.1f}. For points it is {fall:.1f} more, with three parameters fewer; the probability of so large "
+        f"a fall by chance is {chi2.sf(fall, 3):.1g}. The moons show the flattening of Haumea at "
+        f"{j2[0] / j2[1]:.1f} sigma. Proudfoot et al. (2024), who have more observations, find J2 and the axis at 2.5 "
+        "sigma or more.",
+        f"Inferred: that J2 is {off:.1f} standard errors from that of the homogeneous figure. The mass of Hi'iaka "
+        f"depends on it, since both do nearly the same to Namaka's orbit (correlation {heavy:.2f}): with a free J2 it "
+        f"is {masses[1]}e18 kg, and as points the moons give {three.values['hiiaka']:.1f}e18 kg.",
+        f"The axis is {haumea_.apart(place, (ra, dec)):.1f} degrees from the pole of the ring, "
+        f"{haumea_.off_the_ring(axis):.1f} sigma for the errors of both, and {haumea_.apart(place, plane):.1f} degrees "
+        "from that of Hi'iaka's orbit; this is not explained. With the axis of the ring and the J2 of the figure chi2 "
+        f"is {ring.chi2:.1f} for {ring.dof}, and a free J2 is {stated(ring_j2.values['J2'], ring_j2.sigma['J2'])} with "
+        f"chi2 {ring_j2.chi2:.1f}: along that axis these data show no flattening.",
     ]

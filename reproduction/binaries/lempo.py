@@ -12,7 +12,7 @@ from fullbody.fitting import Fit, Free
 
 from . import moons
 from .judging import Verdict, compared
-from .pair import G
+from .pair import LOOSE, G
 from .shapes import oblate, upright
 from .triple import ORBIT, elements, nested, on_equator
 
@@ -29,7 +29,6 @@ INNER = (1.906859, 0.1053, 67.96, 325.39, 82.55, 169.32)
 OUTER = (50.50486, 0.29082, 59.344, 324.711, 358.594, 190.444)
 START = {"lempo": 5.84, "hiisi": 7.85, "paha": 0.03}
 NAMES = ("Lempo", "Hiisi", "Paha")
-INTEGRATOR = fullbody.Verner98(rtol=1e-8, atol=1e-8)
 
 
 @dataclass(frozen=True)
@@ -72,12 +71,12 @@ def _turned(orbit: tuple[float, float, float, float, float, float], mass: float)
 def study() -> Lempo:
     """Fit everything."""
     data, begin = moons.lempo(), start()
-    found = fullbody.fit(_points, begin, data, integrator=INTEGRATOR)
+    found = fullbody.fit(_points, begin, data, integrator=LOOSE)
     best = {**found.values, "paha": begin["paha"]}
-    without = fullbody.fit(_points, best, moons.lempo(as_collected=True), integrator=INTEGRATOR)
+    without = fullbody.fit(_points, best, moons.lempo(as_collected=True), integrator=LOOSE)
     free = {name: value for name, value in found.values.items() if name != "paha"}
-    heavy = fullbody.fit(_heavy, free, data, integrator=INTEGRATOR)
-    spheroid = fullbody.fit(_spheroid, {"J2": 0.01, **best}, data, integrator=INTEGRATOR)
+    heavy = fullbody.fit(_heavy, free, data, integrator=LOOSE)
+    spheroid = fullbody.fit(_spheroid, {"J2": 0.01, **best}, data, integrator=LOOSE)
     return Lempo(found, without, heavy, spheroid)
 
 

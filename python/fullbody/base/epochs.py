@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 from typing import Any
 
 from ..errors import InvalidInput
@@ -21,17 +22,31 @@ def to_text(epoch: Any) -> str:
                 f"epoch is {epoch!r}; expected a date with its scale, such as '2022-09-26T00:00:00 TDB', or a Time"
             )
         return f"{match[1]} {match[2].upper()}"
-    if not (hasattr(epoch, "scale") and hasattr(epoch, "isot") and getattr(epoch, "isscalar", False)):
+    if not (hasattr(epoch, "scale") and hasattr(epoch, "jd1") and getattr(epoch, "isscalar", False)):
         raise InvalidInput(f"epoch is {epoch!r}; expected one astropy Time, or a text such as '2022-09-26 TDB'")
-    exact = epoch.copy()
-    exact.precision = 9
-    return f"{exact.isot} {exact.scale.upper()}"
+    return _text_of(epoch.scale, float(epoch.jd1), float(epoch.jd2))
+
+
+@lru_cache(maxsize=256)
+def _text_of(scale: str, jd1: float, jd2: float) -> str:
+    """Return the text of a date, which astropy takes half a millisecond to write."""
+    from astropy.time import Time
+
+    return f"{Time(jd1, jd2, format='jd', scale=scale, precision=9).isot} {scale.upper()}"
 
 
 def to_time(text: str) -> Any:
     """Return the astropy Time of such a text."""
     with need("units", "an epoch"):
-        from astropy.time import Time
+        import astropy.time  # noqa: F401
+    # A caller may change its copy.
+    return _time_of(text).copy()
+
+
+@lru_cache(maxsize=256)
+def _time_of(text: str) -> Any:
+    """Return the Time of a text, which astropy takes half a millisecond to read."""
+    from astropy.time import Time
 
     date, scale = text.split(" ")
     try:

@@ -120,9 +120,28 @@ def _derived(length: Any, time: Any, mass: Any, dimension: str) -> Any:
     return length ** powers[0] * time ** powers[1] * mass ** powers[2] * u.rad ** powers[3]
 
 
+@lru_cache(maxsize=1024)
+def _factor(given: Any, wanted: Any) -> float:
+    """Return the factor from one unit to another one, which astropy takes long to find."""
+    from astropy import units as u
+
+    return float(given.to(wanted, 1.0, equivalencies=u.dimensionless_angles()))
+
+
 def is_quantity(value: object) -> bool:
     """Return whether a value has a unit."""
     return hasattr(value, "unit") and hasattr(value, "to_value")
+
+
+def refuse_booleans(value: object, what: str) -> None:
+    """Raise an error for True and False, and for arrays of them, where numbers are meant."""
+    if isinstance(value, bool | np.bool_):
+        raise InvalidInput(f"{what} is {value!r}; expected numbers")
+    if getattr(getattr(value, "dtype", None), "kind", "") == "b":
+        raise InvalidInput(f"{what} is an array of True and False; expected numbers")
+    if isinstance(value, list | tuple):
+        for part in value:
+            refuse_booleans(part, what)
 
 
 def numbers(value: object, what: str) -> npt.NDArray[np.float64]:
@@ -159,6 +178,8 @@ def gathered(value: Any, what: str, dimension: str = "length") -> Any:
     values are refused, since numpy would take what lies under the mask. The dimension chooses the example in error
     messages.
     """
+    if isinstance(value, float | int) or (type(value) is np.ndarray and value.dtype.kind in "fiu"):
+        return value
     if isinstance(value, str):
         return from_text(value, what, dimension)
     refuse_masked(value, what)
@@ -383,11 +404,16 @@ def _unit(make: Any, name: object, known: tuple[str, ...], names: object) -> Any
         ) from error
 
 
-def refuse_cycles(unit: Any, what: str) -> None:
-    """Raise an error for a spin in hertz and similar units, which count turns and would be taken as radians."""
+@lru_cache(maxsize=1024)
+def _has_cycles(unit: Any) -> bool:
     from astropy import units as u
 
-    if any(base.is_equivalent(u.Hz) for base in unit.bases):
+    return any(base.is_equivalent(u.Hz) for base in unit.bases)
+
+
+def refuse_cycles(unit: Any, what: str) -> None:
+    """Raise an error for a spin in hertz and similar units, which count turns and would be taken as radians."""
+    if _has_cycles(unit):
         raise InvalidInput(
             f"{what} has the unit {unit}, cycles by a time; expected an angle by a time, such as rad / h"
         )
@@ -402,6 +428,8 @@ def strip_to(value: Any, unit: Any, what: str) -> npt.NDArray[np.float64]:
     try:
         # A value that overflows becomes infinite, which the callers refuse.
         with np.errstate(over="ignore"):
+            if isinstance(value.unit, u.UnitBase) and isinstance(unit, u.UnitBase):
+                return _floats(value.value, what) * _factor(value.unit, unit)
             return _floats(value.to_value(unit, equivalencies=u.dimensionless_angles()), what)
     except u.UnitConversionError as error:
         raise InvalidInput(f"{what} has the unit {value.unit}; expected a unit such as {unit}") from error

@@ -208,6 +208,8 @@ class _SystemChain:
         self._steps: dict[str, dict[str, float]] = {}
         #: The constant derivatives of the numbers by those parameters that are themselves one of the numbers.
         self._own: dict[str, _Array] = {}
+        #: Those that make the same change as one of these, and are not needed beside it.
+        self._spare: set[str] = set()
 
     def solve(self, base: SetupResult, numbers: _Array) -> tuple[dict[str, _Array], list[str | None]]:
         """Solve for the derivatives of a system's parameters from those (D, P) of the numbers that describe it.
@@ -215,11 +217,24 @@ class _SystemChain:
         Returns the derivatives by name, and for each of P the place of a number whose change no parameter makes, or
         ``None``.
         """
+        solved, left = self._solve(base, numbers)
+        if self._spare and any(place is not None for place in left):
+            # What was spare for other values of the parameters may be needed for these.
+            self._spare.clear()
+            solved, left = self._solve(base, numbers)
+        return solved, left
+
+    def _solve(self, base: SetupResult, numbers: _Array) -> tuple[dict[str, _Array], list[str | None]]:
         left: list[str | None] = [None] * numbers.shape[1]
         rows: npt.NDArray[np.bool_] = np.asarray(numbers.any(axis=1))
         if not rows.any():
             return {}, left
-        known = {name: found for name in base.system.parameters if (found := self._changes(base, name)) is not None}
+        names = [name for name in base.system.parameters if name not in self._spare]
+        known = {name: found for name in names if (found := self._changes(base, name)) is not None}
+        owned = np.any([np.zeros(len(rows), bool), *(column != 0.0 for column in self._own.values())], axis=0)
+        for name, column in known.items():
+            if name not in self._own and np.count_nonzero(column) == 1 and owned[column != 0.0].all():
+                self._spare.add(name)
         columns = np.stack(list(known.values()), axis=1) if known else np.zeros((len(rows), 0))
         scale = np.abs(base.numbers)
         scale = np.where(scale > 0.0, scale, np.maximum(np.abs(columns).max(axis=1, initial=0.0), 1e-300))

@@ -58,9 +58,12 @@ def derivative(
     if "step" in known:
         step = shorter * known["step"]
         with suppress(*REFUSALS):
-            return np.asarray((function(step) - function(-step)) / (2.0 * step))
+            apart = np.asarray(function(step) - function(-step))
+            # Where nothing changes any more, the function may have steps that are longer than this one.
+            if apart.any() or not known["changes"]:
+                return apart / (2.0 * step)
     refused: Exception | None = None
-    found = False
+    found = changed = False
     for share in _STEPS:
         for sign, (places, fourth, second) in ((1, _CENTRAL), (1, _FORWARD), (-1, _FORWARD)):
             step = sign * share * size
@@ -70,12 +73,16 @@ def derivative(
                 refused = error
                 continue
             found = True
+            if changed and not values.any():
+                # A function that changes over a long step and not at all over a short one has steps itself.
+                return None
+            changed = changed or bool(values.any())
             fine, coarse = (np.array(weights) @ values / step for weights in (fourth, second))
             largest = np.zeros(int(groups.max(initial=-1)) + 1)
             np.maximum.at(largest, groups, np.abs(fine))
             allowed = _AGREE * largest[groups] + noise / abs(step)
             if (np.abs(fine - coarse) <= allowed).all():
-                known["step"] = abs(step)
+                known |= {"step": abs(step), "changes": float(fine.any())}
                 return np.asarray(fine)
             break
     if not found and refused is not None:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import named_options, suggestion
-from ..base.units import gathered, is_quantity, numbers, scalar, strip_to
+from ..base.units import gathered, is_quantity, numbers, refuse_booleans, scalar, strip_to
 from ..errors import InvalidInput
 
 __all__ = ["Free", "Parameters"]
@@ -87,6 +87,7 @@ class Parameters:
 
     def _number(self, k: int, value: Any, what: str) -> float:
         what, unit = f"{what} of {self.names[k]}", self.units[k]
+        refuse_booleans(value, what)
         value = gathered(value, what)
         if is_quantity(value) != (unit is not None):
             expected = "a plain number" if unit is None else f"a unit such as {unit}"

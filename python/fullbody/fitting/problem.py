@@ -119,7 +119,7 @@ class Problem:
         self.of_observations = [_taken(one, names) if callable(one) else () for one in listed]
         used = {*self.of_setup, *(name for taken in self.of_observations for name in taken)}
         if unused := [name for name in names if name not in used]:
-            arguments = sorted({*_arguments(setup)})
+            arguments = sorted(name for name, one in _arguments(setup).items() if one.kind is not one.VAR_POSITIONAL)
             raise InvalidInput(
                 f"parameters has {unused[0]!r}, which neither the setup nor observations take; "
                 f"{suggestion(unused[0], arguments, 'some')}"
@@ -342,6 +342,10 @@ def _taken(function: Callable[..., Any], names: Sequence[str]) -> tuple[str, ...
     if any(one.kind is one.VAR_KEYWORD for one in arguments.values()):
         return tuple(names)
     for name, one in arguments.items():
+        if one.kind is one.POSITIONAL_ONLY:
+            raise InvalidInput(f"{function!r} takes {name} by its place alone; expected arguments that have names")
         if one.default is one.empty and one.kind is not one.VAR_POSITIONAL and name not in names:
             raise InvalidInput(f"parameters has no {name!r}, which {function!r} needs; it has {', '.join(names)}")
-    return tuple(name for name in names if name in arguments)
+    return tuple(
+        name for name in names if name in arguments and arguments[name].kind is not inspect.Parameter.VAR_POSITIONAL
+    )

@@ -123,6 +123,8 @@ def fit(
     known = Parameters(parameters)
     problem = Problem(setup, known, observations, integrator)
     wanted = loss_of(loss)
+    if seed is not None:
+        seed = seed_of(seed)
     places = _starts(known, starts, seed)
     done: list[_Solution] = []
     with _Progress(progress, None) as report:
@@ -208,9 +210,9 @@ class _Solver:
             bounds = tuple((one - start) / scale + begin for one in (self._parameters.lower, self._parameters.upper))
             options = {"ftol": _FTOL, "xtol": _XTOL, "gtol": 1e-15, "x_scale": "jac"}
             found = least_squares(residuals, begin, jacobian_at, bounds, **options)
-            message = "" if found.status > 0 else f"stopped after {found.nfev} proposals, the limit"
+            why = f"; the last proposal refused: {self._problem.reason}" if self._problem.refused else ""
+            message = "" if found.status > 0 else f"stopped after {found.nfev} proposals, the limit{why}"
             if found.status > 0 and self._distance > _FAR:
-                why = f"; the last proposal refused: {self._problem.reason}" if self._problem.refused else ""
                 message = f"stopped {self._distance:.2g} errors away from where the derivatives lead{why}"
         except _Converged:
             message = ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -11,7 +12,7 @@ from .. import _core
 from ..base import rotations
 from ..base.arguments import directions, named_options, place, refuse_unknown, vectors, warn_if_degrees
 from ..base.tables import Table, Tabled, head, number, vector
-from ..base.units import Units, gathered, is_quantity, numbers, refuse_cycles, scalar, strip_to
+from ..base.units import Units, gathered, is_quantity, numbers, refuse_cycles, scalar, strip_to, unit_named
 from ..base.values import block
 from ..errors import InvalidInput, caution
 from ..typing import Array, Scalar
@@ -546,6 +547,18 @@ def _rebuild(names: tuple[str, ...], *arguments: Any) -> State:
     return State(*arguments)._named(names)
 
 
+#: A unit that each part of a state can be converted to.
+_EXPECTED = {"time": "s", "position": "m", "velocity": "m / s", "spin": "rad / s"}
+
+
+@lru_cache(maxsize=1024)
+def _with_angle(unit: Any) -> Any:
+    """Return the unit of a spin; a rate without an angle is taken as radians per time."""
+    from astropy import units as u
+
+    return u.rad * unit if unit.is_equivalent(u.s**-1) else unit
+
+
 def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the numbers and the units of the dimensional parts of a state."""
     stripped: dict[str, Any] = {}
@@ -557,15 +570,11 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         if not is_quantity(value):
             stripped[name] = numbers(value, name)
             continue
-        from astropy import units as u
-
         unit = value.unit
         if name == "spin":
             refuse_cycles(unit, name)
-            # A rate without an angle is taken as radians per time.
-            unit = u.rad * unit if unit.is_equivalent(u.s**-1) else unit
-        expected = {"time": u.s, "position": u.m, "velocity": u.m / u.s, "spin": u.rad / u.s}[name]
-        strip_to(value, expected, name)
+            unit = _with_angle(unit)
+        strip_to(value, unit_named(_EXPECTED[name]), name)
         stripped[name] = strip_to(value, unit, name)
         units[name] = unit
     _refuse_mixture(stripped, units)

@@ -75,6 +75,8 @@ class Bar:
     _layout = "{l_bar}{bar}| {elapsed}<{remaining}{postfix}"
 
     def __init__(self, progress: Any) -> None:
+        if not (progress is None or isinstance(progress, bool | str) or callable(progress)):
+            raise InvalidInput(f"progress is {progress!r}; expected True or False, a label, or a function")
         self._progress = progress
         self._bar: Any = None
         self._end = ""

@@ -8,9 +8,19 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import named_options
+from ..base.arguments import named_options, warn_if_degrees
 from ..errors import InvalidInput
-from .columns import Rows, column, in_columns, jitter_of, positive_rows, read_table
+from .columns import (
+    Rows,
+    column,
+    column_names,
+    in_columns,
+    jitter_of,
+    positive_rows,
+    read_table,
+    refuse_single,
+    renamed,
+)
 from .data import Observations
 from .photocentre import photocentre, semi_axes
 from .vectors import Vectors, turn
@@ -95,7 +105,10 @@ class Astrometry(Observations):
                 f"{plain[0]} has no unit, but others of east, north and sigma have; expected all or none"
             )
         numbers = {name: values for name, (values, _) in given.items()}
-        numbers["correlation"] = column(correlation, "correlation", "")[0]
+        numbers["correlation"], without = column(correlation, "correlation", "")
+        if without is not None and not without.is_equivalent(""):
+            raise InvalidInput(f"correlation has the unit {without}; expected plain numbers")
+        refuse_single(numbers, ("east", "north"), "Astrometry")
         rows = Rows(times, numbers, "Astrometry")
         super().__init__(rows, geometry)
         self.unit = given["east"][1]
@@ -157,9 +170,17 @@ class Astrometry(Observations):
         along, _ = column(sigma_separation, "sigma_separation", "rad")
         turn, _ = column(sigma_angle, "sigma_angle", "rad")
         along, turn = positive_rows(along, "sigma_separation"), positive_rows(turn, "sigma_angle")
+        warn_if_degrees(position_angle, "position_angle")
+        if not (rho > 0.0).all():
+            raise InvalidInput("separation has values that are not above zero; expected lengths in the sky")
         if (turn > 0.5).any():
             raise InvalidInput(f"sigma_angle has the value {turn.max()} rad; expected errors of at most 0.5 rad")
-        rho, angle, along, across = np.broadcast_arrays(rho, angle, along, rho * turn)
+        try:
+            rho, angle, along, turn = np.broadcast_arrays(rho, angle, along, turn)
+        except ValueError as error:
+            shapes = ", ".join(str(one.shape) for one in (rho, angle, along, turn))
+            raise InvalidInput(f"separation, position_angle and their errors have shapes {shapes}") from error
+        across = rho * turn
         sine, cosine = np.sin(angle), np.cos(angle)
         east = np.sqrt((along * sine) ** 2 + (across * cosine) ** 2)
         north = np.sqrt((along * cosine) ** 2 + (across * sine) ** 2)
@@ -202,9 +223,9 @@ class Astrometry(Observations):
         """
         names: dict[str, Any] = {name: name for name in ("times", "east", "north")}
         names["sigma"] = ("sigma_east", "sigma_north")
-        if columns is None and "correlation" in list(getattr(table, "colnames", getattr(table, "columns", ()))):
+        if columns is None and "correlation" in column_names(table, "Astrometry"):
             names["correlation"] = "correlation"
-        names |= dict(columns or {})
+        names |= renamed(columns, "Astrometry")
         units = dict.fromkeys(("east", "north", "sigma"), unit)
         return cls(**read_table(table, names, units, dates, "Astrometry"), **options)
 
@@ -278,7 +299,7 @@ class Astrometry(Observations):
             raise InvalidInput(f"body and about of Astrometry are both {system.names[body]}; expected two bodies")
         seen = self._seen(system, states, masses)
         axes = turn(system.frame, self.frame)
-        centres = {one: seen.centre[:, one] for one in (body, about)}
+        centres = {one: seen.centre[..., one, :] for one in (body, about)}
         if self.photocentre:
             to_sun = self.geometry._of(system).sun(seen.times)
             for one, centre in centres.items():

@@ -8,11 +8,21 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.units import gathered, is_quantity, need, numbers, scalar, strip_to
+from ..base.units import gathered, is_quantity, need, numbers, refuse_booleans, scalar, strip_to, unit_named
 from ..errors import InconsistentInput, InvalidInput, caution
 from .times import are_dates
 
-__all__ = ["Rows", "column", "in_columns", "jitter_of", "positive_rows", "read_table"]
+__all__ = [
+    "Rows",
+    "column",
+    "column_names",
+    "in_columns",
+    "jitter_of",
+    "positive_rows",
+    "read_table",
+    "refuse_single",
+    "renamed",
+]
 
 _Array = npt.NDArray[np.float64]
 
@@ -22,7 +32,11 @@ def column(given: Any, what: str, unit: Any = None) -> tuple[_Array, Any]:
 
     Values with a unit are converted to ``unit``; plain numbers are taken to be in it.
     """
-    given, mask = _unmasked(given)
+    refuse_booleans(given, what)
+    try:
+        given, mask = _unmasked(given)
+    except (TypeError, ValueError) as error:
+        raise InvalidInput(f"{what} has values that are no numbers: {error}") from error
     given = gathered(given, what)
     if is_quantity(given):
         from astropy import units as u
@@ -99,14 +113,28 @@ class Rows:
             )
         self.times = plain[self.kept]
         self.given = len(axis)
+        self._owner, self._columns = owner, given
 
     def of(self, values: _Array, *shape: int) -> _Array:
         """Return the kept rows (K, C) or (K,) of values (), (K,) or (K, C)."""
+        name = next((name for name, column in self._columns.items() if column is values), "a column")
+        what, had = f"{name} of {self._owner}", values.shape
         if values.ndim and len(values) == self.given:
             values = values[self.kept]
         while values.ndim and values.ndim < 1 + len(shape):
             values = values[..., None]
-        return np.array(np.broadcast_to(values, (len(self.kept), *shape)), dtype=np.float64)
+        try:
+            return np.array(np.broadcast_to(values, (len(self.kept), *shape)), dtype=np.float64)
+        except ValueError as error:
+            wanted = " or ".join(str(one) for one in {(self.given,): 0, (self.given, *shape): 0})
+            raise InvalidInput(f"{what} has shape {had}; expected {wanted}, or one number") from error
+
+
+def refuse_single(given: Mapping[str, _Array], names: tuple[str, ...], owner: str) -> None:
+    """Raise an error for one number in place of a column of observed values."""
+    for name in names:
+        if given[name].ndim != 1:
+            raise InvalidInput(f"{name} of {owner} has shape {given[name].shape}; expected (K,), one for each of times")
 
 
 def positive_rows(values: _Array, what: str) -> _Array:
@@ -149,7 +177,7 @@ def read_table(
         ``("jd", "utc")``.
     owner : str
     """
-    names = list(getattr(table, "colnames", getattr(table, "columns", ())))
+    names = column_names(table, owner)
     found: dict[str, Any] = {}
     for argument, named in wanted.items():
         parts = []
@@ -160,12 +188,37 @@ def read_table(
         if argument == "times":
             found[argument] = _dates(parts[0], dates, getattr(table, "attrs", {}))
             continue
-        own = unit.get(argument) if isinstance(unit, Mapping) else unit
+        own = _unit_of(unit.get(argument) if isinstance(unit, Mapping) else unit, argument)
         pairs = [column(part, f"{argument} of {owner}") for part in parts]
         units = [had if had is not None else own for _, had in pairs]
         scaled = [values if one is None else values * one for (values, _), one in zip(pairs, units, strict=True)]
         found[argument] = scaled[0] if isinstance(named, str) else _stacked(scaled, f"{argument} of {owner}")
     return found
+
+
+def column_names(table: Any, owner: str) -> list[str]:
+    """Return the names of the columns of an astropy or pandas table."""
+    found = getattr(table, "colnames", getattr(table, "columns", None))
+    if found is None:
+        raise InvalidInput(f"table of {owner} is {table!r}; expected a table of astropy or pandas")
+    return list(found)
+
+
+def renamed(columns: Any, owner: str) -> dict[str, Any]:
+    """Return the names of columns by argument, which a user gave."""
+    if columns is not None and not isinstance(columns, Mapping):
+        raise InvalidInput(f"columns of {owner} is {columns!r}; expected a dict of arguments to names of columns")
+    return dict(columns or {})
+
+
+def _unit_of(given: Any, argument: str) -> Any:
+    """Return a unit, which may be given as text."""
+    if not isinstance(given, str):
+        return given
+    try:
+        return unit_named(given)
+    except ValueError as error:
+        raise InvalidInput(f"unit of {argument} is {given!r}: {error}") from error
 
 
 def _stacked(parts: list[Any], what: str) -> Any:
@@ -182,11 +235,13 @@ def _dates(values: Any, dates: tuple[str, str] | None, attrs: Mapping[str, Any])
     if dates is None and kind != "M":
         return values
     with need("observing", "dates of a table"):
-        from astropy.time import Time
+        from astropy.time import ScaleValueError, Time
 
     if dates is None:
         return Time(np.asarray(values, dtype="datetime64[ns]"), scale=attrs.get("time_scale", "utc"))
+    if not isinstance(dates, tuple | list) or len(dates) != 2:
+        raise InvalidInput(f"dates is {dates!r}; expected a format and a scale, such as ('jd', 'utc')")
     try:
         return Time(np.asarray(values), format=dates[0], scale=dates[1])
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, ScaleValueError) as error:
         raise InvalidInput(f"times of the table are not dates of the format and scale {dates!r}: {error}") from error

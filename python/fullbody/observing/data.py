@@ -96,9 +96,10 @@ class Seen:
         Times when the light arrives.
     observer : ndarray, (K, 3)
         Vectors from the system's barycentre to the observer.
-    centre, velocity : ndarray, (K, N, 3)
-        Positions and velocities of the bodies relative to the system's barycentre. They may be complex.
-    delay : ndarray, (K, N)
+    centre, velocity : ndarray, (..., K, N, 3)
+        Positions and velocities of the bodies relative to the system's barycentre. They may be complex, and several for
+        each time.
+    delay : ndarray, (..., K, N)
         The time at which the light left each body, minus the time at which it left the barycentre.
     light_speed : float
         The speed of light in the system's units.
@@ -109,7 +110,8 @@ class Seen:
         self.times, self.light_speed, self._geometry = times, geometry.light_speed, geometry
         self.observer = geometry.observer(times)
         position, self.velocity = (
-            states[name] - np.einsum("n,knx->kx", weights, states[name])[:, None] for name in ("position", "velocity")
+            states[name] - np.einsum("n,...nx->...x", weights, states[name])[..., None, :]
+            for name in ("position", "velocity")
         )
         self.delay = geometry.delays(self.observer, position, self.velocity)
         self.centre = position + self.velocity * self.delay[..., None]
@@ -197,7 +199,10 @@ class Observations(Tabled):
         return Seen(self.geometry._of(system), self._clock(system), known, states)
 
     def _model(self, system: System, states: dict[str, _Array], masses: Any = None) -> _Array:
-        """Return predictions (K, C) in plain numbers from the states at the times of emission."""
+        """Return predictions (..., K, C) in plain numbers from the states at the times of emission.
+
+        Positions and velocities may be several for each time, (..., K, N, 3).
+        """
         raise NotImplementedError
 
     def _observed(self, system: System) -> _Array:
@@ -225,15 +230,16 @@ class Observations(Tabled):
         states: a step along the imaginary axis gives their derivatives to the last digits. The latter are (K, C) by
         the names of the parameters.
         """
-        count = len(system)
-        found = np.zeros((*self._model(system, states).shape, 12 * count))
+        count, kinds = len(system), ("position", "velocity")
+        found = np.zeros((*self._observed(system).shape, 12 * count))
         for body in range(count):
-            for kind, name in enumerate(("position", "velocity")):
+            # All six components of a body take one call, which costs hardly more than one component.
+            moved: dict[str, Any] = states | {name: np.tile(states[name] + 0j, (6, 1, 1, 1)) for name in kinds}
+            for kind, name in enumerate(kinds):
                 for axis in range(3):
-                    moved: dict[str, Any] = dict(states)
-                    moved[name] = states[name].astype(np.complex128)
-                    moved[name][:, body, axis] += 1j * _STEP
-                    found[..., 12 * body + 3 * kind + axis] = self._model(system, moved).imag / _STEP
+                    moved[name][3 * kind + axis, :, body, axis] += 1j * _STEP
+            by = self._model(system, moved).imag / _STEP
+            found[..., 12 * body : 12 * body + 6] = np.moveaxis(by, 0, -1)
             for axis in range(3 if self._depends_on_figures() else 0):
                 turned: dict[str, Any] = dict(states)
                 turned["attitude"] = states["attitude"].astype(np.complex128)
@@ -350,7 +356,8 @@ class Observations(Tabled):
         ----------
         jitter : float or Quantity
             Its standard deviation, zero or above; its square is added to the variances. For a :class:`Radar` with both
-            ranges and range rates, a pair.
+            ranges and range rates, a pair. A fit that frees it starts above zero, where predictions do not change with
+            it to first order.
 
         Returns
         -------

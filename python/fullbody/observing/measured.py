@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ..base.arguments import named_options
 from ..base.tables import Table, Tabled
-from ..base.units import gathered, is_quantity, numbers, strip_to
+from ..base.units import gathered, is_quantity, numbers, refuse_booleans, strip_to
 from ..errors import InvalidInput
 from .times import in_system
 
@@ -62,6 +62,10 @@ class Measured(Tabled):
         self.name = name
         self.function = function
         self.times = times
+        if not isinstance(name, str):
+            raise InvalidInput(f"name of a measured value is {name!r}; expected text")
+        for given, what in ((value, "value"), (sigma, "sigma")):
+            refuse_booleans(given, f"{what} of {name}")
         value, sigma = gathered(value, f"value of {name}"), gathered(sigma, f"sigma of {name}")
         self.unit = value.unit if is_quantity(value) else None
         self._value = np.atleast_1d(self._plain(value, "value"))

@@ -12,7 +12,17 @@ from ..base.arguments import named_options
 from ..base.units import is_quantity
 from ..errors import InvalidInput
 from .brightness import Photometer
-from .columns import Rows, column, in_columns, jitter_of, positive_rows, read_table
+from .columns import (
+    Rows,
+    column,
+    column_names,
+    in_columns,
+    jitter_of,
+    positive_rows,
+    read_table,
+    refuse_single,
+    renamed,
+)
 from .data import Observations, Seen, refuse_inside
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
@@ -97,6 +107,7 @@ class Photometry(Observations):
     ) -> None:
         unit = "mag" if any(is_quantity(value) for value in (magnitude, sigma)) else None
         numbers = {"magnitude": column(magnitude, "magnitude", unit)[0], "sigma": column(sigma, "sigma", unit)[0]}
+        refuse_single(numbers, ("magnitude",), "Photometry")
         rows = Rows(times, numbers, "Photometry")
         super().__init__(rows, geometry)
         if geometry._sun is None:
@@ -105,7 +116,11 @@ class Photometry(Observations):
         self.sigma = positive_rows(rows.of(numbers["sigma"]), "sigma of Photometry")
         self.law, self.albedo, self.mutual, self.sun_radius = law, albedo, mutual, sun_radius
         self.reduced = reduced
-        if zero != "free" and not (isinstance(zero, int | float) and np.isfinite(zero)):
+        for name, value in (("mutual", mutual), ("reduced", reduced)):
+            if not isinstance(value, bool | np.bool_):
+                raise InvalidInput(f"{name} is {value!r}; expected True or False")
+        known = isinstance(zero, int | float) and not isinstance(zero, bool) and np.isfinite(zero)
+        if not (isinstance(zero, str) and zero == "free") and not known:
             raise InvalidInput(f"zero is {zero!r}; expected 'free' or a finite number")
         self.zero = zero
         if night is None:
@@ -142,8 +157,12 @@ class Photometry(Observations):
         -------
         Photometry
         """
-        names = {name: name for name in ("times", "magnitude", "sigma")} | dict(columns or {})
+        names = {name: name for name in ("times", "magnitude", "sigma")} | renamed(columns, "Photometry")
         if isinstance(options.get("night"), str):
+            if options["night"] not in (has := column_names(table, "Photometry")):
+                raise InvalidInput(
+                    f"the table has no column {options['night']!r} for night of Photometry; it has {has}"
+                )
             options["night"] = np.asarray(table[options["night"]])
         return cls(**read_table(table, names, None, dates, "Photometry"), **options)
 

@@ -11,7 +11,17 @@ import numpy.typing as npt
 from ..base.arguments import named_options
 from ..base.units import is_quantity
 from ..errors import InvalidInput
-from .columns import Rows, column, in_columns, jitter_of, positive_rows, read_table
+from .columns import (
+    Rows,
+    column,
+    column_names,
+    in_columns,
+    jitter_of,
+    positive_rows,
+    read_table,
+    refuse_single,
+    renamed,
+)
 from .data import Observations
 from .vectors import Vectors
 
@@ -104,6 +114,7 @@ class Radar(Observations):
                 raise InvalidInput(f"only one of {name} and its sigma has a unit; expected both or neither")
             self._units[name] = unit
             numbers |= {name: values, f"sigma_{name}": spread}
+        refuse_single(numbers, tuple(given), "Radar")
         rows = Rows(times, numbers, "Radar")
         super().__init__(rows, geometry)
         self.body, self.about = body, about
@@ -141,9 +152,11 @@ class Radar(Observations):
         -------
         Radar
         """
-        known = list(getattr(table, "colnames", getattr(table, "columns", ())))
-        names = {name: name for name in ("range", "range_rate") if name in (columns or {}) or name in known}
-        names = {"times": "times"} | names | {f"sigma_{name}": f"sigma_{name}" for name in names} | dict(columns or {})
+        known, given = column_names(table, "Radar"), renamed(columns, "Radar")
+        names: dict[str, Any] = {name: name for name in ("range", "range_rate") if name in given or name in known}
+        if not names:
+            raise InvalidInput(f"the table has no column 'range' or 'range_rate' of Radar; it has {known}")
+        names = {"times": "times"} | names | {f"sigma_{name}": f"sigma_{name}" for name in names} | given
         found = read_table(table, names, unit, dates, "Radar")
         sigma = tuple(found.pop(f"sigma_{name}") for name in ("range", "range_rate") if name in found)
         return cls(**found, sigma=sigma if len(sigma) == 2 else sigma[0], **options)
@@ -181,6 +194,9 @@ class Radar(Observations):
         both = jitter if len(self._values) == 2 else (jitter,)
         if not isinstance(both, tuple | list) or len(both) != len(self._values):
             raise InvalidInput("jitter is not a pair; expected one for the ranges and one for the range rates")
+        for name, one in zip(self._values, both, strict=True):
+            if is_quantity(one) != (self._units[name] is not None):
+                raise InvalidInput(f"only one of {name} and its jitter has a unit; expected both or neither")
         self._sigma = {
             name: np.hypot(self._sigma[name], jitter_of(one, _KINDS[name][1] if is_quantity(one) else None))
             for name, one in zip(self._values, both, strict=True)
@@ -207,15 +223,16 @@ class Radar(Observations):
             raise InvalidInput(f"body and about of Radar are both {system.names[body]}; expected two bodies")
         seen = self._seen(system, states, masses)
         way = seen.observer[:, None] - seen.centre
-        distance = np.sqrt(np.einsum("knx,knx->kn", way, way))
+        distance = np.sqrt(np.einsum("...x,...x->...", way, way))
         found = {"range": distance}
         if "range_rate" in self._values:
             moving = seen.observer_velocity[:, None] - seen.velocity
             # The speed of light may be infinite, and complex numbers cannot be divided by infinity.
-            towards = np.einsum("knx,knx->kn", way, seen.velocity) / distance * (1.0 / seen.light_speed)
-            found["range_rate"] = np.einsum("knx,knx->kn", way, moving) / distance / (1.0 - towards)
+            towards = np.einsum("...x,...x->...", way, seen.velocity) / distance * (1.0 / seen.light_speed)
+            found["range_rate"] = np.einsum("...x,...x->...", way, moving) / distance / (1.0 - towards)
         columns = [found[name] for name in self._values]
-        return np.stack([c[:, body] if about is None else c[:, body] - c[:, about] for c in columns], axis=1)
+        relative = [c[..., body] if about is None else c[..., body] - c[..., about] for c in columns]
+        return np.stack(relative, axis=-1)
 
     def _described(self) -> list[tuple[str, str]]:
         return [("observed", ", ".join(self._values)), ("body", str(self.body)), ("about", str(self.about))]

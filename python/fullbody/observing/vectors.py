@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ..base import values
 from ..base.arguments import directions, refuse_mixture, vectors
-from ..base.units import gathered, is_quantity, need, numbers, strip_to
+from ..base.units import gathered, is_quantity, need, numbers, refuse_booleans, strip_to
 from ..errors import InconsistentInput, InvalidInput, caution
 from ..frames import rotation
 from ..typing import Array
@@ -38,6 +38,8 @@ class Vectors:
     ) -> None:
         if not isinstance(light_time, bool | np.bool_):
             raise InvalidInput(f"light_time is {light_time!r}; expected True or False")
+        if frame is not None:
+            turn("equatorial", frame)
         self.frame = frame
         self.light_time = bool(light_time)
         #: The date of the zero of the axis, TDB, if times are dates.
@@ -70,6 +72,7 @@ class Vectors:
             elif self._origin is None:
                 raise InvalidInput("time is a date, but the geometry has times since an epoch; expected such a time")
             return np.asarray((times.tdb - self._origin).to_value("s"), dtype=np.float64)
+        refuse_booleans(times, "times")
         times = gathered(times, "times", "time")
         if self._origin is not None:
             raise InvalidInput(f"time is {times!r}; expected a date (an astropy Time), as the geometry has them")
@@ -89,6 +92,7 @@ class Vectors:
         return found
 
     def _vectors(self, given: Any, what: str, order: Any) -> _Array:
+        refuse_booleans(given, what)
         rows = vectors(given, what)
         if rows.ndim > 2 or (rows.ndim == 2 and len(rows) != len(order)):
             raise InvalidInput(f"{what} has shape {rows.shape}; expected ({len(order)}, 3), a row for each of times")

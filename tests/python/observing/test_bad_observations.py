@@ -1,0 +1,203 @@
+"""What is wrong with the arguments of observations and geometries is named when they are made."""
+
+import astropy.units as u
+import fullbody
+import numpy as np
+import pandas as pd
+import pytest
+from fullbody import observing
+
+TIMES = [1.0, 2.0, 3.0] * u.h
+#: The Sun and the observer at rest, far away.
+VIEW = observing.Geometry(
+    [0.0, 100.0] * u.h,
+    to_observer=[1e6, 2e5, 4e5] * u.km,
+    to_sun=[1e8, 2e7, 4e7] * u.km,
+    light_time=False,
+    frame="ecliptic",
+)
+PLAIN = observing.Geometry([0.0, 100.0], to_observer=[1e6, 2e5, 4e5], light_time=False)
+
+
+def radar(**options):
+    given = {"times": [1.0, 2.0, 3.0], "range": np.ones(3), "sigma": 0.1, "body": 1, "about": 0, "geometry": PLAIN}
+    given |= options
+    return observing.Radar(given.pop("times"), **given)
+
+
+def astrometry(**options):
+    given = {"times": TIMES, "east": [1, 2, 3] * u.mas, "north": [1, 2, 3] * u.mas, "sigma": 1 * u.mas}
+    return observing.Astrometry(**(given | {"geometry": VIEW} | options))
+
+
+def photometry(**options):
+    return observing.Photometry(**({"times": TIMES, "magnitude": np.ones(3), "sigma": 0.1, "geometry": VIEW} | options))
+
+
+def polar(separation, angle, sigma=1 * u.mas, geometry=VIEW):
+    return observing.Astrometry.from_polar([1.0] * u.h, separation, angle, sigma, 0.1 * u.rad, geometry=geometry)
+
+
+def table(columns=("times", "east", "north", "sigma_east", "sigma_north"), **options):
+    frame = pd.DataFrame({name: [1.0] for name in columns} | options.pop("also", {}))
+    return observing.Astrometry.from_table(frame, **({"unit": u.mas, "geometry": VIEW} | options))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"sigma": True}, "sigma of range of Radar is True; expected numbers"),
+        ({"range": np.ones(3, bool)}, "range of Radar is an array of True and False"),
+        ({"range": 3.0}, r"range of Radar has shape \(\); expected \(K,\), one for each of times"),
+        ({"range": np.ones((3, 2))}, r"range of Radar has shape \(3, 2\); expected \(K,\)"),
+        ({"range": ["far", "near", "far"]}, "range of Radar is 'far'; expected numbers"),
+        ({"range": np.ones(2)}, r"range of Radar has shape \(2,\); expected 3 rows"),
+        ({"range": np.ones(3) * u.s, "sigma": 1 * u.s}, "range of Radar has the unit s; expected a unit such as km"),
+        ({"sigma": 0.1 * u.km}, "only one of range and its sigma has a unit"),
+        ({"sigma": np.ones((3, 1))}, r"sigma_range of Radar has shape \(3, 1\); expected \(3,\), or one number"),
+        ({"sigma": np.ones((3, 2))}, r"sigma_range of Radar has shape \(3, 2\); expected \(3,\), or one number"),
+        ({"range_rate": np.zeros(3)}, "sigma is not a pair"),
+        ({"range_rate": np.zeros(3), "sigma": (0.1, 0.1, 0.1)}, "sigma is not a pair"),
+        ({"times": [True, False, True]}, "times of Radar is True; expected numbers"),
+        ({"times": ["now", "then", "later"]}, "times of Radar is 'now'; expected numbers"),
+        ({"times": [[1.0, 2.0, 3.0]]}, r"times of Radar has shape \(1, 3\); expected \(K,\)"),
+        ({"times": [1.0, 2.0, np.inf]}, "times of Radar has infinite values"),
+        ({"times": [], "range": []}, r"times of Radar has shape \(0,\)"),
+        ({"geometry": None}, "geometry of Radar is None; expected an observing.Geometry"),
+    ],
+)
+def test_radar(options, message):
+    with pytest.raises(fullbody.InvalidInput, match=message):
+        radar(**options)
+
+
+@pytest.mark.parametrize(
+    ("jitter", "message"),
+    [
+        (np.nan, "jitter is nan; expected a standard deviation"),
+        (-1.0, "jitter is -1.0; expected a standard deviation"),
+        (True, "jitter is True; expected numbers"),
+        ([1.0, 2.0], r"jitter has shape \(2,\); expected a single number"),
+        (1 * u.km, "only one of range and its jitter has a unit"),
+    ],
+)
+def test_jitter(jitter, message):
+    with pytest.raises(fullbody.InvalidInput, match=message):
+        radar().with_jitter(jitter)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"correlation": 1.0}, "correlation has the value 1.0; expected numbers between -1 and 1"),
+        ({"correlation": True}, "correlation is True; expected numbers"),
+        ({"correlation": 0.1 * u.mas}, "correlation has the unit mas; expected plain numbers"),
+        ({"correlation": [0.1, 0.2]}, r"correlation of Astrometry has shape \(2,\); expected 3 rows"),
+        ({"sigma": [1.0, 0.0, 1.0] * u.mas}, "sigma of Astrometry has the value 0.0"),
+        ({"sigma": np.ones((3, 3)) * u.mas}, r"has shape \(3, 3\); expected \(3,\) or \(3, 2\), or one number"),
+        ({"sigma": np.ones((2, 3)) * u.mas}, r"sigma of Astrometry has shape \(2, 3\); expected 3 rows"),
+        ({"sigma": 1.0}, "sigma has no unit, but others"),
+        ({"east": 1 * u.mas}, r"east of Astrometry has shape \(\); expected \(K,\), one for each of times"),
+        ({"east": [1.0, 2.0, 3.0] * u.km}, "east has the unit km; expected a unit such as rad"),
+        ({"photocentre": 1}, "photocentre is 1; expected True or False"),
+        ({"frame": "sky"}, "cannot turn from the frame 'equatorial' to 'sky'"),
+    ],
+)
+def test_astrometry(options, message):
+    with pytest.raises(fullbody.InvalidInput, match=message):
+        astrometry(**options)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: polar([-5.0] * u.mas, [1.0] * u.deg), "separation has values that are not above zero"),
+        (lambda: polar([0.0] * u.mas, [1.0] * u.deg), "separation has values that are not above zero"),
+        (lambda: polar([1.0, 2.0] * u.mas, [1.0, 2.0, 3.0] * u.deg), r"errors have shapes \(2,\), \(3,\)"),
+        (lambda: table(("times", "east")), "the table has no column 'north' for north of Astrometry"),
+        (lambda: observing.Astrometry.from_table(None, geometry=VIEW), "table of Astrometry is None; expected a table"),
+        (lambda: observing.Astrometry.from_table({"times": [1.0]}, geometry=VIEW), "expected a table of astropy or"),
+        (lambda: table(unit="parrot"), "unit of east is 'parrot'"),
+        (lambda: table(also={"east": ["far"]}), "east of Astrometry has values that are no numbers"),
+        (lambda: table(also={"east": [np.nan]}), "Astrometry has no row without masked or missing values"),
+        (lambda: table(dates=("jd", "noon")), "not dates of the format and scale .*noon"),
+        (lambda: table(dates="jd"), "dates is 'jd'; expected a format and a scale"),
+        (lambda: table(columns_=("times",)), "'columns_' is not an option"),
+        (lambda: observing.Radar.from_table(pd.DataFrame({"times": [1.0]}), geometry=VIEW), "no column 'range' or"),
+        (
+            lambda: observing.Radar.from_table(pd.DataFrame({"times": [1.0]}), columns=["range"], geometry=VIEW),
+            r"columns of Radar is \['range'\]; expected a dict",
+        ),
+        (
+            lambda: observing.Photometry.from_table(
+                pd.DataFrame({"times": [1.0], "magnitude": [1.0], "sigma": [1.0]}), night="n", geometry=VIEW
+            ),
+            "the table has no column 'n' for night",
+        ),
+    ],
+)
+def test_polar_coordinates_and_tables(call, message):
+    with pytest.raises(fullbody.InvalidInput, match=message):
+        call()
+
+
+def test_the_unit_of_a_table_may_be_text():
+    assert table(unit="mas").east.unit == u.mas
+
+
+def test_position_angles_that_look_like_degrees_are_told():
+    with pytest.warns(fullbody.InconsistentInput, match="position_angle has values up to 45 radians"):
+        polar([1.0] * u.mas, [45.0])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"zero": True}, "zero is True; expected 'free' or a finite number"),
+        ({"zero": np.nan}, "zero is nan; expected 'free' or a finite number"),
+        ({"zero": np.array([1.0, 2.0])}, "expected 'free' or a finite number"),
+        ({"mutual": "no"}, "mutual is 'no'; expected True or False"),
+        ({"reduced": 1}, "reduced is 1; expected True or False"),
+        ({"magnitude": 12.0}, r"magnitude of Photometry has shape \(\)"),
+        ({"magnitude": [1.0, 2.0, 3.0] * u.m}, "magnitude has the unit m; expected a unit such as mag"),
+        ({"sigma": 0}, "sigma of Photometry has the value 0.0"),
+        ({"night": [1, 2]}, r"night has shape \(2,\); expected \(3,\)"),
+    ],
+)
+def test_photometry(options, message):
+    with pytest.raises(fullbody.InvalidInput, match=message):
+        photometry(**options)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("x", 3, 1.0, 1.0), "function of 'x' is 3; expected a function of a run"),
+        ((3, len, 1.0, 1.0), "name of a measured value is 3; expected text"),
+        (("x", len, True, 1.0), "value of x is True; expected numbers"),
+        (("x", len, 1.0, True), "sigma of x is True; expected numbers"),
+        (("x", len, None, 1.0), "value of x is None; expected numbers"),
+        (("x", len, [1.0, 2.0], [1.0, 2.0, 3.0]), r"sigma of x has shape \(3,\); expected \(2,\)"),
+    ],
+)
+def test_measured_values(arguments, message):
+    with pytest.raises(fullbody.InvalidInput, match=message):
+        observing.Measured(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"times": [False, True]}, "times is False; expected numbers"),
+        ({"to_observer": [True, False, False]}, "to_observer is True; expected numbers"),
+        ({"to_observer": [0.0, 0.0, 0.0]}, "not all zero"),
+        ({"to_observer": [np.nan, 0.0, 0.0]}, "to_observer is .*; expected finite numbers"),
+        ({"to_observer": np.ones((3, 3))}, r"to_observer has shape \(3, 3\); expected \(2, 3\)"),
+        ({"light_time": "no"}, "light_time is 'no'; expected True or False"),
+        ({"frame": "sky"}, "cannot turn from the frame 'equatorial' to 'sky'"),
+        ({"frame": 3}, "cannot turn from the frame 'equatorial' to 3"),
+    ],
+)
+def test_geometries(options, message):
+    with pytest.raises(fullbody.InvalidInput, match=message):
+        observing.Geometry(**({"times": [0.0, 1.0], "to_observer": [1.0, 0.0, 0.0]} | options))
