@@ -13,7 +13,10 @@ pub fn rows<const W: usize>(what: &str, array: &PyReadonlyArrayDyn<'_, f64>) -> 
     if shape.len() != 2 || shape[1] != W {
         return Err(Error::invalid(format!("shape of {what}"), format!("{shape:?}"), format!("(N, {W})")));
     }
-    Ok(view.outer_iter().map(|row| std::array::from_fn(|k| row[k])).collect())
+    Ok(match view.as_slice() {
+        Some(numbers) => numbers.as_chunks::<W>().0.to_vec(),
+        None => view.outer_iter().map(|row| std::array::from_fn(|k| row[k])).collect(),
+    })
 }
 
 /// Returns the rows of a (N, 3) array as vectors.

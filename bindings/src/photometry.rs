@@ -97,10 +97,8 @@ impl PyPhotometer {
     fn brightness<'py>(&self, py: Python<'py>, epochs: Epochs<'py>) -> Result<Array<'py>> {
         let count = self.inner.bodies().len();
         let taken = epochs.take(count)?;
-        let all = listening(py, |interrupt| {
-            self.inner.many(&taken.views(count), interrupt, Photometer::brightness)
-        })?;
-        array(py, all.concat(), &[taken.times.len(), count])
+        let all = listening(py, |interrupt| self.inner.brightness_in(&taken.views(count), interrupt))?;
+        array(py, all, &[taken.times.len(), count])
     }
 
     /// Returns the brightness (K, N), its derivatives (K, N, N, 9) by positions, rotation vectors and
@@ -113,10 +111,9 @@ impl PyPhotometer {
     ) -> Result<(Array<'py>, Array<'py>, Array<'py>)> {
         let count = self.inner.bodies().len();
         let taken = epochs.take(count)?;
-        let all =
-            listening(py, |interrupt| self.inner.many(&taken.views(count), interrupt, Photometer::partials))?;
+        let all = listening(py, |interrupt| self.inner.partials_in(&taken.views(count), interrupt))?;
         let (mut brightness, mut by_body, mut by_direction) = (Vec::new(), Vec::new(), Vec::new());
-        for (value, Partials { by_body: bodies, by_direction: directions }) in all.into_iter().flatten() {
+        for (value, Partials { by_body: bodies, by_direction: directions }) in all {
             brightness.push(value);
             for by in bodies {
                 by_body.extend([by.position, by.rotation, by.semi_axes].iter().flat_map(|v| [v.x, v.y, v.z]));

@@ -39,3 +39,11 @@ pub use lanes::VectorPath;
 pub type Vec3 = nalgebra::Vector3<f64>;
 /// A 3 x 3 matrix of doubles.
 pub type Mat3 = nalgebra::Matrix3<f64>;
+
+/// Returns a unit vector perpendicular to a vector.
+#[doc(hidden)]
+pub fn perpendicular(v: &Vec3) -> Vec3 {
+    let mut axis = Vec3::zeros();
+    axis[v.iamin()] = 1.0;
+    v.cross(&axis).normalize()
+}

@@ -13,7 +13,7 @@
 
 use crate::integrate::polynomial_roots;
 use crate::math::rotation::{turned, turned_back};
-use crate::math::{Mat3, Vec3};
+use crate::math::{Mat3, Vec3, perpendicular};
 use crate::shape::{Body, Shape};
 use gauss_quad::GaussLegendre;
 use std::f64::consts::PI;
@@ -197,9 +197,7 @@ impl Disc {
         let square = towards.norm_squared();
         let s = towards / square.sqrt();
         let tau = self.radius / (square - self.radius * self.radius).max(f64::MIN_POSITIVE).sqrt();
-        let mut least = Vec3::zeros();
-        least[s.iamin()] = 1.0;
-        let first = s.cross(&least).normalize();
+        let first = perpendicular(&s);
         let second = s.cross(&first);
         self.cones.clear();
         for occulter in &self.occulters {

@@ -14,6 +14,7 @@ use super::lune::Lune;
 use super::outline::{Hiding, Light, Outline};
 use super::rule::Rule;
 use super::strips::{Moments, Strips};
+use crate::math::rotation::turned_back;
 use crate::math::{Mat3, Vec3};
 use std::f64::consts::FRAC_PI_2;
 
@@ -61,7 +62,6 @@ pub struct Lit<'a> {
     /// Unit vectors to the observer and to the Sun in the ellipsoid's own axes.
     lights: [Vec3; 2],
     lune: Lune,
-    phase: f64,
     hiding: Vec<Hiding>,
     outlines: Vec<Outline>,
 }
@@ -69,6 +69,7 @@ pub struct Lit<'a> {
 impl<'a> Lit<'a> {
     /// Takes an ellipsoid, unit vectors to the observer and to the Sun, and the ellipsoids that may hide
     /// either of them from it.
+    #[inline]
     pub fn new(
         placed: &'a Placed,
         law: &'a Law,
@@ -76,10 +77,9 @@ impl<'a> Lit<'a> {
         directions: [Vec3; 2],
         before: impl Iterator<Item = (Light, &'a Placed)>,
     ) -> Self {
-        let lights = directions.map(|direction| placed.rotation.tr_mul(&direction));
+        let lights = directions.map(|direction| turned_back(&placed.rotation, &direction));
         let [p, q] = lights.map(|light| light.component_div(&placed.semi_axes));
         let lune = Lune::new(&p, &q);
-        let phase = directions[0].cross(&directions[1]).norm().atan2(directions[0].dot(&directions[1]));
         let (mut hiding, mut outlines) = (Vec::new(), Vec::<Outline>::new());
         for (light, other) in before {
             let from = other.position - placed.position;
@@ -98,7 +98,18 @@ impl<'a> Lit<'a> {
                 hiding.push(Hiding { centre: placed.rotation.tr_mul(&from), ..one });
             }
         }
-        Self { placed, law, rule, directions, lights, lune, phase, hiding, outlines }
+        Self { placed, law, rule, directions, lights, lune, hiding, outlines }
+    }
+
+    /// The phase angle.
+    fn phase(&self) -> f64 {
+        let [e, s] = &self.directions;
+        e.cross(s).norm().atan2(e.dot(s))
+    }
+
+    /// The constant T of a law whose integrals over this lune have closed forms.
+    fn constant(&self) -> Option<f64> {
+        self.law.constant().filter(|_| !self.lune.is_thin())
     }
 
     fn kernel(&self) -> Kernel<'_> {
@@ -106,9 +117,9 @@ impl<'a> Lit<'a> {
             lune: &self.lune,
             law: self.law,
             semi_axes: &self.placed.semi_axes,
-            scattering: self.law.at(self.phase),
+            scattering: self.law.at(self.phase()),
             rule: self.rule,
-            constant: self.law.constant().filter(|_| !self.lune.is_thin()),
+            constant: self.constant(),
             scale: self.lune.size(),
         };
         kernel.scale *= kernel.factor(self.lune.centre(), 0.0, 1.0).abs();
@@ -116,15 +127,15 @@ impl<'a> Lit<'a> {
     }
 
     /// Returns the brightness, in squared length.
+    #[inline]
     pub fn brightness(&self) -> f64 {
         if self.lune.is_empty() {
             return 0.0;
         }
-        let kernel = self.kernel();
-        let over = match (kernel.constant, self.outlines.is_empty()) {
+        let over = match self.constant() {
             // The integral of rho^2 over the parallels is that of cos^2 b over the latitude, pi/2.
-            (Some(_), true) => FRAC_PI_2 * kernel.between(self.lune.terminator(), self.lune.limb(), 0.0, 1.0),
-            _ => Strips { kernel: &kernel, outlines: &self.outlines }.brightness(),
+            Some(constant) if self.outlines.is_empty() => FRAC_PI_2 * constant * self.lune.whole(),
+            _ => Strips { kernel: &self.kernel(), outlines: &self.outlines }.brightness(),
         };
         over * self.placed.semi_axes.product()
     }
@@ -169,7 +180,7 @@ impl<'a> Lit<'a> {
             partials.by_direction[k] += rotation * by_light;
         }
         own.semi_axes += (semi_axes.map(|a| sums[0] / a) + Vec3::new(sums[7], sums[8], sums[9])) * volume;
-        let sin = self.phase.sin();
+        let sin = self.phase().sin();
         if sin > 0.0 {
             let [e, s] = self.directions;
             partials.by_direction[0] -= s * (sums[10] * volume / sin);

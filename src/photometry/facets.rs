@@ -17,7 +17,7 @@ use super::law::Scattering;
 use super::outline::Light;
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
-use crate::math::{Mat3, Vec3};
+use crate::math::{Mat3, Vec3, perpendicular};
 use crate::shape::{Body, BoundingBox, Part, Shape, Tree};
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay_rule::OverlayRule;
@@ -102,9 +102,7 @@ struct ExitFacets {
 
 impl ExitFacets {
     fn new(facets: &[Facet], direction: &Vec3) -> Self {
-        let mut axis = Vec3::zeros();
-        axis[direction.iamin()] = 1.0;
-        let first = direction.cross(&axis).normalize();
+        let first = perpendicular(direction);
         let frame = Mat3::from_columns(&[first, direction.cross(&first), *direction]).transpose();
         let facets: Vec<Facet> = facets.iter().filter(|f| f.normal.dot(direction) > 0.0).cloned().collect();
         let blocks: Vec<BoundingBox> =

@@ -15,7 +15,7 @@
 //!
 //! Over the whole lune this is the brightness of Muinonen & Lumme (2015), Astron. Astrophys. 584, A23.
 
-use crate::math::Vec3;
+use crate::math::{Vec3, perpendicular};
 
 /// A point of a parallel, given by its longitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,32 +60,29 @@ pub struct Lune {
 
 impl Lune {
     /// Makes the lune of an ellipsoid from p = A^-1 e and q = A^-1 s.
+    #[inline]
     pub fn new(p: &Vec3, q: &Vec3) -> Self {
         let lengths = [p.norm(), q.norm()];
-        let (first, toward_sun) = (p / lengths[0], q / lengths[1]);
+        let (first, toward_sun) = (p * (1.0 / lengths[0]), q * (1.0 / lengths[1]));
         let normal = first.cross(&toward_sun);
         // At phase angles of zero and pi any vector perpendicular to p serves as the pole.
-        let across = if normal == Vec3::zeros() {
-            let mut axis = Vec3::zeros();
-            axis[first.iamin()] = 1.0;
-            first.cross(&axis)
-        } else {
-            normal
-        };
+        let pole = if normal == Vec3::zeros() { perpendicular(&first) } else { normal.normalize() };
         // The cross product of nearly parallel vectors has round-off along them.
-        let pole = across.normalize();
-        let pole = (pole - first * first.dot(&pole)).normalize();
+        let along = first.dot(&pole);
+        let pole = if along.abs() < 1e-9 { pole - first * along } else { (pole - first * along).normalize() };
         let second = pole.cross(&first);
         let sin = toward_sun.dot(&second).max(0.0);
         let cos = toward_sun.dot(&first);
-        let size = sin.hypot(cos);
-        let angle = Longitude { sin: sin / size, cos: cos / size };
+        // The length is one up to rounding, which a step of Newton's method removes.
+        let scale = 1.5 - 0.5 * (sin * sin + cos * cos);
+        let angle = Longitude { sin: sin * scale, cos: cos * scale };
         let (along, aside) = (lengths[0] + lengths[1] * angle.cos, lengths[1] * angle.sin);
         // Rounding may leave nothing of the sum of opposite vectors; the lune is then empty.
-        let sum = along.hypot(aside).max(f64::MIN_POSITIVE);
-        let middle = Longitude { sin: aside / sum, cos: along / sum };
-        let gamma =
-            Longitude { sin: lengths[0] * angle.sin / sum, cos: (lengths[1] + lengths[0] * angle.cos) / sum };
+        let sum = (along * along + aside * aside).sqrt().max(f64::MIN_POSITIVE);
+        let share = 1.0 / sum;
+        let middle = Longitude { sin: aside * share, cos: along * share };
+        let aside = lengths[0] * angle.sin;
+        let gamma = Longitude { sin: aside * share, cos: (lengths[1] + lengths[0] * angle.cos) * share };
         Self { frame: [first, second, pole], lengths, angle, middle, gamma, sum }
     }
 
@@ -160,6 +157,13 @@ impl Lune {
         intervals.plain += plain(to) - plain(from);
         intervals.growth *= to_growth * from_decay;
         intervals.decay *= to_decay * from_growth;
+    }
+
+    /// The integral of g over a whole parallel of the lune.
+    pub fn whole(&self) -> f64 {
+        let mut intervals = Intervals::default();
+        self.extend(&mut intervals, self.terminator(), self.limb());
+        self.integral(&intervals)
     }
 
     /// Returns antiderivatives by y of (Q / (P + Q))^2 and (P / (P + Q))^2, each times 1, cos y and sin y.

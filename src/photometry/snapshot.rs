@@ -7,8 +7,8 @@ use super::outline::Light;
 use super::rule::Rule;
 use crate::error::{Error, Result, require_finite};
 use crate::interrupt::{InterruptCheck, UNITS};
-use crate::math::{Mat3, Vec3, rotation};
-use crate::shape::{Body, Part, Proximity, Shape, normal};
+use crate::math::{Vec3, perpendicular, rotation};
+use crate::shape::{Body, Part, Proximity, Shape, across_separating_plane};
 use gauss_quad::GaussLegendre;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -24,10 +24,13 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Returns the units of work of one ellipsoid in a mutual event, in light from one point.
-    fn work(&self) -> u64 {
-        const WORK: u64 = 1000;
-        if self.law.constant().is_some() { WORK } else { 100 * WORK }
+    /// Returns the units of work of one ellipsoid in light from one point, which others may hide or not.
+    fn work(&self, mutual: bool) -> u64 {
+        match (self.law.constant(), mutual) {
+            (Some(_), false) => 10,
+            (Some(_), true) => 1000,
+            (None, _) => 100_000,
+        }
     }
 }
 
@@ -55,6 +58,8 @@ pub struct Photometer {
     /// Points of the Sun's disc, each as two coordinates in radians from its centre and a weight.
     sun: Vec<[f64; 3]>,
     rule: Rule,
+    /// The semi-axes of each body that is one ellipsoid about its centre.
+    semi_axes: Vec<Option<Vec3>>,
     /// The facets of each body; empty where all bodies are ellipsoids.
     meshes: Vec<Mesh>,
 }
@@ -84,9 +89,11 @@ impl Photometer {
         if !(0.0..1.0).contains(&sun_radius) {
             return Err(Error::invalid("sun_radius", sun_radius, "an angle from 0 to below 1 radian"));
         }
-        let all_exact = bodies.iter().all(|body| ellipsoid(body).is_some());
+        let semi_axes: Vec<_> = bodies.iter().map(ellipsoid).collect();
+        let all_exact = semi_axes.iter().all(Option::is_some);
         let meshes = if all_exact { Vec::new() } else { bodies.iter().map(Mesh::new).collect() };
-        Ok(Self { meshes, bodies, surfaces, mutual, sun: disc(sun_radius), rule: Rule::default() })
+        let (sun, rule) = (disc(sun_radius), Rule::default());
+        Ok(Self { bodies, surfaces, mutual, sun, rule, semi_axes, meshes })
     }
 
     /// Returns the bodies.
@@ -100,8 +107,18 @@ impl Photometer {
     /// [`Error::InvalidInput`] for a view with another number of bodies or with numbers that are not finite,
     /// [`Error::BodiesOverlap`], and [`Error::Interrupted`].
     pub fn brightness(&self, view: &View<'_>, interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
-        let all = self.each(view, interrupt, |_: &mut (), lit, _, _| lit.brightness())?;
-        Ok(all.into_iter().map(|(brightness, ())| brightness).collect())
+        self.brightness_in(std::slice::from_ref(view), interrupt)
+    }
+
+    /// Returns the brightness of each body in each view: those in the first view, then those in the second.
+    ///
+    /// # Errors
+    /// Those of [`Self::brightness`].
+    pub fn brightness_in(&self, views: &[View<'_>], interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
+        self.many(views, interrupt, |snapshot, interrupt, all| {
+            let of = |_: &mut (), lit: &Lit<'_>, _, _: &_| lit.brightness();
+            snapshot.each(interrupt, of, |brightness, ()| all.push(brightness))
+        })
     }
 
     /// Returns the brightness of each body with its derivatives. The derivative by the albedo is not among
@@ -111,8 +128,20 @@ impl Photometer {
     /// Those of [`Self::brightness`], and [`Error::InvalidInput`] for a body that is not an ellipsoid and for
     /// a law of a rough surface.
     pub fn partials(&self, view: &View<'_>, interrupt: &mut InterruptCheck) -> Result<Vec<(f64, Partials)>> {
-        for (body, surface) in self.bodies.iter().zip(&self.surfaces) {
-            if ellipsoid(body).is_none() {
+        self.partials_in(std::slice::from_ref(view), interrupt)
+    }
+
+    /// Returns the brightness of each body in each view, with its derivatives.
+    ///
+    /// # Errors
+    /// Those of [`Self::partials`].
+    pub fn partials_in(
+        &self,
+        views: &[View<'_>],
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Vec<(f64, Partials)>> {
+        for ((body, surface), semi_axes) in self.bodies.iter().zip(&self.surfaces).zip(&self.semi_axes) {
+            if semi_axes.is_none() {
                 let expected = "an ellipsoid or a sphere, which alone have derivatives of their brightness";
                 return Err(Error::invalid(format!("shape of {}", body.name), "another one", expected));
             }
@@ -122,93 +151,67 @@ impl Photometer {
             }
         }
         let none = || Partials { by_body: vec![ByBody::default(); self.bodies.len()], ..Partials::default() };
-        self.each(view, interrupt, |sums: &mut Option<Partials>, lit, factor, directions| {
-            let mut part = none();
-            let brightness = lit.partials(&mut part);
-            sums.get_or_insert_with(none).add(&part, factor, directions);
-            brightness
+        self.many(views, interrupt, |snapshot, interrupt, all| {
+            let of = |sums: &mut Option<Partials>, lit: &Lit<'_>, factor, directions: &_| {
+                let mut part = none();
+                let brightness = lit.partials(&mut part);
+                sums.get_or_insert_with(none).add(&part, factor, [&snapshot.centre, directions]);
+                brightness
+            };
+            snapshot.each(interrupt, of, |value, sums| all.push((value, sums.unwrap_or_else(none))))
         })
-        .map(|all| all.into_iter().map(|(value, sums)| (value, sums.unwrap_or_else(none))).collect())
     }
 
-    /// Computes `of` for each view and returns the results in order. Short views are distributed over the
-    /// threads of the machine. In a long one, such as a view of facets, the threads share the work, and the
-    /// view itself checks for interrupts.
-    ///
-    /// # Errors
-    /// The first error of `of` in the order of the views, and [`Error::Interrupted`].
-    pub fn many<T: Send>(
-        &self,
-        views: &[View<'_>],
+    /// Adds what `of` appends for each view to a list, in order. Short views are distributed over the threads
+    /// of the machine. In a long one, such as a view of facets, the threads share the work, and the view
+    /// itself checks for interrupts.
+    fn many<'a, T: Send>(
+        &'a self,
+        views: &[View<'a>],
         interrupt: &mut InterruptCheck,
-        of: impl Fn(&Self, &View<'_>, &mut InterruptCheck) -> Result<T> + Sync,
+        of: impl Fn(&Snapshot<'a>, &mut InterruptCheck, &mut Vec<T>) -> Result<()> + Sync,
     ) -> Result<Vec<T>> {
-        let mut all = Vec::with_capacity(views.len());
-        let short = self.meshes.is_empty() && self.work() <= 5 * UNITS;
-        let group =
-            if short { (UNITS / self.work()).max(1) as usize * rayon::current_num_threads() } else { 1 };
-        for views in views.chunks(group) {
-            interrupt.charge(UNITS, views[0].time)?;
-            if let [view] = views {
-                all.push(of(self, view, interrupt)?);
-                continue;
+        let some = |views: &[View<'a>], interrupt: &mut InterruptCheck| {
+            let mut all = Vec::with_capacity(views.len() * self.bodies.len());
+            let mut snapshot = Snapshot::new(self);
+            for view in views {
+                snapshot.look(view, interrupt)?;
+                of(&snapshot, interrupt, &mut all)?;
             }
-            let alone = |view| of(self, view, &mut InterruptCheck::never());
-            let answers: Vec<_> = views.par_iter().map(alone).collect();
-            for answer in answers {
-                all.push(answer?);
+            Ok(all)
+        };
+        let work: u64 = self.surfaces.iter().map(|surface| surface.work(self.hides())).sum();
+        let work = self.sun.len() as u64 * work.max(1);
+        let threads = rayon::current_num_threads();
+        if threads == 1 || views.len() == 1 || work > 5 * UNITS || !self.meshes.is_empty() {
+            return some(views, interrupt);
+        }
+        let share = (UNITS / work).max(1) as usize;
+        let mut all = Vec::with_capacity(views.len() * self.bodies.len());
+        for group in views.chunks(share * threads) {
+            interrupt.charge(UNITS, group[0].time)?;
+            let share = group.len().div_ceil(threads);
+            let parts = group.par_chunks(share).map(|views| some(views, &mut InterruptCheck::never()));
+            for part in parts.collect::<Vec<_>>() {
+                all.extend(part?);
             }
         }
         Ok(all)
     }
 
-    /// Returns the units of work of a view, as if all bodies were ellipsoids.
-    fn work(&self) -> u64 {
-        self.sun.len() as u64 * self.surfaces.iter().map(Surface::work).sum::<u64>().max(1)
-    }
-
-    /// Computes the brightness of each body by `of`, which is called for every point of the Sun's disc with a
-    /// result to which it may add, the ellipsoid in the light from that point, the point's factor, and two
-    /// pairs of directions: to the observer and to the Sun's centre, and to the observer and to the point.
-    fn each<T: Default>(
-        &self,
-        view: &View<'_>,
-        interrupt: &mut InterruptCheck,
-        of: impl Fn(&mut T, &Lit<'_>, f64, [&[Vec3; 2]; 2]) -> f64,
-    ) -> Result<Vec<(f64, T)>> {
-        let snapshot = Snapshot::new(self, view, interrupt)?;
-        let mut all = Vec::with_capacity(self.bodies.len());
-        for (index, surface) in self.surfaces.iter().enumerate() {
-            let (mut total, mut gathered) = (0.0, T::default());
-            for (weight, directions) in &snapshot.suns {
-                interrupt.charge(surface.work(), view.time)?;
-                let factor = weight * surface.albedo;
-                if snapshot.needs_facets(index, directions) {
-                    total += factor * snapshot.faceted(index, directions, interrupt)?;
-                    continue;
-                }
-                let Some(placed) = &snapshot.placed[index] else { continue };
-                let before = snapshot.before(index, directions);
-                let lit = Lit::new(placed, &surface.law, &self.rule, *directions, before);
-                total += factor * of(&mut gathered, &lit, factor, [&snapshot.centre, directions]);
-            }
-            if !total.is_finite() {
-                let what = format!("brightness of {} at time {}", self.bodies[index].name, view.time);
-                return Err(Error::invalid(what, total, "a finite number from the scattering law"));
-            }
-            all.push((total, gathered));
-        }
-        Ok(all)
+    /// Returns whether a body can hide another one.
+    fn hides(&self) -> bool {
+        self.mutual && self.bodies.len() > 1
     }
 }
 
-/// A view as it is seen: every body in its pose, and the bodies that are near each other.
+/// A view as it is seen: every body in its pose, and the bodies that are near each other. One snapshot serves
+/// for many views, so that it allocates once.
 struct Snapshot<'a> {
     photometer: &'a Photometer,
-    view: &'a View<'a>,
-    rotations: Vec<Mat3>,
-    /// The ellipsoid of each body that is one ellipsoid about its centre.
-    placed: Vec<Option<Placed>>,
+    view: View<'a>,
+    /// The pose of each body, with semi-axes of zero for a body that is not one ellipsoid about its centre.
+    placed: Vec<Placed>,
     /// Directions to the observer and to the Sun's centre.
     centre: [Vec3; 2],
     /// Weights of the points of the Sun's disc, with the directions to the observer and to the point.
@@ -219,26 +222,71 @@ struct Snapshot<'a> {
 }
 
 impl<'a> Snapshot<'a> {
-    fn new(photometer: &'a Photometer, view: &'a View<'a>, interrupt: &mut InterruptCheck) -> Result<Self> {
-        let bodies = &photometer.bodies;
-        let [e, s] = view.directions(bodies.len())?;
-        let rotations: Vec<Mat3> = view.attitude.iter().map(|&q| rotation::matrix(q)).collect();
-        let place = |(index, body): (usize, &Body)| {
-            ellipsoid(body).map(|semi_axes| Placed {
-                body: index,
-                semi_axes,
-                position: view.position[index],
-                rotation: rotations[index],
-            })
+    fn new(photometer: &'a Photometer) -> Self {
+        let view = View {
+            time: 0.0,
+            position: &[],
+            attitude: &[],
+            to_observer: Vec3::zeros(),
+            to_sun: Vec3::zeros(),
         };
-        let placed = bodies.iter().enumerate().map(place).collect();
-        let suns = photometer.suns(&s).map(|(weight, sun)| (weight, [e, sun])).collect();
-        let mut snapshot =
-            Self { photometer, view, rotations, placed, centre: [e, s], suns, near: Vec::new() };
-        if photometer.mutual {
-            snapshot.look_between(interrupt)?;
+        let (placed, suns, near) = (Vec::new(), Vec::new(), Vec::new());
+        Self { photometer, view, placed, centre: [Vec3::zeros(); 2], suns, near }
+    }
+
+    /// Takes a view in place of the one before.
+    fn look(&mut self, view: &View<'a>, interrupt: &mut InterruptCheck) -> Result<()> {
+        let semi_axes = &self.photometer.semi_axes;
+        let [e, s] = view.directions(semi_axes.len())?;
+        (self.view, self.centre) = (*view, [e, s]);
+        self.placed.clear();
+        self.placed.extend(semi_axes.iter().enumerate().map(|(body, semi_axes)| Placed {
+            body,
+            semi_axes: semi_axes.unwrap_or_default(),
+            position: view.position[body],
+            rotation: rotation::matrix(view.attitude[body]),
+        }));
+        self.suns.clear();
+        match self.photometer.sun.as_slice() {
+            [[_, _, weight]] => self.suns.push((*weight, [e, s])),
+            _ => self.suns.extend(self.photometer.suns(&s).map(|(weight, sun)| (weight, [e, sun]))),
         }
-        Ok(snapshot)
+        self.near.clear();
+        if self.photometer.hides() { self.look_between(interrupt) } else { Ok(()) }
+    }
+
+    /// Computes the brightness of each body by `of`, which is called for every point of the Sun's disc with a
+    /// result to which it may add, the ellipsoid in the light from that point, the point's factor, and the
+    /// directions to the observer and to the point. `take` is called with the brightness and the result of
+    /// each body.
+    fn each<T: Default>(
+        &self,
+        interrupt: &mut InterruptCheck,
+        of: impl Fn(&mut T, &Lit<'_>, f64, &[Vec3; 2]) -> f64,
+        mut take: impl FnMut(f64, T),
+    ) -> Result<()> {
+        let Photometer { bodies, surfaces, rule, .. } = self.photometer;
+        let hides = self.photometer.hides();
+        for (index, surface) in surfaces.iter().enumerate() {
+            let (mut total, mut gathered) = (0.0, T::default());
+            for (weight, directions) in &self.suns {
+                interrupt.charge(surface.work(hides), self.view.time)?;
+                let factor = weight * surface.albedo;
+                if self.needs_facets(index, directions) {
+                    total += factor * self.faceted(index, directions, interrupt)?;
+                    continue;
+                }
+                let before = self.before(index, directions);
+                let lit = Lit::new(&self.placed[index], &surface.law, rule, *directions, before);
+                total += factor * of(&mut gathered, &lit, factor, directions);
+            }
+            if !total.is_finite() {
+                let what = format!("brightness of {} at time {}", bodies[index].name, self.view.time);
+                return Err(Error::invalid(what, total, "a finite number from the scattering law"));
+            }
+            take(total, gathered);
+        }
+        Ok(())
     }
 
     /// Finds the bodies that are near each other, with planes between them; returns an error for bodies that
@@ -252,16 +300,16 @@ impl<'a> Snapshot<'a> {
                 if from.norm() > bodies[first].circumradius() + bodies[second].circumradius() {
                     continue;
                 }
-                let turns = [&self.rotations[first], &self.rotations[second]];
+                let turns = [&self.placed[first].rotation, &self.placed[second].rotation];
                 let meeting =
                     Proximity::of([&bodies[first], &bodies[second]], &from, turns, view.time, interrupt)?;
                 if meeting.overlap {
                     let [first, second] = [first, second].map(|body| bodies[body].name.clone());
                     return Err(Error::BodiesOverlap { first, second, time: view.time });
                 }
-                let both = self.placed[first].is_some() && self.placed[second].is_some();
+                let both = [first, second].iter().all(|body| self.photometer.semi_axes[*body].is_some());
                 let shapes = [first, second].map(|body| &bodies[body].parts()[0].shape);
-                let plane = both.then(|| normal(shapes, turns, &from, &mut 0.0).unwrap_or(from));
+                let plane = both.then(|| across_separating_plane(shapes, turns, &from));
                 self.near.push(([first, second], plane));
             }
         }
@@ -289,7 +337,7 @@ impl<'a> Snapshot<'a> {
 
     /// Iterates over the bodies that may hide the observer or the Sun from a body.
     fn others(&self, body: usize, directions: &[Vec3; 2]) -> impl Iterator<Item = usize> {
-        let count = if self.photometer.mutual { self.placed.len() } else { 0 };
+        let count = if self.photometer.hides() { self.placed.len() } else { 0 };
         (0..count).filter(move |&other| {
             other != body && directions.iter().any(|direction| self.is_before(other, body, direction))
         })
@@ -297,9 +345,10 @@ impl<'a> Snapshot<'a> {
 
     /// Returns whether a body, or one that may hide light from it, is not an ellipsoid.
     fn needs_facets(&self, body: usize, directions: &[Vec3; 2]) -> bool {
-        !self.photometer.meshes.is_empty()
-            && (self.placed[body].is_none()
-                || self.others(body, directions).any(|other| self.placed[other].is_none()))
+        let Photometer { meshes, semi_axes, .. } = self.photometer;
+        !meshes.is_empty()
+            && (semi_axes[body].is_none()
+                || self.others(body, directions).any(|other| semi_axes[other].is_none()))
     }
 
     /// Returns the brightness of a body by its facets. An ellipsoid has its exact brightness less what is
@@ -307,7 +356,7 @@ impl<'a> Snapshot<'a> {
     fn faceted(&self, body: usize, directions: &[Vec3; 2], interrupt: &mut InterruptCheck) -> Result<f64> {
         let Photometer { surfaces, meshes, rule, .. } = self.photometer;
         let law = &surfaces[body].law;
-        let place = |k: usize| (k, &meshes[k], self.view.position[k], self.rotations[k]);
+        let place = |k: usize| (k, &meshes[k], self.placed[k].position, self.placed[k].rotation);
         let all: Vec<_> = std::iter::once(body).chain(self.others(body, directions)).map(place).collect();
         let faceted = Faceted::new(&all, directions);
         let [e, s] = directions;
@@ -316,10 +365,9 @@ impl<'a> Snapshot<'a> {
         let mut total: f64 = facets.iter().map(|[left, _]| left).sum();
         for (part, range) in &meshes[body].ellipsoids {
             let placed = Placed {
-                body,
                 semi_axes: Vec3::from(part.shape.semi_axes()),
-                position: self.view.position[body],
-                rotation: self.rotations[body] * part.rotation(),
+                rotation: self.placed[body].rotation * part.rotation(),
+                ..self.placed[body]
             };
             let whole: f64 = facets[range.clone()].iter().map(|[_, whole]| whole).sum();
             total += Lit::new(&placed, law, rule, *directions, std::iter::empty()).brightness() - whole;
@@ -329,13 +377,12 @@ impl<'a> Snapshot<'a> {
 
     /// Iterates over the ellipsoids that may hide light from a body.
     fn before(&self, body: usize, directions: &[Vec3; 2]) -> impl Iterator<Item = (Light, &Placed)> {
-        let mutual = self.photometer.mutual;
+        let mutual = self.photometer.hides();
         let lights = [(Light::Sight, directions[0]), (Light::Sun, directions[1])];
         lights.into_iter().filter(move |_| mutual).flat_map(move |(light, direction)| {
             let others = self
                 .placed
                 .iter()
-                .flatten()
                 .filter(move |other| other.body != body && self.is_before(other.body, body, &direction));
             others.map(move |other| (light, other))
         })
@@ -372,6 +419,10 @@ impl View<'_> {
             }
         }
         let unit = |what: &str, direction: &Vec3| {
+            let square = direction.norm_squared();
+            if (1e-280..1e280).contains(&square) {
+                return Ok(direction / square.sqrt());
+            }
             require_finite(what, direction.as_slice())?;
             let largest = direction.amax();
             if largest == 0.0 {
@@ -387,9 +438,7 @@ impl Photometer {
     /// Iterates over the weights of the points of the Sun's disc and the unit vectors to them, for a unit
     /// vector to its centre.
     fn suns(&self, to_sun: &Vec3) -> impl Iterator<Item = (f64, Vec3)> {
-        let mut axis = Vec3::zeros();
-        axis[to_sun.iamin()] = 1.0;
-        let first = to_sun.cross(&axis).normalize();
+        let first = perpendicular(to_sun);
         let (second, to_sun) = (to_sun.cross(&first), *to_sun);
         self.sun.iter().map(move |[x, y, weight]| (*weight, (to_sun + first * *x + second * *y).normalize()))
     }

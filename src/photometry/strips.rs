@@ -87,9 +87,9 @@ impl Strips<'_> {
         }
     }
 
-    /// Whether the strip between two heights has a closed form, since no outline reaches it.
-    fn is_bare(&self, low: f64, high: f64) -> bool {
-        self.kernel.constant.is_some() && !self.outlines.iter().any(|outline| outline.reaches(low, high))
+    /// The law's constant T if the strip between two heights has a closed form, since no outline reaches it.
+    fn bare(&self, low: f64, high: f64) -> Option<f64> {
+        self.kernel.constant.filter(|_| !self.outlines.iter().any(|outline| outline.reaches(low, high)))
     }
 
     /// The integral of the brightness along what no outline covers of a parallel.
@@ -112,9 +112,8 @@ impl Strips<'_> {
         let mut total = 0.0;
         for [low, high] in self.panels() {
             let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-            if self.is_bare(low, high) {
-                let lune = self.kernel.lune;
-                total += self.kernel.between(lune.terminator(), lune.limb(), 0.0, 1.0) * widths(low, high)[0];
+            if let Some(constant) = self.bare(low, high) {
+                total += constant * self.kernel.lune.whole() * widths(low, high)[0];
                 continue;
             }
             let mut f = |t: f64| {
@@ -141,7 +140,7 @@ impl Strips<'_> {
         tolerances[..PARTIALS].copy_from_slice(&self.kernel.tolerances());
         for [low, high] in self.panels() {
             let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-            if self.is_bare(low, high) {
+            if self.bare(low, high).is_some() {
                 let lune = self.kernel.lune;
                 let [across, along] = widths(low, high);
                 // The third of the derivatives by p, and by q, is that along the pole, with z in place of

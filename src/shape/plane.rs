@@ -5,6 +5,9 @@
 //! h_B) is largest is the normal of the plane that both bodies touch when they have grown to touch, and the
 //! ratio is the factor of that growth. This is the dual of the contact function, and its parameter s is
 //! related to it by s / (1 - s) = h_A / h_B.
+//!
+//! Of two bodies, the one in front is that on the observer's side of a plane that separates them. Its centre
+//! may be farther from the observer than that of the other body.
 
 use super::Shape;
 use crate::math::{Mat3, Vec3};
@@ -76,4 +79,56 @@ pub fn normal(
     }
     *balance = u;
     unit(n)
+}
+
+/// Returns a vector across a plane that separates two shapes, from the first to the second, with a length of
+/// the size of their distance. Along a line of sight d toward the observer the second shape can hide the
+/// first one only if the vector's component along d is above zero.
+///
+/// Polyhedra count as their convex hulls. Where no such plane is found, since the hulls overlap or are as
+/// near as rounding, it is the vector between the centres.
+pub fn across_separating_plane(shapes: [&Shape; 2], rotations: [&Mat3; 2], separation: &Vec3) -> Vec3 {
+    let distance = separation.norm();
+    let found = if distance > shapes[0].circumradius() + shapes[1].circumradius() {
+        None
+    } else if shapes.iter().any(|shape| matches!(shape, Shape::Polyhedron(_))) {
+        between_hulls(shapes, rotations, separation)
+    } else {
+        normal(shapes, rotations, separation, &mut 0.0).map(|n| n * distance)
+    };
+    found.unwrap_or(*separation)
+}
+
+/// Approaches the point of the difference of two convex hulls that is nearest to the origin on straight lines
+/// to its tips (Gilbert 1966, SIAM J. Control 4, 61), until a plane across the way there is between them.
+fn between_hulls(shapes: [&Shape; 2], rotations: [&Mat3; 2], separation: &Vec3) -> Option<Vec3> {
+    const STEPS: usize = 100;
+    let mut way = *separation;
+    for _ in 0..STEPS {
+        let [first, second] = [way, -way];
+        let tip = separation + tip(shapes[1], rotations[1], &second) - tip(shapes[0], rotations[0], &first);
+        if tip.dot(&way) > 0.0 {
+            return Some(way);
+        }
+        let line = tip - way;
+        way += line * (-way.dot(&line) / line.norm_squared()).clamp(0.0, 1.0);
+    }
+    None
+}
+
+/// Returns the point of a shape, relative to its centre, that is farthest along a vector.
+fn tip(shape: &Shape, rotation: &Mat3, n: &Vec3) -> Vec3 {
+    let own = rotation.tr_mul(n);
+    let tip = match shape {
+        Shape::Point => Vec3::zeros(),
+        Shape::Ellipsoid(ellipsoid) => {
+            let axes = Vec3::from(ellipsoid.semi_axes());
+            axes.component_mul(&axes.component_mul(&own).normalize())
+        }
+        Shape::Polyhedron(polyhedron) => {
+            let farther = |a: Vec3, b: Vec3| if b.dot(&own) > a.dot(&own) { b } else { a };
+            polyhedron.vertices().reduce(farther).unwrap_or_default()
+        }
+    };
+    rotation * tip
 }

@@ -95,9 +95,12 @@ class Photometer:
         self, times: _Array, position: _Array, attitude: _Array, to_observer: _Array, to_sun: _Array
     ) -> _Array:
         """Return the brightness (K, N) for times (K,), positions (K, N, 3), attitudes (K, N, 4), vectors (K, 3)."""
-        plain = self._core.brightness(_epochs(times, position, attitude, to_observer, to_sun))
-        angle = _phase_angle(to_observer, to_sun)
-        return plain * self.albedo * np.stack([law._phase(angle) for law in self.laws], axis=-1)
+        plain: _Array = self._core.brightness(_epochs(times, position, attitude, to_observer, to_sun))
+        plain *= self.albedo
+        if any(law.phase_function is not None for law in self.laws):
+            angle = _phase_angle(to_observer, to_sun)
+            plain *= np.stack([law._phase(angle) for law in self.laws], axis=-1)
+        return plain
 
     def derivatives(
         self, times: _Array, position: _Array, attitude: _Array, to_observer: _Array, to_sun: _Array

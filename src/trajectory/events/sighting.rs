@@ -18,10 +18,10 @@
 //! corner suffice.
 //!
 //! Where two outlines overlap, the body in front is the one on the observer's side of a plane that separates the
-//! bodies. Its centre may be farther from the observer than that of the other body.
+//! bodies.
 
-use crate::math::{Mat3, Vec3};
-use crate::shape::{Body, Part, Shape, normal};
+use crate::math::{Mat3, Vec3, perpendicular};
+use crate::shape::{Body, Part, Shape, across_separating_plane};
 
 type Vec2 = nalgebra::Vector2<f64>;
 
@@ -59,9 +59,7 @@ impl Sighting<'_> {
     }
 
     fn outlines(&self) -> [Vec<Outline<'_>>; 2] {
-        let mut least = Vec3::zeros();
-        least[self.direction.iamin()] = 1.0;
-        let x = self.direction.cross(&least).normalize();
+        let x = perpendicular(self.direction);
         let plane = [x, self.direction.cross(&x)];
         [0, 1].map(|k| {
             let centre = if k == 0 { Vec3::zeros() } else { *self.separation };
@@ -73,15 +71,8 @@ impl Sighting<'_> {
     /// Returns a length that is negative where the second of two parts whose outlines overlap is in front.
     fn depth(&self, a: &Outline, b: &Outline) -> f64 {
         let r = b.centre - a.centre;
-        let between = if r.norm() > a.shape.circumradius() + b.shape.circumradius() {
-            Some(r)
-        } else if let (Form::Ellipse(_), Form::Ellipse(_)) = (&a.form, &b.form) {
-            normal([a.shape, b.shape], [&a.rotation, &b.rotation], &r, &mut 0.0).map(|n| n * r.norm())
-        } else {
-            separating(a, b)
-        };
-        // Shapes whose convex hulls overlap have no such plane.
-        -between.unwrap_or(r).dot(self.direction)
+        let across = across_separating_plane([a.shape, b.shape], [&a.rotation, &b.rotation], &r);
+        -across.dot(self.direction)
     }
 }
 
@@ -127,43 +118,6 @@ impl<'a> Outline<'a> {
             Form::Polygon(corners) => corners.iter().map(|c| c.dot(&n)).fold(f64::NEG_INFINITY, f64::max),
         }
     }
-
-    /// Returns the point of the part, relative to its centre, that is farthest along a vector.
-    fn tip(&self, n: &Vec3) -> Vec3 {
-        let own = self.rotation.tr_mul(n);
-        let tip = match self.shape {
-            Shape::Point => Vec3::zeros(),
-            Shape::Ellipsoid(ellipsoid) => {
-                let axes = Vec3::from(ellipsoid.semi_axes());
-                axes.component_mul(&axes.component_mul(&own).normalize())
-            }
-            Shape::Polyhedron(polyhedron) => {
-                let farther = |a: Vec3, b: Vec3| if b.dot(&own) > a.dot(&own) { b } else { a };
-                polyhedron.vertices().reduce(farther).unwrap_or_default()
-            }
-        };
-        self.rotation * tip
-    }
-}
-
-/// Returns the normal of a plane between the convex hulls of two parts, from the first to the second, with a
-/// length of the size of their distance; `None` if they overlap, or are as near as rounding.
-///
-/// The point of the hulls' difference that is nearest to the origin is approached on straight lines to its
-/// tips (Gilbert 1966, SIAM J. Control 4, 61), until a plane across the way there is between them.
-fn separating(a: &Outline, b: &Outline) -> Option<Vec3> {
-    const STEPS: usize = 100;
-    let r = b.centre - a.centre;
-    let mut way = r;
-    for _ in 0..STEPS {
-        let tip = r + b.tip(&-way) - a.tip(&way);
-        if tip.dot(&way) > 0.0 {
-            return Some(way);
-        }
-        let line = tip - way;
-        way += line * (-way.dot(&line) / line.norm_squared()).clamp(0.0, 1.0);
-    }
-    None
 }
 
 /// Returns the distance of two outlines; negative where they overlap.

@@ -133,8 +133,30 @@ def light_at_many_epochs():
     return lambda: photometer.brightness(*rows, *lines), lambda: None
 
 
+def orbits(count):
+    """The run of two ellipsoids about each other, as points, and a geometry."""
+    bodies = [fullbody.Body(fullbody.Ellipsoid(a, 0.9 * a, 0.8 * a), mass=m) for a, m in ((1.0, 0.9), (0.4, 0.1))]
+    state = fullbody.State([[-0.3, 0, 0], [2.7, 0, 0]], np.outer([-0.1, 0.9], [0, 3**-0.5, 0]), spin=np.ones((2, 3)))
+    until = count * 2 * np.pi * 3**1.5
+    run = fullbody.System(bodies, G=1.0, gravity="point").integrate(state, until, dense=True, output=[until])
+    view = {"to_observer": [1e4, 0, 0], "to_sun": [1e4, 1e3, 0]}
+    return run, observing.Geometry([-1.0, until + 1.0], light_time=False, **view)
+
+
+def light_curve_by_hapkes_law():
+    run, geometry = orbits(2)
+    times = np.linspace(0.0, run.time[-1], 20_000)
+    return lambda: observing.light_curve(run, times, geometry, law=observing.Hapke()), lambda: None
+
+
+def mutual_events_of_many_orbits():
+    run, geometry = orbits(1000)
+    return lambda: observing.mutual_events(run, geometry), lambda: None
+
+
 CALLS = [a_step, forces_of_many, energy_of_many, simulation_of_many, gravity_of_many]
 CALLS += [light_of_rough_surfaces, light_of_facets, light_at_many_epochs]
+CALLS += [light_curve_by_hapkes_law, mutual_events_of_many_orbits]
 
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no timers that send signals")

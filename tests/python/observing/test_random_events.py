@@ -4,16 +4,18 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import observing
+from meshes import icosphere
+from scipy.spatial import ConvexHull
 
 KINDS = ("occultation", "eclipse")
 
 
-def binary(rng):
-    """Two ellipsoids: thin, long, round and small ones, on any orbit, turning fast or slowly; a run, and its period."""
+def binary(rng, shape=lambda axes: fullbody.Ellipsoid(*axes)):
+    """Two bodies: thin, long, round and small ones, on any orbit, turning fast or slowly; a run, and its semi-axis."""
     axes = [[1.0, 0.7, 0.4], [1.0, 1.0, 0.05], [1.0, 0.15, 0.1], [1.0, 1.0, 1.0]]
     axes = [np.array(axes[rng.integers(4)]), 10 ** rng.uniform(-1.2, 0) * np.array(axes[rng.integers(4)])]
     mass = [1.0, rng.choice([1e-3, 0.1, 0.9])]
-    bodies = [fullbody.Body(fullbody.Ellipsoid(*a), mass=m, name=n) for a, m, n in zip(axes, mass, "AB", strict=True)]
+    bodies = [fullbody.Body(shape(a), mass=m, name=n) for a, m, n in zip(axes, mass, "AB", strict=True)]
     system = fullbody.System(bodies, G=1.0, gravity="point")
     nearest, e = (axes[0][0] + axes[1][0]) * rng.choice([1.02, 1.5, 4.0]), rng.choice([0.0, 0.3, 0.7])
     a, mu = nearest / (1 - e), sum(mass)
@@ -34,16 +36,22 @@ def binary(rng):
     return axes, run, directions, a
 
 
+def planar(d):
+    """Two unit vectors across a direction, (2, 3)."""
+    return np.linalg.svd(d[None])[2][1:]
+
+
+def ellipses(axes, states, d, *bodies):
+    """Matrices A of the outlines of ellipsoids, on which x A^-1 x = 1: (K, 2, 2) for each."""
+    turn, plane = fullbody.base.rotations.matrices(states["attitude"]), planar(d)
+    return [np.einsum("xa,kab,b,kcb,yc->kxy", plane, turn[:, k], axes[k] ** 2, turn[:, k], plane) for k in bodies]
+
+
 def overlap(axes, states, d, i, j):
     """How far outline i is from that of j before it, by the function of Perram & Wertheim less one: (K,)."""
-    plane = np.linalg.svd(d[None])[2][1:]
-    turn = fullbody.base.rotations.matrices(states["attitude"][:, [i, j]])
-    first, second = (
-        np.einsum("xa,kab,b,kcb,yc->kxy", plane, turn[:, m], axes[k] ** 2, turn[:, m], plane)
-        for m, k in enumerate((i, j))
-    )
+    first, second = ellipses(axes, states, d, i, j)
     way = states["position"][:, j] - states["position"][:, i]
-    r = way @ plane.T
+    r = way @ planar(d).T
 
     def function(s):
         mixed = (1 - s)[:, None, None] * first + s[:, None, None] * second
@@ -59,30 +67,109 @@ def overlap(axes, states, d, i, j):
     return np.where(way @ d > 0, margin, np.abs(margin) + 1e-3)
 
 
+def excess(axes, states, d, i, j):
+    """How far outline i is beyond that of j before it: the largest sqrt(x B^-1 x) of its points, less one: (K,)."""
+    first, second = ellipses(axes, states, d, i, j)
+    way = states["position"][:, j] - states["position"][:, i]
+    angle = np.linspace(0, 2 * np.pi, 720, endpoint=False)
+    circle = np.linalg.cholesky(first) @ np.stack([np.cos(angle), np.sin(angle)])
+    x = circle - (way @ planar(d).T)[..., None]
+    level = np.einsum("kxa,kxa->ka", x, np.linalg.solve(second, x))
+    # A parabola through the largest value and its neighbours.
+    k = np.argmax(level, axis=1)
+    low, top, high = (np.take_along_axis(level, ((k + m) % 720)[:, None], axis=1)[:, 0] for m in (-1, 0, 1))
+    largest = np.sqrt(top + (high - low) ** 2 / (8 * (2 * top - low - high)))
+    return np.where(way @ d > 0, largest - 1, np.abs(largest - 1) + 1e-3)
+
+
+def apart(vertices, states, d, i, j):
+    """How far the origin is from the differences of two polygons' points; negative within. For polyhedra: (K,)."""
+    turn, plane = fullbody.base.rotations.matrices(states["attitude"]), planar(d)
+    first, second = ((vertices[m] @ np.swapaxes(turn[:, m], 1, 2) + states["position"][:, m, None]) @ plane.T for m in (i, j))
+    way = states["position"][:, j] - states["position"][:, i]
+    reach = sum(np.linalg.norm(vertices[m], axis=1).max() for m in (i, j))
+    margin = np.linalg.norm(way @ plane.T, axis=1) - reach
+    for k in np.flatnonzero(margin < 0):
+        differences = (second[k][None] - first[k][:, None]).reshape(-1, 2)
+        margin[k] = ConvexHull(differences).equations[:, 2].max()
+    # The sides' distances bound that of the corners from below, with the same sign.
+    return np.where(way @ d > 0, margin, np.abs(margin) + 1e-3)
+
+
+def spans(found, kind, body, ends, names=("begin", "end")):
+    """Times between which a body is hidden, or totally hidden; an end that is unknown is that of the run."""
+    pairs = [[getattr(one, name) for name in names] for one in found if (one.kind, one.body) == (kind, body)]
+    return [[b if a is None else a for a, b in zip(pair, ends, strict=True)] for pair in pairs if pair != [None, None]]
+
+
+def scan(function, states, times, hidden, rounding=1e-7):
+    """Compare times at which a function is negative with spans, and again finely about the least values."""
+
+    def compare(at):
+        margin = function(states(at))
+        within = np.any([(at >= a) & (at <= b) for a, b in hidden], axis=0) if hidden else np.zeros(len(at), bool)
+        wrong = (within != (margin < 0)) & (np.abs(margin) > rounding)
+        assert not wrong.any(), (hidden, at[wrong][0], margin[wrong][0])
+        return margin
+
+    margin = compare(times)
+    # Between times at which the outlines are nearly in touch there may be a shorter event.
+    dips = np.flatnonzero((margin[1:-1] < 0.2) & (margin[1:-1] <= np.minimum(margin[:-2], margin[2:]))) + 1
+    for k in dips[:12]:
+        compare(np.linspace(times[k - 1], times[k + 1], 101))
+
+
+def events(run, directions, far):
+    """The mutual events of a run in constant directions, and the times of its ends."""
+    view = {name: 1e3 * far * d for name, d in zip(("to_observer", "to_sun"), directions, strict=True)}
+    ends = sorted([0.0, run.time[-1]])
+    geometry = observing.Geometry([ends[0] - 1, ends[1] + 1], light_time=False, **view)
+    return observing.mutual_events(run, geometry), ends
+
+
+CASES = [(kind, k, i, 1 - i) for k, kind in enumerate(KINDS) for i in (0, 1)]
+
+
 @pytest.mark.parametrize("seed", range(16))
 def test_events_are_those_of_a_dense_scan(seed):
     axes, run, directions, far = binary(np.random.default_rng(seed))
-    view = {name: 1e3 * far * d for name, d in zip(("to_observer", "to_sun"), directions, strict=True)}
-    first, last = sorted([0.0, run.time[-1]])
-    found = observing.mutual_events(run, observing.Geometry([first - 1, last + 1], light_time=False, **view))
-    times = np.linspace(first, last, 1501)[1:-1]
-    for kind, d in zip(KINDS, directions, strict=True):
-        for i, j in ((0, 1), (1, 0)):
-            spans = [
-                (first if one.begin is None else one.begin, last if one.end is None else one.end)
-                for one in found
-                if (one.kind, one.body) == (kind, "AB"[i])
-            ]
+    found, ends = events(run, directions, far)
+    times = np.linspace(*ends, 1501)[1:-1]
+    for kind, k, i, j in CASES:
+        hidden = spans(found, kind, "AB"[i], ends)
+        scan(lambda s, k=k, i=i, j=j: overlap(axes, s, directions[k], i, j), run.dense._core.states, times, hidden)
 
-            def compare(at, kind=kind, d=d, i=i, j=j, spans=spans):
-                margin = overlap(axes, run.dense._core.states(at), d, i, j)
-                within = np.any([(at >= a) & (at <= b) for a, b in spans], axis=0) if spans else np.zeros(len(at), bool)
-                wrong = (within != (margin < 0)) & (np.abs(margin) > 1e-7)
-                assert not wrong.any(), (kind, i, spans, at[wrong][0], margin[wrong][0])
-                return margin
 
-            margin = compare(times)
-            # Between times at which the outlines are nearly in touch there may be a shorter event.
-            dips = np.flatnonzero((margin[1:-1] < 0.2) & (margin[1:-1] <= np.minimum(margin[:-2], margin[2:]))) + 1
-            for k in dips[:12]:
-                compare(np.linspace(times[k - 1], times[k + 1], 101))
+@pytest.mark.parametrize("seed", range(16))
+def test_totality_is_that_of_a_dense_scan(seed):
+    axes, run, directions, far = binary(np.random.default_rng(seed))
+    found, ends = events(run, directions, far)
+    for kind, k, i, j in CASES:
+        partial = spans(found, kind, "AB"[i], ends)
+        total = spans(found, kind, "AB"[i], ends, ("total_begin", "total_end"))
+        for begin, end in partial:
+            at = np.linspace(begin, end, 203)[1:-1]
+            margin = excess(axes, run.dense._core.states(at), directions[k], i, j)
+            inside = [span for span in total if begin <= span[0] and span[1] <= end]
+            assert len(inside) < 2
+            # A body that turns may come into sight for a while between the two ends of its totality.
+            within = (at >= inside[0][0]) & (at <= inside[0][1]) if inside else np.zeros(len(at), bool)
+            hidden = margin < -1e-6
+            assert not (hidden & ~within).any() or ([begin, end] == ends and hidden.all()), (kind, i, begin, end, inside)
+            for contact in {*sum(inside, [])} - {*ends}:
+                near = excess(axes, run.dense._core.states(np.array([contact])), directions[k], i, j)
+                assert abs(near[0]) < 1e-6, (kind, i, contact)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_events_of_polyhedra_are_those_of_a_dense_scan(seed):
+    def mesh(axes):
+        return icosphere(0, axes)
+
+    axes, run, directions, far = binary(np.random.default_rng(seed), mesh)
+    vertices = [body.shape.vertices for body in run.system]
+    found, ends = events(run, directions, far)
+    times = np.linspace(*ends, 401)[1:-1]
+    for kind, k, i, j in CASES:
+        hidden = spans(found, kind, "AB"[i], ends)
+        scan(lambda s, k=k, i=i, j=j: apart(vertices, s, directions[k], i, j), run.dense._core.states, times, hidden)
