@@ -6,10 +6,10 @@ none, a crash, or no end. Each door has a strategy of hypothesis for its input, 
 
 from __future__ import annotations
 
-from . import calls, runs, texts
+from . import calls, observed, runs, texts
 from .door import Door
 
 __all__ = ["DOORS", "Door"]
 
 #: All doors by name.
-DOORS: dict[str, Door] = {door.name: door for door in (*runs.DOORS, *texts.DOORS, *calls.DOORS)}
+DOORS: dict[str, Door] = {door.name: door for door in (*runs.DOORS, *texts.DOORS, *calls.DOORS, *observed.DOORS)}

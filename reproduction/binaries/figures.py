@@ -25,8 +25,8 @@ CAPTIONS = {
     "Systems left of the dotted line were published with more data than the file has.",
     "eris": "Dysnomia about Eris: the observations with their standard errors, five times enlarged, and where the "
     "fitted orbit places Dysnomia at their times.",
-    "poles": "The normal of Hi'iaka's orbit, fitted with either sign of right ascension, and the pole of Haumea's "
-    "ring.",
+    "poles": "The normal of Hi'iaka's orbit, fitted with either sign of right ascension, Haumea's axis, and the pole "
+    "of its ring.",
 }
 
 
@@ -78,6 +78,10 @@ def poles(found: Haumea) -> Figure:
         axes.plot(ra, dec, marker, label=f"Hi'iaka, {names[east]}: chi2 {fit.chi2:.0f} of {fit.dof}")
     (ra, ra_error), (dec, dec_error) = haumea_.RING
     axes.errorbar(ra, dec, dec_error, ra_error, "ko", label="ring (Ortiz et al. 2017)")
+    values, errors = found.axis.values, found.axis.sigma
+    axes.errorbar(
+        values["ra"], values["dec"], errors["dec"], errors["ra"], "C2^", label="Haumea's axis, from both moons"
+    )
     axes.set(xlabel="right ascension [deg]", ylabel="declination [deg]")
     axes.legend(fontsize=8)
     return figure

@@ -213,12 +213,14 @@ def renamed(columns: Any, owner: str) -> dict[str, Any]:
 
 def _unit_of(given: Any, argument: str) -> Any:
     """Return a unit, which may be given as text."""
-    if not isinstance(given, str):
-        return given
+    if given is None:
+        return None
+    from astropy import units as u
+
     try:
-        return unit_named(given)
-    except ValueError as error:
-        raise InvalidInput(f"unit of {argument} is {given!r}: {error}") from error
+        return unit_named(given) if isinstance(given, str) else u.Unit(given)
+    except (ValueError, TypeError) as error:
+        raise InvalidInput(f"unit of {argument} is {given!r}; expected a unit or its name: {error}") from error
 
 
 def _stacked(parts: list[Any], what: str) -> Any:

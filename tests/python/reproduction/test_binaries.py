@@ -6,6 +6,7 @@ import re
 import fullbody
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from reproduction.binaries import catalogue, eris, findings, haumea, moons, observations, shapes
 from reproduction.binaries.__main__ import main
@@ -83,6 +84,37 @@ def test_the_sign_of_right_ascension_of_haumeas_moons():
     assert chi2[1] > 10.0
 
 
+def test_the_axis_of_haumea_from_its_moons():
+    # A first fit of the same files, by a program of its own, found these values and errors with the J2 of the figure.
+    expected = {"ra": (283.24, 0.57), "dec": (-6.45, 0.72), "hiiaka": (12.39, 0.28)}
+    start = {"ra": 283.2, "dec": -6.5, "haumea": 3.956, "namaka": 1.2, "hiiaka": 12.4}
+    moon = {"period": 18.295, "e": 0.2136, "i": 90.58, "node": 22.11, "periapsis": 149.2, "longitude": 334.9}
+    start |= {f"{name}_namaka": value for name, value in moon.items()}
+    moon = {"period": 49.052, "e": 0.0569, "i": 100.19, "node": 13.015, "periapsis": 118.9, "longitude": 271.23}
+    start |= {f"{name}_hiiaka": value for name, value in moon.items()}
+    fit = fullbody.fit(haumea._triaxial, start, moons.haumea(-1), integrator=haumea.LOOSE)
+    assert round(fit.chi2, 1) == 84.7
+    assert fit.dof == 87
+    for name, (value, error) in expected.items():
+        assert fit.values[name] == pytest.approx(value, abs=0.01)
+        assert fit.sigma[name] == pytest.approx(error, abs=0.01)
+    # The axis of the setup is that of the parameters, and its J2 that of the figure for the sphere of equal volume.
+    system, state = haumea._triaxial(**start)
+    ra, dec = np.radians([283.2, -6.5])
+    axis = [np.cos(dec) * np.cos(ra), np.cos(dec) * np.sin(ra), np.sin(dec)]
+    np.testing.assert_allclose(state.rotation_matrix[0][:, 2], axis, atol=1e-12)
+    (wide, other, high), (a, b, c) = (
+        [getattr(system[0].shape, name).to_value("km") for name in "abc"],
+        haumea.SEMI_AXES,
+    )
+    assert wide == other
+    # The average over a turn of the square of the distance along an axis of the equator is (a^2 + b^2)/10.
+    assert wide**2 - high**2 == pytest.approx((a**2 + b**2) / 2 - c**2, rel=1e-9)
+    # Were right ascension and declination independent, the squares of 2.45 and of 2.97 errors would add up.
+    off = haumea.off_the_ring(fit)
+    assert norm.isf(0.5 * np.exp(-0.5 * (2.45**2 + 2.97**2))) == pytest.approx(off, abs=0.15)
+
+
 def test_offsets_are_turned_back_to_the_published_table():
     # Benecchi et al. (2010): offsets to the east and north and their errors.
     hiisi = [[-0.0247, 0.0367], [0.0324, 0.0244], [-0.0238, -0.0084], [-0.0210, 0.0154], [0.0236, 0.0040]]
@@ -102,6 +134,14 @@ def test_offsets_are_turned_back_to_the_published_table():
         np.testing.assert_allclose(np.linalg.det(one.covariance), np.linalg.det(other.covariance), rtol=1e-9)
         np.testing.assert_allclose(one.correlation, -moons.haumea(1)[one.body == "Hiiaka"].correlation)
     assert [len(one) for one in table] == [25, 27]
+    # The offsets have the same length in units of their errors, whatever the axes are.
+    for one, other in zip(moons.haumea(), moons.haumea(as_collected=True), strict=True):
+        lengths = []
+        for rows in (one, other):
+            offsets = np.stack([rows.east.to_value("mas"), rows.north.to_value("mas")], axis=1)
+            covariance = rows.covariance.to_value("mas2")
+            lengths.append(np.einsum("ki,ki->k", offsets, np.linalg.solve(covariance, offsets[..., None])[..., 0]))
+        np.testing.assert_allclose(*lengths, rtol=1e-9)
 
 
 def test_orbits_and_spheroids():
