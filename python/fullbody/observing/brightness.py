@@ -41,10 +41,10 @@ class BrightnessDerivatives(ArrayFields):
         Derivatives by the rotation vector of each body, in its body frame.
     semi_axes : ndarray or Quantity, (N, N, 3)
         Derivatives by the semi-axes of each body.
+    albedo : ndarray or Quantity, (N,)
+        Derivatives of each body's brightness by its albedo.
     to_observer, to_sun : ndarray or Quantity, (N, 3)
         Derivatives by the unit vectors to the observer and to the Sun, inertial frame; they are perpendicular to these.
-    to_observer, to_sun : ndarray or Quantity, (N, 3)
-        Derivatives by the unit vectors to the observer and to the Sun, across them, inertial frame.
     """
 
     brightness: Any

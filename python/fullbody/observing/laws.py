@@ -161,8 +161,8 @@ class Hapke(Law):
 
     Notes
     -----
-    The defaults are the means for S-type asteroids by Helfenstein & Veverka (1989), but for the roughness, for which
-    they give 20 degrees.
+    The defaults are an example of a smooth surface, without roughness; they are no measurement of a body or of a class
+    of asteroids. Take the parameters from a fit to the body's own phase curve.
     """
 
     single_scattering_albedo: float = 0.23
