@@ -102,6 +102,7 @@ impl Error {
 
 impl Error {
     /// Prefixes the quantity of an [`Error::InvalidInput`] with the name of its owner.
+    #[must_use]
     pub fn of(self, name: &str) -> Self {
         match self {
             Self::InvalidInput { what, value, expected } => {
@@ -112,6 +113,7 @@ impl Error {
     }
 
     /// Sets the time of the simulated motion where the error has none yet.
+    #[must_use]
     pub fn at(self, time: f64) -> Self {
         match self {
             Self::Interrupted { .. } => Self::Interrupted { time },

@@ -8,6 +8,7 @@
 //! thousand bodies.
 
 use crate::error::{Error, Result};
+use std::fmt;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
@@ -25,6 +26,12 @@ pub struct InterruptCheck<'a> {
     asked: Instant,
     left: u64,
     polls: u64,
+}
+
+impl fmt::Debug for InterruptCheck<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("InterruptCheck").field("polls", &self.polls).finish_non_exhaustive()
+    }
 }
 
 impl<'a> InterruptCheck<'a> {
@@ -47,7 +54,7 @@ impl<'a> InterruptCheck<'a> {
     /// `time`, a time of the simulated motion.
     ///
     /// # Errors
-    /// [`Error::Interrupted`](crate::error::Error::Interrupted) if the hook asks to stop.
+    /// [`Error::Interrupted`] if the hook asks to stop.
     #[inline]
     pub fn charge(&mut self, work: u64, time: f64) -> Result<()> {
         match self.left.checked_sub(work) {

@@ -17,7 +17,10 @@ pub trait Named: Copy + PartialEq + 'static {
         Self::NAMES.iter().find(|(_, choice)| *choice == self).map_or("", |(name, _)| name)
     }
 
-    /// Returns the value with this name, or an error that lists all names.
+    /// Returns the value with this name.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] lists all names.
     fn named(text: &str) -> Result<Self> {
         let found = Self::NAMES.iter().find(|(name, _)| *name == text).map(|(_, choice)| *choice);
         found.ok_or_else(|| {
@@ -28,11 +31,17 @@ pub trait Named: Copy + PartialEq + 'static {
 }
 
 /// Serializes a value as its name.
+///
+/// # Errors
+/// Those of the serializer.
 pub fn serialize<T: Named, S: Serializer>(choice: &T, serializer: S) -> std::result::Result<S::Ok, S::Error> {
     serializer.serialize_str(choice.name())
 }
 
 /// Deserializes a value from its name.
+///
+/// # Errors
+/// Those of the deserializer, and one for a name that does not exist.
 pub fn deserialize<'de, T: Named, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<T, D::Error> {
     T::named(&String::deserialize(deserializer)?).map_err(D::Error::custom)
 }

@@ -49,6 +49,7 @@ pub trait JobSource {
 }
 
 /// A thread of a pool that is about to start.
+#[derive(Debug)]
 pub struct WorkerThread(ThreadBuilder);
 
 impl WorkerThread {

@@ -87,7 +87,11 @@ impl Parameter {
         all.into_iter().filter(|(_, parameter)| parameter.of_part(system.bodies()).is_ok()).collect()
     }
 
-    /// Returns the parameter with this name; an error where the system has no derivative by it.
+    /// Returns the parameter with this name.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] lists the names of the system's parameters, or says why the system has no
+    /// derivative by this one.
     pub fn named(name: &str, system: &System) -> Result<Self> {
         let all = Self::all(system.bodies(), system.forces());
         let Some((_, parameter)) = all.iter().find(|(known, _)| known == name) else {

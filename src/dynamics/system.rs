@@ -188,8 +188,11 @@ impl System {
         self.bodies.iter().map(|body| body.mass).collect()
     }
 
-    /// Returns an error for a state with another number of bodies, with bodies that overlap, or with bodies
-    /// too far apart for doubles.
+    /// Checks that the system can be in a state.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] for a state with another number of bodies or with bodies too far apart for
+    /// doubles, [`Error::BodiesOverlap`] if two bodies overlap, and [`Error::Interrupted`].
     pub fn check(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<()> {
         if state.bodies() != self.bodies.len() {
             return Err(Error::invalid(

@@ -10,6 +10,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// A simulation that is to be run.
+#[derive(Debug)]
 pub struct Member {
     /// The system.
     pub system: System,

@@ -33,7 +33,11 @@ impl Force {
         }
     }
 
-    /// Returns an error for numbers that no force of its kind can have, whatever system it acts in.
+    /// Checks the numbers of the force, whatever system it acts in.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`](crate::error::Error::InvalidInput) for numbers that no force of its kind can
+    /// have.
     pub fn check(&self) -> Result<()> {
         match self {
             Self::ThirdBody(force) => force.check(),

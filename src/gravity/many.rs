@@ -9,6 +9,7 @@ use pulp::Arch;
 use rayon::prelude::*;
 
 /// The quantities to compute, with the arrays that receive them in C order.
+#[derive(Debug)]
 #[non_exhaustive]
 pub enum Wanted<'a> {
     /// Potentials Phi (P,) and fields g (P, 3).

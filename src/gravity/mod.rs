@@ -34,8 +34,7 @@ pub(crate) use attraction::point_jacobian;
 pub use attraction::{BodyAttraction, BodyChange, ExtendedAttraction};
 pub use body_field::{Attractor, BodyField};
 #[doc(hidden)]
-pub use ellipsoidal::Ellipsoidal;
-pub use ellipsoidal::Gravity;
+pub use ellipsoidal::{Ellipsoidal, Gravity};
 #[doc(hidden)]
 pub use far::{Far, FarCut, FarSeries};
 #[doc(hidden)]

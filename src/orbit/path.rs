@@ -54,6 +54,7 @@ impl OrbitPath {
     }
 
     /// Returns the orbit of the centre about the body: the same orbit mirrored at the centre.
+    #[must_use]
     pub fn mirrored(self) -> Self {
         Self { to_periapsis: -self.to_periapsis, across: -self.across, ..self }
     }
@@ -89,6 +90,9 @@ impl OrbitPath {
     ///
     /// At a fixed mean anomaly the eccentric anomaly has dE/de = sin E / (1 - e cos E), and on a hyperbola
     /// dH/de = -sinh H / (e cosh H - 1). The mean motion is sqrt(mu / |a|^3).
+    ///
+    /// # Errors
+    /// Those of [`Self::after`].
     pub fn derivatives(&self, time: f64) -> Result<(Vec3, [Vec3; 8])> {
         let place = self.anomaly(time)?;
         let (position, velocity) = self.at(&place)?;

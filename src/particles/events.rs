@@ -6,6 +6,7 @@ use super::surface::motion_at_fraction;
 use crate::error::{Error, Result};
 use crate::integrate::{POINTS, Segment, counts, sample_fractions, zeros};
 use crate::math::Vec3;
+use std::fmt;
 
 /// A user's function of time, position and velocity, in the coordinates of the states.
 pub type ParticleFunction = dyn Fn(f64, &Vec3, &Vec3) -> Result<f64> + Sync;
@@ -27,7 +28,18 @@ pub enum ParticleCondition {
     Function(Box<ParticleFunction>),
 }
 
+impl fmt::Debug for ParticleCondition {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Shadow { visible } => formatter.debug_struct("Shadow").field("visible", visible).finish(),
+            Self::Periapsis { body } => formatter.debug_struct("Periapsis").field("body", body).finish(),
+            Self::Function(_) => formatter.debug_struct("Function").finish_non_exhaustive(),
+        }
+    }
+}
+
 /// A condition with the direction of the zeros that count: 1 rising along the flight, -1 falling, 0 both.
+#[derive(Debug)]
 pub struct ParticleEvent {
     /// The condition.
     pub condition: ParticleCondition,

@@ -61,7 +61,10 @@ pub enum ContactResponse {
 }
 
 impl ContactResponse {
-    /// Returns an error for meaningless numbers.
+    /// Checks the numbers.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] for a factor outside of 0 to 1, and a speed of rest that is not above zero.
     pub fn check(&self) -> Result<()> {
         let Self::Bounce { normal, tangential, rest } = *self else { return Ok(()) };
         for (what, value) in [("normal of Bounce", normal), ("tangential of Bounce", tangential)] {
@@ -83,7 +86,10 @@ pub struct Escape {
 }
 
 impl Escape {
-    /// Returns an error for meaningless distances.
+    /// Checks the distance.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] for a distance that is not a finite number above zero.
     pub fn check(&self) -> Result<()> {
         require_positive("distance of Escape", self.distance)
     }
@@ -206,7 +212,10 @@ impl Particle {
         }
     }
 
-    /// Returns an error that names the particle for numbers that are not finite or out of range.
+    /// Checks the numbers of the particle with this index.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] names the particle and its number that is not finite or out of range.
     pub fn check(&self, index: usize) -> Result<()> {
         let ratio = [self.area_to_mass];
         let named = [

@@ -28,6 +28,7 @@ const BATCH: usize = 512;
 type Hook<'h> = dyn FnMut(Progress) -> ControlFlow<()> + Send + 'h;
 
 /// The plan of a flight.
+#[derive(Debug)]
 pub struct FlightPlan<'a> {
     /// The system.
     pub system: &'a System,
@@ -63,6 +64,11 @@ impl FlightPlan<'_> {
     ///
     /// On an error, particles stay where they are. The hook is called at the start, about every 25 ms and at
     /// the end, in the caller's thread, and stops the flight by [`ControlFlow::Break`].
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`](crate::error::Error::InvalidInput) names the particle, rule or time at fault,
+    /// [`Error::Interrupted`](crate::error::Error::Interrupted) follows a break, and errors of an event's
+    /// function are returned.
     pub fn fly(&self, particles: &mut [Particle], record: &mut FlightRecord, hook: &mut Hook) -> Result<()> {
         *record = FlightRecord::default();
         let start = particles.first().map_or(self.until, |particle| particle.time);

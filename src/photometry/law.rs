@@ -90,6 +90,7 @@ impl Law {
     }
 
     /// Returns the law at a phase angle, in radians.
+    #[doc(hidden)]
     pub fn at(&self, phase: f64) -> Scattering {
         match self {
             Self::Sum([first, second]) => Scattering::Sum([*first, *second]),

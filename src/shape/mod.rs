@@ -117,8 +117,7 @@ impl Shape {
     /// Makes a sphere.
     ///
     /// # Errors
-    /// [`Error::InvalidInput`](crate::error::Error::InvalidInput) for a radius that is not a finite number
-    /// above zero.
+    /// [`Error::InvalidInput`] for a radius that is not a finite number above zero.
     pub fn sphere(radius: f64) -> Result<Self> {
         require_positive("radius", radius)?;
         Self::ellipsoid([radius; 3])

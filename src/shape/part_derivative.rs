@@ -60,6 +60,7 @@ impl PartDerivative {
 impl Body {
     /// Returns the derivatives by a parameter of a part, or an error where two moments are equal, so that the
     /// principal axes jump.
+    #[doc(hidden)]
     pub fn by_part(&self, index: usize, number: PartNumber) -> Result<PartDerivative> {
         let parts = self.parts();
         let part = &parts[index];
@@ -111,6 +112,7 @@ impl Body {
     }
 
     /// Returns the body with a parameter of a part changed.
+    #[doc(hidden)]
     pub fn with_part(&self, index: usize, number: PartNumber, by: f64) -> Result<Self> {
         let mut parts = self.given().to_vec();
         match number {
@@ -121,6 +123,9 @@ impl Body {
     }
 
     /// Returns the body with another mass: the masses of all parts change in proportion.
+    ///
+    /// # Errors
+    /// Those of [`Self::with_mass`] or [`Self::composite`].
     pub fn of_mass(&self, mass: f64) -> Result<Self> {
         if !self.is_composite() {
             return Self::with_mass(self.name.clone(), self.parts()[0].shape.clone(), mass);
@@ -131,6 +136,9 @@ impl Body {
     }
 
     /// Returns the body, which must have one part, with another shape.
+    ///
+    /// # Errors
+    /// Those of [`Self::with_mass`].
     pub fn of_shape(&self, shape: Shape) -> Result<Self> {
         Self::with_mass(self.name.clone(), shape, self.mass)
     }

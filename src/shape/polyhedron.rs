@@ -97,6 +97,9 @@ impl Polyhedron {
     }
 
     /// Checks that the faces bound a solid, where that is not yet known.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
     pub fn check(&self, interrupt: &mut InterruptCheck) -> Result<()> {
         if !self.solid.checked.load(Ordering::Relaxed) {
             check_solid(&self.solid.given, &self.solid.faces, &self.solid.edges, interrupt)?;
@@ -284,6 +287,10 @@ impl Polyhedron {
 
     /// Returns the means over the solid of the solid harmonics of x / circumradius up to a degree, in the
     /// order of [`harmonics::place`]. They are cached.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`].
+    #[doc(hidden)]
     pub fn harmonic_moments(
         &self,
         degree: usize,
@@ -296,6 +303,10 @@ impl Polyhedron {
 
     /// Returns the means over the solid of the monomials of x / circumradius up to a degree, in the order of
     /// [`monomials::index`]. They are cached.
+    ///
+    /// # Errors
+    /// [`Error::Interrupted`].
+    #[doc(hidden)]
     pub fn monomial_means(&self, degree: usize, interrupt: &mut InterruptCheck) -> Result<Arc<Vec<f64>>> {
         let key = (degree, self.scale.to_bits(), None);
         cached_moments(&self.solid.monomials, key, || self.means_to(degree, interrupt))

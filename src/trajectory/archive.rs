@@ -98,6 +98,9 @@ impl Simulation {
     }
 
     /// Writes the simulation as bytes.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] for a simulation that an archive cannot hold.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         let unwritable = |error: &dyn std::fmt::Display| {
             Error::invalid("a simulation", error, "one that an archive can hold")
@@ -125,14 +128,20 @@ impl Simulation {
         Ok(bytes)
     }
 
-    /// Reads a simulation that [`Self::to_bytes`] wrote. The error for other bytes says what is wrong with
-    /// them.
+    /// Reads a simulation that [`Self::to_bytes`] wrote.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] says what is wrong with other bytes, or names a force that is a function, and
+    /// [`Error::Interrupted`](crate::error::Error::Interrupted).
     pub fn from_bytes(bytes: &[u8], interrupt: &mut InterruptCheck) -> Result<Self> {
         Self::from_bytes_with(bytes, |_| None, interrupt)
     }
 
     /// Reads a simulation with forces that are functions, which an archive cannot hold: `functions` returns
     /// the function of a force by its name.
+    ///
+    /// # Errors
+    /// Those of [`Self::from_bytes`]; a function is missing where `functions` returns `None`.
     pub fn from_bytes_with(
         bytes: &[u8],
         functions: impl Fn(&str) -> Option<Call>,
@@ -142,6 +151,9 @@ impl Simulation {
     }
 
     /// Returns the description of the simulation in such bytes, and the text that is kept with it.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] says what is wrong with other bytes.
     pub fn described(bytes: &[u8]) -> Result<(SimulationDescription, String)> {
         let contents = read(bytes)?;
         Ok((contents.description()?, contents.notes))

@@ -129,6 +129,9 @@ impl Trajectory {
 
     /// Returns the attitude of a body in a sample: a unit quaternion `[w, x, y, z]`, body frame to inertial
     /// frame.
+    ///
+    /// # Panics
+    /// As [`Self::state`].
     pub fn attitude(&self, sample: usize, body: usize) -> [f64; 4] {
         assert!(body < self.bodies, "body {body} of {}", self.bodies);
         let first = 4 * (self.bodies * sample + body);

@@ -27,6 +27,7 @@ pub struct Progress {
 }
 
 /// The options of a run.
+#[derive(Debug)]
 pub struct Run<'a, 'f> {
     /// The times at which samples are recorded.
     pub output: &'a Output,

@@ -9,6 +9,7 @@ use crate::math::spline::Spline;
 use crate::math::{Mat3, Vec3, rotation};
 use crate::shape::{Part, Proximity};
 use nalgebra::Rotation3;
+use std::fmt;
 
 /// A caller's function of the state.
 pub type StateFunction<'a> = dyn FnMut(&State) -> Result<f64> + Send + 'a;
@@ -152,6 +153,12 @@ impl EvaluationPoint<'_> {
 
     fn relative(&self, first: usize, second: usize) -> (Vec3, Vec3) {
         (self.position(second) - self.position(first), self.velocity(second) - self.velocity(first))
+    }
+}
+
+impl fmt::Debug for Condition<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct(self.name()).finish_non_exhaustive()
     }
 }
 

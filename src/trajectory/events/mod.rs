@@ -14,6 +14,7 @@ pub(super) use detector::EventDetector;
 use crate::dynamics::State;
 
 /// An event for which a run is searched.
+#[derive(Debug)]
 pub struct Event<'a> {
     /// The condition.
     pub condition: Condition<'a>,
