@@ -193,6 +193,8 @@ class State(Tabled):
         """Return the core's state in a system's units."""
         if not self._units:
             return self._core
+        if units.known and all(self._units.get(name) is units.unit(d) for name, d in _FIELDS.items()):
+            return self._core
         values = {name: units.strip(getattr(self, name), d, name) for name, d in _FIELDS.items()}
         if all(np.array_equal(values[name], getattr(self._core, name)) for name in _FIELDS):
             return self._core
@@ -470,7 +472,11 @@ class State(Tabled):
         # No body is turned by more than a turn, or in a state with units by more than half of one.
         warn_if_degrees(angle, "angle", 0.5 if self._units else 1.0)
         attitude[index] = rotations.product(turn, attitude[index])
-        return self.replace(attitude=attitude)
+        core = self._core
+        turned = State.__new__(State)
+        turned._core = _core.State(core.time, core.position, core.velocity, attitude, core.spin)
+        turned._units, turned._names = self._units, self._names
+        return turned
 
     def _place(self, body: object, what: str) -> int:
         """Return the place of a body from its place or name."""

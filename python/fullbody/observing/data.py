@@ -340,8 +340,12 @@ class Observations(Tabled):
         def of_pulls(values: _Array) -> _Array:
             return -self._whiten(self._project(values), system)
 
-        moved = {name: by_state @ values[place][:, :, None] for name, values in run.sensitivity.items()}
-        by_parameter = {name: of_pulls(values[..., 0] + direct[name]) for name, values in moved.items()}
+        moved = {
+            name: (by_state @ values[place][:, :, None])[..., 0] + direct[name]
+            for name, values in run.sensitivity.items()
+        }
+        columns = of_pulls(np.stack(list(moved.values()), axis=-1)) if moved else np.zeros(0)
+        by_parameter = {name: columns[..., k] for k, name in enumerate(moved)}
         return FunctionDerivatives(self.pulls(run), of_pulls(by_state @ run.transition[place]), by_parameter)
 
     @property

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import named_options
-from ..base.units import is_quantity
+from ..base.units import is_quantity, unit_named
 from ..errors import InvalidInput
 from .columns import (
     Rows,
@@ -183,9 +183,7 @@ class Radar(Observations):
         unit = self._units[name]
         if unit is None:
             return values
-        from astropy import units as u
-
-        return (values * u.Unit(_KINDS[name][1])).to(unit)
+        return (values * unit_named(_KINDS[name][1])).to(unit)
 
     def _in_system(self, name: str, values: _Array, system: System) -> _Array:
         return system._units.strip(self._united(name, values), _KINDS[name][0], f"{name} of Radar")
