@@ -145,7 +145,7 @@ def orbits(count):
 
 def light_curve_by_hapkes_law():
     run, geometry = orbits(2)
-    times = np.linspace(0.0, run.time[-1], 20_000)
+    times = np.linspace(0.0, run.time[-1], 500)
     return lambda: observing.light_curve(run, times, geometry, law=observing.Hapke()), lambda: None
 
 

@@ -85,7 +85,9 @@ def excess(axes, states, d, i, j):
 def apart(vertices, states, d, i, j):
     """How far the origin is from the differences of two polygons' points; negative within. For polyhedra: (K,)."""
     turn, plane = fullbody.base.rotations.matrices(states["attitude"]), planar(d)
-    first, second = ((vertices[m] @ np.swapaxes(turn[:, m], 1, 2) + states["position"][:, m, None]) @ plane.T for m in (i, j))
+    first, second = (
+        (vertices[m] @ np.swapaxes(turn[:, m], 1, 2) + states["position"][:, m, None]) @ plane.T for m in (i, j)
+    )
     way = states["position"][:, j] - states["position"][:, i]
     reach = sum(np.linalg.norm(vertices[m], axis=1).max() for m in (i, j))
     margin = np.linalg.norm(way @ plane.T, axis=1) - reach
@@ -102,7 +104,7 @@ def spans(found, kind, body, ends, names=("begin", "end")):
     return [[b if a is None else a for a, b in zip(pair, ends, strict=True)] for pair in pairs if pair != [None, None]]
 
 
-def scan(function, states, times, hidden, rounding=1e-7):
+def scan(function, states, ends, count, hidden, rounding=1e-7):
     """Compare times at which a function is negative with spans, and again finely about the least values."""
 
     def compare(at):
@@ -112,6 +114,9 @@ def scan(function, states, times, hidden, rounding=1e-7):
         assert not wrong.any(), (hidden, at[wrong][0], margin[wrong][0])
         return margin
 
+    for contact in {time for span in hidden for time in span} - {*ends}:
+        assert abs(function(states(np.array([contact])))[0]) < rounding, contact
+    times = np.linspace(*ends, count)[1:-1]
     margin = compare(times)
     # Between times at which the outlines are nearly in touch there may be a shorter event.
     dips = np.flatnonzero((margin[1:-1] < 0.2) & (margin[1:-1] <= np.minimum(margin[:-2], margin[2:]))) + 1
@@ -134,10 +139,9 @@ CASES = [(kind, k, i, 1 - i) for k, kind in enumerate(KINDS) for i in (0, 1)]
 def test_events_are_those_of_a_dense_scan(seed):
     axes, run, directions, far = binary(np.random.default_rng(seed))
     found, ends = events(run, directions, far)
-    times = np.linspace(*ends, 1501)[1:-1]
     for kind, k, i, j in CASES:
         hidden = spans(found, kind, "AB"[i], ends)
-        scan(lambda s, k=k, i=i, j=j: overlap(axes, s, directions[k], i, j), run.dense._core.states, times, hidden)
+        scan(lambda s, k=k, i=i, j=j: overlap(axes, s, directions[k], i, j), run.dense._core.states, ends, 1501, hidden)
 
 
 @pytest.mark.parametrize("seed", range(16))
@@ -155,8 +159,14 @@ def test_totality_is_that_of_a_dense_scan(seed):
             # A body that turns may come into sight for a while between the two ends of its totality.
             within = (at >= inside[0][0]) & (at <= inside[0][1]) if inside else np.zeros(len(at), bool)
             hidden = margin < -1e-6
-            assert not (hidden & ~within).any() or ([begin, end] == ends and hidden.all()), (kind, i, begin, end, inside)
-            for contact in {*sum(inside, [])} - {*ends}:
+            assert not (hidden & ~within).any() or ([begin, end] == ends and hidden.all()), (
+                kind,
+                i,
+                begin,
+                end,
+                inside,
+            )
+            for contact in {time for span in inside for time in span} - {*ends}:
                 near = excess(axes, run.dense._core.states(np.array([contact])), directions[k], i, j)
                 assert abs(near[0]) < 1e-6, (kind, i, contact)
 
@@ -166,10 +176,11 @@ def test_events_of_polyhedra_are_those_of_a_dense_scan(seed):
     def mesh(axes):
         return icosphere(0, axes)
 
-    axes, run, directions, far = binary(np.random.default_rng(seed), mesh)
+    _, run, directions, far = binary(np.random.default_rng(seed), mesh)
     vertices = [body.shape.vertices for body in run.system]
     found, ends = events(run, directions, far)
-    times = np.linspace(*ends, 401)[1:-1]
     for kind, k, i, j in CASES:
         hidden = spans(found, kind, "AB"[i], ends)
-        scan(lambda s, k=k, i=i, j=j: apart(vertices, s, directions[k], i, j), run.dense._core.states, times, hidden)
+        scan(
+            lambda s, k=k, i=i, j=j: apart(vertices, s, directions[k], i, j), run.dense._core.states, ends, 401, hidden
+        )
