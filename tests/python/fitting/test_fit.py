@@ -138,6 +138,9 @@ def test_a_prior_on_what_the_data_do_not_touch_comes_back(radar):
     both = fullbody.fit(lambda a: pair(a=a), {"a": Free(2.55, prior=(mean, sigma))}, radar)
     assert both.values["a"] == pytest.approx(alone.values["a"] + alone.sigma["a"], abs=1e-2 * sigma)
     assert both.sigma["a"] == pytest.approx(sigma / np.sqrt(2), rel=1e-2)
+    # The mean is one error from each of the two, and a prior counts as one more number of the data.
+    assert both.chi2 == pytest.approx(alone.chi2 + 2.0, abs=0.02)
+    assert both.dof == alone.dof + 1
 
 
 def test_an_unconstrained_combination_is_named(radar):
@@ -179,6 +182,15 @@ def test_refused_proposals_are_shortened_and_counted(radar, found):
     assert far.chi2 == pytest.approx(found.chi2, rel=1e-8)
     with pytest.raises(fullbody.InvalidInput, match=r"start of the fit is refused.*that the author likes"):
         fullbody.fit(limited(2.2, 2.5), {"mass": 3.0, "a": 2.5}, radar)
+
+
+def test_refused_proposals_are_not_taken_for_good_ones_where_residuals_are_large(radar, found):
+    # The errors are ten thousand times smaller than the noise, so that the best pulls are of that size.
+    columns = {"range": radar.range, "range_rate": radar.range_rate, "sigma": (2e-6, 1e-6)}
+    data = observing.Radar(radar.times, **columns, body=1, about=0, geometry=radar.geometry)
+    far = fullbody.fit(limited(2.2, 2.5), {"mass": 2.4, "a": 2.45}, data)
+    assert far.refused > 0
+    assert far.chi2 == pytest.approx(1e8 * found.chi2, rel=1e-6)
 
 
 def test_a_fit_that_is_held_off_its_minimum_says_so(radar):
