@@ -218,6 +218,20 @@ def test_robust_losses_withstand_outliers(radar):
     assert max(shifts.values()) < 4.0
 
 
+def test_the_error_of_a_robust_estimate_is_that_of_an_m_estimator():
+    """Huber's estimate of a mean has a variance that is larger than that of the mean by a known factor."""
+    from scipy.stats import norm
+
+    values = 2.0 + np.random.default_rng(4).normal(size=20000)
+    data = observing.Measured("masses", lambda run: np.full(len(values), run.system.masses[0]), values, 1.0, times=[])
+    found = fullbody.fit(lambda mass: pair(mass=mass), {"mass": 2.1}, data, loss="huber")
+    # Huber & Ronchetti (2009): the mean of psi^2 over the square of the mean of psi', psi being cut at one.
+    inside = norm.cdf(1.0) - norm.cdf(-1.0)
+    factor = (inside - 2.0 * norm.pdf(1.0) + 2.0 * norm.sf(1.0)) / inside**2
+    assert factor == pytest.approx(1.107, abs=1e-3)
+    assert found.sigma["mass"] == pytest.approx(np.sqrt(factor / len(values)), rel=0.015)
+
+
 @pytest.mark.parametrize("loss", ["soft_l1", "huber", "cauchy", "arctan", Outliers(0.1, 5.0)])
 def test_losses_have_the_derivatives_that_they_state(loss):
     from fullbody.fitting.losses import loss_of
