@@ -138,6 +138,9 @@ def test_a_prior_on_what_the_data_do_not_touch_comes_back(radar):
     both = fullbody.fit(lambda a: pair(a=a), {"a": Free(2.55, prior=(mean, sigma))}, radar)
     assert both.values["a"] == pytest.approx(alone.values["a"] + alone.sigma["a"], abs=1e-2 * sigma)
     assert both.sigma["a"] == pytest.approx(sigma / np.sqrt(2), rel=1e-2)
+    # The mean is one error from each of the two, and a prior counts as one more number of the data.
+    assert both.chi2 == pytest.approx(alone.chi2 + 2.0, abs=0.02)
+    assert both.dof == alone.dof + 1
 
 
 def test_an_unconstrained_combination_is_named(radar):
@@ -181,6 +184,15 @@ def test_refused_proposals_are_shortened_and_counted(radar, found):
         fullbody.fit(limited(2.2, 2.5), {"mass": 3.0, "a": 2.5}, radar)
 
 
+def test_refused_proposals_are_not_taken_for_good_ones_where_residuals_are_large(radar, found):
+    # The errors are ten thousand times smaller than the noise, so that the best pulls are of that size.
+    columns = {"range": radar.range, "range_rate": radar.range_rate, "sigma": (2e-6, 1e-6)}
+    data = observing.Radar(radar.times, **columns, body=1, about=0, geometry=radar.geometry)
+    far = fullbody.fit(limited(2.2, 2.5), {"mass": 2.4, "a": 2.45}, data)
+    assert far.refused > 0
+    assert far.chi2 == pytest.approx(1e8 * found.chi2, rel=1e-6)
+
+
 def test_a_fit_that_is_held_off_its_minimum_says_so(radar):
     with pytest.warns(fullbody.InconsistentInput, match=r"errors away from .* refused: ValueError: mass is 2\.36"):
         held = fullbody.fit(limited(2.369, 2.5), {"mass": 2.4, "a": 2.5}, radar)
@@ -204,6 +216,20 @@ def test_robust_losses_withstand_outliers(radar):
     linear = shifts.pop("linear")
     assert linear > 5.0
     assert max(shifts.values()) < 4.0
+
+
+def test_the_error_of_a_robust_estimate_is_that_of_an_m_estimator():
+    """Huber's estimate of a mean has a variance that is larger than that of the mean by a known factor."""
+    from scipy.stats import norm
+
+    values = 2.0 + np.random.default_rng(4).normal(size=20000)
+    data = observing.Measured("masses", lambda run: np.full(len(values), run.system.masses[0]), values, 1.0, times=[])
+    found = fullbody.fit(lambda mass: pair(mass=mass), {"mass": 2.1}, data, loss="huber")
+    # Huber & Ronchetti (2009): the mean of psi^2 over the square of the mean of psi', psi being cut at one.
+    inside = norm.cdf(1.0) - norm.cdf(-1.0)
+    factor = (inside - 2.0 * norm.pdf(1.0) + 2.0 * norm.sf(1.0)) / inside**2
+    assert factor == pytest.approx(1.107, abs=1e-3)
+    assert found.sigma["mass"] == pytest.approx(np.sqrt(factor / len(values)), rel=0.015)
 
 
 @pytest.mark.parametrize("loss", ["soft_l1", "huber", "cauchy", "arctan", Outliers(0.1, 5.0)])

@@ -1,11 +1,14 @@
 """The derivatives of residuals, by the chain rule, against differences of complete runs."""
 
+from types import SimpleNamespace
+
 import astropy.units as u
 import fullbody
 import numpy as np
 import pytest
 from fits import QUICK, dimorphos, kw4, noisy, view
 from fullbody import observing
+from fullbody.fitting.chain import _SystemChain
 from fullbody.fitting.free import Parameters
 from fullbody.fitting.problem import Problem
 
@@ -197,3 +200,34 @@ def test_composites_are_differentiated_by_their_parts(name):
     geometry = observing.Geometry([0.0, 10.0], to_observer=[1e3, 2e2, 3e2], light_time=False)
     data = observing.Radar(times, range=np.zeros(6), sigma=0.01, body=1, about=0, geometry=geometry)
     assert compared(setup, {name: {"mass": 1.0, "c": 0.3}[name]}, data, {name: 1e-3})[name] < 1e-6
+
+
+def test_a_parameter_of_the_system_that_was_spare_is_used_where_it_is_needed(monkeypatch):
+    """The second of two parameters changes the number of the first alone, and elsewhere another number too."""
+    base = SimpleNamespace(
+        numbers=np.array([5.0, 7.0]), system=SimpleNamespace(parameters=("p", "q")), places=["x", "y"]
+    )
+    elsewhere = SimpleNamespace(**vars(base))
+    columns = {
+        "p": {id(base): [1.0, 0.0], id(elsewhere): [1.0, 0.0]},
+        "q": {id(base): [2.0, 0.0], id(elsewhere): [2.0, 4.0]},
+    }
+    chain, asked = _SystemChain(), []
+
+    def changes(self, where, name):
+        asked.append(name)
+        found = np.array(columns[name][id(where)])
+        if name == "p":
+            self._own[name] = found
+        return found
+
+    monkeypatch.setattr(_SystemChain, "_changes", changes)
+    for _ in range(2):
+        found, left = chain.solve(base, np.array([[3.0], [0.0]]))
+        assert {name: float(row[0]) for name, row in found.items()} == pytest.approx({"p": 3.0})
+        assert left == [None]
+    # q is not differentiated again where it makes the same change as p.
+    assert asked == ["p", "q", "p"]
+    found, left = chain.solve(elsewhere, np.array([[3.0], [8.0]]))
+    assert left == [None]
+    assert {name: float(row[0]) for name, row in found.items()} == pytest.approx({"p": -1.0, "q": 2.0})
