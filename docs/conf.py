@@ -119,7 +119,7 @@ html_favicon = "_static/favicon.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_extra_path = ["_extra"]
-html_sidebars = {page: [] for page in ("index", "comparison", "report", "binaries", "hera")}
+html_sidebars = {page: [] for page in ("index", "install", "comparison", "report", "binaries", "hera")}
 html_show_sourcelink = True
 html_theme_options = {
     "navigation_with_keys": False,
