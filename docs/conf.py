@@ -134,12 +134,12 @@ html_theme_options = {
 
 
 class LinkSource(SphinxPostTransform):
-    """Links literals such as ``src/gravity/near.rs`` or ``src/gravity`` to that file or module in the crate's documentation."""
+    """Links literals such as ``src/gravity/near.rs`` or ``src/gravity`` to their pages in the crate's documentation."""
 
     default_priority = 500
 
     def run(self, **kwargs: object) -> None:
-        """Replace the literals of one page; a file that does not exist is a warning, so that no page names a lost one."""
+        """Replace the literals of one page; a file that does not exist is a warning."""
         for literal in list(self.document.findall(nodes.literal)):
             path = literal.astext().rstrip("/")
             if not path.startswith("src/") or isinstance(literal.parent, nodes.reference):
