@@ -119,7 +119,7 @@ html_favicon = "_static/favicon.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_extra_path = ["_extra"]
-html_sidebars = {page: [] for page in ("index", "comparison", "report", "binaries", "hera")}
+html_sidebars = {page: [] for page in ("index", "install", "comparison", "report", "binaries", "hera")}
 html_show_sourcelink = True
 html_theme_options = {
     "navigation_with_keys": False,
@@ -134,12 +134,12 @@ html_theme_options = {
 
 
 class LinkSource(SphinxPostTransform):
-    """Links literals such as ``src/gravity/near.rs`` or ``src/gravity`` to that file or module in the crate's documentation."""
+    """Links literals such as ``src/gravity/near.rs`` or ``src/gravity`` to their pages in the crate's documentation."""
 
     default_priority = 500
 
     def run(self, **kwargs: object) -> None:
-        """Replace the literals of one page; a file that does not exist is a warning, so that no page names a lost one."""
+        """Replace the literals of one page; a file that does not exist is a warning."""
         for literal in list(self.document.findall(nodes.literal)):
             path = literal.astext().rstrip("/")
             if not path.startswith("src/") or isinstance(literal.parent, nodes.reference):
