@@ -58,14 +58,15 @@ pub fn events(py: Python<'_>, watched: &[EventSpec<'_>], listener: &Arc<Listener
     watched.iter().map(event).collect()
 }
 
-/// The derivatives of a condition's function by a tangent vector, by time, by parameters, and by its own
-/// parameters.
+/// The derivatives of a condition's function with respect to a tangent vector, to time, to parameters, and to
+/// its own parameters.
 type FunctionDerivatives<'py> = (Bound<'py, PyArrayDyn<f64>>, f64, Vec<f64>, Vec<(String, f64)>);
 
 #[pymethods]
 impl PyCondition {
-    /// Returns the derivatives (12N,) of the function by a tangent vector, its derivative by time, the
-    /// derivatives (P,) by parameters, and those by the condition's own parameters under their names.
+    /// Returns the derivatives (12N,) of the function with respect to a tangent vector, its derivative with
+    /// respect to time, the derivatives (P,) with respect to parameters, and those by the condition's own
+    /// parameters under their names.
     fn derivatives<'py>(
         &self,
         py: Python<'py>,

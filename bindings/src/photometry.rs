@@ -101,9 +101,9 @@ impl PyPhotometer {
         array(py, all, &[taken.times.len(), count])
     }
 
-    /// Returns the brightness (K, N), its derivatives (K, N, N, 9) by positions, rotation vectors and
-    /// semi-axes of each body, and its derivatives (K, N, 2, 3) by the unit vectors to the observer and to
-    /// the Sun.
+    /// Returns the brightness (K, N), its derivatives (K, N, N, 9) with respect to positions, rotation
+    /// vectors and semi-axes of each body, and its derivatives (K, N, 2, 3) with respect to the unit vectors
+    /// to the observer and to the Sun.
     fn partials<'py>(
         &self,
         py: Python<'py>,

@@ -209,8 +209,8 @@ impl PySystem {
         Ok((force, torque, result.potential_energy, result.truncation_error))
     }
 
-    /// Returns the derivatives of loads (6N, 6N), of rates (12N, 12N) and of the rates by parameters (P,
-    /// 12N), and the rates (12N,) themselves.
+    /// Returns the derivatives of loads (6N, 6N), of rates (12N, 12N) and of the rates with respect to
+    /// parameters (P, 12N), and the rates (12N,) themselves.
     fn jacobian<'py>(
         &self,
         py: Python<'py>,

@@ -120,7 +120,7 @@ class Landmarks:
         return np.asarray(np.einsum("klax,klx->kla", self._axes, self.lines - found)[self.seen].ravel() / self.sigma)
 
     def derivatives(self, run: Run) -> FunctionDerivatives:
-        """Return the derivatives of the pulls by the start of a run and by its parameters."""
+        """Return the derivatives of the pulls with respect to the start of a run and to its parameters."""
         body, camera = run.system.index(self.body), run.system.index(self.camera)
         matrices = rotations.matrices(run.attitude[:, body])
         line = run.position[:, None, body] + np.einsum("kij,lj->kli", matrices, self.places)

@@ -35,7 +35,7 @@ pub struct Collocation {
     /// rotation vectors in inertial axes.
     by_pose: Vec<f64>,
     by_rate: Vec<f64>,
-    /// The derivatives of the rates by the parameters, at the nodes, as rows of columns.
+    /// The derivatives of the rates with respect to the parameters, at the nodes, as rows of columns.
     forcing: Vec<f64>,
     /// Attitudes at the nodes, body by body, and at the step's ends.
     attitudes: Vec<Mat3>,

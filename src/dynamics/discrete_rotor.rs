@@ -64,7 +64,7 @@ fn half_turn(inertia: Vec3, spin: Vec3, time: f64) -> Option<Vec3> {
     None
 }
 
-/// Returns the derivative of p_0 J p + p x J p by p.
+/// Returns the derivative of p_0 J p + p x J p with respect to p.
 fn half_turn_jacobian(inertia: Vec3, p: &Vec3) -> Mat3 {
     let scalar = (1.0 - p.norm_squared()).sqrt();
     let jp = inertia.component_mul(p);
@@ -79,9 +79,9 @@ fn half_turn_jacobian(inertia: Vec3, p: &Vec3) -> Mat3 {
 pub struct RotationDerivatives {
     /// The transposed rotation F^T.
     pub back: Mat3,
-    /// The derivatives of xi by the spin and by the moments of inertia.
+    /// The derivatives of xi with respect to the spin and to the moments of inertia.
     pub turn: [Mat3; 2],
-    /// The derivatives of the new spin by the old spin and by the moments of inertia.
+    /// The derivatives of the new spin with respect to the old spin and to the moments of inertia.
     pub spin: [Mat3; 2],
 }
 

@@ -68,9 +68,9 @@ impl Dynamics {
         self.external_forces.add_jacobian(snapshot, jacobian)
     }
 
-    /// Passes to the sink the derivatives of the external loads by a parameter, at the vector of the last
-    /// evaluation. They are not zero for a parameter of a force and for one that changes the orbits of third
-    /// bodies.
+    /// Passes to the sink the derivatives of the external loads with respect to a parameter, at the vector of
+    /// the last evaluation. They are not zero for a parameter of a force and for one that changes the orbits
+    /// of third bodies.
     pub(super) fn by_parameter_outside(
         &mut self,
         time: f64,
@@ -102,8 +102,8 @@ impl Dynamics {
         self.external_forces.by_change(self.view.shown(time, y), body, change)
     }
 
-    /// Returns the derivatives of the loads of third bodies on a body by its semi-axes, at the vector of the
-    /// last evaluation.
+    /// Returns the derivatives of the loads of third bodies on a body with respect to its semi-axes, at the
+    /// vector of the last evaluation.
     pub(super) fn external_semi_axis_derivatives(
         &mut self,
         time: f64,

@@ -5,8 +5,8 @@ use super::{BarycentricFrame, Dynamics, Parameter, Rejected, State, System, TANG
 use crate::error::{Error, Result};
 use crate::interrupt::InterruptCheck;
 
-/// The derivatives of a system's loads and rates by positions and attitudes, velocities and spins, and
-/// parameters.
+/// The derivatives of a system's loads and rates with respect to positions and attitudes, velocities and
+/// spins, and parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SystemJacobian {
     /// The rates of change of the state, 12 N numbers: velocity, acceleration, spin and rate of the spin for
@@ -15,9 +15,9 @@ pub struct SystemJacobian {
     /// The derivatives of forces (inertial) and torques (body frames), body by body, by positions and
     /// rotation vectors (body frames): 6 N rows.
     pub loads: Vec<f64>,
-    /// The derivatives of the rates of a tangent vector by its 12 N numbers: 12 N rows.
+    /// The derivatives of the rates of a tangent vector with respect to its 12 N numbers: 12 N rows.
     pub rates: Vec<f64>,
-    /// The derivatives of the rates of a tangent vector by the parameters: P rows.
+    /// The derivatives of the rates of a tangent vector with respect to the parameters: P rows.
     pub by_parameters: Vec<f64>,
 }
 
@@ -77,7 +77,7 @@ impl Dynamics {
 }
 
 impl Variations {
-    /// Returns the derivatives of the loads by positions and rotations.
+    /// Returns the derivatives of the loads with respect to positions and rotations.
     fn loads(&self) -> &[f64] {
         &self.jacobian.by_pose
     }
@@ -116,7 +116,7 @@ impl Variations {
         rates
     }
 
-    /// Returns the derivatives of the rates by the parameters.
+    /// Returns the derivatives of the rates with respect to the parameters.
     fn absolute_forcing(&self) -> Vec<f64> {
         let zero = [0.0; 3];
         let of = |[acceleration, turning]: &[crate::math::Vec3; 2]| {

@@ -15,8 +15,8 @@ pub enum Parameter {
     GravitationalConstant,
     /// The mass of a body, at a fixed shape.
     Mass(usize),
-    /// The density of a body, at a fixed shape; the number is the body's volume, by which the derivative by
-    /// the mass is multiplied.
+    /// The density of a body, at a fixed shape; the number is the body's volume, by which the derivative with
+    /// respect to the mass is multiplied.
     Density(usize, f64),
     /// A semi-axis of an ellipsoid, at a fixed mass.
     SemiAxis(usize, usize),
@@ -29,8 +29,8 @@ pub enum Parameter {
     OfForce(usize, ForceParameter),
 }
 
-/// The derivatives by a parameter of the interaction of two bodies, as factors of force and torques per unit
-/// G m m.
+/// The derivatives with respect to a parameter of the interaction of two bodies, as factors of force and
+/// torques per unit G m m.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct OfPair {
     /// The factors for the acceleration of either body.
@@ -91,7 +91,7 @@ impl Parameter {
     ///
     /// # Errors
     /// [`Error::InvalidInput`] lists the names of the system's parameters, or says why the system has no
-    /// derivative by this one.
+    /// derivative with respect to this one.
     pub fn named(name: &str, system: &System) -> Result<Self> {
         let all = Self::all(system.bodies(), system.forces());
         let Some((_, parameter)) = all.iter().find(|(known, _)| known == name) else {

@@ -36,7 +36,7 @@ pub(super) struct CollocationStep<'a, const N: usize> {
     pub by_pose: &'a [f64],
     pub by_rate: &'a [f64],
     pub stride: usize,
-    /// The derivatives of the rates by the parameters; empty without parameters.
+    /// The derivatives of the rates with respect to the parameters; empty without parameters.
     pub forcing: &'a [f64],
     /// The index of the row of the first body's theta.
     pub turn: usize,

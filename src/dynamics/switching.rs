@@ -6,8 +6,8 @@
 //! this time only one of the two motions has the jump, so that the tangent vector after the switch is
 //!
 //!   delta + j g'(delta) / g'(f),
-//! The derivative by a parameter changes in the same way, where the derivative of g by the parameter is added
-//! to g'(delta). The matrix of this map is called the saltation matrix.
+//! The derivative with respect to a parameter changes in the same way, where the derivative of g with respect
+//! to the parameter is added to g'(delta). The matrix of this map is called the saltation matrix.
 
 use super::layout::vector;
 use super::{Dynamics, Variations};
@@ -113,7 +113,7 @@ impl Variations {
         }
     }
 
-    /// Returns the derivative of a switch's function by a parameter, with the motion held fixed.
+    /// Returns the derivative of a switch's function with respect to a parameter, with the motion held fixed.
     fn margin_by(&self, parameter: usize, jump: &SwitchJump, g: f64) -> f64 {
         let of = self.parameters[parameter];
         let pair = [jump.on, jump.about];

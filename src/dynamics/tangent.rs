@@ -77,7 +77,7 @@ impl Variations {
         [mean(&state.position), mean(&state.velocity)]
     }
 
-    /// Returns the derivative by a parameter of a body's mass relative to the total mass.
+    /// Returns the derivative with respect to a parameter of a body's mass relative to the total mass.
     pub(super) fn share_by(&self, parameter: usize, body: usize) -> f64 {
         let total: f64 = self.masses.iter().sum();
         let by_mass = |body: usize| self.parameters[parameter].of_mass(body) / total;

@@ -9,7 +9,7 @@
 //!
 //! where A and B follow from the derivatives of the loads, and B also from Euler's equations. Many tangent
 //! vectors are the columns of one matrix. After the columns for the initial state there is one for every
-//! parameter, with the derivative of the rates by the parameter as an additional term.
+//! parameter, with the derivative of the rates with respect to the parameter as an additional term.
 
 use super::products::DEPTH;
 use super::{Dynamics, Parameter};
@@ -57,8 +57,8 @@ pub struct Variations {
     changes: Vec<(usize, usize, BodyChange)>,
     /// The number of columns for the initial state.
     pub(super) initial: usize,
-    /// Derivatives of the bodies' accelerations and rates of spin by the parameters, one parameter after the
-    /// other.
+    /// Derivatives of the bodies' accelerations and rates of spin with respect to the parameters, one
+    /// parameter after the other.
     pub(super) forcing: Vec<[Vec3; 2]>,
 }
 
@@ -185,7 +185,8 @@ impl Variations {
         GRADIENT * dynamics.work() * dynamics.parts() as u64 + (self.by_pose.len() / 64) as u64
     }
 
-    /// Evaluates A, B and the derivatives by the parameters at a vector of the motion. Allocates nothing.
+    /// Evaluates A, B and the derivatives with respect to the parameters at a vector of the motion. Allocates
+    /// nothing.
     pub fn evaluate(
         &mut self,
         dynamics: &mut Dynamics,
@@ -272,7 +273,7 @@ impl Variations {
         Ok(())
     }
 
-    /// Adds the derivatives by the parameters of the external forces and torques.
+    /// Adds the derivatives with respect to the parameters of the external forces and torques.
     fn external_forcing(&mut self, dynamics: &mut Dynamics, time: f64, y: &[f64]) -> Result<()> {
         let (g, external_forces) = (dynamics.system.gravitational_constant, &dynamics.external_forces);
         for load in external_forces.loads() {
@@ -303,7 +304,7 @@ impl Variations {
         Ok(())
     }
 
-    /// Adds the derivatives by semi-axes of the loads of third bodies.
+    /// Adds the derivatives with respect to semi-axes of the loads of third bodies.
     fn force_by_axes(&mut self, dynamics: &mut Dynamics, time: f64, y: &[f64]) -> Result<()> {
         for (body, attraction) in &mut self.attractions {
             let semi_axis_derivatives =
@@ -319,7 +320,7 @@ impl Variations {
         Ok(())
     }
 
-    /// Adds the derivatives by semi-axes of the moments of inertia in Euler's equations.
+    /// Adds the derivatives with respect to semi-axes of the moments of inertia in Euler's equations.
     pub(super) fn force_by_inertia(&mut self) {
         for (of, forcing) in self.by_inertia.iter().zip(self.forcing.chunks_exact_mut(self.bodies)) {
             let Some((body, slope)) = *of else { continue };
@@ -330,7 +331,7 @@ impl Variations {
         }
     }
 
-    /// Returns the derivative of a body's moments of inertia by a parameter.
+    /// Returns the derivative of a body's moments of inertia with respect to a parameter.
     pub(super) fn by_inertia(&self, parameter: usize, body: usize) -> Vec3 {
         self.by_inertia[parameter].filter(|(of, _)| *of == body).map_or(Vec3::zeros(), |(_, slope)| slope)
     }

@@ -260,8 +260,8 @@ impl ForceModel {
         Ok(())
     }
 
-    /// Returns the derivatives of the loads of third bodies on a body by its semi-axes, at a fixed mass:
-    /// force, inertial, and torque, in its frame.
+    /// Returns the derivatives of the loads of third bodies on a body with respect to its semi-axes, at a
+    /// fixed mass: force, inertial, and torque, in its frame.
     pub fn semi_axis_derivatives(
         &mut self,
         snapshot: Snapshot,
@@ -282,8 +282,8 @@ impl ForceModel {
         self.terms.iter().any(|term| matches!(term.kind, ForceTermKind::ThirdBody(_)))
     }
 
-    /// Passes the derivative of a force's loads by one of its numbers to the sink, at the snapshot of the
-    /// last [`Self::load`]. Allocates nothing.
+    /// Passes the derivative of a force's loads with respect to one of its numbers to the sink, at the
+    /// snapshot of the last [`Self::load`]. Allocates nothing.
     pub fn by_parameter(
         &mut self,
         snapshot: Snapshot,

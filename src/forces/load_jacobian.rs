@@ -1,4 +1,5 @@
-//! The derivatives of forces and torques by the poses of the bodies and by the rates of the poses.
+//! The derivatives of forces and torques with respect to the poses of the bodies and to the rates of the
+//! poses.
 
 use crate::math::Mat3;
 use crate::mutual::Jacobian;
@@ -25,9 +26,9 @@ impl BodyBlock {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadJacobian {
     size: usize,
-    /// Derivatives by positions and rotation vectors.
+    /// Derivatives with respect to positions and rotation vectors.
     pub by_pose: Vec<f64>,
-    /// Derivatives by velocities and spins; empty where no force depends on them.
+    /// Derivatives with respect to velocities and spins; empty where no force depends on them.
     pub by_rate: Vec<f64>,
 }
 
@@ -45,13 +46,13 @@ impl LoadJacobian {
         self.by_rate.fill(0.0);
     }
 
-    /// Adds a block to the derivatives by poses.
+    /// Adds a block to the derivatives with respect to poses.
     #[inline(always)]
     pub fn add(&mut self, row: BodyBlock, column: BodyBlock, block: &Mat3, factor: f64) {
         add(&mut self.by_pose, self.size, row, column, block, factor);
     }
 
-    /// Adds a block to the derivatives by rates.
+    /// Adds a block to the derivatives with respect to rates.
     #[inline(always)]
     pub fn add_by_rate(&mut self, row: BodyBlock, column: BodyBlock, block: &Mat3, factor: f64) {
         add(&mut self.by_rate, self.size, row, column, block, factor);

@@ -40,17 +40,17 @@ pub(super) struct Lock {
 /// The derivatives of the margin.
 #[derive(Debug, Clone, Copy)]
 pub struct MarginGradient {
-    /// Derivatives by the secondary's position relative to the other body, inertial.
+    /// Derivatives with respect to the secondary's position relative to the other body, inertial.
     pub by_position: Vec3,
-    /// Derivatives by the secondary's velocity relative to the other body, inertial.
+    /// Derivatives with respect to the secondary's velocity relative to the other body, inertial.
     pub by_velocity: Vec3,
-    /// Derivatives by a rotation vector of the secondary, body frame.
+    /// Derivatives with respect to a rotation vector of the secondary, body frame.
     pub by_rotation: Vec3,
-    /// Derivatives by the secondary's spin, body frame.
+    /// Derivatives with respect to the secondary's spin, body frame.
     pub by_spin: Vec3,
-    /// Derivatives by the secondary's principal moments of inertia.
+    /// Derivatives with respect to the secondary's principal moments of inertia.
     pub by_inertia: Vec3,
-    /// The derivative by the logarithm of mu.
+    /// The derivative with respect to the logarithm of mu.
     pub by_mu: f64,
 }
 

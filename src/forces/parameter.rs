@@ -1,8 +1,9 @@
-//! The parameters of forces by which motions are differentiated, and the derivatives of the loads by them.
+//! The parameters of forces by which motions are differentiated, and the derivatives of the loads with
+//! respect to them.
 //!
 //! Where loads are proportional to a parameter, their derivative is the loads with that parameter set to one.
-//! The loads of a third body depend on its orbit through its position p. The derivatives dp/dq by the
-//! elements have closed forms, as has the derivative of the acceleration of a point along dp. The
+//! The loads of a third body depend on its orbit through its position p. The derivatives dp/dq with respect
+//! to the elements have closed forms, as has the derivative of the acceleration of a point along dp. The
 //! contribution of a body's extent is differentiated by a difference of eighth order, which loses no digits
 //! at any distance, because that contribution is computed by itself. The positions of a composite's parts and
 //! the scale of a polyhedron are treated in the same way.
@@ -141,8 +142,8 @@ impl ThirdBodyAttraction {
         Ok(&self.changes)
     }
 
-    /// Returns the position with its derivatives by the elements of the orbit and by mu; the derivatives are
-    /// zero for a table.
+    /// Returns the position with its derivatives with respect to the elements of the orbit and to mu; the
+    /// derivatives are zero for a table.
     pub fn path_derivatives(&mut self, time: f64) -> Result<(Vec3, [Vec3; 8])> {
         if let Some((_, known)) = self.path_derivatives.filter(|(at, _)| *at == time) {
             return Ok(known);

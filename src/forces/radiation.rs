@@ -211,7 +211,8 @@ impl YorpTorque {
 }
 
 impl YorpTorque {
-    /// Passes the derivative of the load by a torque, or by a factor of a table's torques, to the sink.
+    /// Passes the derivative of the load with respect to a torque, or by a factor of a table's torques, to
+    /// the sink.
     pub fn by_parameter(
         &mut self,
         snapshot: Snapshot,
@@ -266,7 +267,7 @@ impl YorpTorque {
         } else {
             (0.0, Vec3::zeros(), 0.0)
         };
-        // This is the derivative by c alone, where the obliquity changes by -dc/s.
+        // This is the derivative with respect to c alone, where the obliquity changes by -dc/s.
         let by_cosine =
             a * across - (a * along_rate + u * across_rate) * inverse + u * (across * cosine * inverse);
         let one = Mat3::identity();
@@ -391,7 +392,7 @@ impl ByorpForce {
         self.loads[0].force = if self.acts() { self.push(snapshot) } else { Vec3::zeros() };
     }
 
-    /// Passes the derivative of the load by the force to the sink.
+    /// Passes the derivative of the load with respect to the force to the sink.
     pub fn by_strength(&mut self, snapshot: Snapshot, to: &mut impl FnMut(&Load, f64)) {
         let own = (std::mem::replace(&mut self.force, 1.0), self.loads);
         self.load(snapshot);

@@ -298,8 +298,8 @@ impl ThirdBodyAttraction {
 }
 
 impl ThirdBodyAttraction {
-    /// Adds the derivatives of the force on a body, inertial, and of the torque, in its frame, by its
-    /// semi-axes: in the notation of [`Self::add_jacobian`] these are -mu m R dg/da_i and -mu m x cross
+    /// Adds the derivatives of the force on a body, inertial, and of the torque, in its frame, with respect
+    /// to its semi-axes: in the notation of [`Self::add_jacobian`] these are -mu m R dg/da_i and -mu m x cross
     /// dg/da_i.
     pub fn semi_axis_derivatives(
         &mut self,
@@ -320,8 +320,8 @@ impl ThirdBodyAttraction {
 }
 
 impl ThirdBodyAttraction {
-    /// Returns the derivatives, by a change of a body at its mass, of the contribution of the body's extent
-    /// to the force and to the torque, both in the body frame.
+    /// Returns the derivatives with respect to a change of a body at its mass, of the contribution of the
+    /// body's extent to the force and to the torque, both in the body frame.
     pub fn excess_by_change(
         &mut self,
         snapshot: Snapshot,

@@ -79,7 +79,8 @@ pub(super) struct TidalForce {
     pub by: usize,
     /// The factor 3 k2 G m^2 R^5 tau.
     strength: f64,
-    /// The derivatives of the tide's factor by k2 and by the lag; the factor contains only their product.
+    /// The derivatives of the tide's factor with respect to k2 and to the lag; the factor contains only their
+    /// product.
     by_parameters: [f64; 2],
     pub loads: [Load; 2],
 }
@@ -98,7 +99,7 @@ impl TidalForce {
         self.loads[1].force = force;
     }
 
-    /// Passes the derivative of the loads by k2 or the lag to the sink.
+    /// Passes the derivative of the loads with respect to k2 or the lag to the sink.
     pub fn by_parameter(
         &mut self,
         snapshot: Snapshot,
@@ -133,8 +134,8 @@ impl TidalForce {
         let by_turn = -times_cross(&by_spin, &Vec3::from(snapshot.spin[self.on]));
         let to_body = -times(&rotation.transpose(), &r.cross_matrix());
         let torque = turned_back(rotation, &-r.cross(&force));
-        // The derivatives by the deformed body's position and velocity are the opposite of those by the
-        // raiser's.
+        // The derivatives with respect to the deformed body's position and velocity are the opposite of those
+        // by the raiser's.
         let moved = times(&rotation.transpose(), &force.cross_matrix());
         for (body, sign) in [(self.by, 1.0), (self.on, -1.0)] {
             for (row, sign) in [(self.by, sign), (self.on, -sign)] {

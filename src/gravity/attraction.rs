@@ -108,8 +108,8 @@ impl ExtendedAttraction {
         (back(gradient), back(torque_gradient))
     }
 
-    /// Returns the derivatives of g by the semi-axes, per unit GM, at a point `x` of the body frame outside
-    /// the body.
+    /// Returns the derivatives of g with respect to the semi-axes, per unit GM, at a point `x` of the body
+    /// frame outside the body.
     pub fn semi_axis_derivatives(&mut self, x: &Vec3) -> [Vec3; 3] {
         let canonical = self.ellipsoid.canonical();
         let x = turned(&canonical, x);

@@ -116,9 +116,9 @@ impl<S: Simd, const N: usize> PointField<S, N> {
         rows
     }
 
-    /// Returns the derivatives of the potential by the semi-axes at a point outside, dPhi/da_i over a_i, with
-    /// the R_ij of [`FieldKernel::second_integrals`]: 3/2 x_i^2 R_ii - 1/2 R_i + 1/2 sum of x_k^2 R_ik, where
-    /// 3 R_ii = 3/(sqrt(s_1 s_2 s_3) s_i) - sum of R_ik, and k is each axis other than i.
+    /// Returns the derivatives of the potential with respect to the semi-axes at a point outside, dPhi/da_i
+    /// over a_i, with the R_ij of [`FieldKernel::second_integrals`]: 3/2 x_i^2 R_ii - 1/2 R_i + 1/2 sum of
+    /// x_k^2 R_ik, where 3 R_ii = 3/(sqrt(s_1 s_2 s_3) s_i) - sum of R_ik, and k is each axis other than i.
     #[inline(always)]
     pub fn potential_by_axes(
         &self,
@@ -140,9 +140,10 @@ impl<S: Simd, const N: usize> PointField<S, N> {
         out
     }
 
-    /// Returns the derivatives of the field by the semi-axes at a point outside, dg_j/da_i over a_i in row i,
-    /// with n and f from [`Self::gradient_factors`] and the R_ij of [`FieldKernel::second_integrals`]: x_j
-    /// R_ij - f n_i^2 n_j for i other than j, and x_i (3/(sqrt(s_1 s_2 s_3) s_i) - sum of R_ij) - f n_i^3.
+    /// Returns the derivatives of the field with respect to the semi-axes at a point outside, dg_j/da_i over
+    /// a_i in row i, with n and f from [`Self::gradient_factors`] and the R_ij of
+    /// [`FieldKernel::second_integrals`]: x_j R_ij - f n_i^2 n_j for i other than j, and x_i (3/(sqrt(s_1 s_2
+    /// s_3) s_i) - sum of R_ij) - f n_i^3.
     #[inline(always)]
     pub fn semi_axis_derivatives(
         &self,

@@ -124,7 +124,7 @@ impl FieldKernel for Near {
         self.phi([x[0] * x[0], x[1] * x[1], x[2] * x[2]]).1
     }
 
-    /// Returns the integrals as derivatives of R_D by its arguments: R_12 = -2 dR_1/ds_2.
+    /// Returns the integrals as derivatives of R_D with respect to its arguments: R_12 = -2 dR_1/ds_2.
     #[inline(always)]
     fn second_integrals<S: Simd, const N: usize>(
         &self,

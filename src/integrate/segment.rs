@@ -143,8 +143,8 @@ impl Segment {
         self.high[index] + (self.low[index] + sum)
     }
 
-    /// Returns bounds, anywhere in the step, of the lengths of the first three derivatives by the fraction of
-    /// the step, for the `count` numbers from `index` on.
+    /// Returns bounds, anywhere in the step, of the lengths of the first three derivatives with respect to
+    /// the fraction of the step, for the `count` numbers from `index` on.
     ///
     /// The derivatives of theta T_k(2 theta - 1) are largest at the end: 1 + 2 k^2, 4 k^2 (k^2 + 2) / 3 and 4
     /// k^2 (k^2 - 1) (2 k^2 + 7) / 15.

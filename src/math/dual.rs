@@ -1,5 +1,5 @@
-//! Dual numbers over lanes: values with their derivatives by three variables, for formulas that are generic
-//! in the number type.
+//! Dual numbers over lanes: values with their derivatives with respect to three variables, for formulas that
+//! are generic in the number type.
 
 use super::lanes::Lanes;
 use pulp::Simd;
@@ -34,12 +34,12 @@ impl<S: Simd, const N: usize> Number for Lanes<S, N> {
     }
 }
 
-/// A number and its derivatives by three variables.
+/// A number and its derivatives with respect to three variables.
 #[derive(Clone, Copy)]
 pub struct Dual<S: Simd, const N: usize> {
     /// The value of the number.
     pub value: Lanes<S, N>,
-    /// The derivatives of the number by the three variables.
+    /// The derivatives of the number with respect to the three variables.
     pub by: [Lanes<S, N>; 3],
 }
 

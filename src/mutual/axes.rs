@@ -1,4 +1,4 @@
-//! The derivatives of force and torques by the semi-axes of either body, at constant masses.
+//! The derivatives of force and torques with respect to the semi-axes of either body, at constant masses.
 //!
 //! For the body that is integrated over, with s = 1 on its surface and 0 in its centre, partial integration
 //! over the body gives for the mean of any harmonic h that `d<h>/da_i = (a_i/5) <d^2 h/dy_i^2>'`, where
@@ -10,7 +10,7 @@
 //! dF/da_i = (a_i/5) <T e_i e_i>',   dM/da_i = (a_i/5) <z x T e_i e_i + 2 e_i x H e_i>'.
 //! ```
 //!
-//! The derivatives by the axes of the field body have no 0/0 either, see
+//! The derivatives with respect to the axes of the field body have no 0/0 either, see
 //! [`PointField::semi_axis_derivatives`](crate::gravity::PointField::semi_axis_derivatives).
 //!
 //! The field body's torque follows from M + N + o x F = 0.
@@ -29,13 +29,13 @@ use crate::math::{Mat3, Vec3};
 use crate::quadrature::Nodes;
 use pulp::{Arch, Simd, WithSimd};
 
-/// The derivatives of the loads by the lengths of the first and of the second body at fixed masses, per unit
-/// G m_first m_second.
+/// The derivatives of the loads with respect to the lengths of the first and of the second body at fixed
+/// masses, per unit G m_first m_second.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShapeDerivatives {
-    /// The derivatives by the semi-axes of an ellipsoid; zero for other shapes.
+    /// The derivatives with respect to the semi-axes of an ellipsoid; zero for other shapes.
     pub axes: [[Interaction; 3]; 2],
-    /// The derivatives by a factor of all lengths of a polyhedron; zero for other shapes.
+    /// The derivatives with respect to a factor of all lengths of a polyhedron; zero for other shapes.
     pub scale: [Interaction; 2],
 }
 
@@ -59,7 +59,7 @@ const NONE: Interaction = Interaction {
 };
 
 impl Pair {
-    /// Returns the derivatives by the lengths of both shapes with the rule in use, after
+    /// Returns the derivatives with respect to the lengths of both shapes with the rule in use, after
     /// [`Self::prepare_jacobian`]; zero for points. Allocates nothing.
     pub fn shape_derivatives(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<ShapeDerivatives> {
         if self.is_faceted() {

@@ -1,9 +1,10 @@
 //! The derivatives of force and torques by the expansion of [`super::expansion`].
 //!
 //! A rotation of a body by dtheta changes its polynomial p by dtheta . V p with V p = dp/dk x k, so that the
-//! torque is U with V p instead of p. The derivative of the torque by the other body's rotation has V on both
-//! polynomials, and the derivative by its own rotation has V V p. The separation takes further derivatives of
-//! 1/r. Lengths act through the moments: those of the exponent n along an axis are proportional to a^n.
+//! torque is U with V p instead of p. The derivative of the torque with respect to the other body's rotation
+//! has V on both polynomials, and the derivative with respect to its own rotation has V V p. The separation
+//! takes further derivatives of 1/r. Lengths act through the moments: those of the exponent n along an axis
+//! are proportional to a^n.
 
 use super::derivatives::Derivatives;
 use super::expansion::{Expansion, Polynomials, product, variation};
@@ -17,7 +18,7 @@ use crate::math::{Mat3, Vec3};
 const DERIVATIVES: usize = offset(Method::BEYOND + 2);
 
 impl Expansion {
-    /// Returns the derivatives of force and torques by the pose.
+    /// Returns the derivatives of force and torques with respect to the pose.
     pub fn jacobian(&self, pose: &Pose) -> Jacobian {
         let scale = pose.separation.norm();
         let (a, b) = self.turned(pose, scale);
@@ -70,7 +71,7 @@ impl Expansion {
         }
     }
 
-    /// Returns the derivatives of force and torques by the lengths of both bodies.
+    /// Returns the derivatives of force and torques with respect to the lengths of both bodies.
     pub fn shape_derivatives(&self, pose: &Pose) -> ShapeDerivatives {
         let mut out = ShapeDerivatives::none();
         for body in 0..2 {

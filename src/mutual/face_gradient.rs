@@ -210,8 +210,8 @@ impl<K: FieldKernel> WithSimd for GradientSum<'_, K> {
     }
 }
 
-/// Returns the contribution of a range of cells to the derivatives of the loads by the semi-axes of the field
-/// body.
+/// Returns the contribution of a range of cells to the derivatives of the loads with respect to the semi-axes
+/// of the field body.
 pub(super) fn semi_axis_derivatives(
     kernel: impl FieldKernel,
     nodes: &Nodes,

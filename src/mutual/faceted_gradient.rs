@@ -8,7 +8,7 @@
 //!
 //! A factor s of all lengths of the body that is integrated over moves its points by z ds. With both bodies
 //! and the separation multiplied by s, the force is proportional to s^-2 and the torques to s^-1, which gives
-//! the derivatives by the other body's scale.
+//! the derivatives with respect to the other body's scale.
 
 use super::face_gradient::{self, FaceSums};
 use super::faceted::{FINER, MOST, MOST_DIGITS};
@@ -125,7 +125,7 @@ impl Pair {
     }
 
     /// Returns the largest difference of two evaluations, scaled by the bodies' radii, and relative to the
-    /// force's derivative by the position.
+    /// force's derivative with respect to the position.
     fn difference_of_jacobians(
         &self,
         integrated: usize,
@@ -149,7 +149,8 @@ impl Pair {
         all.into_iter().fold(0.0, f64::max) / one.force_by_position.norm()
     }
 
-    /// Returns the derivatives of force and torques by the pose, after [`Self::prepare_faceted_jacobian`].
+    /// Returns the derivatives of force and torques with respect to the pose, after
+    /// [`Self::prepare_faceted_jacobian`].
     pub(super) fn faceted_jacobian(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<Jacobian> {
         let pose = &self.scaled(pose);
         let Some(rules) = &self.faceted_rules else { return Ok(Jacobian::monopole(pose).in_unit(self.unit)) };
@@ -231,8 +232,8 @@ impl Pair {
         Ok(())
     }
 
-    /// Returns the derivatives of the loads by the semi-axes of an ellipsoid and the scales of polyhedra,
-    /// after [`Self::prepare_faceted_jacobian`].
+    /// Returns the derivatives of the loads with respect to the semi-axes of an ellipsoid and the scales of
+    /// polyhedra, after [`Self::prepare_faceted_jacobian`].
     pub(super) fn faceted_lengths(
         &self,
         pose: &Pose,
@@ -280,7 +281,8 @@ impl Pair {
         Ok(out)
     }
 
-    /// Returns the derivatives of the loads by the canonical semi-axes of the field body, an ellipsoid.
+    /// Returns the derivatives of the loads with respect to the canonical semi-axes of the field body, an
+    /// ellipsoid.
     fn by_field_axes(
         &self,
         kernel: impl FieldKernel,

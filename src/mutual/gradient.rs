@@ -34,19 +34,20 @@ pub(super) const ABREAST: usize = 4;
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct CanonicalJacobian {
     pub balance: Balance,
-    /// The derivative of the force by the position.
+    /// The derivative of the force with respect to the position.
     pub force_by_position: Mat3,
-    /// The derivative of the force by a rotation of the body that is integrated over. The derivative of the
-    /// torque by the position is its transpose.
+    /// The derivative of the force with respect to a rotation of the body that is integrated over. The
+    /// derivative of the torque with respect to the position is its transpose.
     pub force_by_rotation: Mat3,
-    /// The derivative of the torque by a rotation of the body that is integrated over.
+    /// The derivative of the torque with respect to a rotation of the body that is integrated over.
     pub torque_by_rotation: Mat3,
-    /// The derivative of the field body's torque by the position.
+    /// The derivative of the field body's torque with respect to the position.
     pub field_by_position: Mat3,
-    /// The derivative of the field body's torque by a rotation of the body that is integrated over.
+    /// The derivative of the field body's torque with respect to a rotation of the body that is integrated
+    /// over.
     pub field_by_rotation: Mat3,
-    /// The derivatives of the loads by a factor of all lengths of the body that is integrated over, at its
-    /// mass.
+    /// The derivatives of the loads with respect to a factor of all lengths of the body that is integrated
+    /// over, at its mass.
     pub by_scale: Balance,
 }
 

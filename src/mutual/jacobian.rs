@@ -1,4 +1,4 @@
-//! The derivatives of a pair's force and torques by its pose.
+//! The derivatives of a pair's force and torques with respect to its pose.
 
 use super::choice::order_for;
 use super::gradient::{CanonicalJacobian, canonical_jacobian};
@@ -17,20 +17,22 @@ use crate::quadrature::Nodes;
 ///
 /// Let U be the mutual potential (positive), r the separation and v_1, v_2 rotation vectors in the body
 /// frames, R -> R exp(v). The force on the first body is -dU/dr and the torques are dU/dv_1 and dU/dv_2.
-/// Three blocks therefore follow from the others: the derivatives of the force by the rotations are minus the
-/// transposes of the derivatives of the torques by the separation, and rotations of different bodies commute.
+/// Three blocks therefore follow from the others: the derivatives of the force with respect to the rotations
+/// are minus the transposes of the derivatives of the torques with respect to the separation, and rotations
+/// of different bodies commute.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jacobian {
     /// The force and the torques.
     pub loads: Interaction,
-    /// The derivative of the force on the first body, inertial, by the separation.
+    /// The derivative of the force on the first body, inertial, with respect to the separation.
     pub force_by_separation: Mat3,
-    /// The derivatives of the torque on either body, in its frame, by the separation.
+    /// The derivatives of the torque on either body, in its frame, with respect to the separation.
     pub torque_by_separation: [Mat3; 2],
-    /// The derivatives of the torque on either body by its own rotation.
+    /// The derivatives of the torque on either body with respect to its own rotation.
     pub torque_by_rotation: [Mat3; 2],
-    /// The derivative of the torque on the first body by the rotation of the second one. Its transpose is the
-    /// derivative of the torque on the second body by the rotation of the first one.
+    /// The derivative of the torque on the first body with respect to the rotation of the second one. Its
+    /// transpose is the derivative of the torque on the second body with respect to the rotation of the first
+    /// one.
     pub torque_first_by_second: Mat3,
 }
 
@@ -182,7 +184,7 @@ impl Pair {
             NodeKind::SurfacePotential => NodeKind::SurfaceField(set.semi_axes()),
             other => other,
         };
-        // Derivatives by semi-axes are taken over the focal ellipse.
+        // Derivatives with respect to semi-axes are taken over the focal ellipse.
         let flat = match node_kind {
             NodeKind::FocalEllipse(_) => node_kind,
             _ if set.focal_axes()[0] > 0.0 => NodeKind::FocalEllipse(0.0),

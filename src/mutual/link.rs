@@ -187,9 +187,9 @@ impl Link {
         self.offsets.as_ref().map_or(*parts, |offsets| offsets.jacobian_about_centres(pose, parts))
     }
 
-    /// Returns the contribution of this link to the derivatives of the bodies' loads by a number of a part of
-    /// the first (0) or the second (1) body, from the derivatives of the parts by the pose; per unit G
-    /// m_first m_second at fixed masses.
+    /// Returns the contribution of this link to the derivatives of the bodies' loads with respect to a number
+    /// of a part of the first (0) or the second (1) body, from the derivatives of the parts with respect to
+    /// the pose; per unit G m_first m_second at fixed masses.
     pub fn by_part(&self, pose: &Pose, parts: &Jacobian, which: usize, by: &PartDerivative) -> Interaction {
         match &self.offsets {
             None => parts.loads.times(by.mass * self.inverse_masses[which]),
@@ -197,8 +197,8 @@ impl Link {
         }
     }
 
-    /// Returns the contribution of this link to the derivatives of the bodies' loads by the lengths of its
-    /// parts.
+    /// Returns the contribution of this link to the derivatives of the bodies' loads with respect to the
+    /// lengths of its parts.
     pub fn shape_derivatives(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<ShapeDerivatives> {
         match &self.offsets {
             None => self.pair.shape_derivatives(pose, interrupt),

@@ -36,7 +36,7 @@ pub struct Pair {
     pub(super) rule: Option<Rule>,
     /// The nodes over which the field's gradient is averaged, where derivatives have been requested.
     pub(super) gradient_nodes: Option<GradientNodes>,
-    /// The nodes for the derivatives by the semi-axes.
+    /// The nodes for the derivatives with respect to the semi-axes.
     pub(super) axis_nodes: Option<GradientNodes>,
     /// The rules for the derivatives of a pair with a polyhedron, where derivatives have been requested.
     pub(super) faceted_rules: Option<Box<FacetedRules>>,

@@ -51,10 +51,10 @@ pub(super) struct GradientNodes {
 /// The quadratures of the derivatives of a pair with a polyhedron.
 #[derive(Debug, Clone)]
 pub(super) struct FacetedRules {
-    /// The quadrature for the derivatives by the pose.
+    /// The quadrature for the derivatives with respect to the pose.
     pub pose: Rule,
-    /// The quadrature over the polyhedron for the derivatives by the semi-axes of a sphere, where the pose's
-    /// rule takes the sphere's centre alone.
+    /// The quadrature over the polyhedron for the derivatives with respect to the semi-axes of a sphere,
+    /// where the pose's rule takes the sphere's centre alone.
     pub lengths: Option<Rule>,
 }
 

@@ -31,7 +31,7 @@ macro_rules! sized {
 }
 
 impl Multipole {
-    /// Returns the derivatives of force and torques by the pose.
+    /// Returns the derivatives of force and torques with respect to the pose.
     pub fn jacobian(&self, pose: &Pose) -> Jacobian {
         if let Some(general) = &self.general {
             return general.jacobian(pose);
@@ -57,7 +57,7 @@ impl Multipole {
         }
     }
 
-    /// Returns the derivatives of force and torques by the lengths of both bodies.
+    /// Returns the derivatives of force and torques with respect to the lengths of both bodies.
     pub fn shape_derivatives(&self, pose: &Pose) -> ShapeDerivatives {
         if let Some(general) = &self.general {
             return general.shape_derivatives(pose);
@@ -93,7 +93,7 @@ struct SeriesJacobian {
     hessian: Mat3,
     torques: [Vec3; 2],
     by_position: [Mat3; 2],
-    /// The derivatives of the torque on one body by the rotation of one body.
+    /// The derivatives of the torque on one body with respect to the rotation of one body.
     by_rotation: [[Mat3; 2]; 2],
 }
 
@@ -101,7 +101,7 @@ struct SeriesJacobian {
 struct Contractions {
     gradient: [f64; 3],
     hessian: [f64; 6],
-    /// The matrix dU/dS of either body, and its derivatives by the position.
+    /// The matrix dU/dS of either body, and its derivatives with respect to the position.
     second: [[f64; 6]; 2],
     third: [[f64; 10]; 2],
     /// The derivatives d^2 U/dS dS: by the first spread twice, by both, and by the second twice.

@@ -1,12 +1,13 @@
-//! The brightness of one ellipsoid, which others may occult or eclipse, and its derivatives by everything
-//! that it depends on.
+//! The brightness of one ellipsoid, which others may occult or eclipse, and its derivatives with respect to
+//! everything that it depends on.
 //!
 //! With e toward the observer, s toward the Sun, p = A^-1 R^T e and q = A^-1 R^T s the brightness is B = abc
-//! b(p, q, outlines). The derivatives of b by p and q are integrals over the part that is visible and
-//! illuminated. An outline contributes an integral along itself. Let x be a point of it, d the direction
-//! along which light is hidden, X = x + reach d the point of the hiding ellipsoid at which the ray from x is
-//! tangent, and N the normal at X. Where these change, the function that is zero on the outline changes at x
-//! by 2 N.(dx + reach dd - dX); a change of the reach has no effect, since N is perpendicular to d.
+//! b(p, q, outlines). The derivatives of b with respect to p and q are integrals over the part that is
+//! visible and illuminated. An outline contributes an integral along itself. Let x be a point of it, d the
+//! direction along which light is hidden, X = x + reach d the point of the hiding ellipsoid at which the ray
+//! from x is tangent, and N the normal at X. Where these change, the function that is zero on the outline
+//! changes at x by 2 N.(dx + reach dd - dX); a change of the reach has no effect, since N is perpendicular to
+//! d.
 
 use super::kernel::{Kernel, PARTIALS};
 use super::law::Law;
@@ -31,24 +32,24 @@ pub struct Placed {
     pub rotation: Mat3,
 }
 
-/// Derivatives of a brightness by the pose and the size of one body.
+/// Derivatives of a brightness with respect to the pose and the size of one body.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ByBody {
-    /// Derivatives by the position, inertial.
+    /// Derivatives with respect to the position, inertial.
     pub position: Vec3,
-    /// Derivatives by the rotation vector, body frame.
+    /// Derivatives with respect to the rotation vector, body frame.
     pub rotation: Vec3,
-    /// Derivatives by the semi-axes.
+    /// Derivatives with respect to the semi-axes.
     pub semi_axes: Vec3,
 }
 
 /// Derivatives of the brightness of a body.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Partials {
-    /// Derivatives by pose and size of each body of the system.
+    /// Derivatives with respect to pose and size of each body of the system.
     pub by_body: Vec<ByBody>,
-    /// Derivatives by the unit vectors to the observer and to the Sun, inertial; they are perpendicular to
-    /// these vectors.
+    /// Derivatives with respect to the unit vectors to the observer and to the Sun, inertial; they are
+    /// perpendicular to these vectors.
     pub by_direction: [Vec3; 2],
 }
 
@@ -165,15 +166,15 @@ impl<'a> Lit<'a> {
         sums[0] * volume
     }
 
-    /// Adds the derivatives by the ellipsoid's own rotation and semi-axes and by the directions to the
-    /// observer and to the Sun, with all outlines fixed.
+    /// Adds the derivatives with respect to the ellipsoid's own rotation and semi-axes and to the directions
+    /// to the observer and to the Sun, with all outlines fixed.
     fn add_own(&self, sums: &[f64; PARTIALS], volume: f64, partials: &mut Partials) {
         let Placed { semi_axes, rotation, body, .. } = self.placed;
         let own = &mut partials.by_body[*body];
         for k in 0..2 {
             let by = self.lune.vector_of([sums[1 + 3 * k], sums[2 + 3 * k], sums[3 + 3 * k]]) * volume;
-            // A derivative by p becomes one by the direction d in body axes: p = A^-1 d, and a rotation by
-            // phi changes d to d + d x phi.
+            // A derivative with respect to p becomes one with respect to the direction d in body axes: p =
+            // A^-1 d, and a rotation by phi changes d to d + d x phi.
             let by_light = by.component_div(semi_axes);
             own.rotation += by_light.cross(&self.lights[k]);
             own.semi_axes -= by_light.component_mul(&self.lights[k]).component_div(semi_axes);

@@ -5,8 +5,8 @@ use super::lune::{Intervals, Longitude, Lune};
 use super::rule::Rule;
 use crate::math::Vec3;
 
-/// Brightness, and its derivatives by the components of p and of q along p + q, across it and along the pole,
-/// by the semi-axes through the cosines alone, and by the phase angle.
+/// Brightness, and its derivatives with respect to the components of p and of q along p + q, across it and
+/// along the pole, to the semi-axes through the cosines alone, and to the phase angle.
 pub const PARTIALS: usize = 11;
 
 /// The relative error of the brightness.

@@ -125,7 +125,7 @@ pub enum Scattering {
         hapke: Hapke,
         /// The single-particle term (1 + B(g)) P(g).
         single: f64,
-        /// The derivative of the single-particle term by g.
+        /// The derivative of the single-particle term with respect to g.
         single_slope: f64,
         /// The sine and cosine of g.
         phase: [f64; 2],
@@ -155,7 +155,7 @@ impl Scattering {
         }
     }
 
-    /// Returns T of a smooth surface and its derivatives by mu, mu0 and g.
+    /// Returns T of a smooth surface and its derivatives with respect to mu, mu0 and g.
     pub fn factor_with_partials(&self, mu: f64, mu0: f64) -> [f64; 4] {
         match self {
             Self::Sum([first, second]) => [first + second * (mu + mu0), *second, *second, 0.0],

@@ -166,7 +166,8 @@ impl Lune {
         self.integral(&intervals)
     }
 
-    /// Returns antiderivatives by y of (Q / (P + Q))^2 and (P / (P + Q))^2, each times 1, cos y and sin y.
+    /// Returns antiderivatives with respect to y of (Q / (P + Q))^2 and (P / (P + Q))^2, each times 1, cos y
+    /// and sin y.
     ///
     /// With kappa = |q| / |p + q| the first ratio is kappa (cos gamma + sin gamma tan y), and the second one
     /// likewise with |p| and -L in place of gamma.

@@ -121,8 +121,8 @@ impl Photometer {
         })
     }
 
-    /// Returns the brightness of each body with its derivatives. The derivative by the albedo is not among
-    /// them: it is the brightness divided by the albedo.
+    /// Returns the brightness of each body with its derivatives. The derivative with respect to the albedo is
+    /// not among them: it is the brightness divided by the albedo.
     ///
     /// # Errors
     /// Those of [`Self::brightness`], and [`Error::InvalidInput`] for a body that is not an ellipsoid and for
@@ -445,8 +445,8 @@ impl Photometer {
 }
 
 impl Partials {
-    /// Adds derivatives times a factor. A derivative by the direction to a point of the Sun's disc counts as
-    /// one by the direction to its centre, with which the disc rotates.
+    /// Adds derivatives times a factor. A derivative with respect to the direction to a point of the Sun's
+    /// disc counts as one with respect to the direction to its centre, with which the disc rotates.
     fn add(&mut self, part: &Self, factor: f64, [centre, place]: [&[Vec3; 2]; 2]) {
         for (sum, by) in self.by_body.iter_mut().zip(&part.by_body) {
             sum.position += by.position * factor;

@@ -143,8 +143,8 @@ impl Strips<'_> {
             if self.bare(low, high).is_some() {
                 let lune = self.kernel.lune;
                 let [across, along] = widths(low, high);
-                // The third of the derivatives by p, and by q, is that along the pole, with z in place of
-                // rho.
+                // The third of the derivatives with respect to p and q is that along the pole, with z in
+                // place of rho.
                 let all = self.kernel.partials_between(lune.terminator(), lune.limb(), 1.0, 1.0);
                 let size = |k: usize| if k == 3 || k == 6 { along } else { across };
                 (0..PARTIALS).for_each(|k| total[k] += all[k] * size(k));

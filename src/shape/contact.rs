@@ -12,7 +12,7 @@
 //! / (1-s).
 //!
 //! The weight t is found by Newton's iteration for ln(h_A/h_B) - ln t = 0, whose left side falls: with q = t
-//! w.B (A + t B)^-1 B w / w.B w its derivative by ln t is -(1 - q) (1 + t h_B^2/h_A^2).
+//! w.B (A + t B)^-1 B w / w.B w its derivative with respect to ln t is -(1 - q) (1 + t h_B^2/h_A^2).
 
 use super::{Placement, Shape, gap_between};
 use crate::error::{Error, Result};
@@ -156,7 +156,7 @@ struct Trial {
     growth: Growth,
     /// The difference ln(h_A/h_B) - ln t, which is zero at the solution.
     excess: f64,
-    /// The derivative of the excess by ln t, with the sign reversed.
+    /// The derivative of the excess with respect to ln t, with the sign reversed.
     slope: f64,
 }
 

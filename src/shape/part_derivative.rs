@@ -1,4 +1,4 @@
-//! The derivatives of a composite by the mass or the position of one of its parts.
+//! The derivatives of a composite with respect to the mass or the position of one of its parts.
 //!
 //! The frame of a composite moves and rotates with such a change. The centre of mass c moves by dc = dm (g -
 //! c)/M + m dg/M, with g the part's centre. The principal axes rotate by the vector phi that keeps the
@@ -20,7 +20,8 @@ pub enum PartNumber {
     Position(usize),
 }
 
-/// The derivatives of a composite's parts and moments, in its body frame, by a parameter of one of its parts.
+/// The derivatives of a composite's parts and moments, in its body frame, with respect to a parameter of one
+/// of its parts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartDerivative {
     /// The index of the part.
@@ -58,8 +59,8 @@ impl PartDerivative {
 }
 
 impl Body {
-    /// Returns the derivatives by a parameter of a part, or an error where two moments are equal, so that the
-    /// principal axes jump.
+    /// Returns the derivatives with respect to a parameter of a part, or an error where two moments are
+    /// equal, so that the principal axes jump.
     #[doc(hidden)]
     pub fn by_part(&self, index: usize, number: PartNumber) -> Result<PartDerivative> {
         let parts = self.parts();

@@ -39,8 +39,8 @@ pub(super) struct Encounter<'a> {
     /// Where the parts are in their bodies; `None` at the origin.
     places: [Option<Placement>; 2],
     names: [&'a str; 2],
-    /// Bounds of the first three derivatives, by the fraction of the piece, of the separation of the bodies
-    /// and of the numbers of each attitude.
+    /// Bounds of the first three derivatives with respect to the fraction of the piece, of the separation of
+    /// the bodies and of the numbers of each attitude.
     separation: [f64; 3],
     attitudes: [[f64; 3]; 2],
     /// The parameter of the last plane that was found.

@@ -53,12 +53,12 @@ pub struct Trajectory {
     /// A force that does not act at the start counts as switched off once.
     pub switched_off: Vec<Option<u64>>,
     /// Transition matrices (K, 12 N, 12 N) from the start of the last run into this record; empty where they
-    /// were not requested. Row i and column j hold the derivative of number i of the sample by number j of
-    /// the start. Each body has twelve numbers in turn: position (3) and velocity (3) in the inertial frame,
-    /// a rotation vector (3) and the spin (3) in its own frame.
+    /// were not requested. Row i and column j hold the derivative of number i of the sample with respect to
+    /// number j of the start. Each body has twelve numbers in turn: position (3) and velocity (3) in the
+    /// inertial frame, a rotation vector (3) and the spin (3) in its own frame.
     pub transition: Vec<f64>,
-    /// Sensitivities (K, P, 12 N) to parameters: derivatives of the same numbers of the sample by each
-    /// parameter.
+    /// Sensitivities (K, P, 12 N) to parameters: derivatives of the same numbers of the sample with respect
+    /// to each parameter.
     pub sensitivity: Vec<f64>,
     /// Indicators of chaos (K, 3) since that start: the mean of MEGNO, the Lyapunov exponent, the fast
     /// Lyapunov indicator.

@@ -1,5 +1,5 @@
-//! Tangent vectors under the map of a step of fixed size: the exact derivative of the map, drift by drift and
-//! kick by kick.
+//! Tangent vectors under the map of a step of fixed size: the exact derivative of the map, drift with respect
+//! to drift and kick by kick.
 
 use crate::dynamics::{Collocation, DriftKind, Dynamics, Splitting, Variations};
 use crate::error::{Error, Result};

@@ -27,7 +27,7 @@ fn club() -> Body {
     Body::composite("club", given).unwrap()
 }
 
-/// Potential, field and gradient at points, by a path.
+/// Potential, field and gradient at points with respect to a path.
 fn gravity(bodies: &[(&Body, Vec3, Mat3)], points: &[Vec3], path: VectorPath) -> [Vec<f64>; 3] {
     let (arch, interrupt) = (path.arch().unwrap(), &mut InterruptCheck::never());
     let fields: Vec<_> =

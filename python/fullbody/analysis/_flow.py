@@ -72,7 +72,7 @@ class Point:
         return found
 
     def energy_row(self, pair: Pair) -> Array:
-        """Return the gradient of the total energy (18,) by a tangent vector."""
+        """Return the gradient of the total energy (18,) with respect to a tangent vector."""
         loads, _ = pair.loads(self.pose)
         found = np.zeros(18)
         found[:3], found[3:6] = -loads[:3], pair.mass * self.velocity
@@ -92,7 +92,7 @@ class Point:
 
 
 def momentum_rows(pair: Pair, point: Point) -> Array:
-    """Return the derivatives of the total angular momentum by a tangent vector (3, 18)."""
+    """Return the derivatives of the total angular momentum with respect to a tangent vector (3, 18)."""
     rows = np.zeros((3, 18))
     rows[:, :3], rows[:, 3:6] = -pair.mass * cross(point.velocity), pair.mass * cross(point.pose.r)
     for k, R in enumerate(point.pose.rotation):

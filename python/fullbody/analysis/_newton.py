@@ -66,7 +66,7 @@ class Problem:
         return missing
 
     def jacobian(self, rotation: Rotation) -> Array:
-        """Return the Jacobian (9, 10) of the residual by the pose and the rate."""
+        """Return the Jacobian (9, 10) of the residual with respect to the pose and the rate."""
         pair, pose = self.pair, rotation.pose
         found = np.zeros((9, 10))
         found[:, :9] = pair.derivatives(pose)
@@ -83,7 +83,9 @@ class Problem:
         return found
 
     def _turning(self, rotation: Rotation, body: int) -> tuple[Array, Array]:
-        """Return the derivatives (3, 10) of Omega and of the spin in a body's frame by the pose and the rate."""
+        """Return the derivatives (3, 10) of Omega and of the spin in a body's frame with respect to the pose and the
+        rate.
+        """
         turned = np.zeros((3, 10))
         turned[:, 3 + 3 * body : 6 + 3 * body] = cross(rotation.turning[body])
         turned[:, 9] = rotation.pose.rotation[body][2]
@@ -99,7 +101,7 @@ class Problem:
         return float(rotation.angular_momentum[2]) if kind == "angular_momentum" else rotation.rate
 
     def quantity_gradient(self, kind: Kind, rotation: Rotation) -> Array:
-        """Return the gradient (10,) of a quantity by the pose and the rate."""
+        """Return the gradient (10,) of a quantity with respect to the pose and the rate."""
         found = np.zeros(10)
         pose = rotation.pose
         if kind == "separation":

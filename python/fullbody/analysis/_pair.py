@@ -102,7 +102,7 @@ class Pair:
         return np.concatenate([force[1], torque[0], torque[1]]), float(energy)
 
     def derivatives(self, pose: Pose) -> Array:
-        """Return the Jacobian (9, 9) of the loads by the pose."""
+        """Return the Jacobian (9, 9) of the loads with respect to the pose."""
         state = self.state(pose)
         with self.system._explaining(lambda: state):
             full = self.system._core.jacobian(state, [])[0]

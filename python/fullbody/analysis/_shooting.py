@@ -62,7 +62,9 @@ class Shooting:
         return self.points[0].turned(self.angle, self.own_turns())
 
     def target_derivatives(self) -> tuple[Array, Array]:
-        """Return derivatives of the target by the start (18, 18), and by the angle and the own turns (18, 3)."""
+        """Return derivatives of the target with respect to the start (18, 18), and to the angle and the own turns (18,
+        3).
+        """
         target = self.target()
         whole = rotations.matrices(rotations.turn(2, self.angle))
         start, turns = np.zeros((18, 18)), np.zeros((18, 3))

@@ -93,7 +93,8 @@ class PeriodicOrbit(Tabled):
 
     @cached_property
     def monodromy(self) -> Array:
-        """The monodromy matrix (18, 18): the derivative of a tangent vector after one period by the one at the start.
+        """The monodromy matrix (18, 18): the derivative of a tangent vector after one period with respect to the one at
+        the start.
 
         The turn of the orbit is taken back. A tangent vector contains the changes of the separation and its rate, and
         for each body a rotation vector in its frame and the change of its spin, in the system's units.

@@ -75,7 +75,9 @@ def to_dataset(
 
 
 def from_file(content: Content, system: System, parameters: int) -> list[Occurrence]:
-    """Read the events of a run's file; derivatives, if present, are by the start and ``parameters`` parameters."""
+    """Read the events of a run's file; derivatives, if present, are with respect to the start and ``parameters``
+    parameters.
+    """
     watched = content.parsed("fullbody_events", lambda described: _event_spec(described, system))
     if not watched:
         return []

@@ -1,8 +1,8 @@
-"""Derivatives of the start and of the system's parameters, which a setup returns, by the parameters of a fit.
+"""Derivatives of what a setup returns, the start and the system's parameters, with respect to those of a fit.
 
 A setup integrates nothing, so that its derivatives are computed by differences. Systems are compared by the numbers
 that describe them. From the changes of these numbers it is computed which parameters of the system have changed, and by
-how much. Motions cannot be differentiated by a change that no parameter of the system makes.
+how much. Motions cannot be differentiated with respect to a change that no parameter of the system makes.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ def _described(system: System) -> tuple[_Array, list[str], dict[str, Any]]:
 
 @dataclass
 class SetupDerivatives:
-    """Derivatives of the system and state of a setup by P parameters.
+    """Derivatives of the system and state of a setup with respect to P parameters.
 
     Attributes
     ----------
@@ -163,7 +163,9 @@ class Chain:
             try:
                 column = self._column(base, values, k, sizes[k], other)
             except InvalidInput as error:
-                raise InvalidInput(f"setup cannot be differentiated by {name} at {values[k]:.9g}: {error}") from error
+                raise InvalidInput(
+                    f"setup cannot be differentiated with respect to {name} at {values[k]:.9g}: {error}"
+                ) from error
             if other:
                 found[name] = other[0]
             elif column is None:
@@ -206,7 +208,8 @@ class _SystemChain:
 
     def __init__(self) -> None:
         self._steps: dict[str, dict[str, float]] = {}
-        #: The constant derivatives of the numbers by those parameters that are themselves one of the numbers.
+        #: The constant derivatives of the numbers with respect to those parameters that are themselves one of the
+        #: numbers.
         self._own: dict[str, _Array] = {}
         #: Those that make the same change as one of these, and are not needed beside it.
         self._spare: set[str] = set()
@@ -255,9 +258,9 @@ class _SystemChain:
         return {name: row for name, row in zip(used, solved / width[:, None], strict=True) if row.any()}, left
 
     def _changes(self, base: SetupResult, name: str) -> _Array | None:
-        """Return the derivatives (D,) of the numbers that describe a system by one of its parameters.
+        """Return the derivatives (D,) of the numbers that describe a system with respect to one of its parameters.
 
-        It is ``None`` if motions of this system cannot be differentiated by the parameter.
+        It is ``None`` if motions of this system cannot be differentiated with respect to the parameter.
         """
         if (own := self._own.get(name)) is not None and len(own) == len(base.numbers):
             return own

@@ -100,7 +100,7 @@ class Loss:
         return found
 
     def roots(self, pulls: _Array) -> tuple[_Array, _Array]:
-        """Return the signed roots (M,) of the losses of pulls (M,), and their derivatives by the pulls."""
+        """Return the signed roots (M,) of the losses of pulls (M,), and their derivatives with respect to the pulls."""
         if self.linear:
             return pulls, np.ones_like(pulls)
         rho, slope, _ = self._of(pulls)

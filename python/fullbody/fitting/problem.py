@@ -80,7 +80,9 @@ class Point:
 
 @dataclass
 class Jacobian:
-    """Derivatives of the rows of a point by the parameters, (M, P), and the parameters that were differenced."""
+    """Derivatives of the rows of a point with respect to the parameters, (M, P), and the parameters that were
+    differenced.
+    """
 
     rows: _Array
     differenced: dict[str, str] = field(default_factory=dict)
@@ -277,7 +279,7 @@ class Problem:
         return part.derivative_of(one.pulls)
 
     def _by_observations(self, point: Point, k: int, size: float) -> _Array:
-        """Return derivatives (M,) of rows by a parameter that observations take, with the same run."""
+        """Return derivatives (M,) of rows with respect to a parameter that observations take, with the same run."""
         if all(self.parameters.names[k] not in taken for taken in self.of_observations):
             return np.zeros(len(point.rows))
 
@@ -292,7 +294,7 @@ class Problem:
         return self._derivative(shifted, point, k, size, _ROUNDING, 0.01)
 
     def _by_runs(self, point: Point, k: int, size: float) -> _Array:
-        """Return derivatives (M,) of rows by a parameter, from complete runs."""
+        """Return derivatives (M,) of rows with respect to a parameter, from complete runs."""
 
         def shifted(by: float) -> _Array:
             values = point.values.copy()
@@ -310,7 +312,7 @@ class Problem:
         try:
             found = derivative(shifted, size, scale, np.zeros(len(scale), dtype=int), self._steps[k], shorter)
         except InvalidInput as error:
-            raise InvalidInput(f"the predictions cannot be differentiated by {where}: {error}") from error
+            raise InvalidInput(f"the predictions cannot be differentiated with respect to {where}: {error}") from error
         if found is None:
             raise InvalidInput(f"the predictions do not change evenly with {where}")
         return found

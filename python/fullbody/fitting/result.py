@@ -264,7 +264,7 @@ class Fit(Tabled):
         values : dict or array_like, (P,)
             By name with units, or numbers in the order of ``names`` and the units of ``values``.
         gradient : bool
-            Whether to compute the derivatives by the parameters too.
+            Whether to compute the derivatives with respect to the parameters too.
 
         Returns
         -------

@@ -23,7 +23,7 @@ class Jacobian(ArrayFields):
     ----------
     force_by_position, force_by_rotation : ndarray or Quantity, (N, 3, N, 3)
         Derivatives of the forces in the inertial frame: ``force_by_position[i, :, j, :]`` is the derivative of the
-        force on body i by the position of body j.
+        force on body i with respect to the position of body j.
     torque_by_position, torque_by_rotation : ndarray or Quantity, (N, 3, N, 3)
         Derivatives of the torques, in body frames.
     flow : ndarray, (12 N,)

@@ -786,7 +786,7 @@ class System(Tabled):
             The path of a file and an interval. The simulation is written to the file when the run begins, at this
             interval and when the run ends; :meth:`fullbody.Simulation.load` continues from it.
         derivatives : bool or sequence of str
-            Whether the run is differentiated by its start, for ``run.transition``; or the names from
+            Whether the run is differentiated with respect to its start, for ``run.transition``; or the names from
             ``system.parameters`` by which it is differentiated as well, for ``run.sensitivity``. The motion itself has
             the same bits with and without derivatives.
         chaos : bool

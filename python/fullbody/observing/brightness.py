@@ -36,15 +36,16 @@ class BrightnessDerivatives(ArrayFields):
     ----------
     brightness : ndarray or Quantity, (N,)
     position : ndarray or Quantity, (N, N, 3)
-        Derivatives of each body's brightness by the position of each body, inertial frame.
+        Derivatives of each body's brightness with respect to the position of each body, inertial frame.
     rotation : ndarray or Quantity, (N, N, 3)
-        Derivatives by the rotation vector of each body, in its body frame.
+        Derivatives with respect to the rotation vector of each body, in its body frame.
     semi_axes : ndarray or Quantity, (N, N, 3)
-        Derivatives by the semi-axes of each body.
+        Derivatives with respect to the semi-axes of each body.
     albedo : ndarray or Quantity, (N,)
-        Derivatives of each body's brightness by its albedo.
+        Derivatives of each body's brightness with respect to its albedo.
     to_observer, to_sun : ndarray or Quantity, (N, 3)
-        Derivatives by the unit vectors to the observer and to the Sun, inertial frame; they are perpendicular to these.
+        Derivatives with respect to the unit vectors to the observer and to the Sun, inertial frame; they are
+        perpendicular to these.
     """
 
     brightness: Any
@@ -87,7 +88,7 @@ class Photometer:
             if not (np.isfinite(self.albedo[index]) and self.albedo[index] >= 0.0):
                 raise InvalidInput(f"albedo of {name} is {factor!r}; expected a finite number, zero or above")
         radius = Units().number(sun_radius, "angle", "sun_radius")
-        # Albedos are multiplied in here, so that the derivative by an albedo of zero is known.
+        # Albedos are multiplied in here, so that the derivative with respect to an albedo of zero is known.
         described = [one._describe() for one in self.laws]
         self._core = _core.Photometer(system._core_bodies(), described, [1.0] * len(system), bool(mutual), radius)
 
@@ -211,7 +212,7 @@ def brightness_derivatives(
     sun_radius: Any = 0.0,
     albedo: float | dict[str, float] = 1.0,
 ) -> BrightnessDerivatives:
-    """Compute the brightness of each body and its derivatives by poses, semi-axes, albedos and directions.
+    """Compute the brightness of each body and its derivatives with respect to poses, semi-axes, albedos and directions.
 
     The derivatives are integrals over the visible and illuminated surface and along the outlines of what hides it; only
     a phase function is differentiated by differences. Polyhedra, composites and rough surfaces have no derivatives.

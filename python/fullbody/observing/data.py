@@ -224,7 +224,8 @@ class Observations(Tabled):
     def _partials(
         self, system: System, states: dict[str, _Array], parameters: Sequence[str] = ()
     ) -> tuple[_Array, dict[str, _Array]]:
-        """Return derivatives of the predictions by the states, and by parameters of the system at given states.
+        """Return derivatives of the predictions with respect to the states, and to parameters of the system at given
+        states.
 
         The former are (K, C, 12 N), in the components of tangent vectors. The predictions are analytic functions of the
         states: a step along the imaginary axis gives their derivatives to the last digits. The latter are (K, C) by
@@ -248,7 +249,7 @@ class Observations(Tabled):
         return found, {name: self._partial(system, states, name) for name in parameters}
 
     def _partial(self, system: System, states: dict[str, _Array], parameter: str) -> _Array:
-        """Return derivatives (K, C) of the predictions by a parameter of the system at given states.
+        """Return derivatives (K, C) of the predictions with respect to a parameter of the system at given states.
 
         A mass acts through the barycentre, along the imaginary axis; any other change of the bodies is differenced.
         """
@@ -329,8 +330,9 @@ class Observations(Tabled):
         Returns
         -------
         FunctionDerivatives
-            Derivatives (K, C, 12 N) by the start and (K, C) by each parameter, as ``run.derivative_of(data.pulls)``
-            gives them, but from the partial derivatives of the predictions instead of differences.
+            Derivatives (K, C, 12 N) with respect to the start and (K, C) by each parameter, as
+            ``run.derivative_of(data.pulls)`` gives them, but from the partial derivatives of the predictions instead of
+            differences.
         """
         system = run.system
         place = _samples_at(run, self._emission(system), self._what())

@@ -251,10 +251,10 @@ class Photometry(Observations):
     def _partials(
         self, system: System, states: dict[str, _Array], parameters: Sequence[str] = ()
     ) -> tuple[_Array, dict[str, _Array]]:
-        """Return derivatives (K, 1, 12 N) of the predictions by the states, and (K, 1) by parameters.
+        """Return derivatives (K, 1, 12 N) of the predictions with respect to the states, and (K, 1) by parameters.
 
-        The photometer gives the derivatives by poses and semi-axes. Let e be the unit vector from a body to the
-        observer, u the body's velocity and d its delay. Then c d' = e.(r' + d u' + u d') for a change r' of the
+        The photometer gives the derivatives with respect to poses and semi-axes. Let e be the unit vector from a body
+        to the observer, u the body's velocity and d its delay. Then c d' = e.(r' + d u' + u d') for a change r' of the
         position, which also changes the time at which the light left.
         """
         seen = self._seen(system, states)

@@ -1,4 +1,4 @@
-"""Derivatives of a run by its start and by parameters of its system."""
+"""Derivatives of a run with respect to its start and to parameters of its system."""
 
 from __future__ import annotations
 
@@ -30,18 +30,20 @@ def tangent_labels(names: tuple[str, ...]) -> list[str]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EventDerivatives(ArrayFields):
-    """Derivatives of the time and the state of an event by the start of a run and by parameters.
+    """Derivatives of the time and the state of an event with respect to the start of a run and to parameters.
 
     Attributes
     ----------
     time : ndarray, (12 N,)
-        Derivatives of the event's time by the start of the run.
+        Derivatives of the event's time with respect to the start of the run.
     transition : ndarray, (12 N, 12 N)
-        Derivatives of the state at the event by the start of the run, including the change of the event's time.
+        Derivatives of the state at the event with respect to the start of the run, including the change of the event's
+        time.
     time_sensitivity : dict of float
-        Derivatives of the event's time by the parameters of the run and of the event itself.
+        Derivatives of the event's time with respect to the parameters of the run and of the event itself.
     sensitivity : dict of ndarray, (12 N,)
-        Derivatives of the state at the event by the same parameters, including the change of the event's time.
+        Derivatives of the state at the event with respect to the same parameters, including the change of the event's
+        time.
     """
 
     time: npt.NDArray[np.float64]
@@ -123,7 +125,8 @@ class Differentiated:
 
     @property
     def sensitivity(self) -> dict[str, npt.NDArray[np.float64]]:
-        """Derivatives (K, 12 N) of the samples by parameters of the system, by their names, at a fixed start.
+        """Derivatives (K, 12 N) of the samples with respect to parameters of the system, by their names, at a fixed
+        start.
 
         They are numbers in the system's own units: :attr:`tangent_units` divided by the unit of the parameter.
 
@@ -201,7 +204,7 @@ class Differentiated:
         )
 
     def derivative_of(self, function: Callable[[Any], Any], *, start: bool = True) -> FunctionDerivatives:
-        """Compute the derivatives of a function of the run by its start and its parameters.
+        """Compute the derivatives of a function of the run with respect to its start and its parameters.
 
         The function is evaluated on the run displaced along its own tangent vectors, twice for each of the 12 N
         components of the start and for each parameter; nothing is integrated. The function may use samples, events,
@@ -213,7 +216,7 @@ class Differentiated:
             A function that takes a :class:`Run` and returns a number, a Quantity or an array. It has to be smooth, as a
             mean is; the largest of the samples is smooth as long as it stays the same sample.
         start : bool
-            Whether to compute the derivatives by the start.
+            Whether to compute the derivatives with respect to the start.
 
         Returns
         -------

@@ -36,10 +36,10 @@ class FunctionDerivatives(ArrayFields):
     value : float, ndarray or Quantity
         Value of the function for the run itself.
     start : ndarray, (..., 12 N)
-        Derivatives by the start: per body position, velocity, rotation vector (body frame) and spin, in the value's own
-        unit divided by the system's.
+        Derivatives with respect to the start: per body position, velocity, rotation vector (body frame) and spin, in
+        the value's own unit divided by the system's.
     by_parameter : dict of float or ndarray
-        Derivatives by the parameters by which the run was differentiated.
+        Derivatives with respect to the parameters by which the run was differentiated.
     """
 
     value: Any

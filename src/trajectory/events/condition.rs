@@ -193,8 +193,8 @@ impl Condition<'_> {
         }
     }
 
-    /// Returns a bound of the function's derivative by the fraction of a piece, for functions that have sharp
-    /// bends and more than one extremum within a few samples; `None` for others.
+    /// Returns a bound of the function's derivative with respect to the fraction of a piece, for functions
+    /// that have sharp bends and more than one extremum within a few samples; `None` for others.
     pub(super) fn steepness(&self, equations: &Dynamics, piece: &Segment) -> Option<f64> {
         /// Light time adds a share of the speed over that of light, which bounds of the rest exceed by far.
         const MARGIN: f64 = 1.01;

@@ -14,13 +14,13 @@ use crate::shape::Shape;
 
 /// The derivatives of a condition's function.
 pub struct ConditionDerivatives {
-    /// The derivatives by the 12 N numbers of a tangent vector at the state.
+    /// The derivatives with respect to the 12 N numbers of a tangent vector at the state.
     pub by_state: Vec<f64>,
-    /// The derivative by the time.
+    /// The derivative with respect to the time.
     pub by_time: f64,
-    /// The derivatives by parameters of the system, at a fixed state.
+    /// The derivatives with respect to parameters of the system, at a fixed state.
     pub by_parameters: Vec<f64>,
-    /// The derivatives by the condition's own parameters, with their names.
+    /// The derivatives with respect to the condition's own parameters, with their names.
     pub by_own: Vec<(String, f64)>,
 }
 
@@ -85,7 +85,7 @@ impl Condition<'_> {
         }
     }
 
-    /// Returns the derivatives by the condition's own parameters, with their names.
+    /// Returns the derivatives with respect to the condition's own parameters, with their names.
     fn by_own(
         &mut self,
         system: &System,
@@ -113,8 +113,8 @@ impl Condition<'_> {
         })
     }
 
-    /// Returns the derivative by a parameter on which the function depends at a fixed state: a shape for a
-    /// contact or an occultation, mu for an escape, and a third body for its closest approach.
+    /// Returns the derivative with respect to a parameter on which the function depends at a fixed state: a
+    /// shape for a contact or an occultation, mu for an escape, and a third body for its closest approach.
     fn by_parameter(
         &mut self,
         parameter: Parameter,
@@ -150,7 +150,8 @@ impl Condition<'_> {
     }
 }
 
-/// Returns the derivative by the change of a number that has this natural size; `function` takes the change.
+/// Returns the derivative with respect to the change of a number that has this natural size; `function` takes
+/// the change.
 fn central_difference(size: f64, mut function: impl FnMut(f64) -> Result<f64>) -> Result<f64> {
     let mut sum = 0.0;
     for (by, weight) in steps(STEP * size) {

@@ -57,7 +57,8 @@ pub struct Occurrence {
     pub derivatives: Option<StateDerivatives>,
 }
 
-/// The derivatives of a state at a fixed time by the state at the start of a run and by parameters.
+/// The derivatives of a state at a fixed time with respect to the state at the start of a run and to
+/// parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StateDerivatives {
     /// The transition matrix (12 N, 12 N).

@@ -157,7 +157,9 @@ def test_bodies_that_come_and_go_with_a_parameter_are_named(radar):
         state = fullbody.State([[0.0] * 3, [a, 0, 0]][: len(bodies)], [[0.0] * 3, [0.1, 0.9, 0.3]][: len(bodies)])
         return fullbody.System(bodies, G=1.0, gravity="point"), state
 
-    with pytest.raises(fullbody.InvalidInput, match=r"cannot be differentiated by a near 2.55: no value near it"):
+    with pytest.raises(
+        fullbody.InvalidInput, match=r"cannot be differentiated with respect to a near 2.55: no value near it"
+    ):
         fullbody.fit(setup, {"a": 2.55}, radar)
 
 

@@ -139,7 +139,8 @@ def test_what_runs_cannot_be_differentiated_by_is_differenced_and_named():
 
 
 def test_a_setup_that_changes_a_method_of_gravity_is_differenced():
-    """From degree two to four of the series with a parameter: nothing of the motion can be differentiated by that."""
+    """From degree two to four of the series with a parameter: nothing of the motion can be differentiated with respect
+    to that."""
 
     def setup(c, tolerance):
         system, state = kw4(c=c)

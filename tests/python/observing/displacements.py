@@ -1,4 +1,4 @@
-"""Derivatives of observations by the state of the bodies, from displaced states."""
+"""Derivatives of observations with respect to the state of the bodies, from displaced states."""
 
 import numpy as np
 
@@ -16,7 +16,8 @@ def displaced(state, body, kind, axis, step):
 
 
 def by_start(data, system, state, steps):
-    """Derivatives (C, 12 N) of the pulls of one row by the state at its time of emission, and differences of pulls.
+    """Derivatives (C, 12 N) of the pulls of one row with respect to the state at its time of emission, and differences
+    of pulls.
 
     ``steps`` has a step for each of the kinds; differences of other kinds are zero.
     """

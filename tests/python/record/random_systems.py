@@ -35,7 +35,7 @@ FIXED = {
 
 @dataclass
 class Case:
-    """A system at a state, with what it is run and differentiated by."""
+    """A system at a state, with what it is run by and differentiated with respect to."""
 
     system: Any
     state: Any
@@ -222,7 +222,7 @@ def case(seed):
 
 
 def errors(case):
-    """The largest differences from complete runs, over the scale of each derivative, by the names of what is varied.
+    """The largest differences from complete runs, over the scales of derivatives, by the names of what is varied.
 
     Compared are the ends of the runs, and the states and times of the event on the way.
     """

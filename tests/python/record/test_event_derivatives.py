@@ -1,4 +1,4 @@
-"""Derivatives at every event of a run, by the event's own parameters too, and of functions of a run."""
+"""Derivatives at every event of a run, also with respect to the event's parameters, and of functions of a run."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The derivative by a parameter does not depend on the other parameters that are asked for."""
+"""The derivative with respect to a parameter does not depend on the other parameters that are asked for."""
 
 import fullbody
 import numpy as np
