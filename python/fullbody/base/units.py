@@ -429,7 +429,7 @@ def strip_to(value: Any, unit: Any, what: str) -> npt.NDArray[np.float64]:
         # A value that overflows becomes infinite, which the callers refuse.
         with np.errstate(over="ignore"):
             if isinstance(value.unit, u.UnitBase) and isinstance(unit, u.UnitBase):
-                return _floats(value.value, what) * _factor(value.unit, unit)
+                return _floats(value.value * _factor(value.unit, unit), what)
             return _floats(value.to_value(unit, equivalencies=u.dimensionless_angles()), what)
     except u.UnitConversionError as error:
         raise InvalidInput(f"{what} has the unit {value.unit}; expected a unit such as {unit}") from error
