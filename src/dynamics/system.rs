@@ -53,6 +53,24 @@ impl Default for Settings {
 }
 
 /// A system: bodies under their mutual gravity, with settings and external forces.
+///
+/// ```
+/// use fullbody::dynamics::{Settings, State, System};
+/// use fullbody::interrupt::InterruptCheck;
+/// use fullbody::math::Vec3;
+/// use fullbody::shape::{Body, Shape};
+///
+/// let ball = |name, mass| Body::with_mass(name, Shape::ellipsoid([1.0, 1.0, 1.0])?, mass);
+/// let system = System::new(vec![ball("One", 2.0)?, ball("Two", 3.0)?], 1.0, Settings::default())?;
+///
+/// let (rest, upright) = (vec![Vec3::zeros(); 2], vec![[1.0, 0.0, 0.0, 0.0]; 2]);
+/// let position = vec![Vec3::zeros(), Vec3::new(4.0, 0.0, 0.0)];
+/// let state = State::new(0.0, position, rest.clone(), upright, rest)?;
+/// // Balls attract each other as points do: G m m / r^2.
+/// let interaction = system.interactions(&state, &mut InterruptCheck::never())?;
+/// assert!((interaction.force[0].x - 6.0 / 16.0).abs() < 1e-15);
+/// # Ok::<(), fullbody::error::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct System {
     pub(super) bodies: Vec<Body>,

@@ -22,6 +22,19 @@ use std::f64::consts::{PI, TAU};
 /// A state that is converted to elements and back is reproduced to a few 1e-15, except where elements in
 /// doubles do not determine it so well: near a parabola the error grows by 1/|1 - e|, and just before an
 /// ellipse's periapsis, where the mean anomaly is nearly 2 pi, by up to 1/(1 - e)^(3/2).
+///
+/// ```
+/// use fullbody::math::Vec3;
+/// use fullbody::orbit::KeplerElements;
+///
+/// // A body at periapsis, with sqrt(1.5) times the speed on a circle.
+/// let velocity = Vec3::new(0.0, 1.5_f64.sqrt(), 0.0);
+/// let orbit = KeplerElements::from_cartesian(&Vec3::new(1.0, 0.0, 0.0), &velocity, 1.0)?;
+/// assert!((orbit.eccentricity - 0.5).abs() < 1e-14);
+/// assert!((orbit.semi_major_axis - 2.0).abs() < 1e-14);
+/// assert!((orbit.period(1.0)? - 32.0_f64.sqrt() * std::f64::consts::PI).abs() < 1e-13);
+/// # Ok::<(), fullbody::error::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct KeplerElements {

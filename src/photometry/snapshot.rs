@@ -50,6 +50,26 @@ pub struct View<'a> {
 }
 
 /// Bodies and surfaces whose brightness is computed.
+///
+/// ```
+/// use fullbody::interrupt::InterruptCheck;
+/// use fullbody::math::Vec3;
+/// use fullbody::photometry::{Law, Photometer, Surface, View};
+/// use fullbody::shape::{Body, Shape};
+/// use std::f64::consts::PI;
+///
+/// // A ball of radius 2 at full phase reflects pi r^2 / 2 by Lommel-Seeliger's law.
+/// let ball = Body::with_mass("Ball", Shape::ellipsoid([2.0, 2.0, 2.0])?, 1.0)?;
+/// let surface = Surface { law: Law::LOMMEL_SEELIGER, albedo: 1.0 };
+/// let photometer = Photometer::new(vec![ball], vec![surface], true, 0.0)?;
+/// let toward = Vec3::new(0.0, 0.0, 1.0);
+/// let (position, attitude) = ([Vec3::zeros()], [[1.0, 0.0, 0.0, 0.0]]);
+/// let view =
+///     View { time: 0.0, position: &position, attitude: &attitude, to_observer: toward, to_sun: toward };
+/// let brightness = photometer.brightness(&view, &mut InterruptCheck::never())?;
+/// assert!((brightness[0] - 2.0 * PI).abs() < 1e-14);
+/// # Ok::<(), fullbody::error::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Photometer {
     bodies: Vec<Body>,

@@ -10,6 +10,30 @@ use crate::integrate::{Equations, Statistics};
 use crate::interrupt::InterruptCheck;
 
 /// A system at a state, with an integrator.
+///
+/// ```
+/// use fullbody::dynamics::{Settings, State, System};
+/// use fullbody::integrate::Tolerance;
+/// use fullbody::math::Vec3;
+/// use fullbody::shape::{Body, Shape};
+/// use fullbody::trajectory::{Integrator, Output, Simulation, Trajectory};
+/// use std::f64::consts::PI;
+/// use std::ops::ControlFlow;
+///
+/// let ball = |name| Body::with_mass(name, Shape::ellipsoid([0.1, 0.1, 0.1])?, 0.5);
+/// let system = System::new(vec![ball("One")?, ball("Two")?], 1.0, Settings::default())?;
+/// let (rest, upright) = (vec![Vec3::zeros(); 2], vec![[1.0, 0.0, 0.0, 0.0]; 2]);
+/// let vectors = |x: f64, y: f64| vec![Vec3::new(-x, -y, 0.0), Vec3::new(x, y, 0.0)];
+/// let state = State::new(0.0, vectors(0.5, 0.0), vectors(0.0, 0.5), upright, rest)?;
+///
+/// // Half a turn on a circle of radius one about each other.
+/// let integrator = Integrator::Verner98(Tolerance::new(1e-13, 1e-13)?);
+/// let mut simulation = Simulation::new(&system, &state, integrator)?;
+/// let mut run = Trajectory::new(2);
+/// simulation.integrate(PI, &Output::Spacing(PI), &mut run, &mut |_| ControlFlow::Continue(()))?;
+/// assert!((simulation.state().position()[1].x + 0.5).abs() < 1e-12);
+/// # Ok::<(), fullbody::error::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Simulation {
     pub(super) motion: Motion,
