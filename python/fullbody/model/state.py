@@ -185,8 +185,12 @@ class State(Tabled):
 
     def _named(self, names: tuple[str, ...]) -> State:
         """Return the state with the names of its bodies."""
+        return self._with(self._core, names)
+
+    def _with(self, core: _core.State, names: tuple[str, ...]) -> State:
+        """Return a state of other numbers or names, in the units of this one."""
         state = State.__new__(State)
-        state._core, state._units, state._names = self._core, self._units, names
+        state._core, state._units, state._names = core, self._units, names
         return state
 
     def _in(self, units: Units) -> _core.State:
@@ -473,10 +477,8 @@ class State(Tabled):
         warn_if_degrees(angle, "angle", 0.5 if self._units else 1.0)
         attitude[index] = rotations.product(turn, attitude[index])
         core = self._core
-        turned = State.__new__(State)
-        turned._core = _core.State(core.time, core.position, core.velocity, attitude, core.spin)
-        turned._units, turned._names = self._units, self._names
-        return turned
+        turned = _core.State(core.time, core.position, core.velocity, attitude, core.spin)
+        return self._with(turned, self._names)
 
     def _place(self, body: object, what: str) -> int:
         """Return the place of a body from its place or name."""
