@@ -33,7 +33,7 @@ pub trait Named: Copy + PartialEq + 'static {
 /// Serializes a value as its name.
 ///
 /// # Errors
-/// Those of the serializer.
+/// Returns the errors of the serializer.
 pub fn serialize<T: Named, S: Serializer>(choice: &T, serializer: S) -> std::result::Result<S::Ok, S::Error> {
     serializer.serialize_str(choice.name())
 }
@@ -41,7 +41,7 @@ pub fn serialize<T: Named, S: Serializer>(choice: &T, serializer: S) -> std::res
 /// Deserializes a value from its name.
 ///
 /// # Errors
-/// Those of the deserializer, and one for a name that does not exist.
+/// Returns the errors of the deserializer, and one for a name that does not exist.
 pub fn deserialize<'de, T: Named, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<T, D::Error> {
     T::named(&String::deserialize(deserializer)?).map_err(D::Error::custom)
 }

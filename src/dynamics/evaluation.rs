@@ -101,8 +101,8 @@ impl System {
     /// Returns the energy in its parts.
     ///
     /// # Errors
-    /// Those of [`Self::interactions`], and [`Error::InvalidInput`] if a part of the energy is too large for
-    /// a double.
+    /// Returns the errors of [`Self::interactions`], and [`Error::InvalidInput`] if a part of the energy is
+    /// too large for a double.
     pub fn energy(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Energy> {
         self.check(state, interrupt)?;
         self.polyhedra(interrupt).map_err(|error| error.at(state.time))?;
@@ -145,7 +145,7 @@ impl System {
     /// Returns the total angular momentum about the origin, inertial.
     ///
     /// # Errors
-    /// Those of [`Self::momentum`].
+    /// Returns the errors of [`Self::momentum`].
     pub fn angular_momentum(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Vec3> {
         self.check(state, interrupt)?;
         let momentum = invariants::angular_momentum(&self.bodies, state);

@@ -25,7 +25,7 @@ impl System {
     /// Returns the derivatives at a state.
     ///
     /// # Errors
-    /// Those of [`Self::interactions`], [`Error::ForceFailed`] if an external force fails, and
+    /// Returns the errors of [`Self::interactions`], [`Error::ForceFailed`] if an external force fails, and
     /// [`Error::InvalidInput`] for a parameter or a force without derivatives.
     pub fn jacobian(
         &self,

@@ -93,7 +93,7 @@ pub fn run<T: Send>(
 /// Runs all members as [`run`] does, each thread within a call of `life`, which has to run it.
 ///
 /// # Errors
-/// Those of [`run`].
+/// Returns the errors of [`run`].
 pub fn run_within<T: Send>(
     source: &mut impl JobSource<Job = (T, Member), Answer = (T, MemberOutcome)>,
     threads: Option<NonZeroUsize>,

@@ -99,7 +99,8 @@ impl KeplerElements {
     /// Returns the time from one periapsis to the next.
     ///
     /// # Errors
-    /// Those of [`Self::mean_motion`], and [`Error::InvalidInput`] for a hyperbola, which has one periapsis.
+    /// Returns the errors of [`Self::mean_motion`], and [`Error::InvalidInput`] for a hyperbola, which has
+    /// one periapsis.
     pub fn period(&self, mu: f64) -> Result<f64> {
         let motion = self.mean_motion(mu)?;
         if self.eccentricity > 1.0 {

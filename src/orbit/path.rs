@@ -92,7 +92,7 @@ impl OrbitPath {
     /// dH/de = -sinh H / (e cosh H - 1). The mean motion is sqrt(mu / |a|^3).
     ///
     /// # Errors
-    /// Those of [`Self::after`].
+    /// Returns the errors of [`Self::after`].
     pub fn derivatives(&self, time: f64) -> Result<(Vec3, [Vec3; 8])> {
         let place = self.anomaly(time)?;
         let (position, velocity) = self.at(&place)?;
@@ -140,7 +140,7 @@ impl KeplerElements {
     /// Returns position and velocity for mu = G (m_1 + m_2).
     ///
     /// # Errors
-    /// Those of [`OrbitPath::new`].
+    /// Returns the errors of [`OrbitPath::new`].
     pub fn to_cartesian(&self, mu: f64) -> Result<(Vec3, Vec3)> {
         OrbitPath::new(self, mu)?.after(0.0)
     }

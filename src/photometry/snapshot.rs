@@ -133,7 +133,7 @@ impl Photometer {
     /// Returns the brightness of each body in each view: those in the first view, then those in the second.
     ///
     /// # Errors
-    /// Those of [`Self::brightness`].
+    /// Returns the errors of [`Self::brightness`].
     pub fn brightness_in(&self, views: &[View<'_>], interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
         self.many(views, interrupt, |snapshot, interrupt, all| {
             let of = |_: &mut (), lit: &Lit<'_>, _, _: &_| lit.brightness();
@@ -145,8 +145,8 @@ impl Photometer {
     /// not among them: it is the brightness divided by the albedo.
     ///
     /// # Errors
-    /// Those of [`Self::brightness`], and [`Error::InvalidInput`] for a body that is not an ellipsoid and for
-    /// a law of a rough surface.
+    /// Returns the errors of [`Self::brightness`], and [`Error::InvalidInput`] for a body that is not an
+    /// ellipsoid and for a law of a rough surface.
     pub fn partials(&self, view: &View<'_>, interrupt: &mut InterruptCheck) -> Result<Vec<(f64, Partials)>> {
         self.partials_in(std::slice::from_ref(view), interrupt)
     }
@@ -154,7 +154,7 @@ impl Photometer {
     /// Returns the brightness of each body in each view, with its derivatives.
     ///
     /// # Errors
-    /// Those of [`Self::partials`].
+    /// Returns the errors of [`Self::partials`].
     pub fn partials_in(
         &self,
         views: &[View<'_>],

@@ -109,7 +109,7 @@ impl Shape {
     /// Makes an ellipsoid with semi-axes along x, y, z in any order; equal ones are allowed.
     ///
     /// # Errors
-    /// Those of [`Ellipsoid::new`].
+    /// Returns the errors of [`Ellipsoid::new`].
     pub fn ellipsoid(semi_axes: [f64; 3]) -> Result<Self> {
         Ok(Self::Ellipsoid(Ellipsoid::new(semi_axes)?))
     }

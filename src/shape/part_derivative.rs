@@ -126,7 +126,7 @@ impl Body {
     /// Returns the body with another mass: the masses of all parts change in proportion.
     ///
     /// # Errors
-    /// Those of [`Self::with_mass`] or [`Self::composite`].
+    /// Returns the errors of [`Self::with_mass`] or [`Self::composite`].
     pub fn of_mass(&self, mass: f64) -> Result<Self> {
         if !self.is_composite() {
             return Self::with_mass(self.name.clone(), self.parts()[0].shape.clone(), mass);
@@ -139,7 +139,7 @@ impl Body {
     /// Returns the body, which must have one part, with another shape.
     ///
     /// # Errors
-    /// Those of [`Self::with_mass`].
+    /// Returns the errors of [`Self::with_mass`].
     pub fn of_shape(&self, shape: Shape) -> Result<Self> {
         Self::with_mass(self.name.clone(), shape, self.mass)
     }

@@ -99,7 +99,7 @@ impl Polyhedron {
     /// Checks that the faces bound a solid, where that is not yet known.
     ///
     /// # Errors
-    /// Those of [`Self::new`].
+    /// Returns the errors of [`Self::new`].
     pub fn check(&self, interrupt: &mut InterruptCheck) -> Result<()> {
         if !self.solid.checked.load(Ordering::Relaxed) {
             check_solid(&self.solid.given, &self.solid.faces, &self.solid.edges, interrupt)?;

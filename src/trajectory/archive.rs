@@ -141,7 +141,7 @@ impl Simulation {
     /// the function of a force by its name.
     ///
     /// # Errors
-    /// Those of [`Self::from_bytes`]; a function is missing where `functions` returns `None`.
+    /// Returns the errors of [`Self::from_bytes`]; a function is missing where `functions` returns `None`.
     pub fn from_bytes_with(
         bytes: &[u8],
         functions: impl Fn(&str) -> Option<Call>,

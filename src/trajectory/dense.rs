@@ -85,7 +85,7 @@ impl Dense {
     /// Returns the states at many times, in any order.
     ///
     /// # Errors
-    /// Those of [`Self::state`], and [`Error::Interrupted`].
+    /// Returns the errors of [`Self::state`], and [`Error::Interrupted`].
     pub fn states(&self, times: &[f64], interrupt: &mut InterruptCheck) -> Result<Vec<State>> {
         let state = |&time: &f64| {
             interrupt.charge(self.frame.layout.dimension() as u64, time)?;

@@ -299,7 +299,7 @@ impl Simulation {
     /// also receives the simulation, for an archive of it.
     ///
     /// # Errors
-    /// Those of [`Self::integrate`], and the error of an event's function.
+    /// Returns the errors of [`Self::integrate`], and the error of an event's function.
     pub fn run(
         &mut self,
         until: f64,

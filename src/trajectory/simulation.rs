@@ -64,7 +64,7 @@ impl Simulation {
     /// seconds.
     ///
     /// # Errors
-    /// Those of [`Self::new`], and [`Error::Interrupted`].
+    /// Returns the errors of [`Self::new`], and [`Error::Interrupted`].
     pub fn begin(
         system: &System,
         state: &State,
@@ -109,7 +109,7 @@ impl Simulation {
     /// Starts anew from another state; the counts start anew too.
     ///
     /// # Errors
-    /// Those of [`Self::begin`]; the simulation is then unchanged.
+    /// Returns the errors of [`Self::begin`]; the simulation is then unchanged.
     pub fn set_state(&mut self, state: &State, interrupt: &mut InterruptCheck) -> Result<()> {
         let fresh = Self::begin(self.system(), state, self.integrator, interrupt)?;
         *self = Self { notes: std::mem::take(&mut self.notes), ..fresh };

@@ -211,7 +211,7 @@ class _SystemChain:
         #: The constant derivatives of the numbers with respect to those parameters that are themselves one of the
         #: numbers.
         self._own: dict[str, _Array] = {}
-        #: Those that make the same change as one of these, and are not needed beside it.
+        #: Names of parameters that make the same change as one of ``_own``, and are not needed beside it.
         self._spare: set[str] = set()
 
     def solve(self, base: SetupResult, numbers: _Array) -> tuple[dict[str, _Array], list[str | None]]:
@@ -222,7 +222,7 @@ class _SystemChain:
         """
         solved, left = self._solve(base, numbers)
         if self._spare and any(place is not None for place in left):
-            # What was spare for other values of the parameters may be needed for these.
+            # A parameter of the system that was not needed at other values may be needed at these.
             self._spare.clear()
             solved, left = self._solve(base, numbers)
         return solved, left
