@@ -13,7 +13,7 @@
 use super::choice::MARGIN;
 use super::rule::Kernel;
 use super::store::NodeKind;
-use super::{Interaction, Pair, PartGravity, Pose};
+use super::{Interaction, Pair, Pose};
 use crate::error::{Error, Result};
 use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
@@ -32,6 +32,8 @@ const AGREEMENT_OVER_FACES: f64 = 2e-14;
 /// the coarser pair's difference, and by less than `CANCELLED`, the sum has the digits that it can have.
 const SETTLED: f64 = 0.3;
 const CANCELLED: f64 = 1e-12;
+/// The ratio of circumscribed radii beyond which the smaller polyhedron is integrated over.
+const MUCH_SMALLER: f64 = 2.0;
 /// The largest number of evaluations of a facet at a point in one sum over the faces: a second or two.
 pub(super) const MOST: u64 = 100_000_000;
 /// The work of a facet's field at a point, in units of the work of a point of a layer.
@@ -87,15 +89,24 @@ impl Pair {
         layer_degree((reach - field.shape.focal_reach()) / radius, self.tolerance)
     }
 
+    /// Returns the polyhedron to integrate over. Of like sizes it is the one with more faces: the cells
+    /// follow from the gap, so that the work grows with the facets of the other one's field. A much smaller
+    /// one is always integrated over, for its facets' field loses digits at the far side of a large body.
+    fn integrated_over_faces(&self) -> usize {
+        let [Some(first), Some(second)] = [0, 1].map(|k| self.bodies[k].polyhedron()) else {
+            return usize::from(self.bodies[0].polyhedron().is_none());
+        };
+        let ratio = second.circumradius() / first.circumradius();
+        if ratio.max(1.0 / ratio) > MUCH_SMALLER || second.faces().len() == first.faces().len() {
+            usize::from(ratio < 1.0)
+        } else {
+            usize::from(second.faces().len() > first.faces().len())
+        }
+    }
+
     /// Raises the digits for which the cells are made until a rule agrees with a finer one.
     fn over_faces(&mut self, pose: &Pose, reach: f64, interrupt: &mut InterruptCheck) -> Result<()> {
-        let faces = |body: &PartGravity| body.polyhedron().map(|p| p.faces().len());
-        // The body with fewer faces is integrated over: the field of the other one is exact.
-        let integrated = match [faces(&self.bodies[0]), faces(&self.bodies[1])] {
-            [Some(first), Some(second)] => usize::from(second < first),
-            [None, _] => 1,
-            _ => 0,
-        };
+        let integrated = self.integrated_over_faces();
         let used =
             self.rule.as_ref().filter(|r| r.integrated == integrated && r.node_kind == NodeKind::Faces);
         let first = (-self.tolerance.log10()).ceil().clamp(FEWEST as f64, MOST_DIGITS as f64) as usize;
@@ -109,13 +120,14 @@ impl Pair {
             let Some(fine) = self.by_cells(integrated, digits + FINER, pose, reach, interrupt)? else {
                 break;
             };
-            let last = std::mem::replace(&mut difference, self.change(&fine, &own));
+            let scale = self.natural_force(pose).max(fine.force_on_first.norm());
+            let last = std::mem::replace(&mut difference, self.change(&fine, &own) / scale);
             settled |= difference >= SETTLED * last;
             let permitted = if settled { CANCELLED } else { AGREEMENT_OVER_FACES };
             if difference <= self.tolerance.max(permitted) {
                 if difference < 1e-2 * self.tolerance && digits > FEWEST {
                     let lower = self.by_cells(integrated, digits - 1, pose, reach, interrupt)?;
-                    if lower.is_some_and(|lower| self.change(&lower, &fine) <= 0.1 * self.tolerance) {
+                    if lower.is_some_and(|lower| self.change(&lower, &fine) <= 0.1 * self.tolerance * scale) {
                         return Ok(());
                     }
                 }
@@ -206,10 +218,16 @@ impl Pair {
         Ok(division.is_some())
     }
 
-    /// Returns the largest difference of two evaluations: of the force, and of the torques over the body's
-    /// radius, relative to the force.
+    /// Returns the force of two points at this separation, or where the circumscribed spheres overlap, at the
+    /// sum of their radii. The bodies' own force may vanish by symmetry, as at the centre of a ring, while the
+    /// terms of its sum do not.
+    fn natural_force(&self, pose: &Pose) -> f64 {
+        let touching: f64 = self.bodies.iter().map(|body| body.shape.circumradius()).sum();
+        pose.separation.norm().max(touching).powi(-2)
+    }
+
+    /// Returns the largest difference of two evaluations: of the force, or of a torque over its body's radius.
     pub(super) fn change(&self, one: &Interaction, other: &Interaction) -> f64 {
-        let force = one.force_on_first.norm();
         let torque =
             |a: &Vec3, b: &Vec3, body: usize| (a - b).norm() / self.bodies[body].shape.circumradius();
         let change = (one.force_on_first - other.force_on_first).norm();
@@ -217,7 +235,7 @@ impl Pair {
             &one.torque_second,
             &other.torque_second,
             1,
-        )) / force
+        ))
     }
 
     /// Returns the kind of nodes for the body that is integrated over.

@@ -217,7 +217,7 @@ impl Pair {
         let multipole = self.multipole.as_ref()?;
         let scaled = self.scaled(pose);
         let (more, own) = (multipole.next().interaction(&scaled), multipole.interaction(&scaled));
-        Some(self.change(&more, &own) * more.force_on_first.norm() / self.unit / self.unit)
+        Some(self.change(&more, &own) / self.unit / self.unit)
     }
 
     /// Returns the potential energy per unit G m m with the rule in use: negative.

@@ -22,6 +22,18 @@ def octahedron(a, b, c):
     return Polyhedron(ends, faces)
 
 
+def torus(radius, tube, count=12, around=6):
+    """A ring about the z axis, `count` corners long and `around` corners about its tube."""
+    a, b = np.meshgrid(np.arange(count) * 2.0 * np.pi / count, np.arange(around) * 2.0 * np.pi / around, indexing="ij")
+    rho = radius + tube * np.cos(b)
+    faces = []
+    for i in range(count):
+        for j in range(around):
+            ends = [((i + p) % count) * around + (j + q) % around for p, q in ((0, 0), (1, 0), (1, 1), (0, 1))]
+            faces += [[ends[0], ends[1], ends[2]], [ends[0], ends[2], ends[3]]]
+    return Polyhedron(np.stack([rho * np.cos(a), rho * np.sin(a), tube * np.sin(b)], axis=-1).reshape(-1, 3), faces)
+
+
 def icosphere(level, axes=(1.0, 1.0, 1.0)):
     """20 * 4**level triangles with corners on an ellipsoid."""
     golden = (1.0 + 5.0**0.5) / 2.0
