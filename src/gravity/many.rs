@@ -40,7 +40,28 @@ impl Wanted<'_> {
     }
 }
 
-/// Points, in C order.
+/// Points, in C order, at which the gravity of bodies is computed.
+///
+/// ```
+/// use fullbody::gravity::{Attractor, BodyField, Points, Wanted};
+/// use fullbody::interrupt::InterruptCheck;
+/// use fullbody::math::{Mat3, Vec3};
+/// use fullbody::pulp;
+/// use fullbody::shape::{Body, Shape};
+///
+/// let ball = Body::with_mass("ball", Shape::ellipsoid([1.0, 1.0, 1.0])?, 3.0)?;
+/// // The vector instructions of this machine.
+/// let (arch, interrupt) = (pulp::Arch::new(), &mut InterruptCheck::never());
+/// // G = 1.
+/// let field = BodyField::new(&ball, 1.0, arch, interrupt)?;
+/// let attractor = Attractor { field: &field, position: Vec3::zeros(), rotation: Mat3::identity() };
+/// let points = Points { coordinates: &[2.0, 0.0, 0.0, 0.0, 0.0, -4.0], shape: &[2], before: 0 };
+/// let (mut potential, mut g) = ([0.0; 2], [0.0; 6]);
+/// points.gravity(&[attractor], Wanted::Field(&mut potential, &mut g), arch, interrupt)?;
+/// assert!((potential[0] + 3.0 / 2.0).abs() < 1e-15 && (g[0] + 3.0 / 4.0).abs() < 1e-15);
+/// assert!((potential[1] + 3.0 / 4.0).abs() < 1e-15 && (g[5] - 3.0 / 16.0).abs() < 1e-15);
+/// # Ok::<(), fullbody::error::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy)]
 pub struct Points<'a> {
     /// Coordinates (P, 3).

@@ -27,7 +27,51 @@ const BATCH: usize = 512;
 /// The caller's hook, which breaks to interrupt the flight.
 type Hook<'h> = dyn FnMut(Progress) -> ControlFlow<()> + Send + 'h;
 
-/// The plan of a flight.
+/// The plan of a flight of particles through the bodies' motion.
+///
+/// ```
+/// use fullbody::dynamics::{Settings, State, System};
+/// use fullbody::integrate::{Tolerance, VERNER98};
+/// use fullbody::math::Vec3;
+/// use fullbody::particles::{ContactResponse, FlightPlan, FlightRecord, Particle, Rules};
+/// use fullbody::shape::{Body, Shape};
+/// use fullbody::trajectory::{Integrator, Output, Run, Simulation, TangentOptions, Trajectory};
+/// use std::f64::consts::PI;
+/// use std::ops::ControlFlow;
+///
+/// let ball = Body::with_mass("ball", Shape::ellipsoid([1.0, 1.0, 1.0])?, 1.0)?;
+/// let system = System::new(vec![ball], 1.0, Settings::default())?;
+/// let zero = vec![Vec3::zeros()];
+/// let state = State::from_tait_bryan(0.0, zero.clone(), zero.clone(), &[[0.0; 3]], zero)?;
+/// let tolerance = Tolerance::new(1e-13, 1e-13)?;
+///
+/// // The flight reads the bodies' motion from the continuous solution of a run.
+/// let period = 2.0 * PI * 8.0_f64.sqrt();
+/// let mut run = Trajectory::new(1);
+/// let options =
+///     Run { output: &Output::Ends, events: &mut [], dense: true, tangent_options: &TangentOptions::default() };
+/// Simulation::new(&system, &state, Integrator::Verner98(tolerance))?
+///     .run(period, options, &mut run, &mut |_, _| ControlFlow::Continue(()))?;
+///
+/// // A circle of radius 2 about a mass of 1 closes after its period.
+/// let start = Vec3::new(2.0, 0.0, 0.0);
+/// let mut particles = [Particle::new(0.0, &start, &Vec3::new(0.0, 0.5_f64.sqrt(), 0.0), 0.0)];
+/// let rules = Rules { tableau: &VERNER98, tolerance, contact: ContactResponse::Stop, escape: None };
+/// let mut record = FlightRecord::default();
+/// FlightPlan {
+///     system: &system,
+///     dense: run.dense.as_ref().expect("the run was asked for its continuous solution"),
+///     until: period,
+///     output: &[period],
+///     rules: &rules,
+///     radiation: None,
+///     events: &[],
+///     threads: None,
+/// }
+/// .fly(&mut particles, &mut record, &mut |_| ControlFlow::Continue(()))?;
+/// assert!((record.samples[0] - 2.0).abs() < 1e-11 && record.samples[1].abs() < 1e-11);
+/// # Ok::<(), fullbody::error::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct FlightPlan<'a> {
     /// The system.
