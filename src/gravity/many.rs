@@ -58,8 +58,8 @@ impl Wanted<'_> {
 /// let points = Points { coordinates: &[2.0, 0.0, 0.0, 0.0, 0.0, -4.0], shape: &[2], before: 0 };
 /// let (mut potential, mut g) = ([0.0; 2], [0.0; 6]);
 /// points.gravity(&[attractor], Wanted::Field(&mut potential, &mut g), arch, interrupt)?;
-/// assert!((potential[0] + 3.0 / 2.0).abs() < 1e-15 && (g[0] + 3.0 / 4.0).abs() < 1e-15);
-/// assert!((potential[1] + 3.0 / 4.0).abs() < 1e-15 && (g[5] - 3.0 / 16.0).abs() < 1e-15);
+/// assert!((potential[0] - 3.0 / 2.0).abs() < 1e-15 && (g[0] + 3.0 / 4.0).abs() < 1e-15);
+/// assert!((potential[1] - 3.0 / 4.0).abs() < 1e-15 && (g[5] - 3.0 / 16.0).abs() < 1e-15);
 /// # Ok::<(), fullbody::error::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy)]
