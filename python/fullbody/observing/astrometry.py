@@ -223,7 +223,7 @@ class Astrometry(Observations):
         """
         names: dict[str, Any] = {name: name for name in ("times", "east", "north")}
         names["sigma"] = ("sigma_east", "sigma_north")
-        if columns is None and "correlation" in column_names(table, "Astrometry"):
+        if "correlation" in column_names(table, "Astrometry"):
             names["correlation"] = "correlation"
         names |= renamed(columns, "Astrometry")
         units = dict.fromkeys(("east", "north", "sigma"), unit)
