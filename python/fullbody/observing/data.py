@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Self
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from ..base.rotations import matrices
 from ..base.tables import Table, Tabled
+from ..base.units import need
 from ..errors import InvalidInput
 from ..record.displaced import FunctionDerivatives
-from .columns import Rows
+from .columns import Column, Rows, read_table
 from .times import in_system
 from .vectors import SystemGeometry, Vectors
 
@@ -153,6 +154,9 @@ class Observations(Tabled):
     geometry : Geometry
     """
 
+    #: The columns of a table besides ``times``.
+    _columns: ClassVar[tuple[Column, ...]] = ()
+
     def __init__(self, rows: Rows, geometry: Any) -> None:
         if not isinstance(geometry, Vectors):
             raise InvalidInput(f"geometry of {type(self).__name__} is {geometry!r}; expected an observing.Geometry")
@@ -163,6 +167,73 @@ class Observations(Tabled):
         self._clocks: dict[Any, _Array] = {}
         #: These observations before a jitter was added.
         self._given: Self | None = None
+
+    @classmethod
+    def from_table(
+        cls,
+        table: Any,
+        *,
+        columns: Mapping[str, Any] | None = None,
+        unit: Any = None,
+        dates: tuple[str, str] | None = None,
+        **options: Any,
+    ) -> Self:
+        """Make observations from an astropy table or a pandas table.
+
+        Parameters
+        ----------
+        table : Table, QTable or DataFrame
+        columns : dict, optional
+            Names of columns where they differ from those that :meth:`to_table` writes. The keys are ``times``; for
+            :class:`Astrometry` ``east``, ``north``, ``sigma`` (a pair of names) and ``correlation``; for
+            :class:`Photometry` ``magnitude`` and ``sigma``; for :class:`Radar` ``range``, ``range_rate`` and their
+            standard errors ``sigma_range`` and ``sigma_range_rate``.
+        unit : unit or dict of unit, optional
+            Unit of columns that have none, or the unit of each by these keys. Correlations have no unit.
+        dates : (format, scale), optional
+            The format and scale of dates given as numbers, such as ``("jd", "utc")``; see astropy's ``Time``.
+        **options
+            The other arguments of the class. ``night`` of :class:`Photometry` may be the name of a column.
+
+        Returns
+        -------
+        Astrometry, Photometry or Radar
+
+        Examples
+        --------
+        >>> import astropy.units as u
+        >>> from astropy.table import QTable
+        >>> from fullbody import observing
+        >>> geometry = observing.Geometry([0.0, 24.0] * u.h, to_observer=[0.05, 0.0, 0.0] * u.au)
+        >>> table = QTable({"hours": [10.0, 11.0] * u.h, "range": [2.5, 2.6] * u.km, "sigma_range": [75.0, 75.0] * u.m})
+        >>> data = observing.Radar.from_table(table, columns={"times": "hours"}, geometry=geometry)
+        >>> data.range, data.to_table().colnames
+        (<Quantity [2.5, 2.6] km>, ['times', 'range', 'sigma_range'])
+        """
+        if columns is not None and not isinstance(columns, Mapping):
+            raise InvalidInput(
+                f"columns of {cls.__name__} is {columns!r}; expected a dict of arguments to names of columns"
+            )
+        labels = [c.name for c in cls._columns if c.kind == "labels" and isinstance(options.get(c.name), str)]
+        names = dict(columns or {}) | {name: options.pop(name) for name in labels}
+        return cls(**cls._arguments(read_table(table, cls._columns, names, unit, dates, cls.__name__)), **options)
+
+    @classmethod
+    def _arguments(cls, read: dict[str, Any]) -> dict[str, Any]:
+        """Return the arguments of the class from what was read from the columns of a table."""
+        return read
+
+    def to_table(self) -> Any:
+        """Return the observations as an astropy ``QTable``, which :meth:`from_table` reads."""
+        with need("observing", "a table"):
+            from astropy.table import QTable
+
+        columns, meta = self._in_table()
+        return QTable({"times": self.times} | columns, meta=meta)
+
+    def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return the columns of a table besides ``times``, and what else it holds."""
+        raise NotImplementedError
 
     def __len__(self) -> int:
         return len(self.rows)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Self
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,17 +12,7 @@ from ..base.arguments import named_options
 from ..base.units import is_quantity
 from ..errors import InvalidInput
 from .brightness import Photometer
-from .columns import (
-    Rows,
-    column,
-    column_names,
-    in_columns,
-    jitter_of,
-    positive_rows,
-    read_table,
-    refuse_single,
-    renamed,
-)
+from .columns import Column, Rows, column, jitter_of, positive_rows
 from .data import Observations, Seen, refuse_inside
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
@@ -90,6 +80,8 @@ class Photometry(Observations):
     (True, array([14.5]))
     """
 
+    _columns = (Column("magnitude"), Column("sigma"), Column("night", required=False, kind="labels"))
+
     def __init__(
         self,
         times: Any,
@@ -107,13 +99,12 @@ class Photometry(Observations):
     ) -> None:
         unit = "mag" if any(is_quantity(value) for value in (magnitude, sigma)) else None
         numbers = {"magnitude": column(magnitude, "magnitude", unit)[0], "sigma": column(sigma, "sigma", unit)[0]}
-        refuse_single(numbers, ("magnitude",), "Photometry")
-        rows = Rows(times, numbers, "Photometry")
+        rows = Rows(times, numbers, ("magnitude",), "Photometry")
         super().__init__(rows, geometry)
         if geometry._sun is None:
             raise InvalidInput("geometry of Photometry has no Sun; give to_sun=")
-        self.magnitude = rows.of(numbers["magnitude"])
-        self.sigma = positive_rows(rows.of(numbers["sigma"]), "sigma of Photometry")
+        self.magnitude = rows.of("magnitude")
+        self.sigma = positive_rows(rows.of("sigma"), "sigma of Photometry")
         self.law, self.albedo, self.mutual, self.sun_radius = law, albedo, mutual, sun_radius
         self.reduced = reduced
         for name, value in (("mutual", mutual), ("reduced", reduced)):
@@ -132,44 +123,9 @@ class Photometry(Observations):
         #: Names of the nights, and the index of each row's night among them.
         self.nights, self._night = np.unique(labels, return_inverse=True)
 
-    @classmethod
-    def from_table(
-        cls,
-        table: Any,
-        *,
-        columns: Mapping[str, Any] | None = None,
-        dates: tuple[str, str] | None = None,
-        **options: Any,
-    ) -> Self:
-        """Make photometry from an astropy table or a pandas table.
-
-        Parameters
-        ----------
-        table : Table, QTable or DataFrame
-        columns : dict, optional
-            Names of the columns of ``times``, ``magnitude`` and ``sigma`` where they differ from these names.
-        dates : (format, scale), optional
-            The format and scale of dates given as numbers, such as ``("jd", "utc")``; see astropy's ``Time``.
-        **options
-            Arguments of :class:`Photometry`. ``night`` may be the name of a column.
-
-        Returns
-        -------
-        Photometry
-        """
-        names = {name: name for name in ("times", "magnitude", "sigma")} | renamed(columns, "Photometry")
-        if isinstance(options.get("night"), str):
-            if options["night"] not in (has := column_names(table, "Photometry")):
-                raise InvalidInput(
-                    f"the table has no column {options['night']!r} for night of Photometry; it has {has}"
-                )
-            options["night"] = np.asarray(table[options["night"]])
-        return cls(**read_table(table, names, None, dates, "Photometry"), **options)
-
-    def to_table(self) -> Any:
-        """Return the observations as a ``QTable``, which :meth:`from_table` reads, with a column ``night``."""
-        columns = {"times": self.times, "magnitude": self.magnitude, "sigma": self.sigma}
-        return in_columns(columns | {"night": self.nights[self._night]}, {"zero": self.zero})
+    def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        columns = {"magnitude": self.magnitude, "sigma": self.sigma, "night": self.nights[self._night]}
+        return columns, {"zero": self.zero}
 
     def zero_points(self, run: Any) -> _Array:
         """Compute the zero point of each of ``nights`` for a run.
