@@ -254,15 +254,15 @@ class Astrometry(Observations):
         body, about = system._place(self.body, "body"), system._place(self.about, "about")
         if body == about:
             raise InvalidInput(f"body and about of Astrometry are both {system.names[body]}; expected two bodies")
-        seen = self._seen(system, states, masses)
+        retarded = self._retarded(system, states, masses)
         axes = turn(system.frame, self.frame)
-        centres = {one: seen.centre[..., one, :] for one in (body, about)}
+        centres = {one: retarded.centre[..., one, :] for one in (body, about)}
         if self.photocentre:
-            to_sun = self.geometry._of(system).sun(seen.times)
+            to_sun = self.geometry._of(system).sun(retarded.times)
             for one, centre in centres.items():
-                shift = photocentre(semi_axes(system, one), states["attitude"][:, one], seen.observer, to_sun)
+                shift = photocentre(semi_axes(system, one), states["attitude"][:, one], retarded.observer, to_sun)
                 centres[one] = centre + shift
-        line = (centres[about] - seen.observer) @ axes.T
+        line = (centres[about] - retarded.observer) @ axes.T
         return offsets(line, (centres[body] - centres[about]) @ axes.T)
 
     def _depends_on_figures(self) -> bool:

@@ -13,9 +13,10 @@ from ..base.units import is_quantity
 from ..errors import InvalidInput
 from .brightness import Photometer
 from .columns import Column, Rows, column, jitter_of, positive_rows
-from .data import Observations, Seen, refuse_inside
+from .data import Observations
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
+from .states import RetardedStates, refuse_inside
 from .times import are_dates
 from .vectors import Vectors
 
@@ -183,18 +184,18 @@ class Photometry(Observations):
         return Photometer(system, self.law, self.albedo, self.mutual, self.sun_radius)
 
     def _model(self, system: System, states: dict[str, _Array], masses: Any = None) -> _Array:
-        seen = self._seen(system, states, masses)
-        view = self._view(system, states, seen)
+        retarded = self._retarded(system, states, masses)
+        view = self._view(system, states, retarded)
         total = self._total(self._photometer(system).brightness(*view))
         return magnitudes(total, view[3], view[4], self.reduced)[:, None]
 
-    def _view(self, system: System, states: dict[str, _Array], seen: Seen) -> tuple[_Array, ...]:
+    def _view(self, system: System, states: dict[str, _Array], retarded: RetardedStates) -> tuple[_Array, ...]:
         """Return the arguments of a photometer: times, centres, attitudes, vectors to the observer and to the Sun."""
-        attitude = seen.attitude(states["attitude"], states["spin"])
-        to_sun = self.geometry._of(system).sun(seen.times)
-        for what, place in (("observer", seen.observer), ("Sun", to_sun)):
-            refuse_inside(system, what, place, seen.centre, attitude, seen.times)
-        return seen.times, seen.centre, attitude, seen.observer, to_sun
+        attitude = retarded.attitude(states["attitude"], states["spin"])
+        to_sun = self.geometry._of(system).sun(retarded.times)
+        for what, place in (("observer", retarded.observer), ("Sun", to_sun)):
+            refuse_inside(system, what, place, retarded.centre, attitude, retarded.times)
+        return retarded.times, retarded.centre, attitude, retarded.observer, to_sun
 
     def _total(self, light: _Array) -> _Array:
         total = light.sum(axis=1)
@@ -213,16 +214,16 @@ class Photometry(Observations):
         to the observer, u the body's velocity and d its delay. Then c d' = e.(r' + d u' + u d') for a change r' of the
         position, which also changes the time at which the light left.
         """
-        seen = self._seen(system, states)
-        found = self._photometer(system).derivatives(*self._view(system, states, seen))
+        retarded = self._retarded(system, states)
+        found = self._photometer(system).derivatives(*self._view(system, states, retarded))
         factor = -2.5 / np.log(10.0) / self._total(found.brightness)
         place, rotation = (factor[:, None, None] * part.sum(axis=1) for part in (found.position, found.rotation))
-        way = seen.observer[:, None] - seen.centre
+        way = retarded.observer[:, None] - retarded.centre
         toward = way / np.linalg.norm(way, axis=-1, keepdims=True)
-        later = np.sum(place * seen.velocity + rotation * states["spin"], axis=-1)
-        speed = seen.light_speed - np.sum(toward * seen.velocity, axis=-1)
+        later = np.sum(place * retarded.velocity + rotation * states["spin"], axis=-1)
+        speed = retarded.light_speed - np.sum(toward * retarded.velocity, axis=-1)
         place = place + toward * (later / speed)[..., None]
-        delay, weights = seen.delay[..., None], (system._masses / system._masses.sum())[:, None]
+        delay, weights = retarded.delay[..., None], (system._masses / system._masses.sum())[:, None]
         moving, spin = delay * place, delay * rotation
         parts = [
             place - weights * place.sum(axis=1, keepdims=True),

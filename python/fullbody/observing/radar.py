@@ -173,14 +173,14 @@ class Radar(Observations):
         about = None if self.about is None else system._place(self.about, "about")
         if body == about:
             raise InvalidInput(f"body and about of Radar are both {system.names[body]}; expected two bodies")
-        seen = self._seen(system, states, masses)
-        way = seen.observer[:, None] - seen.centre
+        retarded = self._retarded(system, states, masses)
+        way = retarded.observer[:, None] - retarded.centre
         distance = np.sqrt(np.einsum("...x,...x->...", way, way))
         found = {"range": distance}
         if "range_rate" in self._values:
-            moving = seen.observer_velocity[:, None] - seen.velocity
+            moving = retarded.observer_velocity[:, None] - retarded.velocity
             # The speed of light may be infinite, and complex numbers cannot be divided by infinity.
-            towards = np.einsum("...x,...x->...", way, seen.velocity) / distance * (1.0 / seen.light_speed)
+            towards = np.einsum("...x,...x->...", way, retarded.velocity) / distance * (1.0 / retarded.light_speed)
             found["range_rate"] = np.einsum("...x,...x->...", way, moving) / distance / (1.0 - towards)
         columns = [found[name] for name in self._values]
         relative = [c[..., body] if about is None else c[..., body] - c[..., about] for c in columns]
