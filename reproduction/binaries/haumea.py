@@ -99,7 +99,7 @@ def study() -> Haumea:
         best = found[east].values
         ra, dec = pole(best["i_hiiaka"], best["node_hiiaka"])
         # The masses that points need are far from those with J2.
-        axis[east] = fullbody.fit(_triaxial, {"ra": ra, "dec": dec, **best, **masses}, data, integrator=LOOSE)
+        axis[east] = fullbody.fit(triaxial, {"ra": ra, "dec": dec, **best, **masses}, data, integrator=LOOSE)
     ring = fullbody.fit(_on_ring, found[-1].values, data, integrator=LOOSE)
     ring_j2 = fullbody.fit(_on_ring, {"J2": TRIAXIAL, **ring.values}, data, integrator=LOOSE)
     axis_j2 = fullbody.fit(_spheroid, {"J2": TRIAXIAL, **axis[-1].values}, data, integrator=LOOSE)
@@ -178,7 +178,7 @@ def _spheroid(
     )
 
 
-def _triaxial(**parameters: float) -> tuple[fullbody.System, fullbody.State]:
+def triaxial(**parameters: float) -> tuple[fullbody.System, fullbody.State]:
     return _spheroid(TRIAXIAL, **parameters)
 
 

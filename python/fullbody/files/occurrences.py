@@ -57,7 +57,7 @@ def to_dataset(
     if not watched:
         return {}, {}, text
     states = [happened.state._in(run.system._units) for happened in run.events]
-    variables: dict[str, Any] = {"event_asked": ("event", places, {"long_name": "place in fullbody_events"})}
+    variables: dict[str, Any] = {"event_index": ("event", places, {"long_name": "index in fullbody_events"})}
     for name, (dims, dimension, meaning) in _VARIABLES.items():
         values = np.array([getattr(state, name) for state in states])
         variables[f"event_{name}"] = (("event", *dims), values, attributes(dimension, meaning))
@@ -81,7 +81,7 @@ def from_file(content: Content, system: System, parameters: int) -> list[Occurre
     watched = content.parsed("fullbody_events", lambda described: _event_spec(described, system))
     if not watched:
         return []
-    places = content.numbers("event_asked", {"event": None}, whole=True)
+    places = content.numbers("event_index", {"event": None}, whole=True)
     sizes = {"event": len(places), "body": len(system), "axis": 3, "quaternion": 4}
     record = {
         name: content.numbers(f"event_{name}", {dim: sizes[dim] for dim in ("event", *dims)})
@@ -103,7 +103,9 @@ def from_file(content: Content, system: System, parameters: int) -> list[Occurre
     happened = []
     for k, place in enumerate(places):
         if not 0 <= place < len(watched):
-            raise InvalidInput(f"event_asked has {place}; expected 0 to {len(watched) - 1}, a place in fullbody_events")
+            raise InvalidInput(
+                f"event_index has {place}; expected 0 to {len(watched) - 1}, an index in fullbody_events"
+            )
         arrays = (np.ascontiguousarray(record[name][k]) for name in ("position", "velocity", "attitude", "spin"))
         core = _core.State(float(record["time"][k]), *arrays)
         state = system._state(core)

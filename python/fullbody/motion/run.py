@@ -552,7 +552,7 @@ class Run(Tabled, Differentiated):
         xarray.Dataset
             A dataset with the samples along the dimension ``time``. Events that happened have the dimension ``event``,
             labelled with their kinds, and variables ``event_time``, ``event_position`` and so on;
-            ``.attrs["fullbody_events"]`` lists the requested events as JSON, and ``event_asked`` is the index in that
+            ``.attrs["fullbody_events"]`` lists the requested events as JSON, and ``event_index`` is the index in that
             list. ``start_time``, ``start_energy`` and ``start_angular_momentum`` are those of ``run.start``. External
             forces have the dimension ``force``, labelled with their names, and variables ``work``, ``impulse`` and
             ``angular_impulse``; ``.attrs["fullbody_switched_off"]`` is ``run.switched_off`` as JSON.

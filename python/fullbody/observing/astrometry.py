@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -10,17 +9,7 @@ import numpy.typing as npt
 
 from ..base.arguments import named_options, warn_if_degrees
 from ..errors import InvalidInput
-from .columns import (
-    Rows,
-    column,
-    column_names,
-    in_columns,
-    jitter_of,
-    positive_rows,
-    read_table,
-    refuse_single,
-    renamed,
-)
+from .columns import Column, Rows, column, jitter_of, positive_rows
 from .data import Observations
 from .photocentre import photocentre, semi_axes
 from .vectors import Vectors, turn
@@ -82,6 +71,13 @@ class Astrometry(Observations):
     ((2, 2), Unit("mas"))
     """
 
+    _columns = (
+        Column("east"),
+        Column("north"),
+        Column("sigma", parts=("sigma_east", "sigma_north")),
+        Column("correlation", required=False, kind="numbers"),
+    )
+
     def __init__(
         self,
         times: Any,
@@ -108,8 +104,7 @@ class Astrometry(Observations):
         numbers["correlation"], without = column(correlation, "correlation", "")
         if without is not None and not without.is_equivalent(""):
             raise InvalidInput(f"correlation has the unit {without}; expected plain numbers")
-        refuse_single(numbers, ("east", "north"), "Astrometry")
-        rows = Rows(times, numbers, "Astrometry")
+        rows = Rows(times, numbers, ("east", "north"), "Astrometry")
         super().__init__(rows, geometry)
         self.unit = given["east"][1]
         if not isinstance(photocentre, bool | np.bool_):
@@ -117,9 +112,9 @@ class Astrometry(Observations):
         if photocentre and geometry._sun is None:
             raise InvalidInput("geometry of Astrometry has no Sun, which photocentre=True needs; give to_sun=")
         self.body, self.about, self.frame, self.photocentre = body, about, frame, bool(photocentre)
-        self._offsets = np.stack([rows.of(numbers["east"]), rows.of(numbers["north"])], axis=1)
-        self._sigma = positive_rows(rows.of(numbers["sigma"], 2), "sigma of Astrometry")
-        self._correlation = rows.of(numbers["correlation"])
+        self._offsets = np.stack([rows.of("east"), rows.of("north")], axis=1)
+        self._sigma = positive_rows(rows.of("sigma", 2), "sigma of Astrometry")
+        self._correlation = rows.of("correlation")
         if not (np.abs(self._correlation) < 1.0).all():
             worst = self._correlation[np.argmax(np.abs(self._correlation))]
             raise InvalidInput(f"correlation has the value {worst}; expected numbers between -1 and 1")
@@ -192,48 +187,10 @@ class Astrometry(Observations):
             columns = {name: (values * u.rad).to(unit) for name, values in columns.items()}
         return cls(times, correlation=correlation, **columns, **options)
 
-    @classmethod
-    def from_table(
-        cls,
-        table: Any,
-        *,
-        columns: Mapping[str, Any] | None = None,
-        unit: Any = None,
-        dates: tuple[str, str] | None = None,
-        **options: Any,
-    ) -> Self:
-        """Make astrometry from an astropy table or a pandas table.
-
-        Parameters
-        ----------
-        table : Table, QTable or DataFrame
-        columns : dict, optional
-            Names of the columns of ``times``, ``east``, ``north``, ``sigma`` (a pair of names) and ``correlation``,
-            where they differ from those that :meth:`to_table` writes.
-        unit : unit, optional
-            Unit of columns that have none.
-        dates : (format, scale), optional
-            The format and scale of dates given as numbers, such as ``("jd", "utc")``; see astropy's ``Time``.
-        **options
-            Arguments of :class:`Astrometry`: ``body``, ``about``, ``geometry`` and ``frame``.
-
-        Returns
-        -------
-        Astrometry
-        """
-        names: dict[str, Any] = {name: name for name in ("times", "east", "north")}
-        names["sigma"] = ("sigma_east", "sigma_north")
-        if columns is None and "correlation" in column_names(table, "Astrometry"):
-            names["correlation"] = "correlation"
-        names |= renamed(columns, "Astrometry")
-        units = dict.fromkeys(("east", "north", "sigma"), unit)
-        return cls(**read_table(table, names, units, dates, "Astrometry"), **options)
-
-    def to_table(self) -> Any:
-        """Return the observations as an astropy ``QTable``, which :meth:`from_table` reads."""
-        columns = {"times": self.times, "east": self.east, "north": self.north}
-        columns |= {"sigma_east": self.sigma[:, 0], "sigma_north": self.sigma[:, 1], "correlation": self.correlation}
-        return in_columns(columns, {"body": self.body, "about": self.about, "frame": str(self.frame)})
+    def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        columns = {"east": self.east, "north": self.north, "sigma_east": self.sigma[:, 0]}
+        columns |= {"sigma_north": self.sigma[:, 1], "correlation": self.correlation}
+        return columns, {"body": self.body, "about": self.about, "frame": str(self.frame)}
 
     @property
     def east(self) -> Any:
@@ -297,15 +254,15 @@ class Astrometry(Observations):
         body, about = system._place(self.body, "body"), system._place(self.about, "about")
         if body == about:
             raise InvalidInput(f"body and about of Astrometry are both {system.names[body]}; expected two bodies")
-        seen = self._seen(system, states, masses)
+        retarded = self._retarded(system, states, masses)
         axes = turn(system.frame, self.frame)
-        centres = {one: seen.centre[..., one, :] for one in (body, about)}
+        centres = {one: retarded.centre[..., one, :] for one in (body, about)}
         if self.photocentre:
-            to_sun = self.geometry._of(system).sun(seen.times)
+            to_sun = self.geometry._of(system).sun(retarded.times)
             for one, centre in centres.items():
-                shift = photocentre(semi_axes(system, one), states["attitude"][:, one], seen.observer, to_sun)
+                shift = photocentre(semi_axes(system, one), states["attitude"][:, one], retarded.observer, to_sun)
                 centres[one] = centre + shift
-        line = (centres[about] - seen.observer) @ axes.T
+        line = (centres[about] - retarded.observer) @ axes.T
         return offsets(line, (centres[body] - centres[about]) @ axes.T)
 
     def _depends_on_figures(self) -> bool:

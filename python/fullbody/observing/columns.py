@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from ..base.arguments import refuse_unknown
 from ..base.units import gathered, is_quantity, need, numbers, refuse_booleans, scalar, strip_to, unit_named
 from ..errors import InconsistentInput, InvalidInput, caution
 from .times import are_dates
 
-__all__ = [
-    "Rows",
-    "column",
-    "column_names",
-    "in_columns",
-    "jitter_of",
-    "positive_rows",
-    "read_table",
-    "refuse_single",
-    "renamed",
-]
+__all__ = ["Column", "Rows", "column", "jitter_of", "positive_rows", "read_table"]
 
 _Array = npt.NDArray[np.float64]
 
@@ -80,7 +71,12 @@ class Rows:
         The number of rows of the table.
     """
 
-    def __init__(self, times: Any, given: dict[str, _Array], owner: str) -> None:
+    def __init__(self, times: Any, given: dict[str, _Array], observed: Sequence[str], owner: str) -> None:
+        for name in observed:
+            if given[name].ndim != 1:
+                # One number in place of a column is accepted for errors and correlations only.
+                expected = "expected (K,), one for each of times"
+                raise InvalidInput(f"{name} of {owner} has shape {given[name].shape}; {expected}")
         if are_dates(times):
             mask = np.asarray(times.mask) if getattr(times, "masked", False) else None
             plain = times.unmasked if mask is not None and hasattr(times, "unmasked") else times
@@ -115,10 +111,10 @@ class Rows:
         self.given = len(axis)
         self._owner, self._columns = owner, given
 
-    def of(self, values: _Array, *shape: int) -> _Array:
-        """Return the kept rows (K, C) or (K,) of values (), (K,) or (K, C)."""
-        name = next((name for name, column in self._columns.items() if column is values), "a column")
-        what, had = f"{name} of {self._owner}", values.shape
+    def of(self, name: str, *shape: int) -> _Array:
+        """Return the kept rows (K, C) or (K,) of a column, whose values are (), (K,) or (K, C)."""
+        values, what = self._columns[name], f"{name} of {self._owner}"
+        had = values.shape
         if values.ndim and len(values) == self.given:
             values = values[self.kept]
         while values.ndim and values.ndim < 1 + len(shape):
@@ -128,13 +124,6 @@ class Rows:
         except ValueError as error:
             wanted = " or ".join(str(one) for one in {(self.given,): 0, (self.given, *shape): 0})
             raise InvalidInput(f"{what} has shape {had}; expected {wanted}, or one number") from error
-
-
-def refuse_single(given: Mapping[str, _Array], names: tuple[str, ...], owner: str) -> None:
-    """Raise an error for one number in place of a column of observed values."""
-    for name in names:
-        if given[name].ndim != 1:
-            raise InvalidInput(f"{name} of {owner} has shape {given[name].shape}; expected (K,), one for each of times")
 
 
 def positive_rows(values: _Array, what: str) -> _Array:
@@ -152,63 +141,88 @@ def jitter_of(given: Any, unit: Any) -> float:
     return value
 
 
-def in_columns(columns: Mapping[str, Any], meta: dict[str, Any]) -> Any:
-    """Make a ``QTable`` of these columns."""
-    with need("observing", "a table"):
-        from astropy.table import QTable
+class Column(NamedTuple):
+    """A column that a class of observations reads from a table.
 
-    return QTable(dict(columns), meta=meta)
+    Attributes
+    ----------
+    name : str
+        The argument of the class, which is also the name of the column unless the user names another one.
+    parts : tuple of str
+        The names of the columns that are the argument together, if they are several.
+    errors : str
+        The name of the column of its standard errors, if they are not an argument that is declared by itself.
+    required : bool
+        Whether each table has the column. Without any such column a table has one of the others or several.
+    kind : "values", "numbers" or "labels"
+        Values may have a unit, and numbers have none. Labels may be anything, and are read only if the user names their
+        column.
+    """
+
+    name: str
+    parts: tuple[str, ...] = ()
+    errors: str = ""
+    required: bool = True
+    kind: Literal["values", "numbers", "labels"] = "values"
 
 
 def read_table(
-    table: Any, wanted: Mapping[str, str | tuple[str, ...]], unit: Any, dates: tuple[str, str] | None, owner: str
+    table: Any,
+    declared: Sequence[Column],
+    columns: Mapping[str, Any],
+    unit: Any,
+    dates: tuple[str, str] | None,
+    owner: str,
 ) -> dict[str, Any]:
     """Return arguments of a class of observations from the columns of an astropy ``Table`` or a pandas ``DataFrame``.
 
     Parameters
     ----------
     table : Table, QTable or DataFrame
-    wanted : dict
-        The name of the column of each argument, or the names of several columns that are one argument.
+    declared : sequence of Column
+        The columns of the class besides ``times``.
+    columns : dict
+        The name of the column of each argument, or the names of several columns that are one argument, where they
+        differ from the declared ones.
     unit : dict or unit
-        Units of columns without a unit, one for all or by the argument; angles are in radians by default.
+        Units of values without a unit, one for all or by the argument.
     dates : (format, scale), optional
         The format and the scale of columns that hold dates as numbers or texts, as in astropy's ``Time``:
         ``("jd", "utc")``.
     owner : str
     """
-    names = column_names(table, owner)
-    found: dict[str, Any] = {}
-    for argument, named in wanted.items():
-        parts = []
-        for name in (named,) if isinstance(named, str) else named:
-            if name not in names:
-                raise InvalidInput(f"the table has no column {name!r} for {argument} of {owner}; it has {names}")
-            parts.append(table[name])
-        if argument == "times":
-            found[argument] = _dates(parts[0], dates, getattr(table, "attrs", {}))
-            continue
-        own = _unit_of(unit.get(argument) if isinstance(unit, Mapping) else unit, argument)
-        pairs = [column(part, f"{argument} of {owner}") for part in parts]
-        units = [had if had is not None else own for _, had in pairs]
-        scaled = [values if one is None else values * one for (values, _), one in zip(pairs, units, strict=True)]
-        found[argument] = scaled[0] if isinstance(named, str) else _stacked(scaled, f"{argument} of {owner}")
-    return found
-
-
-def column_names(table: Any, owner: str) -> list[str]:
-    """Return the names of the columns of an astropy or pandas table."""
     found = getattr(table, "colnames", getattr(table, "columns", None))
     if found is None:
         raise InvalidInput(f"table of {owner} is {table!r}; expected a table of astropy or pandas")
-    return list(found)
-
-
-def renamed(columns: Any, owner: str) -> dict[str, Any]:
-    """Return the names of columns by argument, which a user gave."""
-    if columns is not None and not isinstance(columns, Mapping):
-        raise InvalidInput(f"columns of {owner} is {columns!r}; expected a dict of arguments to names of columns")
-    return dict(columns or {})
+    names = list(found)
+    has = [c for c in declared if c.required or c.name in columns or (c.name in names and c.kind != "labels")]
+    if not has:
+        either = " or ".join(repr(c.name) for c in declared)
+        raise InvalidInput(f"the table has no column {either} of {owner}; it has {names}")
+    if isinstance(unit, Mapping):
+        known = [name for c in declared if c.kind == "values" for name in (c.name, c.errors) if name]
+        refuse_unknown(map(str, unit), known, f"unit of {owner}")
+    wanted: dict[str, Any] = {"times": "times"} | {c.name: c.parts or c.name for c in has}
+    wanted |= {c.errors: c.errors for c in has if c.errors} | dict(columns)
+    kinds, arguments = {c.name: c.kind for c in declared}, {}
+    for argument, named in wanted.items():
+        kind, what, parts = kinds.get(argument, "values"), f"{argument} of {owner}", []
+        for name in (named,) if isinstance(named, str) else named:
+            if name not in names:
+                raise InvalidInput(f"the table has no column {name!r} for {what}; it has {names}")
+            parts.append(table[name])
+        if argument == "times":
+            arguments[argument] = _dates(parts[0], dates, getattr(table, "attrs", {}))
+        elif kind == "labels":
+            arguments[argument] = np.asarray(parts[0])
+        else:
+            own = unit.get(argument) if isinstance(unit, Mapping) else unit
+            own = _unit_of(own, argument) if kind == "values" else None
+            pairs = [column(part, what) for part in parts]
+            units = [had if had is not None else own for _, had in pairs]
+            scaled = [values if one is None else values * one for (values, _), one in zip(pairs, units, strict=True)]
+            arguments[argument] = scaled[0] if isinstance(named, str) else _stacked(scaled, what)
+    return arguments
 
 
 def _unit_of(given: Any, argument: str) -> Any:

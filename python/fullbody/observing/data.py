@@ -3,132 +3,32 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Self
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from ..base.rotations import matrices
 from ..base.tables import Table, Tabled
+from ..base.units import need
 from ..errors import InvalidInput
 from ..record.displaced import FunctionDerivatives
-from .columns import Rows
+from .columns import Column, Rows, read_table
+from .states import RetardedStates, samples_at, states_at
 from .times import in_system
-from .vectors import SystemGeometry, Vectors
+from .vectors import Vectors
 
 if TYPE_CHECKING:
     from ..motion.run import Run
     from ..motion.system import System
 
-__all__ = ["Observations", "Seen", "refuse_inside", "states_at"]
+__all__ = ["Observations"]
 
 _Array = npt.NDArray[np.float64]
 #: The step of a derivative along the imaginary axis, which subtracts no nearly equal numbers.
 _STEP = 1e-100
 #: The step of a difference, relative to the natural size of a parameter.
 _SHARE = 1e-5
-
-
-def states_at(run: Run, times: _Array, what: str) -> dict[str, _Array]:
-    """Return states of a run at times (K,), from its continuous solution or from samples at these times."""
-    if run.dense is not None:
-        low, high = sorted(run.dense._core.range)
-        outside = times[(times < low) | (times > high)]
-        if not outside.size:
-            return run.dense._core.states(np.ascontiguousarray(times))
-        attach = run.system._units.attach
-        first, last, when = (attach(float(value), "time") for value in (low, high, outside[0]))
-        raise InvalidInput(
-            f"{what} needs the state at time {when}, which the run, from {first} to {last}, does not cover"
-        )
-    place = _samples_at(run, times, what)
-    return {name: run._record[name][place] for name in ("position", "velocity", "attitude", "spin")}
-
-
-def _samples_at(run: Run, times: _Array, what: str) -> npt.NDArray[np.intp]:
-    """Return the indices of the samples of a run at times (K,)."""
-    known = run._record["time"]
-    order = np.argsort(known, kind="stable")
-    place = order[np.clip(np.searchsorted(known[order], times), 0, len(known) - 1)] if len(known) else np.array([], int)
-    if not len(known) or not np.array_equal(known[place], times):
-        raise InvalidInput(f"{what} needs states between the samples of the run; integrate with dense=True")
-    return place
-
-
-def refuse_inside(system: System, what: str, place: _Array, centre: _Array, attitude: _Array, times: _Array) -> None:
-    """Raise an error for an observer, or a Sun, inside a body, from where there is no direction to see it.
-
-    Parameters
-    ----------
-    system : System
-    what : str
-        Which of the two it is.
-    place : ndarray, (K, 3)
-        Where it is.
-    centre, attitude : ndarray, (K, N, 3) and (K, N, 4)
-        Of the bodies at these times. Those other than ellipsoids count as ellipsoids with the same moments of inertia.
-    times : ndarray, (K,)
-    """
-    axes = np.array([body.semi_axes for body in system._core_bodies()])
-    away = place[:, None] - centre
-    for k, body in np.argwhere(np.einsum("knx,knx->kn", away, away) < axes.max(axis=1) ** 2):
-        own = matrices(attitude[k, body][None])[0].T @ away[k, body]
-        if np.linalg.norm(own / axes[body]) < 1.0:
-            when, far = system._units.attach(float(times[k]), "time"), np.linalg.norm(away[k, body])
-            raise InvalidInput(
-                f"the {what} of the geometry is inside {system.names[body]} at time {when}, "
-                f"{system._units.attach(float(far), 'length')} from its centre; expected a distant one, with vectors "
-                "from the barycentre in the system's unit of length"
-            )
-
-
-class Seen:
-    """Bodies as they appear in the light that arrives at given times.
-
-    Each body is where it was when its light left it. It is taken to move on a straight line and to rotate uniformly
-    about its pose at the time at which the light left the barycentre. The error by its acceleration is smaller by the
-    square of the speed over that of light.
-
-    Attributes
-    ----------
-    times : ndarray, (K,)
-        Times when the light arrives.
-    observer : ndarray, (K, 3)
-        Vectors from the system's barycentre to the observer.
-    centre, velocity : ndarray, (..., K, N, 3)
-        Positions and velocities of the bodies relative to the system's barycentre. They may be complex, and several for
-        each time.
-    delay : ndarray, (..., K, N)
-        The time at which the light left each body, minus the time at which it left the barycentre.
-    light_speed : float
-        The speed of light in the system's units.
-    """
-
-    def __init__(self, geometry: SystemGeometry, times: _Array, masses: _Array, states: dict[str, _Array]) -> None:
-        weights = masses / masses.sum()
-        self.times, self.light_speed, self._geometry = times, geometry.light_speed, geometry
-        self.observer = geometry.observer(times)
-        position, self.velocity = (
-            states[name] - np.einsum("n,...nx->...x", weights, states[name])[..., None, :]
-            for name in ("position", "velocity")
-        )
-        self.delay = geometry.delays(self.observer, position, self.velocity)
-        self.centre = position + self.velocity * self.delay[..., None]
-
-    @property
-    def observer_velocity(self) -> _Array:
-        """Velocity (K, 3) of the observer from the system's barycentre, which needs rows that are dense in time."""
-        return self._geometry.observer_velocity(self.times)
-
-    def attitude(self, attitude: _Array, spin: _Array) -> _Array:
-        """Return attitudes (K, N, 4) when the light left the bodies, from those when it left the barycentre."""
-        angle = np.linalg.norm(spin, axis=-1) * self.delay
-        turn = 0.5 * self.delay * np.sinc(0.5 * angle / np.pi)
-        w, v = np.cos(0.5 * angle)[..., None], spin * turn[..., None]
-        scalar, vector = attitude[..., :1], attitude[..., 1:]
-        real = scalar * w - np.sum(vector * v, axis=-1, keepdims=True)
-        return np.concatenate([real, scalar * v + w * vector + np.cross(vector, v)], axis=-1)
 
 
 def _times_axis(quaternions: _Array, axis: int) -> _Array:
@@ -153,6 +53,9 @@ class Observations(Tabled):
     geometry : Geometry
     """
 
+    #: The columns of a table besides ``times``.
+    _columns: ClassVar[tuple[Column, ...]] = ()
+
     def __init__(self, rows: Rows, geometry: Any) -> None:
         if not isinstance(geometry, Vectors):
             raise InvalidInput(f"geometry of {type(self).__name__} is {geometry!r}; expected an observing.Geometry")
@@ -163,6 +66,73 @@ class Observations(Tabled):
         self._clocks: dict[Any, _Array] = {}
         #: These observations before a jitter was added.
         self._given: Self | None = None
+
+    @classmethod
+    def from_table(
+        cls,
+        table: Any,
+        *,
+        columns: Mapping[str, Any] | None = None,
+        unit: Any = None,
+        dates: tuple[str, str] | None = None,
+        **options: Any,
+    ) -> Self:
+        """Make observations from an astropy table or a pandas table.
+
+        Parameters
+        ----------
+        table : Table, QTable or DataFrame
+        columns : dict, optional
+            Names of columns where they differ from those that :meth:`to_table` writes. The keys are ``times``; for
+            :class:`Astrometry` ``east``, ``north``, ``sigma`` (a pair of names) and ``correlation``; for
+            :class:`Photometry` ``magnitude`` and ``sigma``; for :class:`Radar` ``range``, ``range_rate`` and their
+            standard errors ``sigma_range`` and ``sigma_range_rate``.
+        unit : unit or dict of unit, optional
+            Unit of columns that have none, or the unit of each by these keys. Correlations have no unit.
+        dates : (format, scale), optional
+            The format and scale of dates given as numbers, such as ``("jd", "utc")``; see astropy's ``Time``.
+        **options
+            The other arguments of the class. ``night`` of :class:`Photometry` may be the name of a column.
+
+        Returns
+        -------
+        Astrometry, Photometry or Radar
+
+        Examples
+        --------
+        >>> import astropy.units as u
+        >>> from astropy.table import QTable
+        >>> from fullbody import observing
+        >>> geometry = observing.Geometry([0.0, 24.0] * u.h, to_observer=[0.05, 0.0, 0.0] * u.au)
+        >>> table = QTable({"hours": [10.0, 11.0] * u.h, "range": [2.5, 2.6] * u.km, "sigma_range": [75.0, 75.0] * u.m})
+        >>> data = observing.Radar.from_table(table, columns={"times": "hours"}, geometry=geometry)
+        >>> data.range, data.to_table().colnames
+        (<Quantity [2.5, 2.6] km>, ['times', 'range', 'sigma_range'])
+        """
+        if columns is not None and not isinstance(columns, Mapping):
+            raise InvalidInput(
+                f"columns of {cls.__name__} is {columns!r}; expected a dict of arguments to names of columns"
+            )
+        labels = [c.name for c in cls._columns if c.kind == "labels" and isinstance(options.get(c.name), str)]
+        names = dict(columns or {}) | {name: options.pop(name) for name in labels}
+        return cls(**cls._arguments(read_table(table, cls._columns, names, unit, dates, cls.__name__)), **options)
+
+    @classmethod
+    def _arguments(cls, read: dict[str, Any]) -> dict[str, Any]:
+        """Return the arguments of the class from what was read from the columns of a table."""
+        return read
+
+    def to_table(self) -> Any:
+        """Return the observations as an astropy ``QTable``, which :meth:`from_table` reads."""
+        with need("observing", "a table"):
+            from astropy.table import QTable
+
+        columns, meta = self._in_table()
+        return QTable({"times": self.times} | columns, meta=meta)
+
+    def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return the columns of a table besides ``times``, and what else it holds."""
+        raise NotImplementedError
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -193,10 +163,10 @@ class Observations(Tabled):
             self._clocks[key] = in_system(self.times, system, f"times of {self._what()}")
         return self._clocks[key]
 
-    def _seen(self, system: System, states: dict[str, _Array], masses: Any = None) -> Seen:
-        """Return the bodies as seen at the times of the observations; other masses move the barycentre."""
+    def _retarded(self, system: System, states: dict[str, _Array], masses: Any = None) -> RetardedStates:
+        """Return the states of the bodies when the observed light left them; other masses move the barycentre."""
         known = system._masses if masses is None else masses
-        return Seen(self.geometry._of(system), self._clock(system), known, states)
+        return RetardedStates(self.geometry._of(system), self._clock(system), known, states)
 
     def _model(self, system: System, states: dict[str, _Array], masses: Any = None) -> _Array:
         """Return predictions (..., K, C) in plain numbers from the states at the times of emission.
@@ -335,7 +305,7 @@ class Observations(Tabled):
             differences.
         """
         system = run.system
-        place = _samples_at(run, self._emission(system), self._what())
+        place = samples_at(run, self._emission(system), self._what())
         states = {name: run._record[name][place] for name in ("position", "velocity", "attitude", "spin")}
         by_state, direct = self._partials(system, states, run._parameters)
 

@@ -10,8 +10,8 @@ import numpy.typing as npt
 from ..base.arguments import named_options
 from ..errors import InvalidInput
 from .brightness import Photometer
-from .data import Seen, refuse_inside, states_at
 from .laws import LommelSeeliger
+from .states import RetardedStates, refuse_inside, states_at
 from .times import in_system
 from .vectors import Vectors
 
@@ -89,13 +89,13 @@ def light_curve(
         raise InvalidInput(f"times has shape {when.shape}; expected (K,)")
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
     states = states_at(run, local.emission(when), "a light curve")
-    seen = Seen(local, when, system._masses, states)
-    attitude = seen.attitude(states["attitude"], states["spin"])
+    retarded = RetardedStates(local, when, system._masses, states)
+    attitude = retarded.attitude(states["attitude"], states["spin"])
     to_sun = local.sun(when)
-    for what, place in (("observer", seen.observer), ("Sun", to_sun)):
-        refuse_inside(system, what, place, seen.centre, attitude, when)
-    light = photometer.brightness(when, seen.centre, attitude, seen.observer, to_sun)
-    return magnitudes(light if each else light.sum(axis=1), seen.observer, to_sun, reduced)
+    for what, place in (("observer", retarded.observer), ("Sun", to_sun)):
+        refuse_inside(system, what, place, retarded.centre, attitude, when)
+    light = photometer.brightness(when, retarded.centre, attitude, retarded.observer, to_sun)
+    return magnitudes(light if each else light.sum(axis=1), retarded.observer, to_sun, reduced)
 
 
 def magnitudes(light: _Array, to_observer: _Array, to_sun: _Array, reduced: bool) -> _Array:

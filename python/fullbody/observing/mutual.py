@@ -12,7 +12,7 @@ from .. import _core
 from ..base.arguments import named_options
 from ..errors import InvalidInput
 from ..events import Occultation
-from .data import refuse_inside
+from .states import refuse_inside
 from .vectors import SystemGeometry, Vectors
 
 if TYPE_CHECKING:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Self
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,20 +12,11 @@ from ..base.arguments import named_options
 from ..base.units import is_quantity
 from ..errors import InvalidInput
 from .brightness import Photometer
-from .columns import (
-    Rows,
-    column,
-    column_names,
-    in_columns,
-    jitter_of,
-    positive_rows,
-    read_table,
-    refuse_single,
-    renamed,
-)
-from .data import Observations, Seen, refuse_inside
+from .columns import Column, Rows, column, jitter_of, positive_rows
+from .data import Observations
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
+from .states import RetardedStates, refuse_inside
 from .times import are_dates
 from .vectors import Vectors
 
@@ -90,6 +81,8 @@ class Photometry(Observations):
     (True, array([14.5]))
     """
 
+    _columns = (Column("magnitude"), Column("sigma"), Column("night", required=False, kind="labels"))
+
     def __init__(
         self,
         times: Any,
@@ -107,13 +100,12 @@ class Photometry(Observations):
     ) -> None:
         unit = "mag" if any(is_quantity(value) for value in (magnitude, sigma)) else None
         numbers = {"magnitude": column(magnitude, "magnitude", unit)[0], "sigma": column(sigma, "sigma", unit)[0]}
-        refuse_single(numbers, ("magnitude",), "Photometry")
-        rows = Rows(times, numbers, "Photometry")
+        rows = Rows(times, numbers, ("magnitude",), "Photometry")
         super().__init__(rows, geometry)
         if geometry._sun is None:
             raise InvalidInput("geometry of Photometry has no Sun; give to_sun=")
-        self.magnitude = rows.of(numbers["magnitude"])
-        self.sigma = positive_rows(rows.of(numbers["sigma"]), "sigma of Photometry")
+        self.magnitude = rows.of("magnitude")
+        self.sigma = positive_rows(rows.of("sigma"), "sigma of Photometry")
         self.law, self.albedo, self.mutual, self.sun_radius = law, albedo, mutual, sun_radius
         self.reduced = reduced
         for name, value in (("mutual", mutual), ("reduced", reduced)):
@@ -132,44 +124,9 @@ class Photometry(Observations):
         #: Names of the nights, and the index of each row's night among them.
         self.nights, self._night = np.unique(labels, return_inverse=True)
 
-    @classmethod
-    def from_table(
-        cls,
-        table: Any,
-        *,
-        columns: Mapping[str, Any] | None = None,
-        dates: tuple[str, str] | None = None,
-        **options: Any,
-    ) -> Self:
-        """Make photometry from an astropy table or a pandas table.
-
-        Parameters
-        ----------
-        table : Table, QTable or DataFrame
-        columns : dict, optional
-            Names of the columns of ``times``, ``magnitude`` and ``sigma`` where they differ from these names.
-        dates : (format, scale), optional
-            The format and scale of dates given as numbers, such as ``("jd", "utc")``; see astropy's ``Time``.
-        **options
-            Arguments of :class:`Photometry`. ``night`` may be the name of a column.
-
-        Returns
-        -------
-        Photometry
-        """
-        names = {name: name for name in ("times", "magnitude", "sigma")} | renamed(columns, "Photometry")
-        if isinstance(options.get("night"), str):
-            if options["night"] not in (has := column_names(table, "Photometry")):
-                raise InvalidInput(
-                    f"the table has no column {options['night']!r} for night of Photometry; it has {has}"
-                )
-            options["night"] = np.asarray(table[options["night"]])
-        return cls(**read_table(table, names, None, dates, "Photometry"), **options)
-
-    def to_table(self) -> Any:
-        """Return the observations as a ``QTable``, which :meth:`from_table` reads, with a column ``night``."""
-        columns = {"times": self.times, "magnitude": self.magnitude, "sigma": self.sigma}
-        return in_columns(columns | {"night": self.nights[self._night]}, {"zero": self.zero})
+    def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        columns = {"magnitude": self.magnitude, "sigma": self.sigma, "night": self.nights[self._night]}
+        return columns, {"zero": self.zero}
 
     def zero_points(self, run: Any) -> _Array:
         """Compute the zero point of each of ``nights`` for a run.
@@ -227,18 +184,18 @@ class Photometry(Observations):
         return Photometer(system, self.law, self.albedo, self.mutual, self.sun_radius)
 
     def _model(self, system: System, states: dict[str, _Array], masses: Any = None) -> _Array:
-        seen = self._seen(system, states, masses)
-        view = self._view(system, states, seen)
+        retarded = self._retarded(system, states, masses)
+        view = self._view(system, states, retarded)
         total = self._total(self._photometer(system).brightness(*view))
         return magnitudes(total, view[3], view[4], self.reduced)[:, None]
 
-    def _view(self, system: System, states: dict[str, _Array], seen: Seen) -> tuple[_Array, ...]:
+    def _view(self, system: System, states: dict[str, _Array], retarded: RetardedStates) -> tuple[_Array, ...]:
         """Return the arguments of a photometer: times, centres, attitudes, vectors to the observer and to the Sun."""
-        attitude = seen.attitude(states["attitude"], states["spin"])
-        to_sun = self.geometry._of(system).sun(seen.times)
-        for what, place in (("observer", seen.observer), ("Sun", to_sun)):
-            refuse_inside(system, what, place, seen.centre, attitude, seen.times)
-        return seen.times, seen.centre, attitude, seen.observer, to_sun
+        attitude = retarded.attitude(states["attitude"], states["spin"])
+        to_sun = self.geometry._of(system).sun(retarded.times)
+        for what, place in (("observer", retarded.observer), ("Sun", to_sun)):
+            refuse_inside(system, what, place, retarded.centre, attitude, retarded.times)
+        return retarded.times, retarded.centre, attitude, retarded.observer, to_sun
 
     def _total(self, light: _Array) -> _Array:
         total = light.sum(axis=1)
@@ -257,16 +214,16 @@ class Photometry(Observations):
         to the observer, u the body's velocity and d its delay. Then c d' = e.(r' + d u' + u d') for a change r' of the
         position, which also changes the time at which the light left.
         """
-        seen = self._seen(system, states)
-        found = self._photometer(system).derivatives(*self._view(system, states, seen))
+        retarded = self._retarded(system, states)
+        found = self._photometer(system).derivatives(*self._view(system, states, retarded))
         factor = -2.5 / np.log(10.0) / self._total(found.brightness)
         place, rotation = (factor[:, None, None] * part.sum(axis=1) for part in (found.position, found.rotation))
-        way = seen.observer[:, None] - seen.centre
+        way = retarded.observer[:, None] - retarded.centre
         toward = way / np.linalg.norm(way, axis=-1, keepdims=True)
-        later = np.sum(place * seen.velocity + rotation * states["spin"], axis=-1)
-        speed = seen.light_speed - np.sum(toward * seen.velocity, axis=-1)
+        later = np.sum(place * retarded.velocity + rotation * states["spin"], axis=-1)
+        speed = retarded.light_speed - np.sum(toward * retarded.velocity, axis=-1)
         place = place + toward * (later / speed)[..., None]
-        delay, weights = seen.delay[..., None], (system._masses / system._masses.sum())[:, None]
+        delay, weights = retarded.delay[..., None], (system._masses / system._masses.sum())[:, None]
         moving, spin = delay * place, delay * rotation
         parts = [
             place - weights * place.sum(axis=1, keepdims=True),

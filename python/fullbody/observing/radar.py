@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,17 +10,7 @@ import numpy.typing as npt
 from ..base.arguments import named_options
 from ..base.units import is_quantity, unit_named
 from ..errors import InvalidInput
-from .columns import (
-    Rows,
-    column,
-    column_names,
-    in_columns,
-    jitter_of,
-    positive_rows,
-    read_table,
-    refuse_single,
-    renamed,
-)
+from .columns import Column, Rows, column, jitter_of, positive_rows
 from .data import Observations
 from .vectors import Vectors
 
@@ -85,6 +74,8 @@ class Radar(Observations):
     (2,)
     """
 
+    _columns = tuple(Column(name, errors=f"sigma_{name}", required=False) for name in _KINDS)
+
     def __init__(
         self,
         times: Any,
@@ -114,60 +105,23 @@ class Radar(Observations):
                 raise InvalidInput(f"only one of {name} and its sigma has a unit; expected both or neither")
             self._units[name] = unit
             numbers |= {name: values, f"sigma_{name}": spread}
-        refuse_single(numbers, tuple(given), "Radar")
-        rows = Rows(times, numbers, "Radar")
+        rows = Rows(times, numbers, tuple(given), "Radar")
         super().__init__(rows, geometry)
         self.body, self.about = body, about
-        self._values = {name: rows.of(numbers[name]) for name in given}
-        self._sigma = {
-            name: positive_rows(rows.of(numbers[f"sigma_{name}"]), f"sigma of {name} of Radar") for name in given
-        }
+        self._values = {name: rows.of(name) for name in given}
+        self._sigma = {name: positive_rows(rows.of(f"sigma_{name}"), f"sigma of {name} of Radar") for name in given}
 
     @classmethod
-    def from_table(
-        cls,
-        table: Any,
-        *,
-        columns: Mapping[str, Any] | None = None,
-        unit: Any = None,
-        dates: tuple[str, str] | None = None,
-        **options: Any,
-    ) -> Self:
-        """Make radar observations from an astropy table or a pandas table.
+    def _arguments(cls, read: dict[str, Any]) -> dict[str, Any]:
+        sigma = [read.pop(f"sigma_{name}") for name in _KINDS if name in read]
+        return dict(sigma=sigma if len(sigma) == 2 else sigma[0], **read)
 
-        Parameters
-        ----------
-        table : Table, QTable or DataFrame
-        columns : dict, optional
-            Names of the columns of ``times``, ``range``, ``range_rate`` and of their standard errors ``sigma_range``
-            and ``sigma_range_rate``, where they differ from these names.
-        unit : dict of unit, optional
-            Units of columns that have none, by these names.
-        dates : (format, scale), optional
-            The format and scale of dates given as numbers, such as ``("jd", "utc")``; see astropy's ``Time``.
-        **options
-            Arguments of :class:`Radar`: ``body``, ``about`` and ``geometry``.
-
-        Returns
-        -------
-        Radar
-        """
-        known, given = column_names(table, "Radar"), renamed(columns, "Radar")
-        names: dict[str, Any] = {name: name for name in ("range", "range_rate") if name in given or name in known}
-        if not names:
-            raise InvalidInput(f"the table has no column 'range' or 'range_rate' of Radar; it has {known}")
-        names = {"times": "times"} | names | {f"sigma_{name}": f"sigma_{name}" for name in names} | given
-        found = read_table(table, names, unit, dates, "Radar")
-        sigma = tuple(found.pop(f"sigma_{name}") for name in ("range", "range_rate") if name in found)
-        return cls(**found, sigma=sigma if len(sigma) == 2 else sigma[0], **options)
-
-    def to_table(self) -> Any:
-        """Return the observations as an astropy ``QTable``, which :meth:`from_table` reads."""
-        columns: dict[str, Any] = {"times": self.times}
+    def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        columns: dict[str, Any] = {}
         for name in self._values:
             columns[name] = self._united(name, self._values[name])
             columns[f"sigma_{name}"] = self._united(name, self._sigma[name])
-        return in_columns(columns, {"body": self.body, "about": self.about})
+        return columns, {"body": self.body, "about": self.about}
 
     @property
     def range(self) -> Any:
@@ -219,14 +173,14 @@ class Radar(Observations):
         about = None if self.about is None else system._place(self.about, "about")
         if body == about:
             raise InvalidInput(f"body and about of Radar are both {system.names[body]}; expected two bodies")
-        seen = self._seen(system, states, masses)
-        way = seen.observer[:, None] - seen.centre
+        retarded = self._retarded(system, states, masses)
+        way = retarded.observer[:, None] - retarded.centre
         distance = np.sqrt(np.einsum("...x,...x->...", way, way))
         found = {"range": distance}
         if "range_rate" in self._values:
-            moving = seen.observer_velocity[:, None] - seen.velocity
+            moving = retarded.observer_velocity[:, None] - retarded.velocity
             # The speed of light may be infinite, and complex numbers cannot be divided by infinity.
-            towards = np.einsum("...x,...x->...", way, seen.velocity) / distance * (1.0 / seen.light_speed)
+            towards = np.einsum("...x,...x->...", way, retarded.velocity) / distance * (1.0 / retarded.light_speed)
             found["range_rate"] = np.einsum("...x,...x->...", way, moving) / distance / (1.0 - towards)
         columns = [found[name] for name in self._values]
         relative = [c[..., body] if about is None else c[..., body] - c[..., about] for c in columns]

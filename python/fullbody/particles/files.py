@@ -42,9 +42,9 @@ _OF_EVENTS = {
     "event_position": (("axis",), "length"),
     "event_velocity": (("axis",), "velocity"),
 }
-_EVENT_WHOLE = ("event_asked", "event_particle", "event_rising")
+_EVENT_WHOLE = ("event_index", "event_particle", "event_rising")
 #: Names of the arrays in the core.
-_CORE = {"event_asked": "event"}
+_CORE = {"event_index": "event"}
 
 
 def to_xarray(flight: Any) -> xarray.Dataset:
@@ -127,12 +127,12 @@ def contents(content: Content, system: System) -> dict[str, Any]:
             raise InvalidInput(f"{name} has other values than whole numbers from {low} to {high}")
     kinds = {"fate": np.int8, "fate_body": np.int32, "strikes": np.uint32}
     record |= {name: whole[name].astype(kind) for name, kind in kinds.items()}
-    asked = content.numbers("event_asked", {"event": None}, whole=True)
-    sizes["event"] = len(asked)
-    record["event"] = asked
-    if len(asked) and not 0 <= asked.min() <= asked.max() < len(watched):
-        raise InvalidInput("event_asked counts beyond the events of the file")
+    index = content.numbers("event_index", {"event": None}, whole=True)
+    sizes["event"] = len(index)
+    record["event"] = index
+    if len(index) and not 0 <= index.min() <= index.max() < len(watched):
+        raise InvalidInput("event_index counts beyond the events of the file")
     for name in _EVENT_WHOLE[1:]:
-        record[name] = content.numbers(name, {"event": len(asked)}, whole=True)
+        record[name] = content.numbers(name, {"event": len(index)}, whole=True)
     record |= {name: numbers(name, "event", *dims) for name, (dims, _) in _OF_EVENTS.items()}
     return {"record": record, "watched": watched}

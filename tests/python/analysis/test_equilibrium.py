@@ -155,7 +155,8 @@ def test_curvature_is_that_of_the_energy(ellipsoids, locked):
         total += m * (pose.r @ pose.r * np.eye(3) - np.outer(pose.r, pose.r))
         for R, moments in zip(np.asarray(state.rotation_matrix), inertia, strict=True):
             total += R @ np.diag(moments) @ R.T
-        energy = ellipsoids.interactions(ellipsoids._state(state)).potential_energy
+        moved = fullbody.State(state.position, state.velocity, state.attitude, state.spin)
+        energy = ellipsoids.interactions(moved).potential_energy
         return energy + J @ np.linalg.solve(total, J) / 2
 
     unit = masses.prod() / locked.separation

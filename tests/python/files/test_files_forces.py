@@ -74,7 +74,7 @@ def test_every_bit_comes_back(runs, which, tmp_path):
 
 def test_the_closest_approach_is_that_of_the_orbit(runs):
     """Mean anomaly -0.1 at 20 h, and no more than the pull on the pair's quadrupole moves it."""
-    rate = np.sqrt(runs[0].system._G * 5.97e24 / 10000.0**3)
+    rate = np.sqrt(runs[0].system.G * 5.97e24 / 10000.0**3)
     (happened,) = runs[0].events
     expected = 20.0 + 0.1 / rate
     assert abs(happened.time - expected) < 1e-7 * expected

@@ -144,7 +144,7 @@ CONTENT = {
     "long attitude": (values("attitude", (2, 1), 1.0), r"attitude\[2, 1\] has the length 2.0; expected quaternions of"),
     "huge attitude": (values("attitude", (2, 1), 1e300), r"attitude\[2, 1\] has the length 2e\+300; expected quat"),
     "event attitude": (values("event_attitude", (0, 0), 0.1), r"event_attitude\[0, 0\] has the length 0.2; expected"),
-    "event of none": (values("event_asked", 0, 4), "event_asked has 4; expected 0 to 0, a place in fullbody_events"),
+    "event of none": (values("event_index", 0, 4), "event_index has 4; expected 0 to 0, an index in fullbody_events"),
     "fewer axes": (lambda d: d.assign(spin=("time", np.zeros(6))), "spin has the dimensions time; expected time, body"),
     "turned": (turned, "position has the dimensions body, time, axis; expected time, body, axis"),
     "text": (lambda d: d.assign(spin=(d.spin.dims, d.spin.values.astype("U8"))), "spin is of the type <U8; exp"),

@@ -236,13 +236,24 @@ def test_the_error_of_a_robust_estimate_is_that_of_an_m_estimator():
 def test_losses_have_the_derivatives_that_they_state(loss):
     from fullbody.fitting.losses import loss_of
 
-    function = loss_of(loss)._function
-    z, h = np.array([0.01, 0.5, 3.0, 20.0, 900.0]), 1e-6
-    rho, slope, curvature = function(z)
-    near = function(z * (1 + h)), function(z * (1 - h))
-    np.testing.assert_allclose((near[0][0] - near[1][0]) / (2 * h * z), slope, rtol=1e-7)
-    np.testing.assert_allclose((near[0][1] - near[1][1]) / (2 * h * z), curvature, rtol=1e-6, atol=1e-9)
-    assert (rho > 0).all()
+    given, h = loss_of(loss), 1e-5
+    pulls = np.sqrt([0.01, 0.5, 3.0, 20.0, 900.0])
+
+    def difference(function):
+        return (function(pulls * (1 + h)) - function(pulls * (1 - h))) / (2 * h * pulls)
+
+    def psi(pulls):
+        return np.prod(given.roots(pulls), axis=0)
+
+    root, slope = given.roots(pulls)
+    assert (root > 0).all()
+    np.testing.assert_allclose(difference(lambda pulls: given.roots(pulls)[0]), slope, rtol=1e-7)
+    # Beside zeros the inflation by one pull tells the derivative of psi there, which may be below zero.
+    zeros = np.zeros(20)
+    level = given.roots(zeros)[1] ** 2
+    for pull, one, change in zip(pulls, psi(pulls), difference(psi), strict=True):
+        steep = np.sqrt(one**2 / 21 / given.inflation(np.append(zeros, pull), 0))
+        assert 21 * steep - level.sum() == pytest.approx(change, rel=1e-6, abs=1e-9)
 
 
 def test_a_mixture_is_the_likelihood_of_two_normal_distributions():

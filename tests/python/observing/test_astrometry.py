@@ -178,6 +178,14 @@ def test_tables_are_written_and_read_back(pandas_too):
         observing.Astrometry.from_table(table, columns={"east": "RA"}, **options)
 
 
+def test_correlations_are_read_from_a_table_with_other_names_of_columns():
+    row = {"time": [1.0], "east": [2.0], "north": [3.0], "sigma_east": [1.0], "sigma_north": [1.0]}
+    table = pandas.DataFrame(row | {"correlation": [0.3]})
+    geometry = observing.Geometry([0.0, 2.0], to_observer=[1.0, 0.0, 0.0])
+    data = observing.Astrometry.from_table(table, columns={"times": "time"}, geometry=geometry)
+    assert data.correlation.tolist() == [0.3]
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -118,6 +118,8 @@ def test_astrometry(options, message):
         (lambda: observing.Astrometry.from_table(None, geometry=VIEW), "table of Astrometry is None; expected a table"),
         (lambda: observing.Astrometry.from_table({"times": [1.0]}, geometry=VIEW), "expected a table of astropy or"),
         (lambda: table(unit="parrot"), "unit of east is 'parrot'"),
+        (lambda: table(unit={"eats": u.mas}), "'eats' is not an option of unit of Astrometry; did you mean 'east'"),
+        (lambda: table(unit={"east": u.mas}), "north has no unit, but others of east, north and sigma have"),
         (lambda: table(also={"east": ["far"]}), "east of Astrometry has values that are no numbers"),
         (lambda: table(also={"east": [np.nan]}), "Astrometry has no row without masked or missing values"),
         (lambda: table(dates=("jd", "noon")), "not dates of the format and scale .*noon"),
@@ -143,6 +145,15 @@ def test_polar_coordinates_and_tables(call, message):
 
 def test_the_unit_of_a_table_may_be_text():
     assert table(unit="mas").east.unit == u.mas
+
+
+def test_units_of_a_table_may_be_given_by_column():
+    data = table(unit={"east": u.mas, "north": "arcsec", "sigma": u.mas})
+    assert data.east[0].to_value("mas") == pytest.approx(1.0)
+    assert data.north[0].to_value("mas") == pytest.approx(1000.0)
+    frame = pd.DataFrame({"times": [1.0], "magnitude": [12.0], "sigma": [50.0]})
+    bright = observing.Photometry.from_table(frame, unit={"sigma": "mmag"}, geometry=VIEW)
+    assert bright.sigma.tolist() == [pytest.approx(0.05)]
 
 
 def test_position_angles_that_look_like_degrees_are_told():

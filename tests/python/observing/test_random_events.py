@@ -43,14 +43,14 @@ def planar(d):
 
 def ellipses(axes, states, d, *bodies):
     """Matrices A of the outlines of ellipsoids, on which x A^-1 x = 1: (K, 2, 2) for each."""
-    turn, plane = fullbody.base.rotations.matrices(states["attitude"]), planar(d)
+    turn, plane = fullbody.base.rotations.matrices(states.attitude), planar(d)
     return [np.einsum("xa,kab,b,kcb,yc->kxy", plane, turn[:, k], axes[k] ** 2, turn[:, k], plane) for k in bodies]
 
 
 def overlap(axes, states, d, i, j):
     """How far outline i is from that of j before it, by the function of Perram & Wertheim less one: (K,)."""
     first, second = ellipses(axes, states, d, i, j)
-    way = states["position"][:, j] - states["position"][:, i]
+    way = states.position[:, j] - states.position[:, i]
     r = way @ planar(d).T
 
     def function(s):
@@ -70,7 +70,7 @@ def overlap(axes, states, d, i, j):
 def excess(axes, states, d, i, j):
     """How far outline i is beyond that of j before it: the largest sqrt(x B^-1 x) of its points, less one: (K,)."""
     first, second = ellipses(axes, states, d, i, j)
-    way = states["position"][:, j] - states["position"][:, i]
+    way = states.position[:, j] - states.position[:, i]
     angle = np.linspace(0, 2 * np.pi, 720, endpoint=False)
     circle = np.linalg.cholesky(first) @ np.stack([np.cos(angle), np.sin(angle)])
     x = circle - (way @ planar(d).T)[..., None]
@@ -84,11 +84,11 @@ def excess(axes, states, d, i, j):
 
 def apart(vertices, states, d, i, j):
     """How far the origin is from the differences of two polygons' points; negative within. For polyhedra: (K,)."""
-    turn, plane = fullbody.base.rotations.matrices(states["attitude"]), planar(d)
+    turn, plane = fullbody.base.rotations.matrices(states.attitude), planar(d)
     first, second = (
-        (vertices[m] @ np.swapaxes(turn[:, m], 1, 2) + states["position"][:, m, None]) @ plane.T for m in (i, j)
+        (vertices[m] @ np.swapaxes(turn[:, m], 1, 2) + states.position[:, m, None]) @ plane.T for m in (i, j)
     )
-    way = states["position"][:, j] - states["position"][:, i]
+    way = states.position[:, j] - states.position[:, i]
     reach = sum(np.linalg.norm(vertices[m], axis=1).max() for m in (i, j))
     margin = np.linalg.norm(way @ plane.T, axis=1) - reach
     for k in np.flatnonzero(margin < 0):
@@ -141,7 +141,7 @@ def test_events_are_those_of_a_dense_scan(seed):
     found, ends = events(run, directions, far)
     for kind, k, i, j in CASES:
         hidden = spans(found, kind, "AB"[i], ends)
-        scan(lambda s, k=k, i=i, j=j: overlap(axes, s, directions[k], i, j), run.dense._core.states, ends, 1501, hidden)
+        scan(lambda s, k=k, i=i, j=j: overlap(axes, s, directions[k], i, j), run.dense, ends, 1501, hidden)
 
 
 @pytest.mark.parametrize("seed", range(16))
@@ -153,7 +153,7 @@ def test_totality_is_that_of_a_dense_scan(seed):
         total = spans(found, kind, "AB"[i], ends, ("total_begin", "total_end"))
         for begin, end in partial:
             at = np.linspace(begin, end, 203)[1:-1]
-            margin = excess(axes, run.dense._core.states(at), directions[k], i, j)
+            margin = excess(axes, run.dense(at), directions[k], i, j)
             inside = [span for span in total if begin <= span[0] and span[1] <= end]
             assert len(inside) < 2
             # A body that turns may come into sight for a while between the two ends of its totality.
@@ -167,7 +167,7 @@ def test_totality_is_that_of_a_dense_scan(seed):
                 inside,
             )
             for contact in {time for span in inside for time in span} - {*ends}:
-                near = excess(axes, run.dense._core.states(np.array([contact])), directions[k], i, j)
+                near = excess(axes, run.dense(np.array([contact])), directions[k], i, j)
                 assert abs(near[0]) < 1e-6, (kind, i, contact)
 
 
@@ -181,6 +181,4 @@ def test_events_of_polyhedra_are_those_of_a_dense_scan(seed):
     found, ends = events(run, directions, far)
     for kind, k, i, j in CASES:
         hidden = spans(found, kind, "AB"[i], ends)
-        scan(
-            lambda s, k=k, i=i, j=j: apart(vertices, s, directions[k], i, j), run.dense._core.states, ends, 401, hidden
-        )
+        scan(lambda s, k=k, i=i, j=j: apart(vertices, s, directions[k], i, j), run.dense, ends, 401, hidden)

@@ -46,7 +46,7 @@ def test_each_agrees_with_verner98(system, state, step, place):
     assert worst(run.spin, expected.spin) < bound
     assert abs(run.energy_drift_orbital).max() < bound
     # Angular momentum is kept to round-off by the symplectic ones, exact in their steps.
-    if not isinstance(integrator, integrators._Adaptive):
+    if not hasattr(integrator, "rtol"):
         assert run.angular_momentum_drift.max() < 1e-13
 
 
@@ -215,7 +215,7 @@ def test_there_and_back(place):
     sim = fullbody.Simulation(system, state, integrator)
     sim.integrate(20.0, output=[20.0])
     sim.integrate(0.0, output=[0.0])
-    bound = 1e-9 if isinstance(integrator, integrators._Adaptive) else 1e-11
+    bound = 1e-9 if hasattr(integrator, "rtol") else 1e-11
     assert np.abs(sim.state.position - state.position).max() < bound
     assert np.abs(sim.state.spin - state.spin).max() < bound
 

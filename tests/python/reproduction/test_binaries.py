@@ -92,14 +92,14 @@ def test_the_axis_of_haumea_from_its_moons():
     start |= {f"{name}_namaka": value for name, value in moon.items()}
     moon = {"period": 49.052, "e": 0.0569, "i": 100.19, "node": 13.015, "periapsis": 118.9, "longitude": 271.23}
     start |= {f"{name}_hiiaka": value for name, value in moon.items()}
-    fit = fullbody.fit(haumea._triaxial, start, moons.haumea(-1), integrator=haumea.LOOSE)
+    fit = fullbody.fit(haumea.triaxial, start, moons.haumea(-1), integrator=haumea.LOOSE)
     assert round(fit.chi2, 1) == 84.7
     assert fit.dof == 87
     for name, (value, error) in expected.items():
         assert fit.values[name] == pytest.approx(value, abs=0.01)
         assert fit.sigma[name] == pytest.approx(error, abs=0.01)
     # The axis of the setup is that of the parameters, and its J2 that of the figure for the sphere of equal volume.
-    system, state = haumea._triaxial(**start)
+    system, state = haumea.triaxial(**start)
     ra, dec = np.radians([283.2, -6.5])
     axis = [np.cos(dec) * np.cos(ra), np.cos(dec) * np.sin(ra), np.sin(dec)]
     np.testing.assert_allclose(state.rotation_matrix[0][:, 2], axis, atol=1e-12)

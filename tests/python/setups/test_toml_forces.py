@@ -199,12 +199,20 @@ pressure = "4.5e-6 Pa"
         read(tmp_path, PAIR + text.replace("0.02", '"1 N"'))
 
 
-def test_every_argument_of_the_kinds_is_read():
+def test_every_argument_of_the_kinds_is_read(tmp_path):
     """A field that a force gains is one that the file can hold."""
     from dataclasses import fields
 
-    from fullbody.setups import toml_forces
-
-    known = {"orbit", "along", "across", *toml_forces._TEXTS, *toml_forces._NUMBERS}
-    for kind in toml_forces._KINDS.values():
-        assert {entry.name for entry in fields(kind)} <= known
+    needed = {
+        "ThirdBody": {},
+        "Tide": {"on": '"Alpha"', "by": '"Beta"', "k2": "0.1", "lag": "1"},
+        "Yorp": {"on": '"Alpha"', "along": "1"},
+        "Byorp": {"on": '"Beta"', "about": '"Alpha"'},
+    }
+    with pytest.raises(fullbody.InvalidInput, match=f"expected one of {', '.join(map(repr, needed))}$"):
+        read(tmp_path, f'{PAIR}[[forces]]\nkind = "tide"\n')
+    for kind, given in needed.items():
+        for entry in fields(getattr(forces, kind)):
+            wrong = "".join(f"{name} = {value}\n" for name, value in (given | {entry.name: "false"}).items())
+            with pytest.raises(fullbody.InvalidInput, match=rf"forces\[0\]\.{entry.name}: is False; expected"):
+                read(tmp_path, f'{PAIR}[[forces]]\nkind = "{kind}"\n{wrong}')

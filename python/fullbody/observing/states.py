@@ -1,0 +1,120 @@
+"""States of the bodies at the times of observations: from a run, and when the observed light left each body."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.rotations import matrices
+from ..errors import InvalidInput
+from .vectors import SystemGeometry
+
+if TYPE_CHECKING:
+    from ..motion.run import Run
+    from ..motion.system import System
+
+__all__ = ["RetardedStates", "refuse_inside", "samples_at", "states_at"]
+
+_Array = npt.NDArray[np.float64]
+
+
+def states_at(run: Run, times: _Array, what: str) -> dict[str, _Array]:
+    """Return states of a run at times (K,), from its continuous solution or from samples at these times."""
+    if run.dense is not None:
+        low, high = sorted(run.dense._core.range)
+        outside = times[(times < low) | (times > high)]
+        if not outside.size:
+            return run.dense._core.states(np.ascontiguousarray(times))
+        attach = run.system._units.attach
+        first, last, when = (attach(float(value), "time") for value in (low, high, outside[0]))
+        raise InvalidInput(
+            f"{what} needs the state at time {when}, which the run, from {first} to {last}, does not cover"
+        )
+    place = samples_at(run, times, what)
+    return {name: run._record[name][place] for name in ("position", "velocity", "attitude", "spin")}
+
+
+def samples_at(run: Run, times: _Array, what: str) -> npt.NDArray[np.intp]:
+    """Return the indices of the samples of a run at times (K,)."""
+    known = run._record["time"]
+    order = np.argsort(known, kind="stable")
+    place = order[np.clip(np.searchsorted(known[order], times), 0, len(known) - 1)] if len(known) else np.array([], int)
+    if not len(known) or not np.array_equal(known[place], times):
+        raise InvalidInput(f"{what} needs states between the samples of the run; integrate with dense=True")
+    return place
+
+
+def refuse_inside(system: System, what: str, place: _Array, centre: _Array, attitude: _Array, times: _Array) -> None:
+    """Raise an error for an observer, or a Sun, inside a body, from where there is no direction to see it.
+
+    Parameters
+    ----------
+    system : System
+    what : str
+        Which of the two it is.
+    place : ndarray, (K, 3)
+        Where it is.
+    centre, attitude : ndarray, (K, N, 3) and (K, N, 4)
+        Of the bodies at these times. Those other than ellipsoids count as ellipsoids with the same moments of inertia.
+    times : ndarray, (K,)
+    """
+    axes = np.array([body.semi_axes for body in system._core_bodies()])
+    away = place[:, None] - centre
+    for k, body in np.argwhere(np.einsum("knx,knx->kn", away, away) < axes.max(axis=1) ** 2):
+        own = matrices(attitude[k, body][None])[0].T @ away[k, body]
+        if np.linalg.norm(own / axes[body]) < 1.0:
+            when, far = system._units.attach(float(times[k]), "time"), np.linalg.norm(away[k, body])
+            raise InvalidInput(
+                f"the {what} of the geometry is inside {system.names[body]} at time {when}, "
+                f"{system._units.attach(float(far), 'length')} from its centre; expected a distant one, with vectors "
+                "from the barycentre in the system's unit of length"
+            )
+
+
+class RetardedStates:
+    """States of bodies at their retarded times, when the light left them that arrives at the observer at given times.
+
+    Each body is taken to move on a straight line and to rotate uniformly about its pose at the time at which the light
+    left the barycentre. The error by its acceleration is smaller by the square of the speed over that of light.
+
+    Attributes
+    ----------
+    times : ndarray, (K,)
+        Times when the light arrives.
+    observer : ndarray, (K, 3)
+        Vectors from the system's barycentre to the observer.
+    centre, velocity : ndarray, (..., K, N, 3)
+        Positions and velocities of the bodies relative to the system's barycentre. They may be complex, and several for
+        each time.
+    delay : ndarray, (..., K, N)
+        The time at which the light left each body, minus the time at which it left the barycentre.
+    light_speed : float
+        The speed of light in the system's units.
+    """
+
+    def __init__(self, geometry: SystemGeometry, times: _Array, masses: _Array, states: dict[str, _Array]) -> None:
+        weights = masses / masses.sum()
+        self.times, self.light_speed, self._geometry = times, geometry.light_speed, geometry
+        self.observer = geometry.observer(times)
+        position, self.velocity = (
+            states[name] - np.einsum("n,...nx->...x", weights, states[name])[..., None, :]
+            for name in ("position", "velocity")
+        )
+        self.delay = geometry.delays(self.observer, position, self.velocity)
+        self.centre = position + self.velocity * self.delay[..., None]
+
+    @property
+    def observer_velocity(self) -> _Array:
+        """Velocity (K, 3) of the observer from the system's barycentre, which needs rows that are dense in time."""
+        return self._geometry.observer_velocity(self.times)
+
+    def attitude(self, attitude: _Array, spin: _Array) -> _Array:
+        """Return attitudes (K, N, 4) when the light left the bodies, from those when it left the barycentre."""
+        angle = np.linalg.norm(spin, axis=-1) * self.delay
+        turn = 0.5 * self.delay * np.sinc(0.5 * angle / np.pi)
+        w, v = np.cos(0.5 * angle)[..., None], spin * turn[..., None]
+        scalar, vector = attitude[..., :1], attitude[..., 1:]
+        real = scalar * w - np.sum(vector * v, axis=-1, keepdims=True)
+        return np.concatenate([real, scalar * v + w * vector + np.cross(vector, v)], axis=-1)
