@@ -14,7 +14,7 @@ _UNIT_POWER = re.compile(r"\b(k?m|s|h)\^(-?\d)")
 
 
 def typeset(text: str) -> str:
-    """Return plain text as HTML with powers of ten, Greek letters, indices and exponents of units typeset.
+    """Return plain text as HTML with powers of ten, Greek letters, indices, exponents of units and errors typeset.
 
     Parameters
     ----------
@@ -32,6 +32,8 @@ def typeset(text: str) -> str:
     '<i>ω</i><sub>z</sub> &lt; 10<sup>−5</sup> rad/s'
     >>> typeset("2.5e3 m^3")
     '2.5 × 10<sup>3</sup> m<sup>3</sup>'
+    >>> typeset("5.84 +- 0.29")
+    '5.84 ± 0.29'
     """
 
     def power(found: re.Match[str]) -> str:
@@ -43,5 +45,5 @@ def typeset(text: str) -> str:
         name, index = found.groups()
         return f"<i>{GREEK[name]}</i>" + (f"<sub>{index}</sub>" if index else "")
 
-    text = _SYMBOL.sub(symbol, _POWER_OF_TEN.sub(power, escape(text)))
+    text = _SYMBOL.sub(symbol, _POWER_OF_TEN.sub(power, escape(text))).replace("+-", "±")
     return _UNIT_POWER.sub(r"\1<sup>\2</sup>", text)

@@ -13,6 +13,7 @@ from reproduction.typesetting import typeset
         ("1e-13", "10<sup>−13</sup>"),
         ("3e+08 m^3", "3 × 10<sup>8</sup> m<sup>3</sup>"),
         ("a < b & c", "a &lt; b &amp; c"),
+        ("5.84 +- 0.29 km", "5.84 ± 0.29 km"),
         # Words, digests and versions stay as they are.
         ("theta-like thetas, 0x1e5, v1.2e3x", "<i>θ</i>-like thetas, 0x1e5, v1.2e3x"),
     ],
