@@ -7,8 +7,8 @@ from html import escape
 
 __all__ = ["typeset"]
 
-GREEK = {"omega": "ω", "Omega": "Ω", "theta": "θ", "phi": "φ", "psi": "ψ", "mu": "μ", "kappa": "κ"}
-_SYMBOL = re.compile(rf"\b({'|'.join(GREEK)})(?:_([xyz]))?\b")
+GREEK = {"omega": "ω", "Omega": "Ω", "theta": "θ", "phi": "φ", "psi": "ψ", "mu": "μ", "kappa": "κ", "pi": "π"}
+_SYMBOL = re.compile(rf"\b({'|'.join(GREEK)})(?:_([xyz0]))?\b|\b(F)_([xyz])\b")
 _POWER_OF_TEN = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]?)0*(\d+)\b")
 _UNIT_POWER = re.compile(r"\b(k?m|s|h)\^(-?\d)")
 
@@ -38,12 +38,14 @@ def typeset(text: str) -> str:
 
     def power(found: re.Match[str]) -> str:
         number, sign, exponent = found.groups()
+        if float(number) == 0.0:
+            return "0"
         factor = "" if number == "1" else f"{number} × "  # noqa: RUF001
         return f"{factor}10<sup>{'−' if sign == '-' else ''}{exponent}</sup>"  # noqa: RUF001
 
     def symbol(found: re.Match[str]) -> str:
-        name, index = found.groups()
-        return f"<i>{GREEK[name]}</i>" + (f"<sub>{index}</sub>" if index else "")
+        name, index = found.group(1) or found.group(3), found.group(2) or found.group(4)
+        return f"<i>{GREEK.get(name, name)}</i>" + (f"<sub>{index}</sub>" if index else "")
 
     text = _SYMBOL.sub(symbol, _POWER_OF_TEN.sub(power, escape(text))).replace("+-", "±")
     return _UNIT_POWER.sub(r"\1<sup>\2</sup>", text)
