@@ -1,4 +1,4 @@
-"""What was found where the paper and its stated start part, and what the paper could not see, each told once."""
+"""Findings where the paper and its stated initial conditions differ, and on what the paper does not show."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every number and claim of the paper beside what comes out here, with a verdict."""
+"""Every number and claim of the paper compared with the results here, with a verdict."""
 
 from __future__ import annotations
 
@@ -81,11 +81,11 @@ def _tops(j: Judge, r: Results) -> None:
     two = r.cases[2]
     share = two.tilt / (math.pi / 32)
     j.within("case2.angles", f"largest {share:.3f} pi/32", share, 0.99, 1.01, "pi/32")
-    ours = f"straight to {two.psi_bend:.0e} rad in 400 rad"
+    ours = f"a straight line to within {two.psi_bend:.0e} rad, over 400 rad"
     j.within("case2.psi", ours, two.psi_bend, high=0.01, unit="rad from a straight line")
     orders = math.log10(2.0 / two.transverse)
     j.within("case2.transverse", f"{orders:.1f} orders: {two.transverse:.2e}", orders, 2.5, 3.5, "orders")
-    ours = f"{100 * two.transverse_close:.0f} % of the largest tenth near an approach"
+    ours = f"{100 * two.transverse_close:.0f} % of the largest tenth of the values are near an approach"
     counted = "above 90 %; near is within a quarter of the time between two approaches"
     j.claim("case2.peaks", ours, two.transverse_close > 0.9, counted)
     apart = 100 * r.from_coplanar
