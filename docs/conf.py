@@ -155,6 +155,27 @@ class LinkSource(SphinxPostTransform):
             link += literal
 
 
+class DescribeImages(SphinxPostTransform):
+    """Gives each image without an alternative text its caption, or else the title of its section."""
+
+    default_priority = 500
+
+    def run(self, **kwargs: object) -> None:
+        """Describe the images of one page; without this, the alternative text would be the name of a file."""
+        for image in self.document.findall(nodes.image):
+            if image.get("alt"):
+                continue
+            after = image.next_node(descend=False, siblings=True)
+            if isinstance(after, nodes.paragraph) and isinstance(after[0], nodes.emphasis):
+                image["alt"] = after.astext()
+                continue
+            section: Any = image.parent
+            while section is not None and not isinstance(section, nodes.section):
+                section = section.parent
+            if section is not None:
+                image["alt"] = f"Figure of the section: {section.next_node(nodes.title).astext()}"
+
+
 def escape_number(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
     """Keep a leading ``(65803)`` from being read as the number of a list's item."""
     first = next((place for place, line in enumerate(lines) if line.strip()), None)
@@ -170,5 +191,6 @@ def drop_template(app: Any, error: Exception | None) -> None:
 def setup(app: Any) -> None:
     """Connect what this file defines; the escape comes after numpydoc, which takes the text apart."""
     app.add_post_transform(LinkSource)
+    app.add_post_transform(DescribeImages)
     app.connect("autodoc-process-docstring", escape_number, priority=600)
     app.connect("build-finished", drop_template, priority=900)

@@ -7,14 +7,14 @@ from html import escape
 
 __all__ = ["typeset"]
 
-GREEK = {"omega": "ω", "Omega": "Ω", "theta": "θ", "phi": "φ", "psi": "ψ", "mu": "μ", "kappa": "κ"}
-_SYMBOL = re.compile(rf"\b({'|'.join(GREEK)})(?:_([xyz]))?\b")
+GREEK = {"omega": "ω", "Omega": "Ω", "theta": "θ", "phi": "φ", "psi": "ψ", "mu": "μ", "kappa": "κ", "pi": "π"}
+_SYMBOL = re.compile(rf"\b({'|'.join(GREEK)})(?:_([xyz0]))?\b|\b(F)_([xyz])\b")
 _POWER_OF_TEN = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]?)0*(\d+)\b")
 _UNIT_POWER = re.compile(r"\b(k?m|s|h)\^(-?\d)")
 
 
 def typeset(text: str) -> str:
-    """Return plain text as HTML with powers of ten, Greek letters, indices and exponents of units typeset.
+    """Return plain text as HTML with powers of ten, Greek letters, indices, exponents of units and errors typeset.
 
     Parameters
     ----------
@@ -32,16 +32,20 @@ def typeset(text: str) -> str:
     '<i>ω</i><sub>z</sub> &lt; 10<sup>−5</sup> rad/s'
     >>> typeset("2.5e3 m^3")
     '2.5 × 10<sup>3</sup> m<sup>3</sup>'
+    >>> typeset("5.84 +- 0.29")
+    '5.84 ± 0.29'
     """
 
     def power(found: re.Match[str]) -> str:
         number, sign, exponent = found.groups()
+        if float(number) == 0.0:
+            return "0"
         factor = "" if number == "1" else f"{number} × "  # noqa: RUF001
         return f"{factor}10<sup>{'−' if sign == '-' else ''}{exponent}</sup>"  # noqa: RUF001
 
     def symbol(found: re.Match[str]) -> str:
-        name, index = found.groups()
-        return f"<i>{GREEK[name]}</i>" + (f"<sub>{index}</sub>" if index else "")
+        name, index = found.group(1) or found.group(3), found.group(2) or found.group(4)
+        return f"<i>{GREEK.get(name, name)}</i>" + (f"<sub>{index}</sub>" if index else "")
 
-    text = _SYMBOL.sub(symbol, _POWER_OF_TEN.sub(power, escape(text)))
+    text = _SYMBOL.sub(symbol, _POWER_OF_TEN.sub(power, escape(text))).replace("+-", "±")
     return _UNIT_POWER.sub(r"\1<sup>\2</sup>", text)

@@ -14,8 +14,8 @@ STATED: Final = {
     "roll": "Dimorphos is especially prone to unstable rotation about its long axis",
 }
 ASSUMED: Final = {
-    "Didymos": "an ellipsoid of 0.838 x 0.832 x 0.786 km that turns in 2.26 h",
-    "Dimorphos": "as large as a sphere of 0.164 km, of Didymos' density; synchronous and upright",
+    "Didymos": "an ellipsoid of 0.838 x 0.832 x 0.786 km that rotates in 2.26 h",
+    "Dimorphos": "the volume of a sphere of 0.164 km in diameter, with Didymos' density; synchronous and upright",
     "orbit": "circular before the impact, at 1.19 km; the total mass is that of a Kepler orbit of 11.9217 h there",
     "impact": "against the motion, 10 degrees out of the orbit's plane, through the centre: 535 kg at 6.6 km/s, times "
     "beta",

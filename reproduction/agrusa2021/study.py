@@ -134,15 +134,16 @@ def _text(numbers: dict[str, Any]) -> str:
     drift = max(one["largest_drift"] for one in numbers["counts"].values())
     return f"""# The attitude of Dimorphos: {numbers["paper"]}
 
-{numbers["program"]}{", a draft: a small grid and short runs" if numbers["draft"] else ""}. Only the abstract could be \
-read. What it states stands below, with what is assumed.
+{numbers["program"]}{", a draft: a small grid and short runs" if numbers["draft"] else ""}. Only the abstract was \
+available. Its statements and the assumptions of this study are listed below.
 
 ![Largest roll, pitch and yaw](map.png)
 
 {table(head, rows)}
 
-Unstable is a roll, pitch or yaw beyond {np.rad2deg(UNSTABLE):g} degrees within the year, for the first time on day \
-{days} in the median; near is within {NEAR:g} mean motions. The energy of the orbit drifts by at most {drift:.1g}.
+A shape is unstable if its roll, pitch or yaw exceeds {np.rad2deg(UNSTABLE):g} degrees within the year; the median day \
+of the first time is {days}. Near means within {NEAR:g} mean motions. The energy of the orbit drifts by at most \
+{drift:.1g}.
 
 The lines are resonances of the linear theory, on a circular orbit about a point:
 
@@ -153,7 +154,7 @@ with the mean motion as the unit and, for moments A < B < C,
     libration^2 = 3 (B - A)/C,
     A B x^2 - [4 A (C - A) + B (C - B) + (A + B - C)^2] x + 4 (C - A) (C - B) = 0,
 
-x the squares of precession (the larger one) and nutation.
+where the roots x are the squares of the frequencies of precession (the larger one) and nutation.
 
 ## Stated
 

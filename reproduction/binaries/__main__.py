@@ -1,4 +1,4 @@
-"""``python -m reproduction.binaries``: binaries beyond Neptune fitted again, beside the published numbers."""
+"""``python -m reproduction.binaries``: binaries beyond Neptune fitted again and compared with the published numbers."""
 
 from __future__ import annotations
 

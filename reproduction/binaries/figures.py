@@ -21,10 +21,10 @@ __all__ = ["CAPTIONS", "catalogue", "eris", "poles"]
 
 CAPTIONS = {
     "catalogue": "Fitted minus published elements of the 27 systems, in published standard errors (left; cut at "
-    "15), and the published standard error of the period over that which the data of the file allow (right). "
-    "Systems left of the dotted line were published with more data than the file has.",
-    "eris": "Dysnomia about Eris: the observations with their standard errors, five times enlarged, and where the "
-    "fitted orbit places Dysnomia at their times.",
+    "15), and the ratio of the published standard error of the period to that which the data of the file allow "
+    "(right). The publication of systems left of the dotted line used more data than the file has.",
+    "eris": "Dysnomia about Eris: the observations with their standard errors, enlarged five times, and the positions "
+    "of Dysnomia on the fitted orbit at the same times.",
     "poles": "The normal of Hi'iaka's orbit, fitted with either sign of right ascension, Haumea's axis, and the pole "
     "of its ring.",
 }

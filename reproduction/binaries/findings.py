@@ -38,16 +38,17 @@ def _catalogue(refits: Sequence[Refit]) -> list[str]:
     for one in refits:
         if one.exchanged:
             text.append(
-                f"{one.catalogued.name}: the two components are of nearly equal brightness, and rows "
-                f"{', '.join(map(str, one.exchanged))} (counted from 0) have them in the other order than the others. "
-                f"As given, chi2 is {one.as_given:.0f}; with these rows reversed it is {one.fit.chi2:.1f} for "
-                f"{one.fit.dof} degrees of freedom, and all elements come out as published."
+                f"{one.catalogued.name}: the two components have nearly equal brightness, and in rows "
+                f"{', '.join(map(str, one.exchanged))} (counted from 0) their order is opposite to that in the other "
+                f"rows. As given, chi2 is {one.as_given:.0f}; with these rows reversed it is {one.fit.chi2:.1f} for "
+                f"{one.fit.dof} degrees of freedom, and all elements agree with the published ones."
             )
     lacking = [one for one in refits if one.ratio < ENOUGH]
     factor = max(max(one.ratio, 1.0 / one.ratio) for one in refits if one.ratio >= ENOUGH)
     if lacking:
         text.append(
-            "The published errors of the period are smaller than the files allow, so that data are missing, in "
+            "The published errors of the period are smaller than the data in the file allow, so data must be missing, "
+            "in "
             + ", ".join(f"{one.catalogued.name} ({1 / one.ratio:.1f} times)" for one in lacking)
             + f". In the other {len(refits) - len(lacking)} systems the published errors of the period are the fitted "
             f"ones within a factor of {factor:.1f}."
@@ -73,17 +74,17 @@ def _eris(eris: Eris) -> list[str]:
         f"The 19 epochs give chi2 {fit.chi2:.2f} for {fit.dof} degrees of freedom: a Keplerian orbit with these "
         f"errors is excluded at {excluded(fit):.1f} sigma. The eccentricity is "
         f"{fit.values['e'] / fit.sigma['e']:.1f} standard errors above zero; a circular orbit has chi2 "
-        f"{circle.chi2:.1f} for {circle.dof}. Without light time chi2 is {eris.instant.chi2:.1f}, lower: chi2 does "
-        "not find that mistake, which moves the mean longitude by "
+        f"{circle.chi2:.1f} for {circle.dof}. Without light time chi2 is {eris.instant.chi2:.1f}, which is "
+        "lower: chi2 does not reveal this mistake, which shifts the mean longitude by "
         f"{abs(eris.instant.values['longitude'] - fit.values['longitude']):.1f} degrees.",
         "The catalogue's file of the same system, 2003 UB313, ends in 2015 and gives another eccentricity and "
         f"period. With the seven epochs of 2018, e is {stated(fit.values['e'], fit.sigma['e'])} and the period "
-        f"{fit.values['period']:.5f} days, as the catalogue has them.",
+        f"{fit.values['period']:.5f} days, as in the catalogue.",
         f"A free J2 of Eris, along the normal of the orbit and for a radius of {RADIUS:.0f} km, is {stated(*j2)}; "
         f"chi2 falls by {fit.chi2 - free.chi2:.1f} for one parameter, to {free.chi2:.1f}. The figure of Eris does "
-        "not explain what is left: the excess is in the errors or in the centres of light. What changes is the "
-        f"periapsis, whose error grows from {fit.sigma['periapsis']:.0f} to {free.sigma['periapsis']:.0f} degrees, "
-        "since J2 turns it.",
+        "not explain the remaining excess of chi2, which must be due to the errors or to the centres of light. The "
+        f"error of the periapsis grows from {fit.sigma['periapsis']:.0f} to {free.sigma['periapsis']:.0f} degrees, "
+        "since J2 makes it precess.",
     ]
 
 
@@ -97,17 +98,18 @@ def _lempo(lempo: Lempo) -> list[str]:
     bound = ", at the bound of zero," if "paha" in fit.at_bounds else ""
     return [
         f"Three points leave chi2 {without.chi2:.2f} for {without.dof} degrees of freedom with the errors as "
-        "collected. The errors were independent in right ascension and declination and lost their correlation when "
-        f"they were turned to the ecliptic; turned back, chi2 is {fit.chi2:.2f}.",
+        "collected. The errors were independent in right ascension and declination; the rotation to the ecliptic "
+        f"correlates them, but the collected table omits the correlation. After the rotation back, chi2 is "
+        f"{fit.chi2:.2f}.",
         f"The masses in 1e18 kg are {stated(fit.values['lempo'], fit.sigma['lempo'])} (Lempo), "
         f"{stated(fit.values['hiisi'], fit.sigma['hiisi'])} (Hiisi) and{bound} {fit.values['paha']:.2f} +- "
         f"{fit.sigma['paha']:.2f} (Paha). Their correlations are {rows[0, 1]:.2f} (Lempo and Hiisi), "
-        f"{rows[0, 2]:.2f} (Lempo and Paha) and {rows[1, 2]:.2f} (Hiisi and Paha). Hiisi is the heavier one although "
-        f"Lempo is the brighter. With 0.22e18 kg for Paha chi2 is {lempo.heavy.chi2 - fit.chi2:.2f} larger.",
-        "The published shapes are diameters, and spheres attract as points do. A Lempo that is flattened along the "
-        f"normal of the inner orbit, and turns with it, has J2 = {stated(*j2)} for a radius of 143 km, and chi2 "
-        f"{free.chi2:.2f}, {fit.chi2 - free.chi2:.2f} less for one parameter. Two standard errors above that its "
-        f"polar axis would be {100.0 * (1.0 - shorter):.1f} per cent shorter than the others.",
+        f"{rows[0, 2]:.2f} (Lempo and Paha) and {rows[1, 2]:.2f} (Hiisi and Paha). Hiisi is heavier although "
+        f"Lempo is brighter. With 0.22e18 kg for Paha chi2 is {lempo.heavy.chi2 - fit.chi2:.2f} larger.",
+        "Only diameters are published, and spheres attract like points. If Lempo is flattened along the normal of the "
+        f"inner orbit and rotates with that orbit, J2 is {stated(*j2)} for a radius of 143 km, and chi2 is "
+        f"{free.chi2:.2f}, lower by {fit.chi2 - free.chi2:.2f} for one parameter. At a J2 two standard errors above "
+        f"this value the polar axis would be {100.0 * (1.0 - shorter):.1f} per cent shorter than the others.",
     ]
 
 
@@ -121,21 +123,21 @@ def _parity(haumea: Haumea) -> list[str]:
     (ra, ra_error), (dec, dec_error) = haumea_.RING
     early, later = haumea.early[1], haumea.early[-1]
     return [
-        "The file has offsets along the ecliptic. Turned back to the equator about the direction that it has for "
-        "Haumea, which is that from the Sun and not from the Earth, nearly all have five decimals again, as a table "
-        f"has. Measured: taken as east, they leave chi2 {tables.chi2:.1f} for {tables.dof} degrees of freedom with "
-        f"Hi'iaka alone, and the pole of its orbit at ({first[0]:.1f}, {first[1]:.1f}) degrees; taken as west, chi2 "
-        f"{turned.chi2:.1f} and ({second[0]:.2f}, {second[1]:.2f}). With both moons, the J2 of the triaxial figure and "
-        f"a free axis the lowest chi2 that was found is {haumea.mirror.chi2:.1f} and {haumea.axis.chi2:.1f} for "
-        f"{haumea.axis.dof}. Inferred, since parallax tells an orbit from its mirror image: the sign of right "
-        "ascension in the tables is reversed, and the published orbit of 2009 is the mirror image. The pole with "
+        "The file has offsets along the ecliptic. If they are rotated back to the equator about the file's direction "
+        "of Haumea, which is that from the Sun and not from the Earth, nearly all of them have five decimals again, as "
+        f"in a printed table. Measured: taken as east, they leave chi2 {tables.chi2:.1f} for {tables.dof} degrees of "
+        f"freedom with Hi'iaka alone, and the pole of its orbit at ({first[0]:.1f}, {first[1]:.1f}) degrees; taken as "
+        f"west, chi2 {turned.chi2:.1f} and ({second[0]:.2f}, {second[1]:.2f}). With both moons, the J2 of the triaxial "
+        f"figure and a free axis the lowest chi2 that was found is {haumea.mirror.chi2:.1f} and {haumea.axis.chi2:.1f} "
+        f"for {haumea.axis.dof}. Inferred, since parallax distinguishes an orbit from its mirror image: the sign of "
+        "right ascension in the tables is reversed, and the published orbit of 2009 is the mirror image. The pole with "
         "the sign reversed is "
         f"{haumea_.apart(second, (ra, dec)):.1f} degrees from that of the ring, ({ra} +- {ra_error}, {dec} +- "
         f"{dec_error}), which a stellar occultation gave (Ortiz et al. 2017); the other is "
         f"{haumea_.apart(first, (ra, dec)):.0f} degrees from it.",
-        "The observations up to 2008, from which that orbit was fitted, do not show it: both moons as points, with the "
+        "The observations up to 2008, to which that orbit was fitted, do not show this: both moons as points, with the "
         f"published masses, leave chi2 {early.chi2:.1f} for {early.dof} as in the tables and {later.chi2:.1f} with the "
-        "sign reversed. Those of 2010 and 2015, when Haumea was elsewhere in the sky, decide.",
+        "sign reversed. The observations of 2010 and 2015, when Haumea was elsewhere in the sky, decide the question.",
     ]
 
 
@@ -155,14 +157,14 @@ def _figure(haumea: Haumea) -> list[str]:
         f"of the triaxial figure of the occultation, {haumea_.TRIAXIAL:.3f} for the radius of equal volume, and a free "
         f"axis it is {axis.chi2:.1f} for {axis.dof}. The axis is ({stated(axis.values['ra'], axis.sigma['ra'])}, "
         f"{stated(axis.values['dec'], axis.sigma['dec'])}) degrees, and Hi'iaka has "
-        f"{masses[0]}e18 kg. With a free J2 too, J2 is {stated(*j2)} and chi2 "
-        f"{free.chi2:.1f}. For points it is {fall:.1f} more, with three parameters fewer; the probability of so large "
-        f"a fall by chance is {chi2.sf(fall, 3):.1g}. The moons show the flattening of Haumea at "
+        f"{masses[0]}e18 kg. If J2 is also free, it is {stated(*j2)} and chi2 is "
+        f"{free.chi2:.1f}. For points chi2 is higher by {fall:.1f}, with three parameters fewer; the probability of "
+        f"such a decrease by chance is {chi2.sf(fall, 3):.1g}. The moons show the flattening of Haumea at "
         f"{j2[0] / j2[1]:.1f} sigma. Proudfoot et al. (2024), who have more observations, find J2 and the axis at 2.5 "
         "sigma or more.",
-        f"Inferred: that J2 is {off:.1f} standard errors from that of the homogeneous figure. The mass of Hi'iaka "
-        f"depends on it, since both do nearly the same to Namaka's orbit (correlation {heavy:.2f}): with a free J2 it "
-        f"is {masses[1]}e18 kg, and as points the moons give {three.values['hiiaka']:.1f}e18 kg.",
+        f"Inferred: this J2 is {off:.1f} standard errors from that of the homogeneous figure. The mass of Hi'iaka "
+        f"depends on J2, since both have nearly the same effect on Namaka's orbit (correlation {heavy:.2f}): with a "
+        f"free J2 it is {masses[1]}e18 kg, and as points the moons give {three.values['hiiaka']:.1f}e18 kg.",
         f"The axis is {haumea_.apart(place, (ra, dec)):.1f} degrees from the pole of the ring, "
         f"{haumea_.off_the_ring(axis):.1f} sigma for the errors of both, and {haumea_.apart(place, plane):.1f} degrees "
         "from that of Hi'iaka's orbit; this is not explained. With the axis of the ring and the J2 of the figure chi2 "

@@ -213,8 +213,8 @@ def verdicts(found: Haumea) -> list[Verdict]:
         rows.append(compared("Haumea", quantity, published, ours, why))
     ours = axis.values["ra"], axis.values["dec"]
     why = (
-        f"Not explained. The axes are {apart(ours, ring):.1f} degrees apart, which for both errors is "
-        f"{off_the_ring(axis):.1f} sigma."
+        f"Not explained. The axes are {apart(ours, ring):.1f} degrees apart, which is {off_the_ring(axis):.1f} sigma "
+        "for the errors of both."
     )
     for name, key, published in zip(names, ("ra", "dec"), RING, strict=True):
         quantity = f"{name} of Haumea's axis from the moons, against the ring [deg]"
@@ -228,7 +228,7 @@ def verdicts(found: Haumea) -> list[Verdict]:
         rows.append(compared("Haumea", quantity, published, (axis.values[name], axis.sigma[name]), why))
     heavy = free.correlation[free.names.index("J2"), free.names.index("hiiaka")]
     why = (
-        "J2 and the mass of Hi'iaka do nearly the same to Namaka's orbit (correlation "
+        "J2 and the mass of Hi'iaka have nearly the same effect on Namaka's orbit (correlation "
         f"{heavy:.2f}). As points the moons give {found.points.values['hiiaka']:.1f}e18 kg, and with a free J2 "
         f"{stated(free.values['hiiaka'], free.sigma['hiiaka'])}."
     )
@@ -266,9 +266,10 @@ def _parity(found: Haumea) -> Verdict:
         "Haumea",
         "offsets in right ascension are positive to the east, as in the tables",
         "assumed",
-        f"chi2 {tables.chi2:.1f} of {tables.dof} so, {turned.chi2:.1f} with the sign reversed",
+        f"chi2 {tables.chi2:.1f} of {tables.dof} with this sign, {turned.chi2:.1f} with the sign reversed",
         None,
         "holds" if tables.p_value > turned.p_value else "differs",
-        "The parallax of the Earth's and Haumea's motion tells an orbit from its mirror image: the tables have the "
-        "sign of right ascension reversed. The fits have both moons, the J2 of the triaxial figure and a free axis.",
+        "The parallax due to the motion of the Earth and Haumea distinguishes an orbit from its mirror image: in the "
+        "tables the sign of right ascension is reversed. The fits include both moons, the J2 of the triaxial figure "
+        "and a free axis.",
     )

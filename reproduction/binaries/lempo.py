@@ -130,7 +130,7 @@ def verdicts(found: Lempo) -> list[Verdict]:
             "Lempo",
             "chi2 of three points, by another program",
             f"{INDEPENDENT_CHI2}",
-            f"{chi2:.2f}; {fit.chi2:.2f} where the errors keep their correlation",
+            f"{chi2:.2f}; {fit.chi2:.2f} with the correlation of the errors",
             None,
             "holds" if chi2 <= INDEPENDENT_CHI2 else "differs",
         )
@@ -139,8 +139,9 @@ def verdicts(found: Lempo) -> list[Verdict]:
     places = [fit.names.index(name) for name in START]
     error = float(np.sqrt(fit.covariance[np.ix_(places, places)].sum()))
     why = (
-        "That is from Paha's orbit alone. The inner orbit of the same paper, 867 km in 1.907 days, needs 14.2e18 kg "
-        "without Paha: two orbits that do not disturb each other disagree. Here one motion of three bodies fits both."
+        "This value is from Paha's orbit alone. The inner orbit of the same paper, 867 km in 1.907 days, needs 14.2e18 "
+        "kg without Paha: two orbits that do not disturb each other disagree. Here one motion of three bodies fits "
+        "both."
     )
     rows.append(compared("Lempo", "mass of all three [1e18 kg], Benecchi et al. (2010)", WHOLE, (whole, error), why))
     return rows

@@ -107,7 +107,7 @@ def _text(numbers: dict[str, Any], verdicts: Sequence[Verdict]) -> str:
 published standard errors. Verdicts: {", ".join(f"{number} {word}" for word, number in numbers["counts"].items())}.
 
 A number *holds* if it is within {LIMIT:g} published standard errors, and *differs* otherwise; the difference is in \
-these errors. Starts are the published orbits. Nothing is tuned.
+units of these errors. The fits start from the published orbits. Nothing is tuned.
 
 {told}
 

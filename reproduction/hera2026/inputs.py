@@ -67,7 +67,9 @@ INPUTS: Final = {
     "equatorial": Input(425.0, 7.5, "m", "D23", "mean equatorial semi-axis of Didymos: axes 851 and 849 m", True),
     "polar": Input(310.0, 7.5, "m", "D23", "polar semi-axis of Didymos: axis 620 +- 15 m", True),
     "rotation": Input(2.26, 0.0001, "h", "N20", "rotation period of Didymos", True),
-    "diameter": Input(151.5, 2.5, "m", "D24", "of equal volume: axes of D23, 177 x 174 x 116 m, less 2.8 % in volume"),
+    "diameter": Input(
+        151.5, 2.5, "m", "D24", "of equal volume: axes of D23, 177 x 174 x 116 m, with 2.8 % less volume"
+    ),
     "density": Input(2400.0, 450.0, "kg/m3", "C23", "of Dimorphos: range of 1500 to 3300"),
     # The impact.
     "dart_mass": Input(579.4, 0.7, "kg", "C23", "", True),
@@ -76,7 +78,7 @@ INPUTS: Final = {
     "radial": Input(0.0, 0.5, "mm/s", "assumed", "change of the velocity away from Didymos"),
     "normal": Input(0.0, 1.5, "mm/s", "F25", "across the orbit: boulders may have turned the plane by up to a degree"),
     "miss_radial": Input(0.0, 10.0, "m", "C23", "arm of the momentum in the orbit's plane: DART struck within 25 m"),
-    "miss_normal": Input(0.0, 10.0, "m", "C23", "arm of the momentum across the plane: the same"),
+    "miss_normal": Input(0.0, 10.0, "m", "C23", "arm of the momentum across the plane, likewise"),
     # After the impact.
     "period": Input(11.3674, 0.0004, "h", "N24", "S24: 11.3675 from its change by -33.240 +- 0.024 min"),
     "eccentricity": Input(
@@ -95,20 +97,21 @@ INPUTS: Final = {
 }
 
 ASSUMED: Final = {
-    "orbit before": "circular, with Dimorphos synchronous and upright and Didymos' pole along the orbit's; the total "
-    "mass is the one with which this orbit has the published period at the drawn distance, in the bodies' own gravity",
+    "orbit before": "circular, with Dimorphos synchronous and both poles along that of the orbit; with the total mass "
+    "this orbit has the published period at the drawn distance, in the gravity of the two bodies",
     "Didymos": "a homogeneous spheroid that the impact did not change; its two equatorial axes differ by 0.2 % (D23)",
-    "Dimorphos": "a homogeneous ellipsoid of the volume before the impact (S24: 9 +- 9 % less), which has its new axis "
-    "ratios from the impact on, and keeps the spin rate of before but for the arm of the impact's momentum",
-    "impact": "the whole change of velocity at once: the further change by 34 +- 15 s in the weeks after (N24) is "
-    "part of it, ejecta that stayed in the system are not modelled",
-    "phase": "the place of Dimorphos on its orbit at the impact is not taken from observations, so that times of "
-    "mutual events are predicted from each other and not absolutely",
+    "Dimorphos": "a homogeneous ellipsoid with the volume from before the impact (S24: 9 +- 9 % less), which has its "
+    "new axis ratios from the impact on; its spin changes only by the angular impulse of the off-centre impact",
+    "impact": "the whole change of velocity occurs at once and includes the further change of the period by 34 +- 15 s "
+    "in the weeks after (N24); ejecta that stayed in the system are not modelled",
+    "phase": "the position of Dimorphos on its orbit at the impact is not taken from observations, so that only "
+    "intervals between mutual events are predicted and not their absolute times",
     "tides": "constant time lag, Q = 10 at the orbital frequency (Didymos: at its semidiurnal one), so that k2 follows "
     "from k2/Q; no elastic or viscous change of the figures",
     "BYORP": "the mean force along the motion while Dimorphos is locked, none while it is not",
     "Sun": "a point mass on the heliocentric orbit of JPL's elements; no planets",
     "observed values": "period, eccentricity and precession are compared with those of the first 67 days, to "
-    "2022-12-02, in the plane of the orbit; the motion across it is drawn from its published limits and not fitted",
+    "2022-12-02, in the plane of the orbit; the motion across that plane is drawn from its published limits and not "
+    "fitted",
     "arrival": f"{ARRIVAL[:10]}: the state is evaluated over the last 67 days before",
 }

@@ -24,13 +24,14 @@ RESULTS: Final = Path(__file__).parent / "kept"
 #: Members whose light curves are computed.
 CURVES: Final = 24
 REFUTED: Final = {
-    "tumbling": "the long axis of Dimorphos does not go on pointing at Didymos within 60 degrees; no member does this",
+    "tumbling": "the long axis of Dimorphos does not remain within 60 degrees of the direction to Didymos; no member "
+    "does this",
     "rolling": "Dimorphos rolls, and b/c is below 1.05, or the eccentricity is above 0.027, or the obliquity is below "
     "7 degrees",
     "locked": "Dimorphos is locked, and its long axis swings by more than 40 degrees to either side of Didymos, or its "
     "obliquity is above 30 degrees",
     "locked, with apses that advance by 6.1 to 7.3 degrees a day": "b/c is above 1.25, or the eccentricity below 0.02",
-    "period": "it has changed since the months after the impact by more than 90 seconds",
+    "period": "the period has changed since the months after the impact by more than 90 seconds",
 }
 
 
@@ -149,7 +150,8 @@ def text(numbers: dict[str, Any]) -> str:
 
 ## At arrival
 
-Median and, in brackets, the limits of the middle 90 per cent. The period is that of the fit and no prediction.
+The table gives the median and, in brackets, the limits of the middle 90 per cent. The period is that of the fit and \
+not a prediction.
 
 {table(["", "unit", *groups], predicted)}
 
@@ -161,8 +163,9 @@ Median and, in brackets, the limits of the middle 90 per cent. The period is tha
 
 ## Known today, and after Hera
 
-Two weeks of simulated data of member {numbers["survey"]["member"]}: one pass at {numbers["survey"]["closest"][0]:.0f} \
-and one at {numbers["survey"]["closest"][1]:.0f} km. Errors are standard errors.
+The data are simulated for two weeks and member {numbers["survey"]["member"]}, with one pass at \
+{numbers["survey"]["closest"][0]:.0f} km and one at {numbers["survey"]["closest"][1]:.0f} km. \
+Errors are standard errors.
 
 {table(["", "unit", "today", "after two weeks"], survey)}
 
@@ -170,8 +173,8 @@ and one at {numbers["survey"]["closest"][1]:.0f} km. Errors are standard errors.
 
 ![A day's light curve](night.png)
 
-Hours after the middle of an occultation of Dimorphos by Didymos on {earth.NIGHT[:10]}; the time of that one itself is \
-not known: over the members it has a standard deviation of {first[1]:.1f} hours.
+Times are hours after the middle of an occultation of Dimorphos by Didymos on {earth.NIGHT[:10]}. The time of this \
+occultation is not known: its standard deviation over the members is {first[1]:.1f} hours.
 
 {table(["", "middle (h)", "duration (h)"], sky)}
 

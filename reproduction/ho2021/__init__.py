@@ -1,1 +1,1 @@
-"""Everything that Ho, Wold, Conway & Poursina (2021) show, run again and laid beside what they print."""
+"""Everything that Ho, Wold, Conway & Poursina (2021) show, computed again and compared with the printed values."""

@@ -1,4 +1,4 @@
-"""``python -m reproduction.ho2021``: everything that the paper shows, run again and laid beside its numbers."""
+"""``python -m reproduction.ho2021``: everything that the paper shows, computed again and compared with its numbers."""
 
 from __future__ import annotations
 

@@ -136,12 +136,12 @@ def _energy_errors(ax: Any, run: Run) -> None:
     ax.plot(*positive(run.time[1:], step), label=f"step to step ({np.mean(step == 0):.0%} are 0)", **dots)
     # Without spin at the start the two are one.
     same = np.allclose(whole, orbital, rtol=1e-6, atol=0.0)
-    label = "from the start, all energy being the orbit's" if same else "from the start"
+    label = "from the start; all energy is orbital" if same else "from the start"
     if none := np.mean(whole == 0):
         label += f" ({none:.0%} are 0)"
     ax.plot(*positive(run.time, whole), linewidth=1.2, label=label, **LINES[0])
     if not same:
-        label = "from the start, of the orbital energy"
+        label = "from the start, relative to the orbital energy"
         ax.plot(*positive(run.time, orbital), linewidth=1.2, label=label, **LINES[1])
     floor(ax, run.energy[0])
     ax.set_ylabel("error of the energy\n(relative)")

@@ -68,7 +68,7 @@ def z_motion(results: Results) -> Any:
     ax.set_xlim(left=0.0)
     grid(ax)
     drawn.legend(loc="outside lower center", fontsize="small", frameon=False, handlelength=3.0)
-    drawn.suptitle("Case 1: the motion along z is round-off that an instability makes grow")
+    drawn.suptitle("Case 1: the motion along z is round-off, amplified by an instability")
     return drawn
 
 
@@ -153,7 +153,7 @@ def physical(results: Results) -> Any:
         for ax, values in zip(axes[:, column], panels, strict=True):
             ax.plot(hours, values, linewidth=0.7, color=LINES[0]["color"])
             grid(ax)
-        swing = "turns under Alpha" if np.isnan(motion.libration) else f"libration {motion.libration:.1f} deg"
+        swing = "circulates" if np.isnan(motion.libration) else f"libration {motion.libration:.1f} deg"
         axes[0, column].set_title(f"{fill(name, 16)}\n{swing}", fontsize="small")
         axes[-1, column].set_xlabel("time [h]")
     for ax in axes[1:3].flat:
@@ -168,5 +168,5 @@ def physical(results: Results) -> Any:
     axes[0, 0].set_ylabel("eccentricity\n(dimensionless)")
     for row, axis in enumerate("xyz", start=1):
         axes[row, 0].set_ylabel(rf"$\hat\omega_{axis}$ [$10^{{-5}}$ rad/s]")
-    drawn.suptitle(f"1999 KW4: the paper's start beside physical ones (first {_SHOWN:g} h)")
+    drawn.suptitle(f"1999 KW4: the paper's start and physical states (first {_SHOWN:g} h)")
     return drawn

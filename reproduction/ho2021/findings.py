@@ -1,4 +1,4 @@
-"""What was found where the paper and its stated start part, and what the paper could not see, each told once."""
+"""Findings where the paper and its stated initial conditions differ, and on what the paper does not show."""
 
 from __future__ import annotations
 
@@ -50,29 +50,29 @@ def _z(r: Results) -> str:
         ""
         if not passed.any()
         else f"""
-        A run that starts with z = 1e-11, the size of the printed motion, passes 0.03 at t =
-        {seeded.time[np.argmax(passed)]:.0f} and then stays near the order of 0.1, which the paper prints for
+        A run that starts with z = 1e-11, the size of the printed motion, exceeds 0.03 at t =
+        {seeded.time[np.argmax(passed)]:.0f} and then remains of the order of 0.1, which the paper prints for
         t = {paper.CASES_LATE:.0f}.
     """
     )
     return f"""
-        A half turn about the z-axis turns the system of case 1, and that of case 2, into itself with the two bodies
-        exchanged. So both bodies have the same z, and since their barycentre rests at the origin, z is zero at all
-        times. What a computation finds is round-off. In case 1 an instability of the motion makes it grow, here by
-        {orders:.0f} orders of magnitude between t = 100 and t = {r.late:.0f}. With rates made exactly symmetric z stays
-        {r.z_motion["symmetric"].z.max():g}. {large}
-        The printed motion is larger than the round-off here, but it is numerical as well. Whether it began with
-        round-off, with the quadrature or with the tolerance of the steps cannot be told from the paper.
+        A half turn about the z-axis maps the system of case 1, and that of case 2, to itself with the two bodies
+        exchanged. Both bodies therefore have the same z, and since their barycentre is at rest at the origin, z is zero
+        at all times. A nonzero z in a computation is round-off. In case 1 an instability of the motion amplifies it,
+        here by {orders:.0f} orders of magnitude between t = 100 and t = {r.late:.0f}. If the rates are made exactly
+        symmetric, z remains {r.z_motion["symmetric"].z.max():g}. {large}
+        The printed motion is larger than the round-off here, but it is numerical as well. The paper does not allow us
+        to decide whether it began with round-off, with the quadrature or with the tolerance of the steps.
     """
 
 
 def _tilt(r: Results) -> str:
     return f"""
         With theta_0 = pi/8 in place of pi/32 the largest spin about x or y is {r.growth["pi/8"]:.2f} times as large;
-        the paper has it nearly doubled. The torque on a tilted spheroid goes as sin(2 theta), which grows
-        {sine_growth(math.pi / 8):.2f} times. With theta_0 = pi/16 the spin is {r.growth["pi/16"]:.2f} times as large.
-        A possible explanation is that the tilt was made twice as large and not four times; nothing in the paper
-        decides it.
+        according to the paper it nearly doubles. The torque on a tilted spheroid is proportional to sin(2 theta), which
+        grows by a factor of {sine_growth(math.pi / 8):.2f}. With theta_0 = pi/16 the spin is
+        {r.growth["pi/16"]:.2f} times as large. A possible explanation is that the tilt was made twice as large and not
+        four times; nothing in the paper decides this.
     """
 
 
@@ -89,13 +89,13 @@ def _period(r: Results) -> str:
     )
     return f"""
         The paper does not print its G. The program that its authors have published, SIANS
-        (https://github.com/alexhosians/SIANS), computes with 6.67408e-11 m^3/(kg s^2), which the runs here take; the
-        help text of its option -units names 6.674e-11. With the former the year's mean periods are {ours[0]:.5f} h
-        (ellipsoids) and {ours[1]:.5f} h (spheroids), one unit below the last printed digit. Run with 6.674e-11, they
-        are {other[0]:.5f} and {other[1]:.5f} h, which round to the printed {said[0]:.4f} and {said[1]:.4f}; the
-        largest eccentricities and the ranges and means of the semi-major axis {"keep" if kept else "do not keep"}
-        their printed digits. By Kepler's third law any G from {least * 1e11:.5f}e-11 to {most * 1e11:.5f}e-11 gives
-        both printed periods. That the paper's year was run with 6.674e-11 is an explanation; the paper does not say it.
+        (https://github.com/alexhosians/SIANS), uses 6.67408e-11 m^3/(kg s^2), as do the runs here; the help text of its
+        option -units names 6.674e-11. With the former value the mean periods of the year are {ours[0]:.5f} h
+        (ellipsoids) and {ours[1]:.5f} h (spheroids), lower by one unit of the last printed digit. With 6.674e-11 they
+        are {other[0]:.5f} and {other[1]:.5f} h, which round to the printed {said[0]:.4f} and {said[1]:.4f}; the largest
+        eccentricities and the ranges and means of the semi-major axis {"keep" if kept else "do not keep"} their printed
+        digits. By Kepler's third law any G from {least * 1e11:.5f}e-11 to {most * 1e11:.5f}e-11 gives both printed
+        periods. A possible explanation is that the paper's year was run with 6.674e-11; the paper does not state this.
     """
 
 
@@ -109,29 +109,31 @@ def _spin(r: Results) -> str:
         ""
         if not others
         else f"""
-        Among {search.tried} orientations spread evenly over all there are, the best ones refined, the next misses one
-        of the six by {others[0].misfit:.4f}e-5 rad/s; it is a turn of {abs(others[0].turn):.1f} degrees.
+        A search through {search.tried} orientations, spread evenly over all orientations, with the best ones refined,
+        finds a next best one that misses one of the six numbers by {others[0].misfit:.4f}e-5 rad/s; it is a rotation of
+        {abs(others[0].turn):.1f} degrees.
     """
     )
     slips = [reading for reading in r.readings[2:] if reading.misfit < spin.NEAR]
     exact = sum(reading.misfit <= spin.ROUNDING for reading in slips)
     return f"""
-        The printed ranges do not follow from the stated start; the {len(r.ways)} ways to compute them
-        {"agree" if agree else "do not agree"}. The printed range in z is as wide as ours but lies elsewhere: the spin
-        swings about a mean that depends on how Beta stands to the line to Alpha at the start.
+        The printed ranges do not follow from the stated initial conditions; the {len(r.ways)} ways to compute them
+        {"agree" if agree else "do not agree"}. The printed range in z is as wide as ours but has another centre: the
+        spin oscillates about a mean that depends on the initial angle between Beta's axes and the line to Alpha.
 
-        With the stated spin along Beta's own z-axis, all six numbers come out as printed when Beta starts at phi,
-        theta, psi = {phi:.2f}, {theta:.2f}, {psi:.2f} degrees in place of zero. That is a turn of {abs(best.turn):.2f}
-        degrees {"against" if best.turn < 0 else "along"} the orbital motion. The rounding of the printed numbers leaves
-        it between {least:.2f} and {largest:.2f} degrees, about an axis within {search.off_normal:.1f} degrees of the
-        orbit's normal. {second}
+        With the stated spin along Beta's own z-axis, all six numbers agree with the printed ones if Beta starts at
+        phi, theta, psi = {phi:.2f}, {theta:.2f}, {psi:.2f} degrees instead of zero. This is a rotation by
+        {abs(best.turn):.2f} degrees {"against" if best.turn < 0 else "along"} the orbital motion. The rounding of the
+        printed numbers allows rotations by {least:.2f} to {largest:.2f} degrees, about an axis within
+        {search.off_normal:.1f} degrees of the orbit's normal. {second}
 
-        Several simple slips come to nearly the same; a table of the report sets them side by side. Of these,
-        {len(slips)} miss none of the six numbers by more than {spin.NEAR:g}e-5 rad/s, and {exact or "none"} of the
-        {len(slips)} are within the rounding of all six, {spin.ROUNDING:g}e-5. The printed numbers are too few to choose
-        among them. The year from each of these starts has another mean semi-major axis than the printed
-        {printed.YEAR["ellipsoid"].a_mean:.4f} km, which the stated start gives. So the paper's Figs. 7 and 8 do not
-        seem to come from one start. Which start Fig. 8 had, and why, cannot be told from the paper.
+        Several simple slips have nearly the same effect; a table of the report compares them. With {len(slips)} of
+        these no number differs by more than {spin.NEAR:g}e-5 rad/s, and with {exact or "none"} of the {len(slips)} all
+        six agree within their rounding, {spin.ROUNDING:g}e-5. The printed numbers are too few to choose among the
+        slips. The year from each of these initial conditions has a mean semi-major axis that differs from the printed
+        {printed.YEAR["ellipsoid"].a_mean:.4f} km, which the stated initial conditions give. The paper's Figs. 7 and 8
+        therefore do not seem to come from one run. The paper does not allow us to determine the initial conditions of
+        Fig. 8.
     """
 
 
@@ -146,46 +148,47 @@ def _inclination(r: Results) -> str:
         ""
         if np.isnan(prograde).any()
         else f"""
-        Prograde orbits at {prograde[0]:.1f} and {prograde[1]:.1f} degrees do, far from the stated 156.1.
+        Prograde orbits at {prograde[0]:.1f} and {prograde[1]:.1f} degrees have them, far from the stated 156.1.
     """
     )
     return f"""
-        The maxima of the inclination to the first orbit's plane are {one.inclination_period:.0f} h (ellipsoids) and
-        {two.inclination_period:.0f} h (spheroids) apart, known to some 10 h, where the paper prints about {said[0]:.0f}
-        and {said[1]:.0f} h. In this time the orbit's node goes once round the total angular momentum: a straight line
-        through {years.NODAL_HOURS:.0f} h of its motion gives {nodes[0].stated:.0f} and {nodes[1].stated:.0f} h.
+        The maxima of the inclination to the plane of the first orbit are {one.inclination_period:.0f} h (ellipsoids)
+        and {two.inclination_period:.0f} h (spheroids) apart, with an error of some 10 h; the paper prints about
+        {said[0]:.0f} and {said[1]:.0f} h. In this time the orbit's node precesses once about the total angular
+        momentum: a straight line fitted to {years.NODAL_HOURS:.0f} h of its motion gives {nodes[0].stated:.0f} and
+        {nodes[1].stated:.0f} h.
 
         Of the inclinations tried ({" and ".join(scanned)} degrees) no retrograde one has the printed periods; the
         shortest are {nodes[0].least:.0f} and {nodes[1].least:.0f} h. {found}
 
-        The inclination to the xy-plane, another quantity, starts near its largest and is largest again after
-        {one.inclination_return:.0f} and {two.inclination_return:.0f} h. A possible explanation is that these times were
-        read off; but the second would be rounded to 3500 and not to 3400, so this does not settle it.
+        The inclination to the xy-plane, a different quantity, starts near its maximum and returns to the maximum after
+        {one.inclination_return:.0f} and {two.inclination_return:.0f} h. A possible explanation is that the paper gives
+        these times; but the second would be rounded to 3500 and not to 3400, so this does not decide the question.
     """
 
 
 def _errors(r: Results) -> str:
     year = r.year["surface"]["ellipsoid"]
     return f"""
-        The paper takes errors from step to step. Such differences shrink with the step and hide a drift. From the
-        start, the energy of the ellipsoids' year drifts by {year.energy_drift:.1e} of the total and by
-        {year.energy_drift_orbital:.1e} of the orbital energy. The total is {r.energy_ratio:.0f} times the orbital
-        energy, for most of it is in Alpha's spin. (The orbital energy counts the motion of the barycentre too, which
-        moves because Alpha starts at rest.)
+        The paper gives errors from step to step. Such differences decrease with the step size and hide a drift.
+        Measured from the start, the energy in the year with ellipsoids drifts by {year.energy_drift:.1e} of the total
+        and by {year.energy_drift_orbital:.1e} of the orbital energy. The total is {r.energy_ratio:.0f} times the
+        orbital energy, because most of it is in Alpha's spin. (The orbital energy includes that of the barycentre,
+        which moves because Alpha starts at rest.)
     """
 
 
 def _momentum(r: Results) -> str:
     places, apart = r.momentum["places"], r.momentum["apart"]
     return f"""
-        The paper's errors of the angular momentum grow through the year. So do ours when r x m v is formed from the
-        bodies' places about the origin: from {places[0]:.1e} of its length in the first quarter of the year to
-        {places[1]:.1e} in the last (medians). But Alpha starts at rest, so that the barycentre travels
-        {r.travelled:.0f} km in the year, and the farther it is, the fewer digits the places leave for the separation of
-        the bodies. With the barycentre's part, which is constant, kept apart, the same run has {apart[0]:.1e} and
-        {apart[1]:.1e}, and never more than {r.year["surface"]["ellipsoid"].angular_momentum_drift:.1e}: the motion
-        conserves the angular momentum, and only its evaluation drifts. The paper computes about the same origin;
-        whether its drift has this cause cannot be told.
+        In the paper the errors of the angular momentum grow through the year. Ours grow too if r x m v is formed from
+        positions relative to the origin: from {places[0]:.1e} of its length in the first quarter of the year to
+        {places[1]:.1e} in the last (medians). Alpha starts at rest, so that the barycentre travels
+        {r.travelled:.0f} km in the year, and the farther it is from the origin, the fewer digits remain for the
+        separation of the bodies. If the constant part of the barycentre is treated separately, the errors of the same
+        run are {apart[0]:.1e} and {apart[1]:.1e}, and never more than
+        {r.year["surface"]["ellipsoid"].angular_momentum_drift:.1e}: the motion conserves the angular momentum, and only
+        its evaluation drifts. The paper uses the same origin; we cannot decide whether its drift has this cause.
     """
 
 
@@ -194,15 +197,16 @@ def _physical(r: Results) -> str:
     spins = {name: float(np.abs(motion.spin[:2]).max()) for name, motion in r.physical.items()}
     prograde = max(spins[name] for name in spins if name not in (PAPER, FLAT, TURNED))
     return f"""
-        The paper puts orbital elements that refer to a frame of astronomy beside spins along the inertial z-axis. So
-        its orbit is retrograde to both spins, {alpha:.1f} degrees from Alpha's pole, where the real one is prograde
-        within a few degrees. The paper quotes Fahnestock & Scheeres (2008), Icarus 194, 410, for spins of Beta about x
-        and y that hardly change, and explains its own large ones by Beta's angles at the start. What matters is the
-        tilt of Beta's equator to the orbit, {180 - beta:.1f} degrees at the stated start, from whichever of the two it
-        comes. The spins about x and y reach {spins[PAPER]:.2f}e-5 rad/s there, but {spins[TURNED]:.2f}e-5 with Beta's
-        equator turned into the orbit's plane, {spins[FLAT]:.2f}e-5 with the orbit turned into Beta's equator, and
-        {prograde:.2f}e-5 at most in the prograde states. The relaxed state is a circular orbit; its osculating
-        eccentricity is what the two bodies' quadrupoles add to the attraction. The relaxed and the excited state here
-        are states of these kinds and not those authors' own, which use shape models and whose numbers the paper does
-        not give; it quotes an eccentricity above {paper.EXCITED_E} for the excited one.
+        The paper combines orbital elements that refer to an astronomical frame with spins along the inertial z-axis.
+        Its orbit is therefore retrograde with respect to both spins, with a normal {alpha:.1f} degrees from Alpha's
+        pole, while the real orbit is prograde within a few degrees. The paper quotes Fahnestock & Scheeres (2008),
+        Icarus 194, 410, for spins of Beta about x and y that hardly change, and explains its own large ones by Beta's
+        initial angles. These spins depend on the tilt between Beta's equator and the orbit, {180 - beta:.1f} degrees at
+        the stated start, whether Beta or the orbit is tilted. The spins about x and y reach {spins[PAPER]:.2f}e-5 rad/s
+        there, but {spins[TURNED]:.2f}e-5 with Beta's equator rotated into the plane of the orbit, {spins[FLAT]:.2f}e-5
+        with the orbit rotated into the plane of Beta's equator, and at most {prograde:.2f}e-5 in the prograde states.
+        The relaxed state is a circular orbit; its osculating eccentricity is due to the quadrupoles of the two bodies.
+        The relaxed and the excited state here are states of these kinds and not those of Fahnestock & Scheeres, who use
+        shape models and whose numbers the paper does not give; it quotes an eccentricity above {paper.EXCITED_E} for
+        the excited state.
     """

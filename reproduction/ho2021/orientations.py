@@ -66,7 +66,7 @@ def search(scans: list[Scan], tried: int, refined: int) -> Search:
     misfits = shared(lambda attitude: misfit(_ranges(attitude, 0.1)), everywhere)
     guesses = [everywhere[k] for k in np.argsort(misfits)[:refined]]
     for scan in scans:
-        if scan.name.startswith("Beta turned"):
+        if scan.name.startswith("Beta rotated"):
             best = FAMILIES[scan.name][3](_SYSTEM, _STATE, scan.best[0])
             guesses.append(Rotation.from_quat(best.attitude[1], scalar_first=True))
     minima = sorted(shared(_nearest, guesses), key=lambda minimum: minimum.misfit)

@@ -55,25 +55,30 @@ def _statements() -> dict[str, Statement]:
     add("all.machine", "Abstract", "accuracy of the simulations", "machine accuracy level")
     add("all.pole", "2", "singularity of the angles at theta = 90 degrees", "not a problem for these cases")
     first = "3.1, Fig. 2"
-    add("case1.z", first, "motion along z against that along x and y", "11 orders of magnitude smaller")
+    add("case1.z", first, "motion along z compared with that along x and y", "11 orders of magnitude smaller")
     add("case1.z_late", "3.1", "motion along z at t = 2200", "of order 1e-1")
     add("case1.xy_late", "3.1", "motion along x and y until t = 2200", "no significant changes")
     add("case1.force", "3.1, Fig. 3", "F_x and F_y on A", "of order 1e-1")
-    add("case1.force_z", "3.1, 5, Fig. 3", "force along z on A", "acts, from the tilt")
+    add("case1.force_z", "3.1, 5, Fig. 3", "force along z on A", "present, because of the tilt")
     add("case1.tumbling", first, "turns about x and z", "multiple")
     add("case1.spin_z", first, "spin about z, both bodies", "constant")
     add("case1.rotational", "3.1, Fig. 4", "rotational energy noticeable from t", "about 75")
     add("case1.rise", "3.1, Fig. 2", "spins start to increase at t", "around 75")
     second = "3.2, Fig. 5"
-    add("case2.z", second, "motion along z against that along x and y", "11 orders of magnitude smaller")
+    add("case2.z", second, "motion along z compared with that along x and y", "11 orders of magnitude smaller")
     add("case2.angles", second, "phi and theta oscillate between", "-pi/32 and pi/32")
     add("case2.psi", second, "psi", "increases linearly")
     add("case2.spin_z", second, "spin about z, both bodies", "constant at 2")
-    add("case2.transverse", "3.2", "spins about x and y against that about z", "roughly 3 orders of magnitude smaller")
+    add(
+        "case2.transverse",
+        "3.2",
+        "spins about x and y compared with that about z",
+        "roughly 3 orders of magnitude smaller",
+    )
     add("case2.peaks", second, "spins about x and y are largest", "when the two are close")
-    add("case2.coplanar", second, "orbits against those of coplanar spheroids", "closely resemble")
+    add("case2.coplanar", second, "orbits compared with those of coplanar spheroids", "closely resemble")
     add("case2.four_times", "3.2", "growth of the spins about x and y for theta_0 = pi/8", "nearly doubles")
-    add("case2.rotational", "3.2, Fig. 6", "rotational energy against translational", "greater, nearly constant")
+    add("case2.rotational", "3.2, Fig. 6", "rotational energy compared with translational", "greater, nearly constant")
     for case, figure in (("case1", "3.1, Fig. 4"), ("case2", "3.2, Fig. 6")):
         add(f"{case}.energy_error", figure, "energy error, step to step, relative", f"< {CASE_ERRORS:.0e}")
         add(f"{case}.momentum_error", figure, "angular momentum error, step to step", f"< {CASE_ERRORS:.0e}")
@@ -98,23 +103,23 @@ def _statements() -> dict[str, Statement]:
     add("kw4.period_order", "4", "mean period", "longer for spheroids")
     add("kw4.period_order_5", "5", "mean period", "longer for ellipsoids")
     add("kw4.inclination_order", "4, 5", "period of the inclination", "longer for ellipsoids")
-    add("kw4.equal_periods", "4", "Beta's rotation period against its orbital period", "equal")
+    add("kw4.equal_periods", "4", "Beta's rotation period and its orbital period", "equal")
     add("kw4.synchronous", "4", "Beta's orbit", "synchronous")
     for axis, (low, high) in printed.SPIN.items():
         quantity = f"Beta's spin {axis}, 200 h, 1e-5 rad/s, ellipsoids"
         add(f"kw4.spin_{axis}", "4, Fig. 8", quantity, f"[{low:.2f}, {high:.2f}]")
     add("kw4.spheroid.spin_z", "4, Fig. 8", "Beta's spin z, spheroids", "constant")
     add("kw4.spheroid.spin_xy", "4, Fig. 8", "Beta's spins x and y, spheroids", "as for ellipsoids")
-    add("kw4.transverse", "4, 5", "Beta's spins x and y larger than in 2008", "from the start: its angles")
-    add("kw4.excited_e", "4", "largest eccentricity against the excited state of 2008", f"below {EXCITED_E}")
+    add("kw4.transverse", "4, 5", "Beta's spins x and y larger than in 2008", "because of its initial angles")
+    add("kw4.excited_e", "4", "largest eccentricity compared with the excited state of 2008", f"below {EXCITED_E}")
     add("kw4.between_states", "4", "range of Beta's spin z", "between the relaxed and the excited state of 2008")
-    add("kw4.similar_spin", "5", "Beta's spin z, ellipsoids, against 2008", "similar")
+    add("kw4.similar_spin", "5", "Beta's spin z, ellipsoids, compared with 2008", "similar")
     for shape in printed.YEAR:
         text = f"< {printed.ERRORS['energy']:.0e}"
         add(f"kw4.{shape}.energy_error", "4, Fig. 9", f"energy error, step to step, relative, {shape}s", text)
     text = f"< {printed.ERRORS['angular_momentum']:.0e}"
     add("kw4.momentum_error", "4, Fig. 9", "angular momentum error, each component, relative, ellipsoids", text)
-    add("kw4.momentum_error_spheroid", "4", "angular momentum error, spheroids against ellipsoids", "similar")
+    add("kw4.momentum_error_spheroid", "4", "angular momentum error, spheroids compared with ellipsoids", "similar")
     add("kw4.momentum_drift", "4, Fig. 9", "error of the angular momentum over the year", "drifts")
     add("all.errors", "5", "errors of energy and angular momentum, all runs", "< 1e-12")
     for shape in printed.YEAR:

@@ -48,17 +48,17 @@ def states() -> dict[str, tuple[str, Any, State]]:
     return {
         PAPER: ("retrograde to both spins, Beta's axes along the inertial ones", paper_system, paper_state),
         FLAT: (
-            "the same, the orbit turned into the plane of Beta's equator",
+            "the same, the orbit rotated into the plane of Beta's equator",
             paper_system,
             start(paper_state, paper_system.mu(), i=180.0),
         ),
         TURNED: (
-            "the same, Beta's equator turned into the plane of the orbit",
+            "the same, Beta's equator rotated into the plane of the orbit",
             paper_system,
             _equator_in_orbit(paper_state),
         ),
         "relaxed": (
-            "circular orbit in Alpha's equator, Beta aligned and turning with it",
+            "circular orbit in Alpha's equator, Beta aligned and synchronous",
             system,
             _relaxed(system, nominal),
         ),

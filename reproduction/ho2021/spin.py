@@ -63,8 +63,8 @@ def _about_pole(state: State, degrees: float) -> State:
 #: Families of starts by name: unit of the parameter, its stated value, how far it is scanned to either side, the start.
 FAMILIES: dict[str, tuple[str, float, float, Callable[[System, State, float], State]]] = {
     "all but Beta's attitude and spin ahead by": ("h", 0.0, 4.5, ahead),
-    "Beta turned about the orbit's normal by": ("deg", 0.0, 90.0, lambda _, state, x: _about_normal(state, x)),
-    "Beta turned about its own pole by": ("deg", 0.0, 90.0, lambda _, state, x: _about_pole(state, x)),
+    "Beta rotated about the orbit's normal by": ("deg", 0.0, 90.0, lambda _, state, x: _about_normal(state, x)),
+    "Beta rotated about its own pole by": ("deg", 0.0, 90.0, lambda _, state, x: _about_pole(state, x)),
     "Beta's rate of spin": ("rad/h", RATE, 0.05, lambda system, state, x: start(state, system.mu(), spin=x)),
 }
 
@@ -141,11 +141,13 @@ def readings(best: tuple[float, float, float]) -> list[Reading]:
     found = {
         "as stated": state,
         "Beta at the best orientation": turned(state, Rotation.from_euler("ZYX", best[::-1], degrees=True)),
-        f"Beta turned about the orbit's normal by an hour of mean motion, {-hour:.2f} deg": _about_normal(state, -hour),
-        f"the same by its rate of spin read as an angle, {RATE} rad, {-rate:.2f} deg": _about_normal(state, -rate),
-        f"Beta turned by that angle about its own pole, psi = {rate:.2f} deg": _about_pole(state, rate),
+        f"Beta rotated about the orbit's normal by an hour of mean motion, {-hour:.2f} deg": _about_normal(
+            state, -hour
+        ),
+        f"the same by its spin rate taken as an angle, {RATE} rad, {-rate:.2f} deg": _about_normal(state, -rate),
+        f"Beta rotated by that angle about its own pole, psi = {rate:.2f} deg": _about_pole(state, rate),
         "all but Beta's attitude and spin an hour later": ahead(system, state, 1.0),
-        "places and velocities alone an hour later": ahead(system, state, 1.0, alpha=False),
+        "positions and velocities alone an hour later": ahead(system, state, 1.0, alpha=False),
         f"mean anomaly of an hour, {hour:.2f} deg": start(state, system.mu(), M=hour),
         "Beta's attitude alone an hour later": state.replace(attitude=[state.attitude[0], later.attitude[1]]),
     }

@@ -116,7 +116,7 @@ def _physical(r: Results) -> _Table:
             name,
             m.begins,
             f"{m.e[0]:.4f} to {m.e[1]:.4f}",
-            "none: turns round" if m.libration != m.libration else f"{m.libration:.1f}",
+            "none: circulates" if m.libration != m.libration else f"{m.libration:.1f}",
             *(_range(ends, 2) for ends in m.spin),
         ]
         for name, m in r.physical.items()

@@ -1,4 +1,4 @@
-"""Every number and claim of the paper beside what comes out here, with a verdict."""
+"""Every number and claim of the paper compared with the results here, with a verdict."""
 
 from __future__ import annotations
 
@@ -49,19 +49,19 @@ def _tumbling(j: Judge, r: Results) -> None:
     j.within("case1.force", f"at most {one.xy_force:.1e}", one.xy_force, 0.03, 0.3)
     j.within("case1.force_z", f"{one.z_force:.0e}", one.z_force, 1e-14, why="It is zero by symmetry.", see="z")
     phi, _, psi = one.turns
-    note = "Counted in phi and psi. About their own axes of symmetry the bodies do not turn at all."
+    note = "Counted in phi and psi. The bodies do not rotate about their own axes of symmetry."
     j.within("case1.tumbling", f"{phi:.1f} and {psi:.1f}", min(phi, psi), 2.0, unit="turns each", note=note)
     ours = f"t = {_times(one.noticeable, cases.NOTICEABLE)} of the total energy"
     j.leave_open(
         "case1.rotational",
         ours,
-        "From which size on it is noticeable the paper does not say; these three are examples.",
+        "The paper does not state the size from which it is noticeable; these three are examples.",
     )
     ours = f"t = {_times(one.risen, cases.RISEN)} of the largest spin about x or y"
     j.leave_open(
         "case1.rise",
         ours,
-        "From which size on they count as increased the paper does not say; these three are examples.",
+        "The paper does not state the size from which they count as increased; these three are examples.",
     )
     if r.late < paper.CASES_LATE:
         for key in ("case1.z_late", "case1.xy_late"):
@@ -81,11 +81,11 @@ def _tops(j: Judge, r: Results) -> None:
     two = r.cases[2]
     share = two.tilt / (math.pi / 32)
     j.within("case2.angles", f"largest {share:.3f} pi/32", share, 0.99, 1.01, "pi/32")
-    ours = f"straight to {two.psi_bend:.0e} rad in 400 rad"
+    ours = f"a straight line to within {two.psi_bend:.0e} rad, over 400 rad"
     j.within("case2.psi", ours, two.psi_bend, high=0.01, unit="rad from a straight line")
     orders = math.log10(2.0 / two.transverse)
     j.within("case2.transverse", f"{orders:.1f} orders: {two.transverse:.2e}", orders, 2.5, 3.5, "orders")
-    ours = f"{100 * two.transverse_close:.0f} % of the largest tenth near an approach"
+    ours = f"{100 * two.transverse_close:.0f} % of the largest tenth of the values are near an approach"
     counted = "above 90 %; near is within a quarter of the time between two approaches"
     j.claim("case2.peaks", ours, two.transverse_close > 0.9, counted)
     apart = 100 * r.from_coplanar
@@ -93,7 +93,7 @@ def _tops(j: Judge, r: Results) -> None:
         "case2.coplanar", f"{apart:.1f} % apart at most", apart, high=10.0, unit="% of the distance from the centre"
     )
     growth = r.growth["pi/8"]
-    why = f"The torque goes as sin(2 theta), which grows {sine_growth(math.pi / 8):.2f} times."
+    why = f"The torque is proportional to sin(2 theta), which grows {sine_growth(math.pi / 8):.2f} times."
     j.within("case2.four_times", f"{growth:.2f} times", growth, 1.7, 2.3, "times", why=why, see="tilt")
     low, high = two.rotational_range
     ours = f"[{low:.6f}, {high:.6f}] against at most {two.translational_max:.3f}"
@@ -107,7 +107,7 @@ def _year(j: Judge, r: Results) -> None:
         for name in ("e_max", "a_min", "a_max", "a_mean"):
             j.numbers(f"kw4.{shape}.{name}", "{}", [getattr(numbers, name)])
         other = r.year["other_g"][shape].period
-        why = f"Run with G = 6.674e-11 in place of 6.67408e-11 it is {other:.4f}."
+        why = f"With G = 6.674e-11 instead of 6.67408e-11 it is {other:.4f}."
         j.numbers(f"kw4.{shape}.period", "{}", [numbers.period], why=why, see="period")
         ours, said = numbers.inclination_period, printed.YEAR[shape].inclination_period
         limits = (said - 50.0, said + 50.0)
@@ -123,7 +123,7 @@ def _shapes(j: Judge, r: Results) -> None:
     most, mean = 100 * (two.e_max / one.e_max - 1), 100 * (two.e_mean / one.e_mean - 1)
     largest = [said.e_max for said in printed.YEAR.values()]
     why = (
-        "What is negligible the paper does not say. By the limit for the semi-major axis it would not hold; but "
+        "The paper does not state what is negligible. With the limit for the semi-major axis it would not hold; but "
         f"the printed largest eccentricities differ by {100 * (largest[1] / largest[0] - 1):.0f} % too."
     )
     j.leave_open("kw4.shape_e", f"{mean:.0f} % of its mean, {most:.0f} % of its largest", why)
@@ -133,11 +133,11 @@ def _shapes(j: Judge, r: Results) -> None:
     j.claim("kw4.mean_e", f"{one.e_mean:.5f} and {two.e_mean:.5f}", two.e_mean > one.e_mean)
     j.claim("kw4.a_order", f"{one.a_mean:.4f} and {two.a_mean:.4f} km", two.a_mean > one.a_mean)
     power = math.log(two.period / one.period) / math.log(two.a_mean / one.a_mean)
-    why = "By Kepler's third law the power is 3/2. That a larger orbit takes longer stands."
+    why = "By Kepler's third law the power is 3/2. A larger orbit does have a longer period."
     j.within("kw4.period_power", f"as its power {power:.2f}", power, 0.9, 1.1, why=why)
     periods = f"{one.period:.4f} and {two.period:.4f} h"
     j.claim("kw4.period_order", periods, two.period > one.period)
-    why = "Section 4 and its own numbers say the opposite: a slip in the summary."
+    why = "Section 4 and its numbers state the opposite: this is a slip in the summary."
     j.claim("kw4.period_order_5", periods, one.period > two.period, why=why)
     ours = f"{one.inclination_period:.0f} and {two.inclination_period:.0f} h"
     j.claim("kw4.inclination_order", ours, one.inclination_period > two.inclination_period)
@@ -152,7 +152,7 @@ def _spin(j: Judge, r: Results) -> None:
     j.within("kw4.spheroid.spin_z", f"changes by {width:.0e}", width, high=1e-15, unit="rad/s")
     x, y = round_.spin_x, round_.spin_y
     ratio = max(map(abs, x)) / max(map(abs, year.spin_x))
-    why = f"A spheroid's spin has one amplitude in x and y; that in x is {ratio:.1f} times the ellipsoid's."
+    why = f"A spheroid's spin has the same amplitude in x and y; in x it is {ratio:.1f} times the ellipsoid's."
     text = f"x [{x[0]:.2f}, {x[1]:.2f}], y [{y[0]:.2f}, {y[1]:.2f}]"
     j.within("kw4.spheroid.spin_xy", text, ratio, 0.9, 1.1, "times the amplitude in x", why=why)
     system, _ = systems.kw4_ho2021()
@@ -160,9 +160,9 @@ def _spin(j: Judge, r: Results) -> None:
     apart = 100 * abs(rotation / revolution - 1)
     ours = f"{rotation:.2f} and {revolution:.2f} h at the start"
     j.within("kw4.equal_periods", ours, apart, high=0.5, unit="% apart")
-    why = "The rates are equal, but the orbit runs the other way, retrograde to the spin."
+    why = "The rates are equal, but the orbit is retrograde with respect to the spin."
     locked = not math.isnan(r.physical[PAPER].libration)
-    j.claim("kw4.synchronous", "Beta librates" if locked else "Beta turns round under Alpha", locked, why=why)
+    j.claim("kw4.synchronous", "Beta librates" if locked else "Beta circulates with respect to Alpha", locked, why=why)
 
 
 def _states(j: Judge, r: Results) -> None:
@@ -171,12 +171,12 @@ def _states(j: Judge, r: Results) -> None:
     j.claim("kw4.excited_e", f"{e:.4f}", e < paper.EXCITED_E)
     spins = {name: r.physical[name].spin for name in (PAPER, "relaxed", "excited")}
     ours = "width {:.2f}; our relaxed state {:.2f}, excited {:.2f}".format(*(np.ptp(s[2]) for s in spins.values()))
-    why = "The paper gives no numbers of theirs; the width of an excited state is as large as one excites it."
+    why = "The paper gives no numbers of that study; the width of an excited state depends on its excitation."
     j.leave_open("kw4.between_states", ours, why)
     ours = "about {:.1f}; our relaxed state {:.1f}, excited {:.1f}".format(*(np.mean(s[2]) for s in spins.values()))
-    j.leave_open("kw4.similar_spin", ours, "The paper gives no numbers of theirs, and section 4 speaks of ranges.")
+    j.leave_open("kw4.similar_spin", ours, "The paper gives no numbers of that study, and section 4 refers to ranges.")
     large, flat, turned = (float(np.abs(r.physical[name].spin[:2]).max()) for name in (PAPER, FLAT, TURNED))
-    ours = f"{large:.2f}; Beta turned into the orbit's plane {turned:.2f}; i = 180 degrees {flat:.2f} [1e-5 rad/s]"
+    ours = f"{large:.2f}; Beta rotated into the orbit's plane {turned:.2f}; i = 180 degrees {flat:.2f} [1e-5 rad/s]"
     j.claim(
         "kw4.transverse",
         ours,
@@ -200,7 +200,7 @@ def _errors(j: Judge, r: Results) -> None:
         "kw4.momentum_drift",
         ours,
         last > 2 * first,
-        "more than twice as large, formed from the bodies' places",
+        "more than twice as large, formed from positions relative to the origin",
         see="momentum",
     )
     steps = [n.energy_step for n in years.values()] + [c.energy_step for c in r.cases.values()]

@@ -30,10 +30,10 @@ ASSUMED: Final = {
     "B1, B2, B3": "the secondary has the primary's density and b/a, c/a of 0.9, 0.85; 0.6, 0.55; 0.5, 0.45",
     "tilts": "0 to 88 degrees by 2",
     "mass ratios": "0.01 to 0.37 by 0.01",
-    "rate": "the spin at which the attraction of the secondary along the line of the centres equals what keeps it on "
-    "its circle; and 1 per cent more than that",
-    "length": "200 days; an impact and an escape end a run",
+    "rate": "the spin at which the attraction of the secondary along the line of the centres equals the centripetal "
+    "force of its circular motion; and 1 per cent more than that",
+    "length": "200 days; an impact or an escape ends a run",
     "escape": "100 km apart, with positive energy of the relative motion as points",
     "secondary fission": "the secondary's spin reaches sqrt(2 pi G rho A1), at which dust at the end of its long axis "
-    "weighs nothing (A1: the index symbol of that axis)",
+    "has no weight (A1: the index symbol of that axis)",
 }

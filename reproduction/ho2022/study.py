@@ -153,11 +153,11 @@ def _text(numbers: dict[str, Any]) -> str:
         for excess, part in numbers["counts"].items()
         for case, one in part.items()
     ]
-    head = ["excess", "case", "impact", "after parting", "escape", "bound", "impact, median h"]
+    head = ["excess", "case", "impact", "after separation", "escape", "bound", "impact, median h"]
     return f"""# Rotational fission: {numbers["paper"]}
 
-{numbers["program"]}{", a draft: a small grid and short runs" if numbers["draft"] else ""}. Only the abstract could be \
-read. What it states stands beside what comes out here; what it does not state is assumed.
+{numbers["program"]}{", a draft: a small grid and short runs" if numbers["draft"] else ""}. Only the abstract was \
+available. The table compares its statements with the results of this study; what it does not state is assumed.
 
 {table(["start", "what", "the paper", "here", "verdict"], rows)}
 
@@ -167,9 +167,9 @@ read. What it states stands beside what comes out here; what it does not state i
 
 ![Secondary fission](fission.png)
 
-A tilted secondary is pulled back into line from the first moment on. At the very limit nothing parts the bodies, so \
-that the tilt alone closes the gap of 1 cm, mostly within a minute: these bodies stay in contact rather than collide. \
-"After parting" counts the impacts of bodies that were apart by a tenth of their distance before.
+The torque turns a tilted secondary back into line from the start. Exactly at the limit nothing separates the bodies, \
+so that this rotation alone closes the gap of 1 cm, mostly within a minute: these bodies stay in contact rather than \
+collide. "After separation" counts the impacts of bodies whose distance had grown by more than a tenth before.
 
 {table([*head, "secondary fission", "its time, median h"], fates)}
 

@@ -49,7 +49,7 @@ def readings(numbers):
 
 def test_beta_turned_by_half_a_turn_spins_alike():
     """An ellipsoid is its own image under a half turn about its pole; x and y change their signs."""
-    make = spin.FAMILIES["Beta turned about its own pole by"][3]
+    make = spin.FAMILIES["Beta rotated about its own pole by"][3]
     one, two = (six(make(SYSTEM, STATE, angle)) for angle in (-150.0, 30.0))
     assert one[2] == pytest.approx(two[2], abs=1e-9)
     assert one[:2] == pytest.approx(-two[:2, ::-1], abs=1e-9)
@@ -73,7 +73,7 @@ def test_all_but_beta_goes_on():
 
 def test_scans_come_closer_near_the_printed_ranges():
     """Half a degree either way of the mean motion's hour the misfit is larger, and no rate of spin comes near."""
-    found = spin.scan("Beta turned about the orbit's normal by", 6)
+    found = spin.scan("Beta rotated about the orbit's normal by", 6)
     misfits = spin.misfit(found.ranges)
     assert found.best[0] == pytest.approx(-MOTION, abs=0.7)
     assert found.best[1] < 0.01 < misfits[np.abs(found.values + MOTION) > 2.0].min()
@@ -84,7 +84,7 @@ def test_scans_come_closer_near_the_printed_ranges():
 
 
 def test_scans_tell_how_far_the_ranges_are_near():
-    low, high = spin.scan("Beta turned about the orbit's normal by").near
+    low, high = spin.scan("Beta rotated about the orbit's normal by").near
     assert low < -MOTION < high
     for end, sign in ((low, 1), (high, -1)):
         assert off(about_normal(end + sign * 0.02)) < spin.NEAR < off(about_normal(end - sign * 0.02))
@@ -98,7 +98,7 @@ def test_an_orientation_gives_all_six_printed_numbers(best):
 
 
 def test_rounding_leaves_the_turn_a_range(numbers, best):
-    """It holds an hour of mean motion and the rate of spin read as an angle; beyond it a number differs."""
+    """It holds an hour of mean motion and the spin rate taken as an angle; beyond it a number differs."""
     least, largest = sorted(abs(turn) for turn in numbers["search"]["turn"])
     size = np.degrees(best.magnitude())
     assert least < min(MOTION, size, np.degrees(0.3611))
@@ -120,9 +120,9 @@ def test_rivals_stand_side_by_side(readings):
     rate = np.degrees(0.3611)
     hour = {
         f"about the orbit's normal by an hour of mean motion, {-MOTION:.2f}": about_normal(-MOTION),
-        f"its rate of spin read as an angle, 0.3611 rad, {-rate:.2f}": about_normal(-rate),
+        f"its spin rate taken as an angle, 0.3611 rad, {-rate:.2f}": about_normal(-rate),
         "all but Beta's attitude and spin an hour later": starts.ahead(SYSTEM, STATE, 1.0),
-        "places and velocities alone an hour later": starts.ahead(SYSTEM, STATE, 1.0, alpha=False),
+        "positions and velocities alone an hour later": starts.ahead(SYSTEM, STATE, 1.0, alpha=False),
     }
     for name, state in hour.items():
         (found,) = (reading for text, reading in readings.items() if name in text)
