@@ -22,6 +22,13 @@ __all__ = ["Astrometry"]
 _Array = npt.NDArray[np.float64]
 
 
+def _in_unit(radians: _Array, unit: Any, power: int = 1) -> Any:
+    """Return numbers in a power of radians as a Quantity in that power of a unit, which may be dimensionless."""
+    from astropy import units as u
+
+    return (radians * u.rad**power).to(unit**power, equivalencies=u.dimensionless_angles())
+
+
 @named_options
 class Astrometry(Observations):
     """Offsets of one body from another in the sky.
@@ -182,9 +189,7 @@ class Astrometry(Observations):
         correlation = (along**2 - across**2) * sine * cosine / (east * north)
         columns: dict[str, Any] = {"east": rho * sine, "north": rho * cosine, "sigma": np.stack([east, north], axis=-1)}
         if unit is not None:
-            from astropy import units as u
-
-            columns = {name: (values * u.rad).to(unit) for name, values in columns.items()}
+            columns = {name: _in_unit(values, unit) for name, values in columns.items()}
         return cls(times, correlation=correlation, **columns, **options)
 
     def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -216,18 +221,10 @@ class Astrometry(Observations):
     def covariance(self) -> Any:
         """Covariance (K, 2, 2) of east and north."""
         found = self._covariance(None)
-        if self.unit is None:
-            return found
-        from astropy import units as u
-
-        return (found * u.rad**2).to(self.unit**2)
+        return found if self.unit is None else _in_unit(found, self.unit, 2)
 
     def _united(self, values: _Array) -> Any:
-        if self.unit is None:
-            return values
-        from astropy import units as u
-
-        return (values * u.rad).to(self.unit)
+        return values if self.unit is None else _in_unit(values, self.unit)
 
     def _widen(self, jitter: Any) -> None:
         wide = np.hypot(self._sigma, jitter_of(jitter, "rad"))

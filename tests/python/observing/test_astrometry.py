@@ -178,6 +178,13 @@ def test_tables_are_written_and_read_back(pandas_too):
         observing.Astrometry.from_table(table, columns={"east": "RA"}, **options)
 
 
+def test_offsets_without_a_dimension_are_radians():
+    rows = {"sigma": [2e-6] * u.one, "geometry": pair()[1]}
+    data = observing.Astrometry([5.0] * u.h, [100.0] * u.percent, [3e-6] * u.rad, **rows)
+    np.testing.assert_allclose([data.east.to_value(u.one)[0], data.north.to_value(u.one)[0]], [1.0, 3e-6], rtol=1e-15)
+    np.testing.assert_allclose(data.covariance[0].to_value(u.one), np.diag([4e-12, 4e-12]), rtol=1e-14)
+
+
 def test_correlations_are_read_from_a_table_with_other_names_of_columns():
     row = {"time": [1.0], "east": [2.0], "north": [3.0], "sigma_east": [1.0], "sigma_north": [1.0]}
     table = pandas.DataFrame(row | {"correlation": [0.3]})
