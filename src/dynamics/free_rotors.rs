@@ -5,8 +5,8 @@
 
 use super::rotor::{Numbers, RotorKind, Symmetric, TRIAXIAL, Triaxial};
 use crate::error::Result;
-use crate::math::Vec3;
 use crate::math::lanes::WIDEST;
+use crate::math::{Vec3, ascending};
 use pulp::{Scalar, Simd};
 
 pub(super) type Quaternion = [f64; 4];
@@ -30,8 +30,7 @@ pub fn farthest_turn(inertia: Vec3, spin: Vec3, time: f64) -> f64 {
     if by_momentum <= FEW {
         return by_momentum;
     }
-    let mut order = [0, 1, 2];
-    order.sort_by(|&j, &k| inertia[j].total_cmp(&inertia[k]));
+    let order = ascending(inertia.into());
     let [i1, i2, i3] = order.map(|k| inertia[k]);
     let [s1, s2, s3] = order.map(|k| spin[k] * spin[k]);
     let (first, third) = (i1 * (i3 - i1), i3 * (i3 - i1));

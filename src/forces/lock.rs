@@ -15,7 +15,7 @@
 use super::snapshot::Snapshot;
 use crate::error::{Error, Result};
 use crate::math::rotation::turned_back;
-use crate::math::{Mat3, Vec3};
+use crate::math::{Mat3, Vec3, ascending};
 use crate::shape::Body;
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -85,8 +85,7 @@ impl Lock {
         gravitational_constant: f64,
     ) -> Result<Self> {
         let inertia = bodies[on].inertia();
-        let mut axes = [0, 1, 2];
-        axes.sort_by(|&i, &j| inertia[i].total_cmp(&inertia[j]));
+        let axes = ascending(inertia.into());
         let [long, middle, short] = axes;
         if inertia[middle] <= inertia[long] {
             let found = format!("{:?}", bodies[on].semi_axes());

@@ -40,6 +40,14 @@ pub type Vec3 = nalgebra::Vector3<f64>;
 /// A 3 x 3 matrix of doubles.
 pub type Mat3 = nalgebra::Matrix3<f64>;
 
+/// Returns the indices of three numbers from the smallest to the largest; equal numbers keep their order.
+#[doc(hidden)]
+pub fn ascending(numbers: [f64; 3]) -> [usize; 3] {
+    let mut order = [0, 1, 2];
+    order.sort_by(|&i, &j| numbers[i].total_cmp(&numbers[j]));
+    order
+}
+
 /// Returns a unit vector perpendicular to a vector.
 #[doc(hidden)]
 pub fn perpendicular(v: &Vec3) -> Vec3 {

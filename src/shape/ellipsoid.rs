@@ -1,7 +1,7 @@
 //! The homogeneous ellipsoid: semi-axes, volume, inertia, and its canonical frame.
 
 use crate::error::{Result, require_positive};
-use crate::math::{Mat3, Vec3};
+use crate::math::{Mat3, Vec3, ascending};
 use std::f64::consts::PI;
 
 /// A homogeneous ellipsoid with semi-axes (a, b, c) along the body frame's x, y, z.
@@ -24,8 +24,7 @@ impl Ellipsoid {
         for (axis, label) in semi_axes.iter().zip(["a", "b", "c"]) {
             require_positive(&format!("semi-axis {label}"), *axis)?;
         }
-        let mut order = [0, 1, 2];
-        order.sort_by(|&i, &j| semi_axes[j].total_cmp(&semi_axes[i]));
+        let order = ascending(semi_axes.map(|a| -a));
         let mut canonical = Mat3::zeros();
         for (row, &column) in order.iter().enumerate() {
             canonical[(row, column)] = 1.0;

@@ -6,7 +6,7 @@
 //! inertia are equal, only the third axis is rotated, by the shortest rotation; where all are equal, nothing
 //! is rotated. A body that is given in a principal frame therefore keeps it.
 
-use crate::math::{Mat3, Vec3};
+use crate::math::{Mat3, Vec3, ascending};
 use nalgebra::{Rotation3, SymmetricEigen, UnitQuaternion};
 
 /// The size, relative to their terms, below which products of inertia and differences of moments count as
@@ -29,8 +29,7 @@ pub(super) fn principal_axes(tensor: &Mat3, size: f64) -> Mat3 {
         return Mat3::identity();
     }
     let eigen = SymmetricEigen::new(tensor / size);
-    let mut order = [0, 1, 2];
-    order.sort_by(|&i, &j| eigen.eigenvalues[i].total_cmp(&eigen.eigenvalues[j]));
+    let order = ascending(eigen.eigenvalues.into());
     let [low, middle, high] = order.map(|k| eigen.eigenvalues[k] * size);
     let vector = |k: usize| eigen.eigenvectors.column(order[k]).into_owned();
     match (middle - low <= small, high - middle <= small) {

@@ -6,7 +6,7 @@ use crate::error::{Error, Result, require_finite, require_positive};
 use crate::integrate::Segment;
 use crate::interrupt::InterruptCheck;
 use crate::math::spline::Spline;
-use crate::math::{Mat3, Vec3, rotation};
+use crate::math::{Mat3, Vec3, ascending, rotation};
 use crate::shape::{Part, Proximity};
 use nalgebra::Rotation3;
 use std::fmt;
@@ -268,9 +268,9 @@ impl Condition<'_> {
             }
             Self::Alignment { body, other } => {
                 two(*body, *other)?;
-                let mut axes = bodies[*body].semi_axes();
-                axes.sort_by(f64::total_cmp);
-                if axes[2] > axes[1] {
+                let axes = bodies[*body].semi_axes();
+                let [_, middle, longest] = ascending(axes);
+                if axes[longest] > axes[middle] {
                     Ok(())
                 } else {
                     let name = &bodies[*body].name;
