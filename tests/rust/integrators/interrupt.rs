@@ -146,9 +146,9 @@ fn cube(cuts: usize) -> Polyhedron {
     Polyhedron::new(&vertices, &faces, &mut InterruptCheck::never()).unwrap()
 }
 
-/// Two cubes of 768 faces, a tenth of their side apart.
-fn near_cubes(gravity: Method, distance: f64) -> (System, State) {
-    let body = |name| Body::with_mass(name, Shape::Polyhedron(cube(3)), 1.0).unwrap();
+/// Two cubes whose triangles are cut in four so many times.
+fn two_cubes(cuts: usize, gravity: Method, distance: f64) -> (System, State) {
+    let body = |name| Body::with_mass(name, Shape::Polyhedron(cube(cuts)), 1.0).unwrap();
     let settings = Settings { gravity, gravity_tolerance: 1e-3, ..Settings::default() };
     let system = System::new(vec![body("A"), body("B")], 1.0, settings).unwrap();
     let state = relative(Vec3::new(distance, 0.1, 0.2), Vec3::zeros(), 0.5);
@@ -156,14 +156,15 @@ fn near_cubes(gravity: Method, distance: f64) -> (System, State) {
 }
 
 /// One evaluation of two large polyhedra takes a second and more: it is made in pieces, which are the whole.
+/// Two of 192 faces, a tenth of their side apart, already need more than one piece.
 #[test]
 fn large_polyhedra_near_by() {
-    let (system, state) = near_cubes(Method::Focal, 1.1);
+    let (system, state) = two_cubes(2, Method::Focal, 1.1);
     let mut simulation = Simulation::new(&system, &state, verner98(1e-3)).unwrap();
     let mut dynamics = simulation.dynamics().clone();
     let [pair] = &dynamics.pairs().map(|(.., pair)| pair.clone()).collect::<Vec<_>>()[..] else { panic!() };
-    // 768 faces as seen from four points on each of 768 others.
-    let work = 768 * 768 * 4;
+    // 192 faces as seen from four points on each of 192 others.
+    let work = 192 * 192 * 4;
     assert!(pair.work() >= work);
     let few = |work: u64, times: u64| work.div_ceil(times) <= UNITS * 11 / 10;
     assert!(few(pair.work(), pair.pieces().len() as u64));
@@ -273,7 +274,7 @@ fn overlap_of_many_parts() {
 #[test]
 fn moments_of_a_large_polyhedron() {
     for (gravity, distance) in [(Method::Focal, 3.0), (Method::Multipole(16), 3.0)] {
-        let make = || near_cubes(gravity, distance);
+        let make = || two_cubes(3, gravity, distance);
         let (system, state) = make();
         assert_eq!(interrupted(impatient(|interrupt| system.interactions(&state, interrupt))), 2.5);
         assert_eq!(interrupted(impatient(|interrupt| make().0.energy(&state, interrupt))), 2.5);
