@@ -82,6 +82,14 @@ def _check_observed(given: tuple[dict[str, Any], tuple[str, dict[str, Any]], Any
     check_finite(made.pulls(_RUN), made.widening(_SYSTEM))
 
 
+def _table(names: tuple[str, ...]) -> Any:
+    """Columns of two rows, which are mostly numbers of a usual size."""
+    usual = st.lists(st.floats(0.1, 5.0), min_size=2, max_size=2)
+    numbers = st.lists(_NUMBERS, min_size=2, max_size=2)
+    column = _or_any(st.one_of(usual, usual, numbers), 9)
+    return st.fixed_dictionaries({name: column for name in ("times", *names)})
+
+
 def _check_table(given: tuple[dict[str, Any], dict[str, Any]]) -> None:
     columns, options = given
     geometry = observing.Geometry([0.0, 6.0], to_observer=[1e3, 2e2, 4e2], light_time=False)
@@ -150,22 +158,14 @@ DOORS: list[Door] = [
     _door(
         "observations-table",
         st.tuples(
-            st.dictionaries(
-                st.sampled_from(
-                    [
-                        "times",
-                        "range",
-                        "sigma_range",
-                        "east",
-                        "north",
-                        "sigma_east",
-                        "sigma_north",
-                        "magnitude",
-                        "sigma",
-                    ]
-                ),
-                _or_any(st.lists(_NUMBERS, min_size=2, max_size=2), 3),
-            ),
+            st.sampled_from(
+                [
+                    ("range", "sigma_range"),
+                    ("range_rate", "sigma_range_rate"),
+                    ("east", "north", "sigma_east", "sigma_north"),
+                    ("magnitude", "sigma"),
+                ]
+            ).flatmap(_table),
             st.fixed_dictionaries(
                 {},
                 optional={

@@ -125,7 +125,25 @@ def _factor(given: Any, wanted: Any) -> float:
     """Return the factor from one unit to another one, which astropy takes long to find."""
     from astropy import units as u
 
-    return float(given.to(wanted, 1.0, equivalencies=u.dimensionless_angles()))
+    factor = float(given.to(wanted, 1.0, equivalencies=u.dimensionless_angles()))
+    if not 0.0 < abs(factor) < np.inf:
+        raise OverflowError(f"the factor between the units is {factor}")
+    return factor
+
+
+def refuse_scale(unit: Any) -> None:
+    """Raise a ValueError for a unit so small or so large that numbers in it overflow when they are converted."""
+    from astropy import units as u
+
+    if isinstance(unit, u.StructuredUnit):
+        raise ValueError("it is a structure of several units")
+    try:
+        scale = float(getattr(unit.decompose(), "scale", 1.0))
+    except (ArithmeticError, TypeError) as error:
+        raise ValueError(f"its scale is out of range: {error}") from error
+    # The scale of a magnitude is -0.4, that of its factor of ten.
+    if not 1e-60 <= abs(scale) <= 1e60:
+        raise ValueError(f"its scale is {scale}; expected 1e-60 to 1e60 in units of the SI")
 
 
 def is_quantity(value: object) -> bool:
@@ -395,7 +413,9 @@ def close_to(name: str, known: Sequence[str]) -> list[str]:
 def _unit(make: Any, name: object, known: tuple[str, ...], names: object) -> Any:
     """Return a unit, or raise an error that shows the text that is not a unit."""
     try:
-        return make(name)
+        unit = make(name)
+        refuse_scale(unit)
+        return unit
     except (TypeError, ValueError, OverflowError) as error:
         close = close_to(str(name), known)
         meant = f"did you mean {close[0]!r}? " if close else ""
@@ -433,6 +453,8 @@ def strip_to(value: Any, unit: Any, what: str) -> npt.NDArray[np.float64]:
             return _floats(value.to_value(unit, equivalencies=u.dimensionless_angles()), what)
     except u.UnitConversionError as error:
         raise InvalidInput(f"{what} has the unit {value.unit}; expected a unit such as {unit}") from error
+    except ArithmeticError as error:
+        raise InvalidInput(f"{what} has a unit that is too small or too large: {error}") from error
 
 
 def scalar(value: npt.NDArray[np.float64], what: str) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -105,7 +105,11 @@ class Problem:
         if not callable(setup):
             raise InvalidInput(f"setup is {setup!r}; expected a function")
         given = [observations] if hasattr(observations, "pulls") or callable(observations) else observations
-        if not isinstance(given, Iterable) or not (listed := list(given)):
+        try:
+            listed = list(given)
+        except TypeError:
+            listed = []
+        if not listed:
             raise InvalidInput(f"observations is {observations!r}; expected observations, or a list of them")
         for one in listed:
             if not callable(one) and not _is_observed(one):

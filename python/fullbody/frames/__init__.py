@@ -63,14 +63,17 @@ def rotation(origin: Any, target: Any) -> _Array:
     """
     with need("units", "a frame"):
         from astropy import units as u
-        from astropy.coordinates import ConvertError, SkyCoord, UnitSphericalRepresentation
+        from astropy.coordinates import BaseCoordinateFrame, ConvertError, SkyCoord, UnitSphericalRepresentation
 
-    if origin is None or target is None:
+    for frame in (origin, target):
         # Astropy would take None as the ICRS.
-        raise InvalidInput(f"cannot turn from the frame {origin!r} to {target!r}; {_EXPECTED}")
-    if "eclipj2000" in (origin, target):
-        before, after = (_ECLIPJ2000 if frame == "eclipj2000" else np.eye(3) for frame in (origin, target))
-        through = ("equatorial" if frame == "eclipj2000" else frame for frame in (origin, target))
+        kind = frame if isinstance(frame, type) else type(frame)
+        if not issubclass(kind, str | BaseCoordinateFrame | SkyCoord):
+            raise InvalidInput(f"cannot turn from the frame {origin!r} to {target!r}; {_EXPECTED}")
+    of_spice = [isinstance(frame, str) and frame == "eclipj2000" for frame in (origin, target)]
+    if any(of_spice):
+        before, after = (_ECLIPJ2000 if known else np.eye(3) for known in of_spice)
+        through = ("equatorial" if known else frame for known, frame in zip(of_spice, (origin, target), strict=True))
         return np.asarray(after @ rotation(*through) @ before.T)
     start, end = (_NAMES.get(frame, frame) if isinstance(frame, str) else frame for frame in (origin, target))
     axes = UnitSphericalRepresentation([0, 90, 0] * u.deg, [0, 0, 90] * u.deg)

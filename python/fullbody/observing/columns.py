@@ -9,13 +9,26 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import refuse_unknown
-from ..base.units import gathered, is_quantity, need, numbers, refuse_booleans, scalar, strip_to, unit_named
+from ..base.units import (
+    gathered,
+    is_quantity,
+    need,
+    numbers,
+    refuse_booleans,
+    refuse_scale,
+    scalar,
+    strip_to,
+    unit_named,
+)
 from ..errors import InconsistentInput, InvalidInput, caution
 from .times import are_dates
 
 __all__ = ["Column", "Rows", "column", "jitter_of", "positive_rows", "read_table"]
 
 _Array = npt.NDArray[np.float64]
+#: The largest size of an observed number, and the least standard error: a residual divided by its standard error, and
+#: the squares of both, are far from where doubles end.
+_LARGEST, _LEAST_ERROR = 1e60, 1e-60
 
 
 def column(given: Any, what: str, unit: Any = None) -> tuple[_Array, Any]:
@@ -26,20 +39,27 @@ def column(given: Any, what: str, unit: Any = None) -> tuple[_Array, Any]:
     refuse_booleans(given, what)
     try:
         given, mask = _unmasked(given)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InvalidInput(f"{what} has values that are no numbers: {error}") from error
     given = gathered(given, what)
     if is_quantity(given):
         from astropy import units as u
 
+        try:
+            refuse_scale(given.unit)
+        except ValueError as error:
+            raise InvalidInput(f"{what} has a unit that cannot be used: {error}") from error
         found, own = strip_to(given, u.Unit(unit) if unit is not None else given.unit, what), given.unit
     else:
         found, own = numbers(given, what), None
     found = np.array(found, dtype=np.float64)
     if mask is not None:
         found[mask] = np.nan
-    if np.isinf(found).any():
-        raise InvalidInput(f"{what} has infinite values; expected finite numbers, or masked ones")
+    beyond = found[np.abs(found) > _LARGEST]
+    if beyond.size:
+        raise InvalidInput(
+            f"{what} has the value {float(beyond[0])}; expected numbers of at most {_LARGEST} in size, or masked ones"
+        )
     return found, own
 
 
@@ -47,6 +67,8 @@ def _unmasked(given: Any) -> tuple[Any, Any]:
     """Return values without their mask, and the mask if there is one."""
     if hasattr(given, "to_numpy"):
         # The column is one of pandas, whose missing values may have a type of their own.
+        if getattr(given.dtype, "kind", "") == "c":
+            raise TypeError("they are complex")
         given = given.to_numpy(dtype=np.float64, na_value=np.nan)
     if isinstance(given, np.ma.MaskedArray):
         plain = np.array(np.ma.getdata(given), dtype=np.float64)
@@ -80,7 +102,11 @@ class Rows:
         if are_dates(times):
             mask = np.asarray(times.mask) if getattr(times, "masked", False) else None
             plain = times.unmasked if mask is not None and hasattr(times, "unmasked") else times
-            axis = np.asarray((plain - plain[0]).to_value("s") if np.ndim(plain) else 0.0, dtype=np.float64)
+            try:
+                axis = np.asarray((plain - plain[0]).to_value("s") if np.ndim(plain) else 0.0, dtype=np.float64)
+            except ValueError as error:
+                # The library of time scales knows UTC for a limited range of years.
+                raise InvalidInput(f"times of {owner} are dates that cannot be subtracted: {error}") from error
             if mask is not None:
                 axis[mask] = np.nan
         else:
@@ -127,9 +153,10 @@ class Rows:
 
 
 def positive_rows(values: _Array, what: str) -> _Array:
-    """Return standard errors after checking that they are positive."""
-    if not (values > 0.0).all():
-        raise InvalidInput(f"{what} has the value {float(values.min())}; expected standard errors above zero")
+    """Return standard errors after checking that they are positive, and that their squares are too."""
+    if not (values >= _LEAST_ERROR).all():
+        least = f" and not below {_LEAST_ERROR}" if (values > 0.0).all() else ""
+        raise InvalidInput(f"{what} has the value {float(values.min())}; expected standard errors above zero{least}")
     return values
 
 
@@ -232,8 +259,10 @@ def _unit_of(given: Any, argument: str) -> Any:
     from astropy import units as u
 
     try:
-        return unit_named(given) if isinstance(given, str) else u.Unit(given)
-    except (ValueError, TypeError) as error:
+        unit = unit_named(given) if isinstance(given, str) else u.Unit(given)
+        refuse_scale(unit)
+        return unit
+    except (ValueError, TypeError, OverflowError) as error:
         raise InvalidInput(f"unit of {argument} is {given!r}; expected a unit or its name: {error}") from error
 
 

@@ -385,6 +385,7 @@ def test_units_that_are_none():
         (("km", "hour", "kgs"), "units has 'kgs', which is not a unit; did you mean 'kg'?"),
         (("xyz", "hour", "kg"), "units has 'xyz', which is not a unit; expected"),
         (("hour", "km", "kg"), "units has 'h'; expected a unit of length"),
+        ((1e-70 * u.km, "hour", "kg"), "units has <Quantity 1.e-70 km>, which is not a unit"),
         (("km", "hour"), r"units is \('km', 'hour'\); expected \(length, time, mass\)"),
     ):
         with pytest.raises(fullbody.InvalidInput, match=what):

@@ -44,6 +44,7 @@ BETWEEN = {"a": Free(2.55, lower=2.5, upper=2.6)}
         ({"loss": lambda z: np.full((3, *z.shape), np.nan)}, "expected rho >= 0"),
         ({"integrator": "Verner98"}, "integrator is 'Verner98'; expected one of fullbody's"),
         ({"observations": None}, "observations is None; expected observations, or a list"),
+        ({"observations": 1.0 * u.km}, r"observations is <Quantity 1. km>; expected observations, or a list"),
         ({"observations": observing.Radar}, "parameters has no 'times', which .*Radar.* needs"),
         ({"parameters": {"a": True}}, "start of a is True; expected numbers"),
         ({"parameters": {"a": Free(np.bool_(True))}}, "start of a is .*True.*; expected numbers"),
@@ -115,7 +116,8 @@ def test_bad_data_and_setups_are_refused(radar):
     [
         (0.0, "sigma of range of Radar has the value 0.0; expected standard errors above zero"),
         (-1.0, "sigma of range of Radar has the value -1.0; expected standard errors above zero"),
-        (np.inf, "sigma of range of Radar has infinite values"),
+        (np.inf, r"sigma of range of Radar has the value inf; expected numbers of at most 1e\+60 in size"),
+        (1e-61, "sigma of range of Radar has the value 1e-61; expected standard errors above zero and not below 1e-60"),
         (np.nan, "Radar has no row without masked or missing values"),
         (None, "sigma of range of Radar is None; expected numbers"),
         ([0.1, 0.2], r"sigma_range of Radar has shape \(2,\); expected 15 rows"),

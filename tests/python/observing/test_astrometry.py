@@ -199,7 +199,7 @@ def test_correlations_are_read_from_a_table_with_other_names_of_columns():
         ({"sigma": 0.0}, "expected standard errors above zero"),
         ({"sigma": [1.0, -1.0]}, "expected standard errors above zero"),
         ({"correlation": 1.0}, "expected numbers between -1 and 1"),
-        ({"east": [1.0, np.inf]}, "infinite"),
+        ({"east": [1.0, np.inf]}, "the value inf"),
         ({"east": [1.0]}, "east of Astrometry has shape"),
         ({"east": [1.0, 2.0] * u.km}, "has the unit km"),
         ({"east": [1.0, 2.0] * u.mas}, "north has no unit"),

@@ -61,7 +61,7 @@ def table(columns=("times", "east", "north", "sigma_east", "sigma_north"), **opt
         ({"times": [True, False, True]}, "times of Radar is True; expected numbers"),
         ({"times": ["now", "then", "later"]}, "times of Radar is 'now'; expected numbers"),
         ({"times": [[1.0, 2.0, 3.0]]}, r"times of Radar has shape \(1, 3\); expected \(K,\)"),
-        ({"times": [1.0, 2.0, np.inf]}, "times of Radar has infinite values"),
+        ({"times": [1.0, 2.0, np.inf]}, "times of Radar has the value inf; expected numbers of at most 1e.60 in size"),
         ({"times": [], "range": []}, r"times of Radar has shape \(0,\)"),
         ({"geometry": None}, "geometry of Radar is None; expected an observing.Geometry"),
     ],
@@ -101,6 +101,8 @@ def test_jitter(jitter, message):
         ({"east": [1.0, 2.0, 3.0] * u.km}, "east has the unit km; expected a unit such as rad"),
         ({"photocentre": 1}, "photocentre is 1; expected True or False"),
         ({"frame": "sky"}, "cannot turn from the frame 'equatorial' to 'sky'"),
+        ({"east": [1.0, 2.0, 3.0] * u.Unit(1e-70 * u.mas)}, "east has a unit that cannot be used: its scale is"),
+        ({"east": [1.0, 2.0, 1e70] * u.mas}, "east has the value .*; expected numbers of at most 1e.60 in size"),
     ],
 )
 def test_astrometry(options, message):
@@ -118,6 +120,14 @@ def test_astrometry(options, message):
         (lambda: observing.Astrometry.from_table(None, geometry=VIEW), "table of Astrometry is None; expected a table"),
         (lambda: observing.Astrometry.from_table({"times": [1.0]}, geometry=VIEW), "expected a table of astropy or"),
         (lambda: table(unit="parrot"), "unit of east is 'parrot'"),
+        (lambda: table(unit=0.0 * u.mas), "unit of east is <Quantity 0. mas>; expected a unit"),
+        (lambda: table(unit=5e-324), "unit of east is 5e-324; .*its scale is 5e-324; expected 1e-60 to 1e60"),
+        (lambda: table(unit=()), r"unit of east is \(\); .*a structure of several units"),
+        (lambda: table(also={"east": [1j]}), "east of Astrometry has values that are no numbers: they are complex"),
+        (
+            lambda: table(also={"times": [1e9]}, dates=("jd", "utc")),
+            "times of Astrometry are dates that cannot be subtracted",
+        ),
         (lambda: table(unit={"eats": u.mas}), "'eats' is not an option of unit of Astrometry; did you mean 'east'"),
         (lambda: table(unit={"east": u.mas}), "north has no unit, but others of east, north and sigma have"),
         (lambda: table(also={"east": ["far"]}), "east of Astrometry has values that are no numbers"),
@@ -207,6 +217,7 @@ def test_measured_values(arguments, message):
         ({"light_time": "no"}, "light_time is 'no'; expected True or False"),
         ({"frame": "sky"}, "cannot turn from the frame 'equatorial' to 'sky'"),
         ({"frame": 3}, "cannot turn from the frame 'equatorial' to 3"),
+        ({"frame": np.zeros(2)}, r"cannot turn from the frame 'equatorial' to array\(\[0., 0.\]\)"),
     ],
 )
 def test_geometries(options, message):

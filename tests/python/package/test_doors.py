@@ -5,7 +5,7 @@ from doors import DOORS
 from hypothesis import HealthCheck, given, settings
 
 #: How many inputs, for some seconds a door.
-EXAMPLES = {"netcdf": 80, "netcdf-content": 60, "system": 250, "run": 100, "observations-table": 80, "fit": 40}
+EXAMPLES = {"netcdf": 80, "netcdf-content": 60, "system": 250, "run": 100, "fit": 40}
 
 
 @pytest.mark.parametrize("name", DOORS)
