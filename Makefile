@@ -95,7 +95,7 @@ wheel-musl: $(VENV)/.wheel  ## a wheel for Linux systems with musl, such as Alpi
 test-lowest: $(MATURIN)  ## the Python tests with the lowest supported versions of all dependencies, in out/lowest/
 	$(PYTHON) -m venv --clear out/lowest
 	$(INSTALL) --python out/lowest/bin/python --resolution lowest-direct --editable '.[test]'
-	out/lowest/bin/python -m pytest -n auto
+	VIRTUAL_ENV=$(CURDIR)/out/lowest out/lowest/bin/python -m pytest -n auto
 
 licences: $(VENV)/.built  ## the licences of the crates that the extension contains, into THIRD_PARTY_LICENCES.yml
 	cd bindings && cargo bundle-licenses --previous ../THIRD_PARTY_LICENCES.yml --format yaml --output ../THIRD_PARTY_LICENCES.yml --prefer MIT

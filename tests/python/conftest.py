@@ -7,8 +7,11 @@ import signal
 import sys
 
 import pytest
+from astropy.utils import iers
 from hypothesis import HealthCheck, settings
 
+# Old versions of astropy ask the network for the Earth's rotation even where they have a table of it.
+iers.conf.auto_download = False
 # Pictures appear on no screen, also in the processes that tests start.
 os.environ["MPLBACKEND"] = "agg"
 # Workers share the cores: threads of each one's linear algebra would wait for each other.

@@ -89,12 +89,12 @@ def a_step():
 
 
 def forces_of_many():
-    system, state = lattice(700, fullbody.Ellipsoid(1.0, 0.9, 0.8))
+    system, state = lattice(1500, fullbody.Ellipsoid(1.0, 0.9, 0.8))
     return lambda: system.interactions(state), lambda: None
 
 
 def energy_of_many():
-    system, state = lattice(700, fullbody.Ellipsoid(1.0, 0.9, 0.8))
+    system, state = lattice(1500, fullbody.Ellipsoid(1.0, 0.9, 0.8))
     return lambda: system.energy(state), lambda: None
 
 
@@ -105,7 +105,7 @@ def simulation_of_many():
 
 def gravity_of_many():
     system, state = lattice(700, fullbody.Ellipsoid(1.0, 0.9, 0.8))
-    places = np.random.default_rng(0).normal(size=(100_000, 3)) * 30.0
+    places = np.random.default_rng(0).normal(size=(500_000, 3)) * 30.0
     return lambda: system.gravity(state, places), lambda: None
 
 
@@ -119,7 +119,7 @@ def light_of_rough_surfaces():
 
 
 def light_of_facets():
-    system, state = lattice(30, icosphere(4, (1.0, 0.9, 0.8)))
+    system, state = lattice(200, icosphere(4, (1.0, 0.9, 0.8)))
     return lambda: observing.brightness(system, state, [1, 0.1, 0.2], [1, 0.5, 0.3]), lambda: None
 
 
