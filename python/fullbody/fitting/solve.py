@@ -210,7 +210,7 @@ class _Solver:
             bounds = tuple((one - start) / scale + begin for one in (self._parameters.lower, self._parameters.upper))
             options = {"ftol": _FTOL, "xtol": _XTOL, "gtol": 1e-15, "x_scale": "jac"}
             # A start very many errors away makes the solver's squares overflow; how the fit ended is told below.
-            with np.errstate(over="ignore", invalid="ignore"):
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
                 found = least_squares(residuals, begin, jacobian_at, bounds, **options)
             why = f"; the last proposal refused: {self._problem.reason}" if self._problem.refused else ""
             message = "" if found.status > 0 else f"stopped after {found.nfev} proposals, the limit{why}"
