@@ -31,6 +31,7 @@ pub(super) struct EccentricAnomaly {
 impl EccentricAnomaly {
     /// Solves Kepler's equation for any finite mean anomaly.
     pub(super) fn from_mean(mean: f64, eccentricity: f64) -> Result<Self> {
+        require_finite("mean anomaly", &[mean])?;
         let gap = (1.0 - eccentricity).abs();
         if eccentricity < 1.0 {
             // sin and cos reduce a large angle modulo the exact 2 pi; a remainder by the double TAU would

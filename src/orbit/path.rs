@@ -30,8 +30,8 @@ impl OrbitPath {
     /// Takes elements, which are valid at time zero, and mu = G (m_1 + m_2).
     ///
     /// # Errors
-    /// [`Error::InvalidInput`](crate::error::Error::InvalidInput) if `mu` is not above zero, or if an element
-    /// is invalid.
+    /// [`Error::InvalidInput`](crate::error::Error::InvalidInput) if `mu` is not above zero, if an element is
+    /// invalid, or if the orbit is so small that its mean motion overflows.
     pub fn new(elements: &KeplerElements, mu: f64) -> Result<Self> {
         require_positive("mu", mu)?;
         elements.check()?;
@@ -39,6 +39,7 @@ impl OrbitPath {
         let axes = OrbitAxes::new(elements.longitude_of_node, elements.inclination);
         let (sin, cos) = elements.argument_of_periapsis.sin_cos();
         let speed = (mu / size).sqrt();
+        require_finite("mean motion", &[speed / size])?;
         Ok(Self {
             to_periapsis: axes.node * cos + axes.ahead * sin,
             across: axes.ahead * cos - axes.node * sin,

@@ -204,3 +204,9 @@ def test_elements_of_a_run():
     # The other way round: the same but for the half turn of the periapsis.
     assert apart(run.elements(body=0, about=1).omega, 0.6 + np.pi) < 1e-11
     assert np.abs(run.elements(mu=6.0).a - 1.2).min() > 0.1
+
+
+def test_an_orbit_whose_mean_motion_overflows_is_refused():
+    """The mean motion is sqrt(mu / a^3), which is 1e480 here."""
+    with pytest.raises(fullbody.InvalidInput, match="mean motion"):
+        KeplerElements(1e-320, 0.0, 0.0, 0.0, 0.0, 0.0)
