@@ -284,13 +284,13 @@ fn add(
 
 /// Solves Euler's equations for the rate of the spin, the paper's `eq:DiffEq_phidott` to `eq:DiffEq_psidott`;
 /// a body without inertia keeps its spin.
-#[inline]
+#[inline(always)]
 fn euler(inertia: Vec3, spin: Vec3, torque: Vec3) -> Vec3 {
-    Vec3::from([0, 1, 2].map(|i| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+    let rate = |i: usize, j: usize, k: usize| {
         // The difference of the moments is formed first, so that the spin of a spheroid about its axis stays
         // exactly constant.
         let turning = torque[i] - (inertia[k] - inertia[j]) * spin[j] * spin[k];
         if inertia[i] > 0.0 { turning / inertia[i] } else { 0.0 }
-    }))
+    };
+    Vec3::new(rate(0, 1, 2), rate(1, 2, 0), rate(2, 0, 1))
 }
