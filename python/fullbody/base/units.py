@@ -141,7 +141,7 @@ def refuse_scale(unit: Any) -> None:
         scale = float(getattr(unit.decompose(), "scale", 1.0))
     except (ArithmeticError, TypeError) as error:
         raise ValueError(f"its scale is out of range: {error}") from error
-    # The scale of a magnitude is -0.4, that of its factor of ten.
+    # The scale of a magnitude is negative: it is -0.4 powers of ten.
     if not 1e-60 <= abs(scale) <= 1e60:
         raise ValueError(f"its scale is {scale}; expected 1e-60 to 1e60 in units of the SI")
 

@@ -106,10 +106,10 @@ class Problem:
             raise InvalidInput(f"setup is {setup!r}; expected a function")
         given = [observations] if hasattr(observations, "pulls") or callable(observations) else observations
         try:
-            listed = list(given)
+            entries = iter(given)
         except TypeError:
-            listed = []
-        if not listed:
+            entries = iter(())
+        if not (listed := list(entries)):
             raise InvalidInput(f"observations is {observations!r}; expected observations, or a list of them")
         for one in listed:
             if not callable(one) and not _is_observed(one):

@@ -209,7 +209,8 @@ class _Solver:
 
             bounds = tuple((one - start) / scale + begin for one in (self._parameters.lower, self._parameters.upper))
             options = {"ftol": _FTOL, "xtol": _XTOL, "gtol": 1e-15, "x_scale": "jac"}
-            # A start very many errors away makes the solver's squares overflow; how the fit ended is told below.
+            # The solver's squares overflow if the start is 1e50 errors away from a prior. Whether the fit reached a
+            # minimum is judged below by the distance that is left, not by these warnings.
             with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
                 found = least_squares(residuals, begin, jacobian_at, bounds, **options)
             why = f"; the last proposal refused: {self._problem.reason}" if self._problem.refused else ""
