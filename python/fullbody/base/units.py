@@ -47,6 +47,8 @@ _DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
 }
 
 
+#: The largest size of a number whose square is formed, and the inverse of the least one: far from where doubles end.
+LARGEST = 1e60
 #: The unit of each dimension that error messages use in examples of text.
 _EXAMPLES = {
     "length": "km",
@@ -142,7 +144,7 @@ def refuse_scale(unit: Any) -> None:
     except (ArithmeticError, TypeError) as error:
         raise ValueError(f"its scale is out of range: {error}") from error
     # The scale of a magnitude is negative: it is -0.4 powers of ten.
-    if not 1e-60 <= abs(scale) <= 1e60:
+    if not 1.0 / LARGEST <= abs(scale) <= LARGEST:
         raise ValueError(f"its scale is {scale}; expected 1e-60 to 1e60 in units of the SI")
 
 

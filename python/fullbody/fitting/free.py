@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import named_options, suggestion
-from ..base.units import gathered, is_quantity, numbers, refuse_booleans, scalar, strip_to
+from ..base.units import LARGEST, gathered, is_quantity, numbers, refuse_booleans, scalar, strip_to
 from ..errors import InvalidInput
 
 __all__ = ["Free", "Parameters"]
@@ -93,8 +93,8 @@ class Parameters:
             expected = "a plain number" if unit is None else f"a unit such as {unit}"
             raise InvalidInput(f"{what} is {value!r}; expected {expected}, as its start has")
         plain = scalar(numbers(value, what) if unit is None else strip_to(value, unit, what), what)
-        if not np.isfinite(plain):
-            raise InvalidInput(f"{what} is {value!r}; expected a finite number")
+        if not abs(plain) <= LARGEST:
+            raise InvalidInput(f"{what} is {value!r}; expected a finite number, of at most {LARGEST} in size")
         return plain
 
     def _prior(self, k: int, prior: Any) -> tuple[float, float]:
@@ -105,8 +105,10 @@ class Parameters:
         except (TypeError, ValueError) as error:
             raise InvalidInput(f"prior of {self.names[k]} is {prior!r}; expected (mean, sigma)") from error
         found = self._number(k, mean, "mean of the prior"), self._number(k, sigma, "sigma of the prior")
-        if not found[1] > 0.0:
-            raise InvalidInput(f"sigma of the prior of {self.names[k]} is {sigma}; expected a number above zero")
+        if not found[1] >= 1.0 / LARGEST:
+            raise InvalidInput(
+                f"sigma of the prior of {self.names[k]} is {sigma}; expected a number above zero, of at least 1e-60"
+            )
         return found
 
     def __len__(self) -> int:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ..base.arguments import refuse_unknown
 from ..base.units import (
+    LARGEST,
     gathered,
     is_quantity,
     need,
@@ -26,9 +27,6 @@ from .times import are_dates
 __all__ = ["Column", "Rows", "column", "jitter_of", "positive_rows", "read_table"]
 
 _Array = npt.NDArray[np.float64]
-#: The largest size of an observed number, and the least standard error: a residual divided by its standard error, and
-#: the squares of both, are far from where doubles end.
-_LARGEST, _LEAST_ERROR = 1e60, 1e-60
 
 
 def column(given: Any, what: str, unit: Any = None) -> tuple[_Array, Any]:
@@ -55,10 +53,10 @@ def column(given: Any, what: str, unit: Any = None) -> tuple[_Array, Any]:
     found = np.array(found, dtype=np.float64)
     if mask is not None:
         found[mask] = np.nan
-    beyond = found[np.abs(found) > _LARGEST]
+    beyond = found[np.abs(found) > LARGEST]
     if beyond.size:
         raise InvalidInput(
-            f"{what} has the value {float(beyond[0])}; expected numbers of at most {_LARGEST} in size, or masked ones"
+            f"{what} has the value {float(beyond[0])}; expected numbers of at most {LARGEST} in size, or masked ones"
         )
     return found, own
 
@@ -154,8 +152,8 @@ class Rows:
 
 def positive_rows(values: _Array, what: str) -> _Array:
     """Return standard errors after checking that they are positive, and that their squares are too."""
-    if not (values >= _LEAST_ERROR).all():
-        least = f" and not below {_LEAST_ERROR}" if (values > 0.0).all() else ""
+    if not (values >= 1.0 / LARGEST).all():
+        least = " and not below 1e-60" if (values > 0.0).all() else ""
         raise InvalidInput(f"{what} has the value {float(values.min())}; expected standard errors above zero{least}")
     return values
 

@@ -137,7 +137,8 @@ def read_config(path: Any, euler: str | None) -> tuple[Start, str | None]:
             cfg.value(body, f"{name} Semi-{size} Axis", POSITIVE if flag or size == "Major" else NUMBER) / 1000.0
             for size in ("Major", "Intermediate", "Minor")
         ]
-        return Ellipsoid(*axes) if flag else Sphere(axes[0])
+        with naming(path):
+            return Ellipsoid(*axes) if flag else Sphere(axes[0])
 
     position, velocity, spin_a, spin_b = (
         np.array([cfg.value(start, f"{name} {axis}") for axis in "XYZ"])

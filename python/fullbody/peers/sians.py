@@ -290,7 +290,7 @@ def _shape(file: _File, line: int, words: list[str]) -> Ellipsoid | PointMass | 
         return Ellipsoid(*sizes) if any(sizes) else PointMass()
     # The program runs in the folder above the folder of its input files.
     folder = as_path(file.path).parent
-    places = [place for place in (folder / words[0], folder.parent / words[0]) if place.exists()]
+    places = [place for place in (folder / words[0], folder.parent / words[0]) if place.is_file()]
     if not places:
         file.fail(line, f"no file {words[0]!r} beside this one or in the folder above")
     shape = Polyhedron.load(places[0])

@@ -66,7 +66,8 @@ class _Adaptive(Integrator):
     def __post_init__(self) -> None:
         for name in ("rtol", "atol"):
             value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int | float):
+            # An int may be too large for the core's floats.
+            if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) >= 1:
                 raise InvalidInput(f"{name} is {value!r}; expected a number from 0 to below 1")
         if self._to_roundoff and self.rtol == 0.0 and self.atol == 0.0:
             return

@@ -84,6 +84,8 @@ def test_sians_density_and_points(tmp_path):
         ("0.4 0.3 0.2", "beta.obj", "no file 'beta.obj'"),
         ("0.4 0.3 0.2", "beta.obj 0.5", "no file 'beta.obj'"),
         ("0.4 0.3 0.2", "0.4 0.3", "no file '0.4'"),
+        ("0.4 0.3 0.2", ". 0.5", "no file '.'"),
+        ("0.4 0.3 0.2", "..", "no file '..'"),
         ("0.4 0.3 0.2", "0.4 0.3 -0.2", "above zero"),
         ("0 0.7 0.1", "0 0.7 fast", "'fast'; expected a number"),
         ("0 0.7 0.1", "0 0.7", "expected three numbers"),
@@ -282,6 +284,14 @@ def test_gubas_config_names_the_line(tmp_path, old, new, what):
     line = line_of(DATA / "gubas_pair.cfg", old)
     path = changed(tmp_path, "gubas_pair.cfg", old, new)
     with pytest.raises(fullbody.InvalidInput, match=f"line {line}: .*{what}"):
+        fullbody.read_gubas(path)
+
+
+def test_an_axis_that_underflows_in_kilometres_names_the_file(tmp_path):
+    path = changed(tmp_path, "gubas_pair.cfg", "Semi-Minor Axis: 60.", "Semi-Minor Axis: 5e-324")
+    with pytest.raises(
+        fullbody.InvalidInput, match=r"gubas_pair\.cfg: semi-axis c is 0\.0; expected a finite number above"
+    ):
         fullbody.read_gubas(path)
 
 
