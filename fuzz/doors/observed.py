@@ -162,6 +162,7 @@ DOORS: list[Door] = [
                 [
                     ("range", "sigma_range"),
                     ("range_rate", "sigma_range_rate"),
+                    ("range", "range_rate", "sigma_range", "sigma_range_rate"),
                     ("east", "north", "sigma_east", "sigma_north"),
                     ("magnitude", "sigma"),
                 ]
