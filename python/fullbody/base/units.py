@@ -47,8 +47,8 @@ _DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
 }
 
 
-#: The largest size of a number whose square is formed, and the inverse of the least one: far from where doubles end.
-LARGEST = 1e60
+#: The sizes between which numbers lie whose squares are formed: far from where doubles end.
+SMALLEST, LARGEST = 1e-60, 1e60
 #: The unit of each dimension that error messages use in examples of text.
 _EXAMPLES = {
     "length": "km",
@@ -133,10 +133,17 @@ def _factor(given: Any, wanted: Any) -> float:
     return factor
 
 
-def refuse_scale(unit: Any) -> None:
-    """Raise a ValueError for a unit so small or so large that numbers in it overflow when they are converted."""
+def usable_unit(given: Any) -> Any:
+    """Return a unit from anything that astropy takes for one.
+
+    Raises
+    ------
+    TypeError, ValueError, OverflowError
+        If it is not a unit, or one so small or so large that numbers in it overflow when they are converted.
+    """
     from astropy import units as u
 
+    unit = u.Unit(given)
     if isinstance(unit, u.StructuredUnit):
         raise ValueError("it is a structure of several units")
     try:
@@ -144,8 +151,9 @@ def refuse_scale(unit: Any) -> None:
     except (ArithmeticError, TypeError) as error:
         raise ValueError(f"its scale is out of range: {error}") from error
     # The scale of a magnitude is negative: it is -0.4 powers of ten.
-    if not 1.0 / LARGEST <= abs(scale) <= LARGEST:
+    if not SMALLEST <= abs(scale) <= LARGEST:
         raise ValueError(f"its scale is {scale}; expected 1e-60 to 1e60 in units of the SI")
+    return unit
 
 
 def is_quantity(value: object) -> bool:
@@ -300,7 +308,7 @@ class Units:
         except (TypeError, ValueError) as error:
             raise InvalidInput(f"units is {names!r}; expected (length, time, mass), such as {USUAL}") from error
         parts = zip((length, time, mass), _KNOWN, strict=True)
-        base = tuple(_unit(u.Unit, name, known, names) for name, known in parts)
+        base = tuple(_unit(name, known, names) for name, known in parts)
         for unit, expected in zip(base, (u.m, u.s, u.kg), strict=True):
             if not unit.is_equivalent(expected):
                 raise InvalidInput(
@@ -412,12 +420,10 @@ def close_to(name: str, known: Sequence[str]) -> list[str]:
     return difflib.get_close_matches(name, known, 1)
 
 
-def _unit(make: Any, name: object, known: tuple[str, ...], names: object) -> Any:
+def _unit(name: object, known: tuple[str, ...], names: object) -> Any:
     """Return a unit, or raise an error that shows the text that is not a unit."""
     try:
-        unit = make(name)
-        refuse_scale(unit)
-        return unit
+        return usable_unit(name)
     except (TypeError, ValueError, OverflowError) as error:
         close = close_to(str(name), known)
         meant = f"did you mean {close[0]!r}? " if close else ""

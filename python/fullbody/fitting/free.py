@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import named_options, suggestion
-from ..base.units import LARGEST, gathered, is_quantity, numbers, refuse_booleans, scalar, strip_to
+from ..base.units import LARGEST, SMALLEST, gathered, is_quantity, numbers, refuse_booleans, scalar, strip_to
 from ..errors import InvalidInput
 
 __all__ = ["Free", "Parameters"]
@@ -105,9 +105,9 @@ class Parameters:
         except (TypeError, ValueError) as error:
             raise InvalidInput(f"prior of {self.names[k]} is {prior!r}; expected (mean, sigma)") from error
         found = self._number(k, mean, "mean of the prior"), self._number(k, sigma, "sigma of the prior")
-        if not found[1] >= 1.0 / LARGEST:
+        if not found[1] >= SMALLEST:
             raise InvalidInput(
-                f"sigma of the prior of {self.names[k]} is {sigma}; expected a number above zero, of at least 1e-60"
+                f"sigma of the prior of {self.names[k]} is {sigma}; expected a number above zero, at least {SMALLEST}"
             )
         return found
 

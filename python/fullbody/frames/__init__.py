@@ -70,10 +70,9 @@ def rotation(origin: Any, target: Any) -> _Array:
         kind = frame if isinstance(frame, type) else type(frame)
         if not issubclass(kind, str | BaseCoordinateFrame | SkyCoord):
             raise InvalidInput(f"cannot turn from the frame {origin!r} to {target!r}; {_EXPECTED}")
-    of_spice = [isinstance(frame, str) and frame == "eclipj2000" for frame in (origin, target)]
-    if any(of_spice):
-        before, after = (_ECLIPJ2000 if known else np.eye(3) for known in of_spice)
-        through = ("equatorial" if known else frame for known, frame in zip(of_spice, (origin, target), strict=True))
+    if "eclipj2000" in (origin, target):
+        before, after = (_ECLIPJ2000 if frame == "eclipj2000" else np.eye(3) for frame in (origin, target))
+        through = ("equatorial" if frame == "eclipj2000" else frame for frame in (origin, target))
         return np.asarray(after @ rotation(*through) @ before.T)
     start, end = (_NAMES.get(frame, frame) if isinstance(frame, str) else frame for frame in (origin, target))
     axes = UnitSphericalRepresentation([0, 90, 0] * u.deg, [0, 0, 90] * u.deg)

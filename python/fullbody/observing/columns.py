@@ -11,15 +11,16 @@ import numpy.typing as npt
 from ..base.arguments import refuse_unknown
 from ..base.units import (
     LARGEST,
+    SMALLEST,
     gathered,
     is_quantity,
     need,
     numbers,
     refuse_booleans,
-    refuse_scale,
     scalar,
     strip_to,
     unit_named,
+    usable_unit,
 )
 from ..errors import InconsistentInput, InvalidInput, caution
 from .times import are_dates
@@ -41,13 +42,11 @@ def column(given: Any, what: str, unit: Any = None) -> tuple[_Array, Any]:
         raise InvalidInput(f"{what} has values that are no numbers: {error}") from error
     given = gathered(given, what)
     if is_quantity(given):
-        from astropy import units as u
-
         try:
-            refuse_scale(given.unit)
+            own = usable_unit(given.unit)
         except ValueError as error:
             raise InvalidInput(f"{what} has a unit that cannot be used: {error}") from error
-        found, own = strip_to(given, u.Unit(unit) if unit is not None else given.unit, what), given.unit
+        found = strip_to(given, own if unit is None else unit_named(unit), what)
     else:
         found, own = numbers(given, what), None
     found = np.array(found, dtype=np.float64)
@@ -152,8 +151,8 @@ class Rows:
 
 def positive_rows(values: _Array, what: str) -> _Array:
     """Return standard errors after checking that they are positive, and that their squares are too."""
-    if not (values >= 1.0 / LARGEST).all():
-        least = " and not below 1e-60" if (values > 0.0).all() else ""
+    if not (values >= SMALLEST).all():
+        least = f" and not below {SMALLEST}" if (values > 0.0).all() else ""
         raise InvalidInput(f"{what} has the value {float(values.min())}; expected standard errors above zero{least}")
     return values
 
@@ -254,12 +253,8 @@ def _unit_of(given: Any, argument: str) -> Any:
     """Return a unit, which may be given as text."""
     if given is None:
         return None
-    from astropy import units as u
-
     try:
-        unit = unit_named(given) if isinstance(given, str) else u.Unit(given)
-        refuse_scale(unit)
-        return unit
+        return usable_unit(given)
     except (ValueError, TypeError, OverflowError) as error:
         raise InvalidInput(f"unit of {argument} is {given!r}; expected a unit or its name: {error}") from error
 

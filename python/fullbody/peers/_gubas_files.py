@@ -116,6 +116,18 @@ class _Config(Text):
         return self._angles.get(section, set())
 
 
+def _axis_kinds(flag: int) -> tuple[str, str, str]:
+    """Return the kinds of numbers of the semi-axes of an ellipsoid, or of a sphere, of which only the first is used."""
+    return (POSITIVE, POSITIVE, POSITIVE) if flag else (POSITIVE, NUMBER, NUMBER)
+
+
+def _ellipsoid(path: Any, flag: int, axes: list[float]) -> Ellipsoid | Sphere:
+    """Return the ellipsoid with semi-axes in m, or a sphere if the flag is 0; errors name the file."""
+    kilometres = [axis / 1000.0 for axis in axes]
+    with naming(path):
+        return Ellipsoid(*kilometres) if flag else Sphere(kilometres[0])
+
+
 def read_config(path: Any, euler: str | None) -> tuple[Start, str | None]:
     """Read a ``.cfg``, and return the start with a warning about the unit of its angles, if there is one."""
     cfg = _Config(path)
@@ -132,13 +144,8 @@ def read_config(path: Any, euler: str | None) -> tuple[Start, str | None]:
     def shape(name: str, flag: int) -> _Shape:
         if flag == 2:
             return _mesh(cfg, *(cfg.place(body, f"{name} {part} File") for part in ("Tetrahedron", "Vertex")))
-        # Only the first axis of a sphere is used.
-        axes = [
-            cfg.value(body, f"{name} Semi-{size} Axis", POSITIVE if flag or size == "Major" else NUMBER) / 1000.0
-            for size in ("Major", "Intermediate", "Minor")
-        ]
-        with naming(path):
-            return Ellipsoid(*axes) if flag else Sphere(axes[0])
+        kinds = zip(("Major", "Intermediate", "Minor"), _axis_kinds(flag), strict=True)
+        return _ellipsoid(path, flag, [cfg.value(body, f"{name} Semi-{size} Axis", kind) for size, kind in kinds])
 
     position, velocity, spin_a, spin_b = (
         np.array([cfg.value(start, f"{name} {axis}") for axis in "XYZ"])
@@ -341,11 +348,8 @@ def read_numbers(path: Any) -> Start:
         if shapes[body] == 2:
             places = (_BEFORE + 4 + 2 * body, _BEFORE + 5 + 2 * body)
             return _mesh(file, *((index + 1, lines[index].strip()) for index in places))
-        # Only the first axis of a sphere is used.
-        kinds = [POSITIVE if shapes[body] or k == 0 else NUMBER for k in range(3)]
-        axes = [value(4 + 3 * body + k, "a semi-axis", kind) / 1000.0 for k, kind in enumerate(kinds)]
-        with naming(path):
-            return Ellipsoid(*axes) if shapes[body] else Sphere(axes[0])
+        kinds = enumerate(_axis_kinds(shapes[body]))
+        return _ellipsoid(path, shapes[body], [value(4 + 3 * body + k, "a semi-axis", kind) for k, kind in kinds])
 
     return Start(
         G=value(0, "G", NOT_NEGATIVE),
