@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer, named_options
+from ..base.arguments import integer
 from ..base.tables import Table, Tabled, number
 from ..base.units import need
 from ..errors import BodiesOverlap, InvalidInput, NotConverged
@@ -159,7 +159,6 @@ class Branch(Tabled):
         return f"Branch({len(self)} equilibria, separation {ends}, {folds}, end={self.end!r})"
 
 
-@named_options
 def branch(
     equilibrium: RelativeEquilibrium,
     over: Literal["separation", "angular_momentum"] = "separation",

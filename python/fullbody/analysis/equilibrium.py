@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..base import rotations
-from ..base.arguments import integer, named_options
+from ..base.arguments import integer
 from ..base.tables import Table, Tabled, number
 from ..errors import InvalidInput, NotConverged
 from ..model.composite import Composite, Part
@@ -153,7 +153,6 @@ class RelativeEquilibrium(Tabled):
         )
 
 
-@named_options
 def relative_equilibrium(
     system: System,
     *,
@@ -317,7 +316,6 @@ def pose_of(pair: Pair, state: State, what: str) -> tuple[Pose, Array]:
     return Pose(turn @ r, np.array([rotations.product(q, own) for own in core.attitude])), turn
 
 
-@named_options
 def averaged(system: System, body: int | str, *, copies: int = 12) -> System:
     """Replace a body of a system by its mean over all turns about its z-axis.
 

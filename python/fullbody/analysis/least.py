@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import named_options
 from ..base.tables import Table, Tabled, head, number
 from ..errors import BodiesOverlap, InvalidInput, NotConverged
 from ..model.state import State
@@ -132,7 +131,6 @@ def _energy(one: RelativeEquilibrium | Touching) -> float:
     return float(getattr(energy, "value", energy))
 
 
-@named_options
 def equilibria(system: System, angular_momentum: Any) -> Equilibria:
     """Find all relative equilibria with a given angular momentum and both bodies locked, and the one of least energy.
 

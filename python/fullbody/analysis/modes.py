@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer, named_options
+from ..base.arguments import integer
 from ..base.tables import Table, Tabled, head, number
 from ..base.units import numbers, scalar
 from ..errors import InvalidInput
@@ -26,7 +26,6 @@ _Complex = npt.NDArray[np.complex128]
 STEADY = 1e-7
 
 
-@named_options
 @dataclass(frozen=True, eq=False, repr=False)
 class Modes(Tabled):
     """Normal modes: small motions near a relative equilibrium are sums of them.

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer, named_options
+from ..base.arguments import integer
 from ..base.tables import Table, Tabled, number
 from ..base.units import numbers, scalar
 from ..errors import FullbodyError, InvalidInput
@@ -150,7 +150,6 @@ class PeriodicOrbit(Tabled):
         )
 
 
-@named_options
 def periodic_orbit(
     system: System,
     state: State,
@@ -234,7 +233,6 @@ def periodic_orbit(
     return PeriodicOrbit(*solved(shooting, ends, held, kept, within))
 
 
-@named_options
 def periodic_family(
     equilibrium: RelativeEquilibrium, mode: int, amplitudes: Any, *, segments: int | None = None
 ) -> tuple[PeriodicOrbit, ...]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer, named_options
+from ..base.arguments import integer
 from ..base.tables import Table, Tabled
 from ..base.values import ArrayFields, block
 from ..ensembles.many import integrate_many
@@ -100,7 +100,6 @@ class Section(Tabled):
         return f"Section({len(self)} starts, {counts}{f', {failed} cut short' if failed else ''})"
 
 
-@named_options
 def section(
     system: System, states: State | Sequence[State], until: Any, event: Event, *, threads: int | None = None
 ) -> Section:
@@ -165,7 +164,6 @@ class Frequencies(ArrayFields):
         return block("Frequencies(", frequency=self.frequency, amplitude=self.amplitude)
 
 
-@named_options
 def frequencies(run: Run, quantity: Any, count: int = 3) -> Frequencies:
     """Find the strongest periodic terms of a quantity along a run by frequency analysis.
 

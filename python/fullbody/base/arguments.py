@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import functools
 import inspect
 import operator
 import re
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -229,40 +228,3 @@ def options_of(function: Callable[..., Any]) -> list[str]:
     kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
     parameters = inspect.signature(function).parameters.items()
     return [name for name, p in parameters if p.kind in kinds and name not in ("self", "cls")]
-
-
-def named_options(target: _T) -> _T:
-    """Make a function, or a class and its public methods, refuse unknown keywords with an error that suggests known
-    ones.
-
-    The error replaces Python's TypeError. A function that passes keywords on refuses only those that mean an argument
-    of its own.
-    """
-    if not isinstance(target, type):
-        function: Any = target
-        return cast(_T, _suggesting(function, function.__name__))
-    # Errors of an inherited method name the class that it is called on.
-    members = {name: member for base in reversed(target.__mro__[:-1]) for name, member in vars(base).items()}
-    for name, method in members.items():
-        owner = target.__name__ if name == "__init__" else f"{target.__name__}.{name}"
-        if name.startswith("_") and name not in ("__init__", "__call__"):
-            continue
-        if inspect.isfunction(method):
-            setattr(target, name, _suggesting(method, owner))
-        elif isinstance(method, classmethod | staticmethod):
-            setattr(target, name, type(method)(_suggesting(method.__func__, owner)))
-    return target
-
-
-def _suggesting(function: Callable[..., Any], owner: str) -> Callable[..., Any]:
-    known = options_of(function)
-    passes_on = any(p.kind is p.VAR_KEYWORD for p in inspect.signature(function).parameters.values())
-
-    @functools.wraps(function)
-    def call(*args: Any, **kwargs: Any) -> Any:
-        unknown = [name for name in kwargs if name not in known]
-        refuse_unknown([name for name in unknown if not passes_on or _synonyms(name, known)], known, owner)
-        return function(*args, **kwargs)
-
-    call.__qualname__ = f"{owner}.__init__" if function.__name__ == "__init__" else owner
-    return call

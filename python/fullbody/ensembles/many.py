@@ -8,7 +8,7 @@ from itertools import repeat
 from typing import Any, TypeAlias
 
 from .. import _core
-from ..base.arguments import integer, named_options
+from ..base.arguments import integer
 from ..errors import BodiesOverlap, Interrupted, InvalidInput, caution
 from ..events import Event
 from ..model.state import State
@@ -27,7 +27,6 @@ Answer: TypeAlias = Run | Exception
 _MOST_THREADS = 1024
 
 
-@named_options
 def integrate_many(
     members: Iterable[tuple[System, State]],
     until: Any,

@@ -7,7 +7,6 @@ from typing import Any, TypeAlias, cast
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import named_options
 from ..errors import BodiesOverlap, InvalidInput
 from ..events import Contact, Escape
 from ..motion.run import Run
@@ -27,7 +26,6 @@ Measures: TypeAlias = dict[str, Scalar | str | None]
 _FAR = 20.0
 
 
-@named_options
 def fate(run: Run, *, body: int | str = 1, about: int | str = 0, beyond: Any = None) -> Measures:
     """Determine whether and when a body hit another one or escaped.
 
@@ -121,7 +119,6 @@ def _gone(run: Run, body: int, about: int, limit: float) -> npt.NDArray[np.bool_
     return found
 
 
-@named_options
 def attitude(run: Run, limit: Any = np.pi / 2, *, body: int | str = 1, about: int | str = 0) -> Measures:
     """Determine the largest roll, pitch and yaw of a body in its orbit's frame, and whether it tumbles.
 
@@ -159,7 +156,6 @@ def attitude(run: Run, limit: Any = np.pi / 2, *, body: int | str = 1, about: in
     return angles | {"tumbles": float(found.time is not None), "tumbling_time": found.time}
 
 
-@named_options
 def libration(run: Run, *, body: int | str = 1, about: int | str = 0) -> Measures:
     """Determine the amplitude of a body's libration and the period of its strongest term.
 
@@ -192,7 +188,6 @@ def libration(run: Run, *, body: int | str = 1, about: int | str = 0) -> Measure
     return {"libration": found.amplitude, "libration_period": period}
 
 
-@named_options
 def orbit(run: Run, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> Measures:
     """Determine the mean period of an orbit and the means of its osculating elements.
 
@@ -234,7 +229,6 @@ def orbit(run: Run, mu: Any = None, *, body: int | str = 1, about: int | str = 0
     return {"period": period, **means}
 
 
-@named_options
 def drift(run: Run) -> Measures:
     """Determine the largest drifts of a run, which tell how exact its integration was.
 

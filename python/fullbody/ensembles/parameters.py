@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..base.arguments import integer, named_options
+from ..base.arguments import integer
 from ..base.units import gathered, is_quantity, need, refuse_masked
 from ..errors import InvalidInput
 
@@ -42,7 +42,6 @@ class Draws:
     distributions: Mapping[str, Any]
 
 
-@named_options
 def paired(**columns: Any) -> Paired:
     """Pair columns of equal length for :func:`fullbody.sweep`: the first values together, then the second ones, and so
     on.
@@ -72,7 +71,6 @@ def paired(**columns: Any) -> Paired:
     return Paired(columns)
 
 
-@named_options
 def draws(count: int, **distributions: Any) -> Draws:
     """Draw parameters at random in :func:`fullbody.sweep`, which then needs ``seed=``.
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.arguments import integer, named_options, suggestion
+from ..base.arguments import integer, suggestion
 from ..base.units import is_quantity, need
 from ..base.version import version
 from ..errors import FullbodyError, Interrupted, InvalidInput, caution
@@ -34,7 +34,6 @@ __all__ = ["sweep"]
 _OF_WORKER, _LEAST, _OF_THREAD = 16, 64, 16
 
 
-@named_options
 def sweep(
     setup: Callable[..., Any],
     parameters: Any,

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import _core
-from ..base.arguments import directions, integer, named_options, place
+from ..base.arguments import directions, integer, place
 from ..base.units import gathered, is_quantity, numbers, scalar
 from ..base.values import ScalarFields
 from ..errors import InvalidInput
@@ -44,7 +44,6 @@ __all__ = [
 ]
 
 
-@named_options
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Event(ScalarFields):
     """Base class of all events.
@@ -87,7 +86,6 @@ class _TwoBodyEvent(Event):
         return self._place(system, "i"), self._place(system, "j")
 
 
-@named_options
 @dataclass(frozen=True, eq=False)
 class Separation(_TwoBodyEvent):
     """The centres of bodies i and j are ``value`` apart.
@@ -117,7 +115,6 @@ class Separation(_TwoBodyEvent):
         return _core.Condition.Separation(*self._places(system), value)
 
 
-@named_options
 @dataclass(frozen=True, eq=False)
 class Contact(_TwoBodyEvent):
     """The surfaces of bodies i and j touch, even if they only graze each other.
@@ -151,7 +148,6 @@ class Contact(_TwoBodyEvent):
         return _core.Condition.Contact(*self._places(system))
 
 
-@named_options
 @dataclass(frozen=True, eq=False)
 class Periapsis(_TwoBodyEvent):
     """The centres of bodies i and j are nearest.
@@ -174,7 +170,6 @@ class Periapsis(_TwoBodyEvent):
         return _core.Condition.Periapsis(*self._places(system))
 
 
-@named_options
 @dataclass(frozen=True, eq=False)
 class Apoapsis(_TwoBodyEvent):
     """The centres of bodies i and j are furthest apart.
@@ -189,7 +184,6 @@ class Apoapsis(_TwoBodyEvent):
         return _core.Condition.Apoapsis(*self._places(system))
 
 
-@named_options
 @dataclass(frozen=True, eq=False)
 class PlaneCrossing(Event):
     """The centre of body i goes through a plane.
@@ -220,7 +214,6 @@ class PlaneCrossing(Event):
         return _core.Condition.PlaneCrossing(self._place(system, "i"), reference, self.normal)
 
 
-@named_options
 @dataclass(frozen=True, eq=False)
 class Escape(_TwoBodyEvent):
     """Bodies i and j are further apart than a distance, with positive energy of their relative motion as points.
@@ -241,7 +234,6 @@ class Escape(_TwoBodyEvent):
         return _core.Condition.Escape(*self._places(system), distance)
 
 
-@named_options
 @dataclass(frozen=True, eq=False)
 class Alignment(_TwoBodyEvent):
     """The angle between body i's long axis and the line to body j is smallest.
@@ -256,7 +248,6 @@ class Alignment(_TwoBodyEvent):
         return _core.Condition.Alignment(*self._places(system))
 
 
-@named_options
 @dataclass(frozen=True, eq=False)
 class ClosestApproach(Event):
     """A third body is nearest to the system's barycentre.
@@ -287,7 +278,6 @@ class ClosestApproach(Event):
         return _core.Condition.ClosestApproach(system._third_body(self.force, "force of ClosestApproach"))
 
 
-@named_options
 @dataclass(frozen=True, eq=False)
 class Function(Event):
     """A function of the state goes through zero.
@@ -330,7 +320,6 @@ class Function(Event):
         return _core.Condition.Function(call)
 
 
-@named_options
 @dataclass(frozen=True, eq=False)
 class Occultation(_TwoBodyEvent):
     """Body j begins or ceases to hide body i behind it, as seen from a distant point.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer, named_options
+from ..base.arguments import integer
 from ..base.units import Units
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
@@ -92,7 +92,6 @@ class SurfaceRange(ArrayFields):
     greatest_surface_acceleration: Array
 
 
-@named_options
 def surface_along(run: Run, body: int | str = 0, *, rows: int = 36) -> SurfaceRange:
     """Compute the smallest and the largest slope and acceleration at each point of a body's surface along a run.
 
@@ -146,7 +145,6 @@ def surface_along(run: Run, body: int | str = 0, *, rows: int = 36) -> SurfaceRa
     )
 
 
-@named_options
 def surface(system: System, state: State, body: int | str = 0, *, rows: int = 36) -> SurfaceField:
     """Compute geopotential, acceleration and slope on a body's surface, with its rotation and the tide of the other
     bodies.

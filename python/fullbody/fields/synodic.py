@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import integer, named_options, place
+from ..base.arguments import integer, place
 from ..base.tables import number
 from ..base.units import need
 from ..errors import InvalidInput
@@ -18,7 +18,6 @@ from .lobes import RocheLobe, roche_lobe
 __all__ = ["Synodic"]
 
 
-@named_options
 class Synodic(Frame):
     """The frame that turns with a pair of bodies, and the field in it.
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import named_options, suggestion
+from ..base.arguments import suggestion
 from ..base.units import LARGEST, SMALLEST, gathered, is_quantity, numbers, refuse_booleans, scalar, strip_to
 from ..errors import InvalidInput
 
@@ -19,7 +19,6 @@ __all__ = ["Free", "Parameters"]
 _Array = npt.NDArray[np.float64]
 
 
-@named_options
 @dataclass(frozen=True)
 class Free:
     """A parameter of a fit: its initial value, and the prior knowledge of it.

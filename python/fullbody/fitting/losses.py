@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import named_options
 from ..base.units import numbers, scalar
 from ..errors import InvalidInput
 
@@ -18,7 +17,6 @@ __all__ = ["Loss", "Outliers", "loss_of"]
 _Array = npt.NDArray[np.float64]
 
 
-@named_options
 @dataclass(frozen=True)
 class Outliers:
     """A loss for data of which some are wrong: minus the logarithm of a mixture of two normal distributions.

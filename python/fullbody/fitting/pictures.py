@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import integer, named_options
+from ..base.arguments import integer
 from ..base.units import need
 from ..errors import InvalidInput
 from ..plots._style import LINES, grid, matplotlib, panels
@@ -14,7 +14,6 @@ from ..plots._style import LINES, grid, matplotlib, panels
 __all__ = ["FitPlots"]
 
 
-@named_options
 class FitPlots:
     """The plots of a fit.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer, named_options, seed_of
+from ..base.arguments import integer, seed_of
 from ..base.tables import Table, Tabled, to_text
 from ..ensembles.parameters import Paired, paired
 from ..errors import InvalidInput
@@ -55,7 +55,6 @@ class Minimum:
     message: str
 
 
-@named_options
 class Fit(Tabled):
     """Parameters fitted to observations; made by :func:`fullbody.fit`.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer, named_options, seed_of
+from ..base.arguments import integer, seed_of
 from ..base.units import need
 from ..errors import InconsistentInput, Interrupted, InvalidInput, caution
 from ..motion.options import Tally
@@ -34,7 +34,6 @@ _FAR = 0.03
 _SAME = 0.1
 
 
-@named_options
 def fit(
     setup: Callable[..., Any],
     parameters: Mapping[str, Any],

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from .. import _core
-from ..base.arguments import named_options
 from ..base.units import gathered
 from ..base.values import UnstoredFunction
 from ..errors import InvalidInput
@@ -33,7 +32,6 @@ SIGNATURE = ctypes.CFUNCTYPE(
 )
 
 
-@named_options
 @dataclass(frozen=True, eq=False, repr=False)
 class Function(Force):
     """A user's force: a function in Python, or a compiled one.

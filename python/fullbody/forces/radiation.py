@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from ..base.arguments import directions, named_options, positive
+from ..base.arguments import directions, positive
 from ..base.tables import number
 from ..base.units import gathered, need, numbers, scalar
 from ..errors import InvalidInput
@@ -38,7 +38,6 @@ def torque_dimension(normalization: str | None) -> str | None:
     return {None: "torque", "acceleration": "angular acceleration"}.get(normalization)
 
 
-@named_options
 def solar_pressure(semi_major_axis: Any, eccentricity: float = 0.0) -> Any:
     """Compute the mean pressure of sunlight along an orbit round the Sun.
 
@@ -77,7 +76,6 @@ def solar_pressure(semi_major_axis: Any, eccentricity: float = 0.0) -> Any:
     return (constants.L_sun / (4.0 * pi * constants.c * distance**2 * sqrt(1.0 - e * e))).to(u.Pa)
 
 
-@named_options
 @dataclass(frozen=True, eq=False, repr=False)
 class Yorp(Force):
     """The mean torque of radiation on a body, averaged over its rotation and its orbit round the Sun.
@@ -213,7 +211,6 @@ class Yorp(Force):
         return cls(**given, along=torque("along"), across=torque("across"), obliquity=obliquity)
 
 
-@named_options
 @dataclass(frozen=True, eq=False, repr=False)
 class Byorp(Force):
     """The mean force of radiation on a synchronous secondary along its motion, averaged over both orbits.

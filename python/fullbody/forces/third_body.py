@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from ..base import epochs
-from ..base.arguments import named_options
 from ..base.tables import number
 from ..errors import InvalidInput
 from ..model.force import Context, Force
@@ -29,7 +28,6 @@ _COARSE = 1e-3
 _SAME_DATE = 1e-3
 
 
-@named_options
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class ThirdBody(Force):
     """The gravity of a point mass on a prescribed path: force and torque on every body, near and far.

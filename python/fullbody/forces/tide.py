@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 
-from ..base.arguments import named_options, positive, refuse_mixture
+from ..base.arguments import positive, refuse_mixture
 from ..base.rotations import matrices
 from ..base.tables import number
 from ..base.units import gathered, numbers, scalar, strip_to
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 __all__ = ["Tide", "lag_from_quality_factor"]
 
 
-@named_options
 @dataclass(frozen=True, eq=False, repr=False)
 class Tide(Force):
     """The tide that one body raises on another, with a constant time lag, valid for any orbit and any spin.
@@ -118,7 +117,6 @@ class Tide(Force):
         return cls(**given, lag=lag, radius=radius)
 
 
-@named_options
 def lag_from_quality_factor(
     Q: float, mean_motion: Any, tide: Literal["eccentricity", "libration", "semidiurnal"], spin: Any = None
 ) -> Any:

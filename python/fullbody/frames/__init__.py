@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base import rotations
-from ..base.arguments import directions, longitude_latitude, named_options, warn_if_degrees
+from ..base.arguments import directions, longitude_latitude, warn_if_degrees
 from ..base.arguments import vectors as _vectors
 from ..base.units import Units, is_quantity, need
 from ..errors import InvalidInput
@@ -37,7 +37,6 @@ _EXPECTED = (
 )
 
 
-@named_options
 def rotation(origin: Any, target: Any) -> _Array:
     """Return the matrix that converts components in one frame to components in another.
 
@@ -87,7 +86,6 @@ def rotation(origin: Any, target: Any) -> _Array:
     return matrix
 
 
-@named_options
 def turn(vectors: Any, origin: Any, target: Any) -> Array:
     """Convert vectors from one frame to another.
 
@@ -110,7 +108,6 @@ def turn(vectors: Any, origin: Any, target: Any) -> Array:
     return turned
 
 
-@named_options
 def turn_state(state: State, origin: Any, target: Any) -> State:
     """Convert a state from one frame to another: positions, velocities and attitudes; spins are in body frames.
 
@@ -141,7 +138,6 @@ def turn_state(state: State, origin: Any, target: Any) -> State:
     )
 
 
-@named_options
 def pole_vector(longitude: Any, latitude: Any) -> _Array:
     """Return the unit vector of a longitude and latitude (or right ascension and declination).
 
@@ -164,7 +160,6 @@ def pole_vector(longitude: Any, latitude: Any) -> _Array:
     return np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
 
 
-@named_options
 def pole_angles(vector: Any) -> tuple[Any, Any]:
     """Return the longitude, from 0 to 2 pi, and the latitude of a direction in radians.
 
@@ -187,7 +182,6 @@ def pole_angles(vector: Any) -> tuple[Any, Any]:
     return np.mod(np.arctan2(y, x), 2 * np.pi), np.arctan2(z, np.hypot(x, y))
 
 
-@named_options
 def turn_pole(longitude: Any, latitude: Any, origin: Any, target: Any) -> tuple[Any, Any]:
     """Convert a pole's longitude and latitude to another frame.
 
@@ -218,7 +212,6 @@ def turn_pole(longitude: Any, latitude: Any, origin: Any, target: Any) -> tuple[
     return result[0] * u.rad, result[1] * u.rad
 
 
-@named_options
 def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> _Array:
     """Return the attitude of a body from the longitude and latitude of its pole (its z-axis).
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..base.arguments import name_of, named_options, positive, refuse_mixture
+from ..base.arguments import name_of, positive, refuse_mixture
 from ..base.tables import Table, Tabled, number
 from ..base.units import Units, gathered, is_quantity, strip_to
 from ..base.values import hashed, same
@@ -23,7 +23,6 @@ from .shapes import Ellipsoid, PointMass, Solid, attach, attached, core_shape, l
 __all__ = ["Body"]
 
 
-@named_options
 class Body(Tabled):
     """A shape with a mass.
 

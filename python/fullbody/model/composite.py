@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..base.arguments import named_options, nonzero, positive, sequence, vectors
+from ..base.arguments import nonzero, positive, sequence, vectors
 from ..base.units import Units, is_quantity, numbers
 from ..base.values import ArrayFields, hashed, same
 from ..errors import InvalidInput, caution
@@ -23,7 +23,6 @@ SHOWN = 20
 _UNTURNED = (1.0, 0.0, 0.0, 0.0)
 
 
-@named_options
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Part:
     """A part of a composite: a shape with a mass, a position and an attitude.
@@ -125,7 +124,6 @@ class Part:
         return Part(attached(self.shape, units), mass, density, position, self.attitude)
 
 
-@named_options
 @dataclass(frozen=True, slots=True)
 class Composite:
     """A shape of several parts that form one rigid body: contact binaries, boulders, voids, cores, layers, mascons.
@@ -298,7 +296,6 @@ def warn_of_cancelling(name: str, masses: Any, tolerance: float) -> None:
         )
 
 
-@named_options
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class WorkingFrame(ArrayFields):
     """The position and attitude of the working frame of a composite or a polyhedron in the body frame.

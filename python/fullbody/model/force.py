@@ -9,7 +9,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias
 
 from .. import _core
-from ..base.arguments import integer, name_of, named_options, place, sequence
+from ..base.arguments import integer, name_of, place, sequence
 from ..base.units import AnyUnits, Units
 from ..base.values import ScalarFields, brief, same
 from ..errors import InvalidInput
@@ -107,7 +107,6 @@ class Call:
         return self.success != 0 and answer is not None
 
 
-@named_options
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Force(ScalarFields):
     """Base class of all forces.

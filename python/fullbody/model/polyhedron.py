@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.arguments import named_options, vectors
+from ..base.arguments import vectors
 from ..base.units import Units, is_quantity, need
 from ..base.values import same
 from ..errors import InvalidInput
@@ -22,7 +22,6 @@ _Numbers = npt.NDArray[np.float64]
 _Indices = npt.NDArray[np.signedinteger[Any]]
 
 
-@named_options
 class Polyhedron:
     """A homogeneous polyhedron: a solid that is bounded by triangles.
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from .. import _core
-from ..base.arguments import named_options, positive, refuse_mixture
+from ..base.arguments import positive, refuse_mixture
 from ..base.units import Units, gathered, is_quantity
 from ..base.values import ScalarFields
 from ..errors import InvalidInput
@@ -17,7 +17,6 @@ __all__ = ["Ellipsoid", "PointMass", "Sphere"]
 _AXES = ("semi-axis a", "semi-axis b", "semi-axis c")
 
 
-@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Ellipsoid(ScalarFields):
     """A homogeneous ellipsoid.
@@ -65,7 +64,6 @@ class Ellipsoid(ScalarFields):
         return gathered(self._lengths, "semi_axes")
 
 
-@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Sphere(ScalarFields):
     """A homogeneous sphere.
@@ -96,7 +94,6 @@ class Sphere(ScalarFields):
         return gathered(self._lengths, "semi_axes")
 
 
-@named_options
 @dataclass(frozen=True, slots=True)
 class PointMass:
     """A body without extent: no torque acts on it and its spin does not change.

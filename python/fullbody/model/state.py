@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base import rotations
-from ..base.arguments import directions, named_options, place, refuse_unknown, vectors, warn_if_degrees
+from ..base.arguments import directions, place, refuse_unknown, vectors, warn_if_degrees
 from ..base.tables import Table, Tabled, head, number, vector
 from ..base.units import Units, gathered, is_quantity, numbers, refuse_cycles, scalar, strip_to, unit_named
 from ..base.values import block
@@ -25,7 +25,6 @@ __all__ = ["State"]
 _FIELDS = {"time": "time", "position": "length", "velocity": "velocity", "spin": "spin"}
 
 
-@named_options
 class State(Tabled):
     """The position, velocity, attitude and spin of every body at a time.
 

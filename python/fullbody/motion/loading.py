@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..base.arguments import named_options
 from ..files import netcdf
 from ..files.reading import Content, read
 from ..particles import files as flights
@@ -16,7 +15,6 @@ from .system import System
 __all__ = ["load", "load_flight"]
 
 
-@named_options
 def load(path: Any) -> Run:
     """Read a run that :meth:`fullbody.Run.save` wrote.
 
@@ -52,7 +50,6 @@ def _run(content: Content) -> Run:
     return Run(system, integrator, **netcdf.contents(content, system))
 
 
-@named_options
 def load_flight(path: Any) -> Flight:
     """Read a flight that :meth:`fullbody.Flight.save` wrote.
 

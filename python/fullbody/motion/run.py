@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.arguments import named_options
 from ..base.tables import Table, Tabled, number
 from ..errors import FullbodyError, InvalidInput
 from ..events import Occurrence
@@ -48,7 +47,6 @@ if TYPE_CHECKING:
 __all__ = ["Run"]
 
 
-@named_options
 class Run(Tabled, Differentiated):
     """The record of an integration: K samples of N bodies.
 

@@ -11,7 +11,6 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from .. import _core
-from ..base.arguments import named_options
 from ..base.atomic import as_path, content
 from ..base.units import scalar
 from ..errors import BodiesOverlap, ForceFailed, FullbodyError, InvalidInput
@@ -33,7 +32,6 @@ __all__ = ["Simulation"]
 _Core: TypeAlias = _core.Simulation
 
 
-@named_options
 class Simulation:
     """A system at a state, which is integrated step by step or run by run, forwards or backwards.
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base import epochs
-from ..base.arguments import named_options, names_of, place, refuse_unknown, sequence, suggestion
+from ..base.arguments import names_of, place, refuse_unknown, sequence, suggestion
 from ..base.tables import Table, Tabled, number
 from ..base.units import Units, scalar
 from ..errors import BodiesOverlap, ForceFailed, FullbodyError, InvalidInput, caution
@@ -48,7 +48,6 @@ _NOTES = ("units", "epoch", "frame", "bodies", "forces")
 _NOTED = {"bodies": ("named", "shape", "parts"), "forces": ("date",)}
 
 
-@named_options
 class System(Tabled):
     """Bodies under their mutual gravity; ``system["Beta"]`` is one of them, by name or index.
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import named_options
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..orbit.elements import KeplerElements
@@ -112,7 +111,6 @@ class Precession(ArrayFields):
     inclination: Array
 
 
-@named_options
 def element_rates(run: Run, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> ElementRates:
     """Compute osculating elements with their rates.
 
@@ -175,7 +173,6 @@ def _per_time(motion: RelativeMotion, number: Any) -> Any:
     return number / motion.units.unit("time") if motion.units.known else number
 
 
-@named_options
 def mutual_period(run: Run, *, body: int | str = 1, about: int | str = 0) -> MutualPeriod:
     """Compute the period of the mutual orbit, revolution by revolution, and its drift.
 
@@ -242,7 +239,6 @@ def _sharpened(motion: RelativeMotion, moments: _Array, start: float) -> _Array:
     return moments
 
 
-@named_options
 def orbit_precession(run: Run, axis: Any = None, *, body: int | str = 1, about: int | str = 0) -> Precession:
     """Compute the mean apsidal and nodal precession of an orbit.
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import named_options
 from ..base.values import ArrayFields
 from ._follow import Path
 from ._relative import WINDOWED, RelativeMotion
@@ -69,7 +68,6 @@ class Eccentricity(ArrayFields):
     osculating: float
 
 
-@named_options
 def orbit_shape(run: Run, *, body: int | str = 1, about: int | str = 0) -> OrbitShape:
     """Compute semi-major axis and eccentricity from the distances alone, revolution by revolution.
 
@@ -156,7 +154,6 @@ def _extremes(
     return sign * found
 
 
-@named_options
 def eccentricity(run: Run, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> Eccentricity:
     """Compute the mean eccentricity of an orbit: the free part, the part that the figures force, and the osculating
     one.

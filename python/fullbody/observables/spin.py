@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer, named_options
+from ..base.arguments import integer
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..typing import Array, Scalar
@@ -48,7 +48,6 @@ class Libration(ArrayFields):
     amplitudes: Array
 
 
-@named_options
 def spin_precession(run: Run, axis: Any = None, *, body: int | str = 0, about: int | str | None = None) -> Scalar:
     """Compute the mean rate at which a body's pole of rotation turns about an axis.
 
@@ -97,7 +96,6 @@ def spin_precession(run: Run, axis: Any = None, *, body: int | str = 0, about: i
     return found
 
 
-@named_options
 def obliquity(run: Run, *, body: int | str = 1, about: int | str = 0) -> Array:
     """Compute the angle (K,) between a body's pole of rotation and the pole of its orbit about another.
 
@@ -126,7 +124,6 @@ def obliquity(run: Run, *, body: int | str = 1, about: int | str = 0) -> Array:
     return found
 
 
-@named_options
 def roll_pitch_yaw(run: Run, *, body: int | str = 1, about: int | str = 0) -> Array:
     """Compute the attitude of a body in its orbit's frame as roll, pitch and yaw.
 
@@ -168,7 +165,6 @@ def roll_pitch_yaw(run: Run, *, body: int | str = 1, about: int | str = 0) -> Ar
     return found
 
 
-@named_options
 def libration(run: Run, *, body: int | str = 1, about: int | str = 0, count: int = 3) -> Libration:
     """Compute the libration of a body's longest axis, its amplitude and its strongest periodic terms.
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import named_options
 from ..base.units import Units
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
@@ -49,7 +48,6 @@ class Tumbling(ArrayFields):
     largest: Any
 
 
-@named_options
 def tumbles(run: Run, limit: Any = np.pi / 2, *, body: int | str = 1, about: int | str = 0) -> Tumbling:
     """Determine whether and when a body's roll, pitch or yaw passes a limit.
 

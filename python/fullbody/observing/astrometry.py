@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import named_options, warn_if_degrees
+from ..base.arguments import warn_if_degrees
 from ..errors import InvalidInput
 from .columns import Column, Rows, column, jitter_of, positive_rows
 from .data import Observations
@@ -29,7 +29,6 @@ def _in_unit(radians: _Array, unit: Any, power: int = 1) -> Any:
     return (radians * u.rad**power).to(unit**power, equivalencies=u.dimensionless_angles())
 
 
-@named_options
 class Astrometry(Observations):
     """Offsets of one body from another in the sky.
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.arguments import directions, named_options, suggestion
+from ..base.arguments import directions, suggestion
 from ..base.units import Units, numbers, scalar
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
@@ -134,7 +134,6 @@ class Photometer:
         )
 
 
-@named_options
 def brightness(
     system: System,
     state: State,
@@ -201,7 +200,6 @@ def brightness(
     return area
 
 
-@named_options
 def brightness_derivatives(
     system: System,
     state: State,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 import numpy.typing as npt
 
+from ..base.arguments import options_of, refuse_unknown
 from ..base.tables import Table, Tabled
 from ..base.units import need
 from ..errors import InvalidInput
@@ -113,6 +114,7 @@ class Observations(Tabled):
             raise InvalidInput(
                 f"columns of {cls.__name__} is {columns!r}; expected a dict of arguments to names of columns"
             )
+        refuse_unknown(options, options_of(cls), cls.__name__)
         labels = [c.name for c in cls._columns if c.kind == "labels" and isinstance(options.get(c.name), str)]
         names = dict(columns or {}) | {name: options.pop(name) for name in labels}
         return cls(**cls._arguments(read_table(table, cls._columns, names, unit, dates, cls.__name__)), **options)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from ..base.arguments import named_options
 from ..base.units import Units, gathered, is_quantity, numbers
 from ..errors import InvalidInput
 from ..frames import pole_vector
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
 __all__ = ["Geometry"]
 
 
-@named_options
 class Geometry(Vectors):
     """Vectors from a system's barycentre to the observer and to the Sun, with a cubic spline between the given times.
 

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import named_options
 from ..base.units import Units, need, numbers, scalar
 from ..errors import InvalidInput
 
@@ -75,7 +74,6 @@ class Law:
         return number
 
 
-@named_options
 @dataclass(frozen=True)
 class LommelSeeliger(Law):
     """Lommel-Seeliger's law, mu mu0 / (mu + mu0), for dark surfaces with single scattering.
@@ -96,7 +94,6 @@ class LommelSeeliger(Law):
         return {"sum": [1.0, 0.0]}
 
 
-@named_options
 @dataclass(frozen=True)
 class Lambert(Law):
     """Lambert's law, mu mu0, for bright diffuse surfaces.
@@ -111,7 +108,6 @@ class Lambert(Law):
         return {"sum": [0.0, 1.0]}
 
 
-@named_options
 @dataclass(frozen=True)
 class LommelSeeligerLambert(Law):
     """The sum of Lommel-Seeliger's and a fraction of Lambert's law: mu mu0 (1 / (mu + mu0) + lambert).
@@ -131,7 +127,6 @@ class LommelSeeligerLambert(Law):
         return {"sum": [1.0, self._number("lambert")]}
 
 
-@named_options
 @dataclass(frozen=True)
 class Hapke(Law):
     """Hapke's law (1981, 1984, 1986), pi times the bidirectional reflectance times mu.
@@ -178,7 +173,6 @@ class Hapke(Law):
         }
 
 
-@named_options
 @dataclass(frozen=True)
 class HG:
     """The phase function of the H, G system (Bowell et al. 1989, Asteroids II, 524), one at zero phase.
@@ -206,7 +200,6 @@ class HG:
         return found
 
 
-@named_options
 @dataclass(frozen=True)
 class HG1G2:
     """The phase function of the H, G1, G2 system (Muinonen et al. 2010, Icarus 209, 542), one at zero phase.

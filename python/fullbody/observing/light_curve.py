@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import named_options
 from ..errors import InvalidInput
 from .brightness import Photometer
 from .laws import LommelSeeliger
@@ -24,7 +23,6 @@ __all__ = ["light_curve"]
 _Array = npt.NDArray[np.float64]
 
 
-@named_options
 def light_curve(
     run: Run,
     times: Any,

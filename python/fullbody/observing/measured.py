@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import named_options
 from ..base.tables import Table, Tabled
 from ..base.units import gathered, is_quantity, numbers, refuse_booleans, strip_to
 from ..errors import InvalidInput
@@ -23,7 +22,6 @@ __all__ = ["Measured"]
 _Array = npt.NDArray[np.float64]
 
 
-@named_options
 class Measured(Tabled):
     """A measured value, or several, of a function of a run: a period, a pole, a rate of precession, an amplitude.
 

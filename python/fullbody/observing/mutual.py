@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.arguments import named_options
 from ..errors import InvalidInput
 from ..events import Occultation
 from .states import refuse_inside
@@ -69,7 +68,6 @@ class MutualEvent:
         return None if self.begin is None or self.end is None else self.end - self.begin
 
 
-@named_options
 def mutual_events(run: Run, geometry: Vectors) -> list[MutualEvent]:
     """All occultations and eclipses among the bodies of a run, in the order of time.
 
@@ -208,7 +206,6 @@ def _table(local: SystemGeometry, kind: str, span: list[float]) -> tuple[list[fl
     return local.emission(arrivals).tolist(), vectors.tolist()
 
 
-@named_options
 def occultation(
     system: System,
     geometry: Vectors,

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import named_options
 from ..base.units import is_quantity
 from ..errors import InvalidInput
 from .brightness import Photometer
@@ -31,7 +30,6 @@ _Array = npt.NDArray[np.float64]
 _GAP = 8.0
 
 
-@named_options
 class Photometry(Observations):
     """Magnitudes of all bodies of a system together, unresolved in the sky.
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import named_options
 from ..base.units import is_quantity, unit_named
 from ..errors import InvalidInput
 from .columns import Column, Rows, column, jitter_of, positive_rows
@@ -30,7 +29,6 @@ class RangeAndRate(NamedTuple):
     range_rate: Any
 
 
-@named_options
 class Radar(Observations):
     """Ranges and range rates of a body's centre of mass, from the observer or relative to another body.
 

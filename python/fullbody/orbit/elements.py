@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Generic, overload
 import numpy as np
 
 from .. import _core
-from ..base.arguments import named_options, refuse_mixture, warn_if_degrees
+from ..base.arguments import refuse_mixture, warn_if_degrees
 from ..base.tables import Table, Tabled, head
 from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to, units_of
 from ..base.values import brief, same
@@ -29,7 +29,6 @@ else:
 _ANGLES = ("i", "Omega", "omega", "M")
 
 
-@named_options
 class KeplerElements(Generic[_T], Tabled):
     """The osculating elements of one two-body orbit or of arrays of orbits.
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.arguments import integer, named_options, place
+from ..base.arguments import integer, place
 from ..base.values import ScalarFields, UnstoredFunction
 from ..errors import InvalidInput
 
@@ -43,7 +43,6 @@ class ParticleEvent(ScalarFields):
         raise InvalidInput(f"event is {self!r}; expected one of fullbody.particles, such as Shadow()")
 
 
-@named_options
 @dataclass(frozen=True, eq=False)
 class Shadow(ParticleEvent):
     """Entry of a particle into the bodies' shadow, or exit from it: a change of the visible part of the source's disc.
@@ -71,7 +70,6 @@ class Shadow(ParticleEvent):
         return ("shadow", float(self.visible), integer(self.direction))
 
 
-@named_options
 @dataclass(frozen=True, eq=False)
 class Periapsis(ParticleEvent):
     """The least distance of a particle from the centre of a body.
@@ -92,7 +90,6 @@ class Periapsis(ParticleEvent):
         return ("periapsis", place(self.body, system.names, "body of Periapsis"), integer(self.direction))
 
 
-@named_options
 @dataclass(frozen=True, eq=False)
 class Function(ParticleEvent):
     """Zeros of a user's function of a particle, which is slow: it is called about eleven times per step and particle.

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import named_options
 from ..base.tables import Table, Tabled, number
 from ..base.values import ScalarFields
 from ..typing import Array, Scalar
@@ -48,7 +47,6 @@ class ParticleOccurrence(ScalarFields):
     rising: bool
 
 
-@named_options
 class Flight(Tabled):
     """The result of integrating particles along the motion of the bodies.
 

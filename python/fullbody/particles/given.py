@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.arguments import integer, named_options, warn_if_degrees
+from ..base.arguments import integer, warn_if_degrees
 from ..base.units import AnyUnits, Units, gathered
 from ..base.values import same
 from ..errors import InvalidInput
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 __all__ = ["Particles"]
 
 
-@named_options
 class Particles:
     """Massless particles at one time, the start of a flight.
 

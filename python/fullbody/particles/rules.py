@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.arguments import named_options, positive
+from ..base.arguments import positive
 from ..base.values import ScalarFields
 from ..errors import InvalidInput
 
@@ -30,7 +30,6 @@ def _coefficient(value: Any, what: str) -> float:
     return float(value)
 
 
-@named_options
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Bounce(ScalarFields):
     """Contact response in which particles bounce off surfaces.
@@ -62,7 +61,6 @@ class Bounce(ScalarFields):
         return (self.normal, self.tangential, rest)
 
 
-@named_options
 @dataclass(frozen=True, eq=False)
 class Escape(ScalarFields):
     """The condition for escape, at which a particle's flight ends.
@@ -89,7 +87,6 @@ class Escape(ScalarFields):
 _SUN = (3.828e26 / (4.0 * math.pi * 299792458.0), 695700.0)
 
 
-@named_options
 @dataclass(frozen=True, eq=False)
 class Radiation(ScalarFields):
     """Radiation pressure of a third body on particles that the bodies do not shade.

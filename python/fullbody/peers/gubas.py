@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ..base.arguments import named_options
 from ..base.atomic import as_path
 from ..base.rotations import quaternion
 from ..errors import InvalidInput, caution
@@ -24,7 +23,6 @@ __all__ = ["read_gubas"]
 _UNITS = ("km", "s", "kg")
 
 
-@named_options
 def read_gubas(
     path: Any,
     *,

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import named_options
 from ..base.units import Units, need
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
@@ -30,7 +29,6 @@ _ALIKE = (1e-9, 1e-9, 1e-4)
 _KINDS = ("length", "time", "mass")
 
 
-@named_options
 def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System, State]:
     """Convert a ``rebound.Simulation`` to a system and its state.
 
@@ -148,7 +146,6 @@ def _named(own: str, size: float, names: tuple[str, ...], within: float) -> str:
     )
 
 
-@named_options
 def to_rebound(system: System, state: State) -> Any:
     """Convert a system and its state to a ``rebound.Simulation`` of point masses.
 

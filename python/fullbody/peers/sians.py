@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import named_options
 from ..base.atomic import as_path
 from ..base.units import Units
 from ..errors import InvalidInput, caution
@@ -42,7 +41,6 @@ _PI = {"pi": pi, "-pi": -pi, "+pi": pi}
 _SECTIONS = ("masses", "semi-axes", "positions", "velocities", "angles", "angular velocities", "binary ids", "names")
 
 
-@named_options
 def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, State]:
     """Read a system and its state from an input file of SIANS (``initial_values/*.txt``).
 

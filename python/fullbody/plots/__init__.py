@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..base.arguments import named_options
 from ..errors import InvalidInput
 from .fields import roche_lobes, surface_map, surface_scene, zero_velocity
 from .particles import impacts
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
 __all__ = ["Plots", "impacts", "roche_lobes", "surface_map", "surface_scene", "zero_velocity"]
 
 
-@named_options
 class Plots:
     """The plots of a run: ``run.plot()`` draws a page, ``run.plot.orbit()`` and so on one picture.
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import named_options
 from ..errors import InvalidInput
 from ..fields.samples import samples
 from ._style import LINES, check_axes, colour_bar, grid, matplotlib, numbers, plain, single, unit_of, world
@@ -48,7 +47,6 @@ def _length(value: Any, letter: str) -> str:
     return f"{letter} [{unit_of(value)}]"
 
 
-@named_options
 def surface_map(field: SurfaceField | SurfaceRange, quantity: str = "slope", ax: Any = None, **kwargs: Any) -> Any:
     """Draw a field on a body's surface as a map of longitudes and latitudes, in degrees.
 
@@ -150,7 +148,6 @@ def _refined(corners: _Numbers) -> _Numbers:
     return np.array(rows)
 
 
-@named_options
 def surface_scene(field: SurfaceField | SurfaceRange, quantity: str = "slope", ax: Any = None, **kwargs: Any) -> Any:
     """Draw a field on a body's surface in 3D, in the body frame.
 
@@ -177,7 +174,6 @@ def surface_scene(field: SurfaceField | SurfaceRange, quantity: str = "slope", a
     return ax
 
 
-@named_options
 def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: Any = None, **kwargs: Any) -> Any:
     """Draw zero-velocity curves of a pair in the plane z = 0 of its rotating frame, with its equilibrium points.
 
@@ -254,7 +250,6 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     return ax
 
 
-@named_options
 def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any) -> Any:
     """Draw the Roche lobes of a pair in 3D, with the bodies in them.
 

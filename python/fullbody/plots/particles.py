@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.arguments import named_options
 from ..errors import InvalidInput
 from ._style import LINES, colour_bar, grid, numbers, plain, single, unit_of, world
 
@@ -19,7 +18,6 @@ __all__ = ["impacts"]
 _COLOURS = {"time": "time", "speed": "speed", "incidence": "angle of incidence"}
 
 
-@named_options
 def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | None = "time", **kwargs: Any) -> Any:
     """Draw where particles have struck a body or lie on it, on a map of longitudes and latitudes in degrees.
 

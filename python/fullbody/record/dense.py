@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.arguments import named_options
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..model.state import State
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
 __all__ = ["Dense", "Samples"]
 
 
-@named_options
 class Dense:
     """The continuous solution of a run, a function of time.
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Literal, get_args
 
 from .. import _core
-from ..base.arguments import named_options, positive
+from ..base.arguments import positive
 from ..base.values import ScalarFields
 from ..errors import InvalidInput, PrecisionWarning, caution
 
@@ -88,7 +88,6 @@ class _Adaptive(Integrator):
 _TO_ROUNDOFF = "Verner98ToRoundoff"
 
 
-@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Verner98(_Adaptive):
     """Verner's Runge-Kutta pair of orders 9 and 8, with dense output of order 9: the default.
@@ -162,7 +161,6 @@ class Verner98(_Adaptive):
         return "Verner98.to_roundoff()" if tightest else f"Verner98(rtol={self.rtol!r}, atol={self.atol!r})"
 
 
-@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Verner87(_Adaptive):
     """Verner's pair of orders 8 and 7; tolerances as in :class:`Verner98`.
@@ -173,7 +171,6 @@ class Verner87(_Adaptive):
     """
 
 
-@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Verner76(_Adaptive):
     """Verner's pair of orders 7 and 6; tolerances as in :class:`Verner98`.
@@ -184,7 +181,6 @@ class Verner76(_Adaptive):
     """
 
 
-@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Verner65(_Adaptive):
     """Verner's pair of orders 6 and 5; tolerances as in :class:`Verner98`.
@@ -195,7 +191,6 @@ class Verner65(_Adaptive):
     """
 
 
-@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class DormandPrince54(_Adaptive):
     """The pair of Dormand and Prince of orders 5 and 4; tolerances as in :class:`Verner98`.
@@ -210,7 +205,6 @@ class DormandPrince54(_Adaptive):
     """
 
 
-@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class LieGroupVariational(Integrator):
     """The Lie group variational integrator on SE(3): second order, symplectic, one evaluation per step.
@@ -232,7 +226,6 @@ class LieGroupVariational(Integrator):
         object.__setattr__(self, "step", positive(self.step, "s", "step"))
 
 
-@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class SymplecticSplitting(Integrator):
     """A symplectic splitting: Kepler motion and free rotation solved exactly, the rest of the interaction as kicks.

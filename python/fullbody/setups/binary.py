@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..base.arguments import named_options, options_of, refuse_unknown
+from ..base.arguments import options_of, refuse_unknown
 from ..base.units import USUAL, Units, gathered, is_quantity, numbers, scalar
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
@@ -28,7 +28,6 @@ __all__ = ["binary"]
 _WITH_UNITS = ("semi_axes", "diameters", "diameter", "mass", "density", "rotation_period")
 
 
-@named_options
 def binary(
     primary: Component,
     secondary: Component,

@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import frames
 from ..base import rotations
-from ..base.arguments import longitude_latitude, named_options, positive, warn_if_degrees
+from ..base.arguments import longitude_latitude, positive, warn_if_degrees
 from ..base.tables import Table, Tabled, number
 from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to
 from ..base.values import ArrayFields, same
@@ -22,7 +22,6 @@ from ..model.shapes import Ellipsoid
 __all__ = ["Component"]
 
 
-@named_options
 @dataclass(frozen=True, slots=True, eq=False)
 class Component(ArrayFields, Tabled):
     """One of the two bodies of :func:`binary`, as published.

@@ -66,7 +66,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import name_of, named_options
+from ..base.arguments import name_of
 from ..base.atomic import as_path, check_suffix, content
 from ..base.units import Units
 from ..base.values import ArrayFields
@@ -99,7 +99,6 @@ _INTEGRATORS = tuple(sorted(integrators.__all__, key=lambda name: name != "Verne
 _Array = npt.NDArray[np.float64]
 
 
-@named_options
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Configuration(ArrayFields):
     """A system, its start and the options of its run, as read from a ``system.toml``.
@@ -151,7 +150,6 @@ class Configuration(ArrayFields):
             raise InvalidInput(f"{self.path}: run: {error}") from error
 
 
-@named_options
 def read_toml(path: Any) -> Configuration:
     """Read a ``system.toml``.
 

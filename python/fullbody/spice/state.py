@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base import rotations
-from ..base.arguments import named_options
 from ..errors import InvalidInput
 from ..model.shapes import PointMass
 from ..model.state import State
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
 __all__ = ["loaded", "state"]
 
 
-@named_options
 def state(
     system: System,
     ids: dict[str, int],

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from ..base.arguments import named_options
 from ..errors import InvalidInput
 
 __all__ = ["Published", "Value", "published"]
@@ -85,7 +84,6 @@ class Published:
         return "\n".join(f"- {line}" for line in lines)
 
 
-@named_options
 def published(name: str) -> Published:
     """Return the numbers of a ready-made system, with uncertainties, sources and assumptions.
 

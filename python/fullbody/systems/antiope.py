@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..base.arguments import named_options
 from ..model.state import State
 from ..motion.system import System
 from ..setups.component import Component
@@ -59,7 +58,6 @@ FACTS = Published(
 )
 
 
-@named_options
 @documented(FACTS)
 def antiope(
     *, frame: Frame = "ecliptic", sun: bool = False, units: UnitsChoice = False, **options: Any

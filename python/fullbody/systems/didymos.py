@@ -6,7 +6,6 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..base.arguments import named_options
 from ..errors import InvalidInput
 from ..model.state import State
 from ..motion.system import System
@@ -99,7 +98,6 @@ AFTER = Published(
 )
 
 
-@named_options
 @documented(BEFORE)
 def didymos(
     *, frame: Frame = "ecliptic", sun: bool = False, units: UnitsChoice = False, **options: Any
@@ -145,7 +143,6 @@ def didymos(
     )
 
 
-@named_options
 @documented(AFTER)
 def didymos_after_dart(
     *,

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import named_options
 from ..model.composite import Composite, Part
 from ..model.shapes import Ellipsoid
 from ..model.state import State
@@ -60,7 +59,6 @@ FACTS = Published(
 )
 
 
-@named_options
 @documented(FACTS)
 def dinkinesh(
     *, frame: Frame = "ecliptic", sun: bool = False, units: UnitsChoice = False, **options: Any

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..base.arguments import named_options
 from ..model.state import State
 from ..motion.system import System
 from ..setups.component import Component
@@ -46,7 +45,6 @@ FACTS = Published(
 )
 
 
-@named_options
 @documented(FACTS)
 def fg3_1996(
     *,

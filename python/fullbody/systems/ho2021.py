@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..base.arguments import named_options, options_of, refuse_unknown
+from ..base.arguments import options_of, refuse_unknown
 from ..base.units import Units
 from ..errors import InvalidInput
 from ..model.bodies import Body
@@ -77,7 +77,6 @@ FACTS = Published(
 )
 
 
-@named_options
 def kw4_ho2021(
     shape: Literal["ellipsoid", "spheroid"] = "ellipsoid",
     *,
@@ -148,7 +147,6 @@ def kw4_ho2021(
     return in_units(system, state, units)
 
 
-@named_options
 @documented(FACTS)
 def kw4(
     shape: Literal["ellipsoid", "spheroid"] = "ellipsoid",
@@ -215,7 +213,6 @@ def kw4(
     return with_sun(system, FACTS, sun, frame, _KW4_POLE), state
 
 
-@named_options
 def case1(**options: Any) -> tuple[System, State]:
     """The paper's case 1: two oblate spheroids without spin, tilted about x; they begin to tumble near t = 75.
 
@@ -243,7 +240,6 @@ def case1(**options: Any) -> tuple[System, State]:
     return _case([[tilt, 0.0, 0.0], [-tilt, 0.0, 0.0]], 0.0, options)
 
 
-@named_options
 def case2(theta_0: Any = np.pi / 32, **options: Any) -> tuple[System, State]:
     """The paper's case 2: two oblate spheroids that spin like tops, tilted about y.
 

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import named_options
 from ..model.state import State
 from ..motion.system import System
 from ..setups.component import Component
@@ -46,7 +45,6 @@ FACTS = Published(
 )
 
 
-@named_options
 @documented(FACTS)
 def pluto_charon(*, frame: Frame = "equatorial", units: UnitsChoice = False, **options: Any) -> tuple[System, State]:
     """(134340) Pluto and Charon, doubly synchronous, without the small satellites.

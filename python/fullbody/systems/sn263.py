@@ -7,7 +7,6 @@ from typing import Any, Literal
 import numpy as np
 
 from ..base import rotations
-from ..base.arguments import named_options
 from ..base.units import Units, numbers
 from ..errors import InvalidInput
 from ..frames import attitude, turn_pole
@@ -105,7 +104,6 @@ FACTS = Published(
 )
 
 
-@named_options
 @documented(FACTS)
 def sn263_2001(
     *,

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.arguments import named_options
 from ..base.atomic import check_suffix, replacing
 from ..errors import InvalidInput
 from ..plots._style import check_samples, joined, surfaces, unit
@@ -30,7 +29,6 @@ __all__ = ["View"]
 _PARTICLES, _NUMBERS = 2000, 750_000
 
 
-@named_options
 class View:
     """An interactive picture of a run; see :meth:`fullbody.Run.view`.
 

@@ -25,7 +25,6 @@ E, S = analysis.relative_equilibrium, fullbody.FullbodyError
         ({"separation": 3.0, "spin": {"C": 1.0}}, "a body of spin is 'C'; expected one of A, B"),
         ({"separation": 3.0, "spin": 1.0}, "spin is 1.0; expected spins by names of bodies"),
         ({"separation": 3.0, "axes": {"B": "xx"}}, "axes of B is 'xx'; expected two of x, y and z"),
-        ({"seperation": 3.0}, "'seperation' is not an option of relative_equilibrium; did you mean 'separation'"),
     ],
 )
 def test_equilibria(ellipsoids, given, message):

@@ -225,7 +225,6 @@ BALL = Part(Sphere(1.0), mass=1.0)
         (lambda: Part(Sphere(1.0), mass=1.0, position=(0, 0)), r"position of a part has shape \(2,\)"),
         (lambda: Part(Sphere(1.0), mass=1.0, position=(0, 0, np.inf)), "position of a part is"),
         (lambda: Part(Sphere(1.0), mass=1.0, attitude=(0, 0, 0, 0)), "attitude of a part is"),
-        (lambda: Part(Sphere(1.0), mass=1.0, place=(0, 0, 0)), "'place' is not an option of Part"),
         (lambda: Body(Composite([BALL]), mass=2.0), "is given a mass, and is a composite"),
         (lambda: Body(Composite([BALL]), density=2.0), "is given a density, and is a composite"),
         (
