@@ -18,8 +18,8 @@ RUST   := Cargo.toml Cargo.lock bindings/Cargo.toml $(shell find src bindings/sr
 # The files on which the report depends, which uses the whole package for its figures and numbers.
 SOURCES := $(shell find python/fullbody reproduction -type f -not -name '*.so' -not -path '*/__pycache__/*')
 OBSERVATIONS := $(shell find tests/data/observations -name '*.csv')
-# Folders with Python code.
-PYTHONS := python reproduction tests benches fuzz browser
+# Folders with Python code, and the settings of the tests.
+PYTHONS := conftest.py python reproduction tests benches fuzz browser
 # On Linux zig links wheels against glibc 2.17, so that they run on every distribution since then.
 ifeq ($(shell uname -s),Linux)
 WHEEL := --zig --compatibility manylinux2014
@@ -37,7 +37,7 @@ INSTALL := $(BIN)/uv pip install --quiet --reinstall-package fullbody
 EDITABLE := $(INSTALL) --no-build-isolation --editable
 
 .DEFAULT_GOAL := help
-.PHONY: help kw4 notebooks film reproduce millennia fission dimorphos binaries hera hera-full test test-rust test-arm test-python test-lowest test-wheel wheel wheel-musl licences browser crate lint check \
+.PHONY: help kw4 notebooks film reproduce millennia fission dimorphos binaries hera hera-full test test-rust test-arm test-python test-reproduction test-lowest test-wheel wheel wheel-musl licences browser crate lint check \
 	fmt docs bench fuzz \
 	$(FUZZ_PARTS) mutants clean
 
@@ -82,6 +82,9 @@ test-arm: $(VENV)/.wheel  ## the Rust tests on 64-bit ARM, emulated by QEMU
 # Bytecode is written, since tests start many interpreters that reuse it.
 test-python: $(VENV)/.dev
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto
+
+test-reproduction: $(VENV)/.dev  ## the tests of the studies in reproduction/
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto reproduction/tests
 
 wheel: $(VENV)/.wheel  ## the source distribution and, built from it, the wheel for this kind of machine, into dist/
 	rm -rf dist

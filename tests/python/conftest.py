@@ -1,39 +1,8 @@
-"""Settings of the whole suite, with property tests that draw the same examples everywhere; and costly fixtures."""
+"""Costly fixtures that many tests share."""
 
-import json
-import os
 import pickle
-import signal
-import sys
 
 import pytest
-from astropy.utils import iers
-from hypothesis import HealthCheck, settings
-
-# Old versions of astropy ask the network for the Earth's rotation even where they have a table of it.
-iers.conf.auto_download = False
-# Pictures appear on no screen, also in the processes that tests start.
-os.environ["MPLBACKEND"] = "agg"
-# Workers share the cores: threads of each one's linear algebra would wait for each other.
-if "PYTEST_XDIST_WORKER" in os.environ:
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
-# A shell starts commands in the background with this signal ignored; the tests of Ctrl-C send it.
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-
-settings.register_profile(
-    "suite", derandomize=True, deadline=None, max_examples=25, suppress_health_check=[HealthCheck.too_slow]
-)
-settings.load_profile("suite")
-
-
-@pytest.fixture(autouse=True)
-def close_figures():
-    """Close the figures of each test."""
-    yield
-    if "matplotlib.pyplot" in sys.modules:
-        sys.modules["matplotlib.pyplot"].close("all")
 
 
 @pytest.fixture(scope="session")
@@ -117,32 +86,3 @@ def each_search_once(searches, monkeypatch):
         return searches[key]
 
     monkeypatch.setattr("fullbody.setups.binary.start_with_period", remembered)
-
-
-@pytest.fixture(scope="session")
-def drafted(tmp_path_factory):
-    """A draft of the report on Ho et al. (2021), and the results that are in it."""
-    from reproduction.ho2021 import page
-
-    compute, found = page.compute, []
-
-    def keep(**options):
-        found.append(compute(**options))
-        return found[0]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(page, "compute", keep)
-        report = page.write_report(tmp_path_factory.mktemp("report"), draft=True)
-    return report, found[0]
-
-
-@pytest.fixture(scope="session")
-def draft(drafted):
-    """The draft alone."""
-    return drafted[0]
-
-
-@pytest.fixture(scope="session")
-def numbers(draft):
-    """What it writes for programs."""
-    return json.loads(draft.numbers.read_text(), parse_constant=lambda name: pytest.fail(f"{name} in the numbers"))

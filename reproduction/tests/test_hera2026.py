@@ -17,7 +17,7 @@ from fullbody.base import rotations
 
 from reproduction.hera2026 import inputs, knowledge, measures, mission, model, report, results, study
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[2]
 NOMINAL = {name: inputs.INPUTS[name].value for name in model.NAMES}
 
 

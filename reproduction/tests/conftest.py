@@ -1,0 +1,34 @@
+"""The draft of the report on Ho et al. (2021), which many tests read."""
+
+import json
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def drafted(tmp_path_factory):
+    """A draft of the report on Ho et al. (2021), and the results that are in it."""
+    from reproduction.ho2021 import page
+
+    compute, found = page.compute, []
+
+    def keep(**options):
+        found.append(compute(**options))
+        return found[0]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(page, "compute", keep)
+        report = page.write_report(tmp_path_factory.mktemp("report"), draft=True)
+    return report, found[0]
+
+
+@pytest.fixture(scope="session")
+def draft(drafted):
+    """The draft alone."""
+    return drafted[0]
+
+
+@pytest.fixture(scope="session")
+def numbers(draft):
+    """What it writes for programs."""
+    return json.loads(draft.numbers.read_text(), parse_constant=lambda name: pytest.fail(f"{name} in the numbers"))
