@@ -63,6 +63,16 @@ def integer(value: object) -> int | None:
         return None
 
 
+def generator(rng: object) -> np.random.Generator:
+    """Return the generator of an argument ``rng``, which is a whole number, zero or above, or a numpy generator."""
+    if isinstance(rng, np.random.Generator):
+        return rng
+    found = integer(rng)
+    if found is None or found < 0:
+        raise InvalidInput(f"rng is {rng!r}; expected a whole number, zero or above, or a numpy.random.Generator")
+    return np.random.default_rng(found)
+
+
 def seed_of(value: object) -> int:
     """Return a seed of random numbers, which is a whole number of zero or above."""
     found = integer(value)

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import repeat
 from typing import Any, TypeAlias
 
 from .. import _core
 from ..base.arguments import integer
+from ..base.progress import Progress, Report
 from ..errors import BodiesOverlap, Interrupted, InvalidInput, caution
 from ..events import Event
 from ..model.state import State
 from ..motion.input_warnings import start_warnings
 from ..motion.integration import Task, prepare
-from ..motion.options import Tally, check_for_all, differentiated, watched
+from ..motion.options import check_for_all, differentiated, watched
 from ..motion.run import Run
 from ..motion.system import System
 from ..record.integrators import Integrator
@@ -59,9 +60,9 @@ def integrate_many(
         at a time.
     dense : bool
     progress : bool, str or callable
-        ``True`` or a label for a progress bar; or a function of (done, total, under_way), called about every 25 ms with
-        the number of finished members, the number of members (``None`` for a generator), and the summed progress of the
-        running ones, in members.
+        ``True`` or a title for a progress bar; or a function of (done, total, description), called about every 25 ms
+        with the number of members done, which includes parts of the running ones, the number of members (``None`` for a
+        generator), and a text.
     threads : int, optional
         Number of threads; by default the number that the process may run at once.
     derivatives : bool or sequence of str
@@ -107,9 +108,8 @@ def integrate_many(
     threads = None if threads is None else thread_count(threads)
     many = _Many(members, until, output, integrator, watched(events), dense, differentiated(derivatives), chaos)
     try:
-        with Tally(progress, many.total) as report:
-            counted = report and (lambda done, under_way: report(done + many.refused, under_way))
-            _core.integrate_many(many.given(), many.take, counted, threads)
+        with Progress(progress) as report:
+            _core.integrate_many(many.given(), many.take, many.counting(report), threads)
         many.warn()
     except BaseException as error:
         many.fill()
@@ -217,6 +217,15 @@ class _Many:
         self.answers[index] = error
         if error is not None and not isinstance(error, Exception):
             raise error
+
+    def counting(self, report: Report | None) -> Callable[[int, float], Any] | None:
+        """Return the function that the core calls with the number of members done and the progress of the others."""
+        if report is None:
+            return None
+        of = "" if self.total is None else f" of {self.total}"
+        return lambda done, under_way: report(
+            done + self.refused + under_way, self.total, f"{done + self.refused}{of} runs"
+        )
 
     def fill(self) -> None:
         """Add an entry for every member, also for those that were never requested."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.arguments import integer, suggestion
+from ..base.progress import Progress, Report
 from ..base.units import is_quantity, need
 from ..base.version import version
 from ..errors import FullbodyError, Interrupted, InvalidInput, caution
@@ -96,8 +97,8 @@ def sweep(
     chunk : int, optional
         Number of rows that are stored at a time and whose runs are in memory together; by default 16 with an executor,
         otherwise 64, or 16 per thread if that is more. The map does not depend on it.
-    progress : bool or str
-        Whether to show a progress bar, or its label.
+    progress : bool, str or callable
+        Progress bar, its title, or a function, as in :func:`fullbody.integrate_many`, which counts rows.
 
     Returns
     -------
@@ -177,14 +178,13 @@ def sweep(
         raise InvalidInput(f"key is {key!r}; expected a text that is not empty, and only with a store")
     notes = {"title": "fullbody sweep", "fullbody_version": version()} | ({} if seed is None else {"seed": seed})
     if store is None:
-        with _Bar(progress, len(rows), {}) as bar:
-            return _warned(_computed(job, rows, {}, notes, size, executor, bar, None))
+        with Progress(progress) as report:
+            return _warned(_computed(job, rows, {}, notes, size, executor, report, None))
     with stores.opened(store, _manifest(job, rows, key), rows) as kept:
         if kept.map is not None:
             return _warned(kept.map)
-        outcomes = kept.outcomes()
-        with _Bar(progress, len(rows), outcomes) as bar:
-            return _warned(kept.finish(_computed(job, rows, outcomes, notes, size, executor, bar, kept)))
+        with Progress(progress) as report:
+            return _warned(kept.finish(_computed(job, rows, kept.outcomes(), notes, size, executor, report, kept)))
 
 
 def _checked(
@@ -255,25 +255,26 @@ def _computed(
     notes: dict[str, Any],
     size: int,
     executor: Any,
-    bar: _Bar,
+    report: Report | None,
     kept: Any,
 ) -> xarray.Dataset:
     """Compute all rows that have no outcome yet and return the map.
 
     An error that ends the sweep has the map so far in its attribute ``dataset``.
     """
+    count = _Count(report, len(rows), outcomes.values())
 
     def keep(found: list[Outcome]) -> None:
         found = ordered(found)
         outcomes.update((outcome.row, outcome) for outcome in found)
         if kept is not None:
             kept.add(found)
-        bar.update(found)
+        count.add(found)
 
     missing = [row not in outcomes for row in range(len(rows))]
     tasks = ([(row, rows.row(row)) for row in numbers] for numbers in chunks(missing, size))
     try:
-        here(job, tasks, keep, bar.under_way) if executor is None else submitted(executor, job, tasks, keep)
+        here(job, tasks, keep, count.under_way) if executor is None else submitted(executor, job, tasks, keep)
     except (KeyboardInterrupt, FullbodyError, OSError) as error:
         where = "in .dataset" if kept is None else f"in {kept.path} and in .dataset"
         done = f"{len(outcomes)} of {len(rows)} rows are done, {where}"
@@ -357,35 +358,22 @@ def _manifest(job: Job, rows: Plan, key: str | None) -> Mapping[str, str]:
     return told
 
 
-class _Bar:
-    """A progress bar of rows as a context manager; it shows nothing unless requested."""
+class _Count:
+    """The number of rows that are done and of those with errors, reported as they grow."""
 
-    def __init__(self, progress: bool | str, rows: int, done: Mapping[int, Outcome]) -> None:
-        self._bar: Any = None
-        self._done = len(done)
-        self._failed = sum(outcome.failure is not None for outcome in done.values())
-        if progress:
-            from tqdm.auto import tqdm
+    def __init__(self, report: Report | None, rows: int, outcomes: Iterable[Outcome]) -> None:
+        self._report, self._rows, self._done, self._failed = report, rows, 0, 0
+        self.add(outcomes)
 
-            label = progress if isinstance(progress, str) else None
-            self._bar = tqdm(total=rows, initial=self._done, desc=label, unit="row")
-
-    def __enter__(self) -> _Bar:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._bar is not None:
-            self._bar.close()
+    def add(self, outcomes: Iterable[Outcome]) -> None:
+        """Count rows as done."""
+        for outcome in outcomes:
+            self._done += 1
+            self._failed += outcome.failure is not None
+        self.under_way(0)
 
     def under_way(self, runs: int) -> None:
-        """Show finished runs of a chunk that is not done."""
-        if self._bar is not None:
-            self._bar.update(self._done + runs - self._bar.n)
-
-    def update(self, outcomes: list[Outcome]) -> None:
-        """Count rows as done."""
-        self._done += len(outcomes)
-        self._failed += sum(outcome.failure is not None for outcome in outcomes)
-        if self._bar is not None and self._failed:
-            self._bar.set_postfix_str(f"{self._failed} with errors", refresh=False)
-        self.under_way(0)
+        """Report finished runs of a chunk that is not done."""
+        if self._report is not None:
+            failed = f", {self._failed} with errors" if self._failed else ""
+            self._report(self._done + runs, self._rows, f"{self._done} of {self._rows} rows{failed}")

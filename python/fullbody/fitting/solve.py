@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import integer, seed_of
+from ..base.progress import Progress
 from ..base.units import need
 from ..errors import InconsistentInput, Interrupted, InvalidInput, caution
-from ..motion.options import Tally
 from .free import Parameters
 from .losses import Loss, Outliers, loss_of
 from .problem import Jacobian, Observed, Point, Problem, Refused
@@ -72,8 +72,8 @@ def fit(
         The seed of random starts, needed if ``starts`` is above one.
         Needed by more than one start.
     progress : bool, str or callable
-        Whether to show the number of runs and chi2, or a label; or a function of the number of runs, ``None``, and
-        chi2.
+        Whether to show the number of runs and chi2, or a title; or a function of (done, total, description): the number
+        of runs, ``None``, and a text with chi2.
 
     Returns
     -------
@@ -126,7 +126,7 @@ def fit(
         seed = seed_of(seed)
     places = _starts(known, starts, seed)
     done: list[_Solution] = []
-    with _Progress(progress, None) as report:
+    with Progress(progress) as report:
         for place in places:
             solver = _Solver(problem, wanted, report)
             try:
@@ -144,14 +144,6 @@ def fit(
             raise Interrupted("interrupted before the first derivatives of the fit; there is nothing to return")
         raise InvalidInput(f"all {len(places)} starts of the fit are refused; the last: {problem.reason}")
     return _result(problem, wanted, done, len(places))
-
-
-class _Progress(Tally):
-    """A progress bar of a fit, which is called with the number of runs and with the sum that is minimised."""
-
-    def _update(self, done: int, under_way: float) -> None:  # type: ignore[override]
-        self._end = f"{done} runs, chi2 {under_way:.8g}"
-        self._show(0.0, self._end)
 
 
 @dataclass
@@ -292,7 +284,8 @@ class _Solver:
 
     def _show(self) -> None:
         if self._report is not None and self._best is not None:
-            self._report(self._problem.runs + self._problem.differentiated, 2.0 * self._best.cost)
+            runs = self._problem.runs + self._problem.differentiated
+            self._report(runs, None, f"{runs} runs, chi2 {2.0 * self._best.cost:.8g}")
 
 
 def check_count(problem: Problem, point: Point) -> None:

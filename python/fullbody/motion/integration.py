@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import _core
 from ..base.atomic import replacing
+from ..base.progress import Progress, over_time
 from ..base.units import scalar
 from ..errors import BodiesOverlap, FullbodyError, Interrupted, InvalidInput, caution
 from ..events import Event, Occurrence
@@ -20,7 +21,7 @@ from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98
 from ..record.statistics import Statistics
 from .input_warnings import start_warnings
-from .options import Bar, autosaving, differentiated, sampling, watched
+from .options import autosaving, differentiated, sampling, watched
 from .run import Run
 
 if TYPE_CHECKING:
@@ -83,9 +84,9 @@ def integrate(
         # A path that cannot be written is reported now, not when the first file is due.
         write(path, core.to_bytes())
     before = core.statistics
-    with Bar(progress) as report:
+    with Progress(progress) as report:
         record, error = core.integrate(
-            task.until, task.output, task.conditions, task.dense, report, keep, task.following
+            task.until, task.output, task.conditions, task.dense, over_time(report), keep, task.following
         )
     counts = (now - then for now, then in zip(core.statistics, before, strict=True))
     run = task.run(record, counts)

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from ..base.progress import Progress
 from ..base.tables import Table, Tabled, number
 from ..errors import FullbodyError, InvalidInput
 from ..events import Occurrence
@@ -33,7 +34,7 @@ from ..record.integrators import Integrator
 from ..record.statistics import STOP_REASONS, Statistics
 from ..record.track import Track
 from ..typing import Array
-from .options import Bar, sampling
+from .options import sampling
 
 if TYPE_CHECKING:
     import pandas
@@ -807,5 +808,5 @@ class Run(Tabled, Differentiated):
         if self.dense is None:
             raise InvalidInput("this run keeps no continuous solution; integrate with dense=True")
         last = self.dense.range[1]
-        with Bar(progress) as report:
+        with Progress(progress) as report:
             return task.fly(self.dense, start, last if until is None else until, samples, report)

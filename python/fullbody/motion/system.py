@@ -13,6 +13,7 @@ import numpy.typing as npt
 from .. import _core
 from ..base import epochs
 from ..base.arguments import names_of, place, refuse_unknown, sequence, suggestion
+from ..base.progress import Progress
 from ..base.tables import Table, Tabled, number
 from ..base.units import Units, scalar
 from ..errors import BodiesOverlap, ForceFailed, FullbodyError, InvalidInput, caution
@@ -36,7 +37,7 @@ from ..typing import Array, Scalar
 from .input_warnings import density_warning
 from .integration import begin
 from .integration import integrate as _integrate
-from .options import Bar, sampling
+from .options import sampling
 from .run import Run
 from .settings import quadrature_order, tolerance
 from .tables import system_tables
@@ -779,8 +780,9 @@ class System(Tabled):
         dense : bool
             Whether the run is kept as a function of time, ``run(t)``, which takes 2.3 kB per step for two bodies.
         progress : bool, str or callable
-            ``True`` or a label for a progress bar, or a function of (start, time, end) that is called at most every 50
-            ms. The result of the function is ignored; an error that it raises ends the run.
+            ``True`` or a title for a progress bar, or a function of (done, total, description) that is called at most
+            every 50 ms with the time that has passed, the whole time, and a text. The result of the function is
+            ignored; an error that it raises ends the run.
         autosave : (path, seconds), optional
             The path of a file and an interval. The simulation is written to the file when the run begins, at this
             interval and when the run ends; :meth:`fullbody.Simulation.load` continues from it.
@@ -894,7 +896,7 @@ class System(Tabled):
             state, until, output=[], integrator=bodies_integrator, dense=True, progress=progress and "bodies"
         )
         dense = cast(Dense, run.dense)
-        with Bar(progress if callable(progress) else progress and "particles") as report:
+        with Progress(progress if callable(progress) else progress and "particles") as report:
             return task.fly(dense, *dense.range, samples, report)
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .. import _core
 from ..base.arguments import integer, sequence
+from ..base.progress import Report, over_time
 from ..base.tables import number
 from ..base.units import scalar
 from ..errors import FullbodyError, Interrupted, InvalidInput, caution
@@ -71,9 +72,7 @@ class FlightTask:
             if force._kind == "Function":
                 caution(f"{force.name} is a function of the bodies' states, which particles do not feel")
 
-    def fly(
-        self, dense: Dense, start: Any, until: Any, output: Any, progress: Callable[[float, float, float], Any] | None
-    ) -> Flight:
+    def fly(self, dense: Dense, start: Any, until: Any, output: Any, report: Report | None) -> Flight:
         """Integrate particles along a continuous solution, from the given start, the particles' time, or its first
         time.
         """
@@ -94,7 +93,7 @@ class FlightTask:
             self._radiation,
             self._event_spec,
             self._threads,
-            progress,
+            over_time(report),
         )
         for name, values in record.items():
             record[name] = values = np.asarray(values, dtype=np.int64) if isinstance(values, list) else values

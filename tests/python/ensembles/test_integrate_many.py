@@ -256,7 +256,7 @@ def test_a_generator_is_asked_as_members_are_needed():
             taken.append(len(taken))
             yield SYSTEM, STATE
 
-    def report(done, total, under_way):
+    def report(done, total, description):
         seen.append(total)
         if done >= 20:
             raise Trouble
@@ -289,11 +289,12 @@ def test_progress_counts_members():
     members = [(SYSTEM, STATE)] * 7
     members[3] = "no member"
     integrate_many(members, 300.0, output="ends", progress=lambda *a: seen.append(a), threads=2)
-    done, total, under_way = zip(*seen, strict=True)
-    assert list(done) == sorted(done)
+    done, total, description = zip(*seen, strict=True)
+    finished = [int(text.removesuffix(" of 7 runs")) for text in description]
+    assert finished == sorted(finished)
     assert set(total) == {7}
-    assert all(0.0 <= part <= 2.0 for part in under_way)
-    assert seen[-1] == (7, 7, 0.0)
+    assert all(0.0 <= part - whole <= 2.0 for part, whole in zip(done, finished, strict=True))
+    assert seen[-1] == (7, 7, "7 of 7 runs")
 
 
 @pytest.mark.parametrize("known", [True, False])
@@ -303,7 +304,7 @@ def test_progress_bar(capsys, known):
     captured = capsys.readouterr()
     assert captured.out == ""
     assert "many" in captured.err
-    assert ("3/3 runs" if known else "3 runs") in captured.err
+    assert ("3 of 3 runs" if known else "3 runs") in captured.err
     assert ("100%" in captured.err) == known
     integrate_many(members, 5.0)
     assert capsys.readouterr() == ("", "")
@@ -352,9 +353,9 @@ def test_ctrl_c_gives_what_there_is():
             os.kill(os.getpid(), signal.SIGINT)
         return 1.0
 
-    def report(done, total, under_way):
-        if done == 2 and under_way > 0.0 and not seen:
-            seen.append(under_way)
+    def report(done, total, description):
+        if 2 < done < 3 and not seen:
+            seen.append(done)
             begun.release()
 
     seen = []
@@ -401,7 +402,7 @@ def interrupt():
 threading.Thread(target=interrupt).start()
 try:
     fullbody.integrate_many(
-        [(system, state)] * 10, 1e9, output=1e3, progress=lambda done, total, part: part > 0 and under_way.set()
+        [(system, state)] * 10, 1e9, output=1e3, progress=lambda done, total, description: done > 0 and under_way.set()
     )
 except fullbody.Interrupted as error:
     assert len(error.runs) == 10

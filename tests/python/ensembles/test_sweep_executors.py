@@ -149,7 +149,7 @@ def test_a_bar_counts_rows(capsys):
         swept(executor=executor, setup=lambda mass: circle(mass) if mass < 0.8 else None, progress="a map")
         text = capsys.readouterr().err.split("\r")[-1]
         assert "a map: 100%" in text
-        assert "7/7" in text
+        assert "7 of 7 rows" in text
         assert "1 with errors" in text
 
 

@@ -71,7 +71,7 @@ BETWEEN = {"a": Free(2.55, lower=2.5, upper=2.6)}
         ({"setup": lambda a: pair(mass=-a)}, "start of the fit is refused: InvalidInput: mass of the body is -2.55"),
         ({"observations": [[]]}, r"observations has \[\]; expected those of fullbody.observing"),
         ({"observations": "radar"}, "observations has 'r'; expected those of fullbody.observing"),
-        ({"progress": 3}, "progress is 3; expected True or False, a label, or a function"),
+        ({"progress": 3}, "progress is 3; expected True or False, a title, or a function"),
         ({"progress": []}, r"progress is \[\]; expected True or False"),
         ({"starts": True}, "starts is True; expected a whole number above zero"),
         ({"starts": []}, "starts is empty"),

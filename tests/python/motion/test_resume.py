@@ -176,8 +176,8 @@ def test_an_autosave_in_the_middle(integrator, tmp_path):
             time.sleep(0.06)
         return 1.0
 
-    def take(start, now, end):
-        seen.append(now)
+    def take(done, total, description):
+        seen.append(done)
         if not pauses and not taken.exists():
             shutil.copy(path, taken)
 

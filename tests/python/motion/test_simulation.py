@@ -281,7 +281,7 @@ import fullbody
 path = sys.argv[1]
 
 
-def tell(start, time, end):
+def tell(done, total, description):
     # The first file is of the start.
     if fullbody.Simulation.load(path).time > 0.0:
         print("saved", flush=True)
@@ -358,8 +358,8 @@ def test_autosave_writes_the_start_and_the_end_of_any_run(tmp_path, seconds):
 def test_autosave_of_an_interrupted_run(tmp_path):
     sim = fullbody.Simulation(*KW4)
 
-    def stop(start, now, end):
-        if now > 0.0:
+    def stop(done, total, description):
+        if done > 0.0:
             raise KeyboardInterrupt
 
     with pytest.raises(fullbody.Interrupted) as caught:

@@ -171,7 +171,7 @@ def test_what_a_function_of_a_particle_raises():
 
 
 def test_ctrl_c_gives_back_what_there_is(run):
-    def stop(start, time, end):
+    def stop(done, total, description):
         raise KeyboardInterrupt
 
     with pytest.raises(fullbody.Interrupted) as caught:

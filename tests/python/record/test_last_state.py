@@ -35,9 +35,9 @@ def test_an_interrupted_run_too():
     system, state = fullbody.systems.case1()
     seen = []
 
-    def stop(start, time, end):
-        seen.append(time)
-        if time > 20.0:
+    def stop(done, total, description):
+        seen.append(done)
+        if done > 20.0:
             raise RuntimeError("enough")
 
     with pytest.raises(RuntimeError) as caught:
