@@ -12,6 +12,7 @@ import numpy.typing as npt
 from .. import _core
 from ..base import rotations
 from ..errors import InvalidInput
+from ..model.failures import explaining
 from ..motion.system import System
 
 __all__ = ["Array", "Pair", "Pose", "cross"]
@@ -97,14 +98,14 @@ class Pair:
     def loads(self, pose: Pose) -> tuple[Array, float]:
         """Return the force on the second body with both torques (9,), and the potential energy."""
         state = self.state(pose)
-        with self.system._explaining(lambda: state):
+        with explaining(self.system.context, state):
             force, torque, energy, _ = self.system._core.interactions(state)
         return np.concatenate([force[1], torque[0], torque[1]]), float(energy)
 
     def derivatives(self, pose: Pose) -> Array:
         """Return the Jacobian (9, 9) of the loads with respect to the pose."""
         state = self.state(pose)
-        with self.system._explaining(lambda: state):
+        with explaining(self.system.context, state):
             full = self.system._core.jacobian(state, [])[0]
         rows, columns = [6, 7, 8, 3, 4, 5, 9, 10, 11], [6, 7, 8, 3, 4, 5, 9, 10, 11]
         found: Array = full[np.ix_(rows, columns)]

@@ -10,8 +10,9 @@ from typing import Any, TypeAlias
 from .. import _core
 from ..base.arguments import integer
 from ..base.progress import Progress, Report
-from ..errors import BodiesOverlap, Interrupted, InvalidInput, caution
+from ..errors import Interrupted, InvalidInput, caution
 from ..events import Event
+from ..model.failures import explained
 from ..model.state import State
 from ..motion.input_warnings import start_warnings
 from ..motion.integration import Task, prepare
@@ -212,8 +213,8 @@ class _Many:
             if isinstance(error, Interrupted):
                 self.answers[index] = run
                 raise KeyboardInterrupt
-        elif isinstance(error, BodiesOverlap):
-            error = system._explained(error, start, " at the start")
+        elif error is not None:
+            error = explained(error, system.context, start, " at the start")
         self.answers[index] = error
         if error is not None and not isinstance(error, Exception):
             raise error

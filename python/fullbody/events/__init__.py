@@ -13,20 +13,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from .. import _core
-from ..base.arguments import directions, integer, place
+from ..base.arguments import directions, integer
 from ..base.units import gathered, is_quantity, numbers, scalar
 from ..base.values import ScalarFields
 from ..errors import InvalidInput
-from ..model.state import State
+from ..model.context import Context
+from ..model.state import State, wrap
 from ..typing import Scalar
-
-if TYPE_CHECKING:
-    from ..motion.system import System
 
 __all__ = [
     "Alignment",
@@ -65,16 +63,16 @@ class Event(ScalarFields):
         if not isinstance(self.terminal, bool | np.bool_):
             raise InvalidInput(f"terminal is {self.terminal!r}; expected True or False")
 
-    def _place(self, system: System, name: str) -> int:
-        return place(getattr(self, name), system.names, f"{name} of {type(self).__name__}")
+    def _index(self, context: Context, name: str) -> int:
+        return context.index(getattr(self, name), f"{name} of {type(self).__name__}")
 
-    def _condition(self, system: System) -> _core.Condition:
+    def _condition(self, context: Context) -> _core.Condition:
         """Return the condition that the core detects."""
         raise InvalidInput(f"event is {self!r}; expected one of fullbody.events, such as Contact(0, 1)")
 
-    def _event_spec(self, system: System) -> tuple[_core.Condition, int, bool]:
+    def _event_spec(self, context: Context) -> tuple[_core.Condition, int, bool]:
         """Return the condition, the direction and whether the run stops there."""
-        return self._condition(system), integer(self.direction) or 0, bool(self.terminal)
+        return self._condition(context), integer(self.direction) or 0, bool(self.terminal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,8 +80,8 @@ class _TwoBodyEvent(Event):
     i: int | str = 0
     j: int | str = 1
 
-    def _places(self, system: System) -> tuple[int, int]:
-        return self._place(system, "i"), self._place(system, "j")
+    def _pair(self, context: Context) -> tuple[int, int]:
+        return self._index(context, "i"), self._index(context, "j")
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,9 +108,9 @@ class Separation(_TwoBodyEvent):
 
     value: Any = None
 
-    def _condition(self, system: System) -> _core.Condition:
-        value = _length(self.value, system, "value of Separation")
-        return _core.Condition.Separation(*self._places(system), value)
+    def _condition(self, context: Context) -> _core.Condition:
+        value = _length(self.value, context, "value of Separation")
+        return _core.Condition.Separation(*self._pair(context), value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,8 +142,8 @@ class Contact(_TwoBodyEvent):
     ('event', 2.0)
     """
 
-    def _condition(self, system: System) -> _core.Condition:
-        return _core.Condition.Contact(*self._places(system))
+    def _condition(self, context: Context) -> _core.Condition:
+        return _core.Condition.Contact(*self._pair(context))
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,8 +164,8 @@ class Periapsis(_TwoBodyEvent):
     True
     """
 
-    def _condition(self, system: System) -> _core.Condition:
-        return _core.Condition.Periapsis(*self._places(system))
+    def _condition(self, context: Context) -> _core.Condition:
+        return _core.Condition.Periapsis(*self._pair(context))
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,8 +178,8 @@ class Apoapsis(_TwoBodyEvent):
     terminal : bool
     """
 
-    def _condition(self, system: System) -> _core.Condition:
-        return _core.Condition.Apoapsis(*self._places(system))
+    def _condition(self, context: Context) -> _core.Condition:
+        return _core.Condition.Apoapsis(*self._pair(context))
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,9 +207,9 @@ class PlaneCrossing(Event):
         normal = directions(self.normal, "normal of PlaneCrossing", one=True)
         object.__setattr__(self, "normal", tuple(float(component) for component in normal))
 
-    def _condition(self, system: System) -> _core.Condition:
-        reference = None if self.j is None else self._place(system, "j")
-        return _core.Condition.PlaneCrossing(self._place(system, "i"), reference, self.normal)
+    def _condition(self, context: Context) -> _core.Condition:
+        reference = None if self.j is None else self._index(context, "j")
+        return _core.Condition.PlaneCrossing(self._index(context, "i"), reference, self.normal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,9 +227,9 @@ class Escape(_TwoBodyEvent):
 
     distance: Any = None
 
-    def _condition(self, system: System) -> _core.Condition:
-        distance = _length(self.distance, system, "distance of Escape")
-        return _core.Condition.Escape(*self._places(system), distance)
+    def _condition(self, context: Context) -> _core.Condition:
+        distance = _length(self.distance, context, "distance of Escape")
+        return _core.Condition.Escape(*self._pair(context), distance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,8 +242,8 @@ class Alignment(_TwoBodyEvent):
     terminal : bool
     """
 
-    def _condition(self, system: System) -> _core.Condition:
-        return _core.Condition.Alignment(*self._places(system))
+    def _condition(self, context: Context) -> _core.Condition:
+        return _core.Condition.Alignment(*self._pair(context))
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,8 +272,8 @@ class ClosestApproach(Event):
 
     force: str = ""
 
-    def _condition(self, system: System) -> _core.Condition:
-        return _core.Condition.ClosestApproach(system._third_body(self.force, "force of ClosestApproach"))
+    def _condition(self, context: Context) -> _core.Condition:
+        return _core.Condition.ClosestApproach(context.third_body(self.force, "force of ClosestApproach"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -303,14 +301,14 @@ class Function(Event):
 
     f: Callable[[State], Any] = field(default=lambda state: 1.0)
 
-    def _condition(self, system: System) -> _core.Condition:
+    def _condition(self, context: Context) -> _core.Condition:
         if not callable(self.f):
             raise InvalidInput(f"f is {self.f!r}; expected a function of a State")
 
         what = f"value of the function {getattr(self.f, '__qualname__', type(self.f).__name__)}"
 
         def call(core: Any) -> float:
-            state = system._state(core)
+            state = wrap(core, context)
             value = gathered(self.f(state), what)
             number = scalar(numbers(getattr(value, "value", value), what), what)
             if not math.isfinite(number):
@@ -378,14 +376,14 @@ class Occultation(_TwoBodyEvent):
         object.__setattr__(self, "toward", _tuples(toward))
         object.__setattr__(self, "times", times if is_quantity(times) or times is None else _tuples(times))
 
-    def _condition(self, system: System) -> _core.Condition:
+    def _condition(self, context: Context) -> _core.Condition:
         places, times = np.atleast_2d(self.toward), self.times
         if times is None:
             places, when = np.repeat(places, 4, axis=0), np.arange(4.0)
         else:
-            when = system._units.strip(times, "time", "times of Occultation")
+            when = context.units.strip(times, "time", "times of Occultation")
         toward = _core.Toward(when.tolist(), places.tolist(), 0.0, times is not None)
-        i, j = self._places(system)
+        i, j = self._pair(context)
         return _core.Condition.Occultation(i, j, bool(self.total), toward)
 
 
@@ -415,7 +413,7 @@ class Occurrence:
     _derivatives: tuple[Any, Any, Any] | None = field(default=None, compare=False, repr=False)
 
 
-def _length(value: Any, system: System, what: str) -> float:
+def _length(value: Any, context: Context, what: str) -> float:
     if value is None:
         raise InvalidInput(f"{what} is not given; expected a length")
-    return system._units.number(value, "length", what)
+    return context.units.number(value, "length", what)

@@ -223,7 +223,7 @@ def contents(content: Content, system: System) -> dict[str, Any]:
         "record": {"time": time, **record},
         "start": np.concatenate([values.reshape(-1) for values in start]),
         "statistics": content.parsed("fullbody_statistics", _statistics),
-        "events": occurrences.from_file(content, system, len(parameters)),
+        "events": occurrences.from_file(content, system.context, len(parameters)),
         "stop_reason": reason,
         "switched_off": switched_off,
         "parameters": parameters,

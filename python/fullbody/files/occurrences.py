@@ -14,11 +14,12 @@ from ..base.units import is_quantity
 from ..base.values import UnstoredFunction
 from ..errors import InvalidInput
 from ..events import Event, Occurrence
+from ..model.context import Context
+from ..model.state import strip, wrap
 from .reading import Content, check_order, check_unit
 
 if TYPE_CHECKING:
     from ..motion.run import Run
-    from ..motion.system import System
 
 __all__ = ["from_file", "to_dataset"]
 
@@ -56,7 +57,7 @@ def to_dataset(
     text = json.dumps([_describe(event) for event in watched])
     if not watched:
         return {}, {}, text
-    states = [happened.state._in(run.system._units) for happened in run.events]
+    states = [strip(happened.state, run.system.context) for happened in run.events]
     variables: dict[str, Any] = {"event_index": ("event", places, {"long_name": "index in fullbody_events"})}
     for name, (dims, dimension, meaning) in _VARIABLES.items():
         values = np.array([getattr(state, name) for state in states])
@@ -74,20 +75,20 @@ def to_dataset(
     return variables, coordinates, text
 
 
-def from_file(content: Content, system: System, parameters: int) -> list[Occurrence]:
+def from_file(content: Content, context: Context, parameters: int) -> list[Occurrence]:
     """Read the events of a run's file; derivatives, if present, are with respect to the start and ``parameters``
     parameters.
     """
-    watched = content.parsed("fullbody_events", lambda described: _event_spec(described, system))
+    watched = content.parsed("fullbody_events", lambda described: _event_spec(described, context))
     if not watched:
         return []
     places = content.numbers("event_index", {"event": None}, whole=True)
-    sizes = {"event": len(places), "body": len(system), "axis": 3, "quaternion": 4}
+    sizes = {"event": len(places), "body": len(context), "axis": 3, "quaternion": 4}
     record = {
         name: content.numbers(f"event_{name}", {dim: sizes[dim] for dim in ("event", *dims)})
         for name, (dims, _, _) in _VARIABLES.items()
     }
-    sizes |= {"tangent": 12 * len(system), "start_tangent": 12 * len(system), "parameter": parameters}
+    sizes |= {"tangent": 12 * len(context), "start_tangent": 12 * len(context), "parameter": parameters}
     derivatives: list[Any] = [None] * len(places)
     if "event_transition" in content:
         shape: dict[str, int | None] = {dim: sizes[dim] for dim in ("event", *_DERIVATIVES["transition"][0])}
@@ -108,17 +109,17 @@ def from_file(content: Content, system: System, parameters: int) -> list[Occurre
             )
         arrays = (np.ascontiguousarray(record[name][k]) for name in ("position", "velocity", "attitude", "spin"))
         core = _core.State(float(record["time"][k]), *arrays)
-        state = system._state(core)
+        state = wrap(core, context)
         happened.append(Occurrence(watched[int(place)], state.time, state, derivatives[k]))
     return happened
 
 
-def _event_spec(described: list[dict[str, Any]], system: System) -> list[Event]:
+def _event_spec(described: list[dict[str, Any]], context: Context) -> list[Event]:
     """Rebuild the events that were detected."""
     watched = [_rebuild(event) for event in described]
     for event in watched:
         # This raises an error if the system lacks bodies or units of the event, as a run would.
-        event._condition(system)
+        event._condition(context)
     return watched
 
 

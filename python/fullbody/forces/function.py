@@ -12,8 +12,10 @@ from .. import _core
 from ..base.units import gathered
 from ..base.values import UnstoredFunction
 from ..errors import InvalidInput
-from ..model.force import Call, Context, Force, SystemContext
-from ..model.state import State
+from ..model.calls import Call
+from ..model.context import Context
+from ..model.force import Force
+from ..model.state import wrap
 
 if TYPE_CHECKING:
     from ..base.units import Units
@@ -99,7 +101,7 @@ class Function(Force):
         called = getattr(self.function, "__name__", None) or getattr(self.function, "name", None)
         return str(called or "function").strip("<>")
 
-    def _describe(self, system: Context) -> dict[str, Any]:
+    def _describe(self, context: Context) -> dict[str, Any]:
         return {"kind": "Function", "name": self.name, "depends_on_velocity": bool(self.depends_on_velocity)}
 
     def _summary(self, described: dict[str, Any], units: Units) -> str:
@@ -112,9 +114,9 @@ class Function(Force):
         unstored = UnstoredFunction(name, "give it again: system.with_forces([Function(...), ...])")
         return cls(unstored, depends_on_velocity=described["depends_on_velocity"], name=name)
 
-    def _call(self, system: SystemContext) -> Call:
+    def _call(self, context: Context) -> Call:
         compiled = _compiled(self.function, self.name)
-        return _from_python(self, system) if compiled is None else compiled
+        return _from_python(self, context) if compiled is None else compiled
 
 
 def _compiled(function: Any, name: str) -> Call | None:
@@ -154,9 +156,9 @@ def _capsule(capsule: Any, name: str) -> int:
         raise InvalidInput(f"function of {name} has {capsule!r}; expected a capsule with a pointer") from error
 
 
-def _from_python(own: Function, system: SystemContext) -> Call:
+def _from_python(own: Function, context: Context) -> Call:
     """Return a C callback through which the core calls a Python function."""
-    name, units, bodies = own.name, system.units, len(system.bodies)
+    name, units, bodies = own.name, context.units, len(context.bodies)
     shape = (bodies, 3)
 
     def take(pointer: Any, width: int = 3) -> Any:
@@ -177,7 +179,7 @@ def _from_python(own: Function, system: SystemContext) -> Call:
                 core = _core.State(time, take(position), take(velocity), take(attitude, 4), take(spin))
             else:
                 core = _core.State.of_places(time, take(position), take(attitude, 4))
-            state = State._wrap(core, units, system.names)
+            state = wrap(core, context)
             given = own.function(state.time, state)
             if isinstance(given, tuple) and len(given) != 2:
                 raise InvalidInput(f"{name} gives {len(given)} things; expected forces, or (forces, torques)")

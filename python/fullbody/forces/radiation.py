@@ -13,7 +13,8 @@ from ..base.arguments import directions, positive
 from ..base.tables import number
 from ..base.units import gathered, need, numbers, scalar
 from ..errors import InvalidInput
-from ..model.force import Context, Force
+from ..model.context import Context
+from ..model.force import Force
 
 if TYPE_CHECKING:
     from ..base.units import Units
@@ -147,9 +148,9 @@ class Yorp(Force):
     def _usual_name(self) -> str:
         return f"YORP on {self.on}" if isinstance(self.on, str) else f"YORP on body {self.on}"
 
-    def _describe(self, system: Context) -> dict[str, Any]:
-        units, name = system.units, self.name
-        on = self._place(system, "on")
+    def _describe(self, context: Context) -> dict[str, Any]:
+        units, name = context.units, self.name
+        on = self._index(context, "on")
         obliquity = (
             np.zeros(0) if self.obliquity is None else units.strip(self.obliquity, "angle", f"obliquity of {name}")
         )
@@ -157,7 +158,7 @@ class Yorp(Force):
             raise InvalidInput(f"obliquity of {name} is {self.obliquity!r}; expected finite angles (T,)")
         rows = max(obliquity.size, 1)
         dimension = torque_dimension(self.normalization)
-        factor = self._factor(system, on)
+        factor = self._factor(context, on)
 
         def torque(role: str) -> list[float]:
             given, what = getattr(self, role), f"{role} of {name}"
@@ -171,24 +172,24 @@ class Yorp(Force):
         return {
             "kind": "Yorp",
             "name": name,
-            "on": system.names[on],
+            "on": context.names[on],
             "pole": list(self.pole),
             "obliquity": obliquity.tolist(),
             "along": torque("along"),
             "across": torque("across"),
         }
 
-    def _factor(self, system: Context, on: int) -> float:
+    def _factor(self, context: Context, on: int) -> float:
         """Return the torque for a value of one."""
         if self.normalization is None:
             return 1.0
-        body = system.body(on)
+        body = context.bodies[on]
         inertia = float(np.max(body.inertia))
         if self.normalization in _RATES and inertia == 0.0:
-            raise InvalidInput(f"on of {self.name} is {system.names[on]}, a point; expected a body that can turn")
+            raise InvalidInput(f"on of {self.name} is {context.names[on]}, a point; expected a body that can turn")
         if self.normalization == "acceleration":
             return inertia
-        pressure, radius = _light(self, system, on)
+        pressure, radius = _light(self, context, on)
         if self.normalization == "rossi_2009":
             return float(inertia * 2.0 / 3.0 * pressure * radius / body.mass)
         return _YORP[self.normalization] * pressure * radius**3
@@ -295,25 +296,25 @@ class Byorp(Force):
     def _usual_name(self) -> str:
         return f"BYORP on {self.on}" if isinstance(self.on, str) else f"BYORP on body {self.on}"
 
-    def _describe(self, system: Context) -> dict[str, Any]:
-        on = self._place(system, "on")
+    def _describe(self, context: Context) -> dict[str, Any]:
+        on, about = self._index(context, "on"), self._index(context, "about")
         return {
             "kind": "Byorp",
             "name": self.name,
-            "on": system.names[on],
-            "about": system.names[self._place(system, "about")],
-            "force": self._strength(system, on),
+            "on": context.names[on],
+            "about": context.names[about],
+            "force": self._strength(context, on),
         }
 
-    def _strength(self, system: Context, on: int) -> float:
+    def _strength(self, context: Context, on: int) -> float:
         """Return the force as a number."""
         if self.normalization is None:
-            return system.units.number(self.force, "force", f"force of {self.name}")
+            return context.units.number(self.force, "force", f"force of {self.name}")
         what = f"coefficient of {self.name}"
         coefficient = scalar(numbers(self.coefficient, what), what)
         if not np.isfinite(coefficient):
             raise InvalidInput(f"{what} is {self.coefficient!r}; expected a finite number")
-        pressure, radius = _light(self, system, on)
+        pressure, radius = _light(self, context, on)
         return _BYORP[self.normalization] * coefficient * pressure * radius**2
 
     def _summary(self, described: dict[str, Any], units: Units) -> str:
@@ -345,11 +346,11 @@ def _check_normalization(
         )
 
 
-def _light(force: Yorp | Byorp, system: Context, on: int) -> tuple[float, float]:
+def _light(force: Yorp | Byorp, context: Context, on: int) -> tuple[float, float]:
     """Return the pressure and the radius after checking that they are positive."""
     found = {
-        "pressure": system.units.number(force.pressure, "pressure", f"pressure of {force.name}"),
-        "radius": force._radius(system, on),
+        "pressure": context.units.number(force.pressure, "pressure", f"pressure of {force.name}"),
+        "radius": force._radius(context, on),
     }
     for role, value in found.items():
         if value <= 0.0:

@@ -10,7 +10,8 @@ import numpy as np
 from ..base import epochs
 from ..base.tables import number
 from ..errors import InvalidInput
-from ..model.force import Context, Force
+from ..model.context import Context
+from ..model.force import Force
 from ..orbit.elements import KeplerElements
 
 if TYPE_CHECKING:
@@ -175,17 +176,17 @@ class ThirdBody(Force):
     def _usual_name(self) -> str:
         return "third body"
 
-    def _describe(self, system: Context) -> dict[str, Any]:
-        units, name = system.units, self.name
-        if self.date is not None and system.epoch is not None:
-            apart = (epochs.to_time(self.date).tdb - epochs.to_time(system.epoch).tdb).to_value("s")
+    def _describe(self, context: Context) -> dict[str, Any]:
+        units, name = context.units, self.name
+        if self.date is not None and context.epoch is not None:
+            apart = (epochs.to_time(self.date).tdb - epochs.to_time(context.epoch).tdb).to_value("s")
             if abs(apart) > _SAME_DATE:
                 raise InvalidInput(
                     f"the path of {name} is for the date {self.date} at time zero, and the epoch of the system is "
-                    f"{system.epoch}; expected one date for both"
+                    f"{context.epoch}; expected one date for both"
                 )
         mu = (
-            system.G * units.number(self.mass, "mass", f"mass of {name}")
+            context.G * units.number(self.mass, "mass", f"mass of {name}")
             if self.mu is None
             else units.number(self.mu, "mu", f"mu of {name}")
         )

@@ -12,7 +12,8 @@ from ..base.rotations import matrices
 from ..base.tables import number
 from ..base.units import gathered, numbers, scalar, strip_to
 from ..errors import InvalidInput
-from ..model.force import Context, Force
+from ..model.context import Context
+from ..model.force import Force
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -72,17 +73,17 @@ class Tide(Force):
     def _usual_name(self) -> str:
         return f"tide on {self.on}" if isinstance(self.on, str) else f"tide on body {self.on}"
 
-    def _describe(self, system: Context) -> dict[str, Any]:
-        units, name = system.units, self.name
-        on, by = self._place(system, "on"), self._place(system, "by")
+    def _describe(self, context: Context) -> dict[str, Any]:
+        units, name = context.units, self.name
+        on, by = self._index(context, "on"), self._index(context, "by")
         return {
             "kind": "Tide",
             "name": name,
-            "on": system.names[on],
-            "by": system.names[by],
+            "on": context.names[on],
+            "by": context.names[by],
             "k2": units.number(self.k2, "number", f"k2 of {name}"),
             "lag": units.number(self.lag, "time", f"lag of {name}"),
-            "radius": self._radius(system, on),
+            "radius": self._radius(context, on),
         }
 
     def _summary(self, described: dict[str, Any], units: Units) -> str:

@@ -1,110 +1,46 @@
-"""The base class of external forces, and the context in which a force describes itself."""
+"""The base class of external forces."""
 
 from __future__ import annotations
 
 from dataclasses import MISSING, dataclass, fields
-from itertools import count
 from math import cbrt, pi
-from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from .. import _core
-from ..base.arguments import integer, name_of, place, sequence
+from ..base.arguments import integer, name_of, sequence
 from ..base.units import AnyUnits, Units
 from ..base.values import ScalarFields, brief, same
 from ..errors import InvalidInput
+from .calls import Call
+from .context import Context
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from .bodies import Body
-
-__all__ = ["Call", "Context", "Force", "SystemContext", "forces_of", "rebuilt"]
-
-#: The number of errors that a call can keep; their answers stay below this number.
-_ANSWERS = 2**30
+__all__ = ["Force", "forces_of", "rebuilt"]
 
 #: The classes of forces by the names of their kinds.
 KINDS: dict[str, type[Force]] = {}
 
 
-@dataclass(frozen=True)
-class SystemContext:
-    """The data of a system that a force needs to describe itself."""
+class _AnySystem(Context):
+    """A stand-in for the context of a new force, for the checks that do not depend on the system."""
 
-    units: Units
-    G: float
-    bodies: tuple[Body, ...]
-    names: tuple[str, ...]
-    epoch: str | None = None
-
-    def place(self, body: Any, what: str) -> int:
-        """Return the place of a body from its place or name."""
-        return place(body, self.names, what)
-
-    def body(self, index: int) -> Any:
-        """Return the core's body, with mass, volume and inertia in the system's units."""
-        return self.bodies[index]._core(self.units, index)
-
-
-class UnknownSystem:
-    """A stand-in for the system of a new force, for the checks that do not depend on the system."""
-
-    units = AnyUnits()
-    G = 1.0
-    epoch = None
-
-    def __init__(self) -> None:
-        self.names: list[str] = []
-
-    def place(self, body: Any, what: str) -> int:
-        """Return a place for a body that is given by its place or name."""
+    def index(self, body: object, what: str = "body") -> int:
+        """Return an index for a body that is given by its index or name."""
         index = integer(body)
         if not isinstance(body, str) and (index is None or index < 0):
-            raise InvalidInput(f"{what} is {body!r}; expected the place or the name of a body")
-        self.names.append(body if isinstance(body, str) else f"body {index}")
+            raise InvalidInput(f"{what} is {body!r}; expected the index or the name of a body")
+        name = body if isinstance(body, str) else f"body {index}"
+        # A dataclass that is frozen is changed only in this way.
+        object.__setattr__(self, "names", (*self.names, name))
+        object.__setattr__(self, "bodies", (*self.bodies, _BALL))
         return len(self.names) - 1
 
-    def body(self, index: int) -> Any:
-        """Return a body whose mass, volume and moments of inertia are one."""
-        return SimpleNamespace(mass=1.0, volume=1.0, inertia=(1.0, 1.0, 1.0))
 
-
-Context: TypeAlias = SystemContext | UnknownSystem
-
-
-class Call:
-    """A C function: its address, the address of its data, the object that keeps both alive, and errors raised in it.
-
-    The function may run in many threads at once. If a Python function raises an error, the C function returns a number
-    that belongs to this error alone, by which the error is found again wherever the number arrives.
-    """
-
-    def __init__(self, address: int, data: int, keep: Any, success: int = 0) -> None:
-        self.address, self.data, self.keep, self.success = address, data, keep, success
-        self._raised: dict[int, BaseException] = {}
-        self._count = count()
-
-    def kept(self, error: BaseException) -> int:
-        """Keep an error and return the number that stands for it."""
-        answer = next(self._count) % _ANSWERS + 1
-        self._raised[answer] = error
-        return answer
-
-    def raised(self, answer: int | None) -> BaseException | None:
-        """Return the error for which a number stands, if there is one, and forget it."""
-        return None if answer is None else self._raised.pop(answer, None)
-
-    def given(self) -> tuple[int, int, int, Any]:
-        """Return the function in the form that the core takes."""
-        return (self.address, self.data, self.success, self.keep)
-
-    def is_lost(self, answer: int | None) -> bool:
-        """Return whether a number without an error is one that a Python function does not return.
-
-        This happens if Ctrl-C interrupts the function before its first line or after its last one.
-        """
-        return self.success != 0 and answer is not None
+_BALL = _core.Body("body", (1.0, 1.0, 1.0), 1.0)
+_SETTINGS = {"gravity": "focal", "order": None, "attitude_chart": "quaternion", "vector_path": "auto"}
+_CORE = _core.System([_BALL], 1.0, _SETTINGS, [], {})
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -138,7 +74,7 @@ class Force(ScalarFields):
         object.__setattr__(self, "name", name_of(self.name) or self._usual_name())
         self._check()
         if type(self) is not Force:
-            _core.check_force(self._describe(UnknownSystem()))
+            _core.check_force(self._describe(_AnySystem(AnyUnits(), 1.0, (), (), _CORE)))
 
     def _check(self) -> None:
         """Raise an error for arguments that are not compatible; the core checks their values."""
@@ -160,22 +96,22 @@ class Force(ScalarFields):
         """Return the name of a force to which no name is given."""
         return type(self).__name__
 
-    def _place(self, system: Context, role: str) -> int:
-        return system.place(getattr(self, role), f"{role} of {self.name}")
+    def _index(self, context: Context, role: str) -> int:
+        return context.index(getattr(self, role), f"{role} of {self.name}")
 
-    def _radius(self, system: Context, index: int) -> float:
+    def _radius(self, context: Context, index: int) -> float:
         """Return the radius that the force was given, or that of the sphere with the body's volume."""
         given = getattr(self, "radius", None)
         if given is not None:
-            return system.units.number(given, "length", f"radius of {self.name}")
-        volume = float(system.body(index).volume)
+            return context.units.number(given, "length", f"radius of {self.name}")
+        volume = float(context.bodies[index].volume)
         if volume == 0.0:
             raise InvalidInput(
-                f"radius of {self.name} is not given, and {system.names[index]} is a point; expected a radius"
+                f"radius of {self.name} is not given, and {context.names[index]} is a point; expected a radius"
             )
         return float(cbrt(0.75 * volume / pi))
 
-    def _describe(self, system: Context) -> dict[str, Any]:
+    def _describe(self, context: Context) -> dict[str, Any]:
         """Return the description that the core takes, in numbers of a system's units."""
         raise InvalidInput(f"force is {self!r}; expected one of fullbody.forces, such as ThirdBody(...)")
 
@@ -198,7 +134,7 @@ class Force(ScalarFields):
         """Return warnings about the force at a start, from its description in numbers of these units."""
         yield from ()
 
-    def _call(self, system: SystemContext) -> Call | None:
+    def _call(self, context: Context) -> Call | None:
         """Return the function that the core calls, for a force that has one."""
         return None
 

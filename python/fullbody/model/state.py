@@ -16,11 +16,12 @@ from ..base.units import Units, gathered, is_quantity, numbers, refuse_cycles, s
 from ..base.values import block
 from ..errors import InvalidInput, caution
 from ..typing import Array, Scalar
+from .context import Context
 
 if TYPE_CHECKING:
     from ..motion.system import System
 
-__all__ = ["State"]
+__all__ = ["State", "strip", "wrap"]
 
 _FIELDS = {"time": "time", "position": "length", "velocity": "velocity", "spin": "spin"}
 
@@ -548,6 +549,18 @@ class State(Tabled):
     def __reduce__(self) -> Any:
         arguments = (self.position, self.velocity, self.attitude, self.spin, self.time)
         return (_rebuild, (self._names, *arguments))
+
+
+def wrap(core: _core.State, context: Context) -> State:
+    """Return the core's state with the units and the names of a system."""
+    return State._wrap(core, context.units, context.names)
+
+
+def strip(state: State, context: Context) -> _core.State:
+    """Return a state as the core takes it, in the units of a system, or raise an error for what is not a state."""
+    if not isinstance(state, State):
+        raise InvalidInput(f"state is {state!r}; expected a State")
+    return state._in(context.units)
 
 
 def _rebuild(names: tuple[str, ...], *arguments: Any) -> State:

@@ -14,8 +14,9 @@ from .. import _core
 from ..base.atomic import replacing
 from ..base.progress import Progress, over_time
 from ..base.units import scalar
-from ..errors import BodiesOverlap, FullbodyError, Interrupted, InvalidInput, caution
+from ..errors import FullbodyError, Interrupted, InvalidInput, caution
 from ..events import Event, Occurrence
+from ..model.failures import explained, explaining
 from ..model.state import State
 from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98
@@ -54,8 +55,8 @@ def prepare(
 def begin(system: System, state: State, integrator: Integrator | None) -> tuple[_core.Simulation, Integrator]:
     """Make a simulation of the core, and warn of a start that is probably a mistake."""
     start, integrator, described = prepare(system, state, integrator)
-    with system._explaining(lambda: start, " at the start"):
-        core = _core.Simulation(system._core, start, described, json.dumps(system._notes()))
+    with explaining(system.context, start, " at the start"):
+        core = _core.Simulation(system._core, start, described, json.dumps(system.context.notes))
     for warning in start_warnings(system, start, integrator._tolerance):
         caution(warning)
     return core, integrator
@@ -130,7 +131,7 @@ class Task:
         if isinstance(self.output, float):
             self._refuse_flood((self.until - time) / self.output, until, output)
         self.events = watched(events)
-        self.conditions = [event._event_spec(system) for event in self.events]
+        self.conditions = [event._event_spec(system.context) for event in self.events]
         self.dense = bool(dense)
         #: The parameters of derivatives and whether chaos is measured, as the core takes them.
         self.following = (self.derivatives, bool(chaos))
@@ -171,13 +172,11 @@ class Task:
 
     def failed(self, error: BaseException, run: Run, time: float) -> BaseException:
         """Return the error that ended a run at a time, with the run so far in its attribute ``run``."""
-        error = self._system._caused(error)
+        error = explained(error, self._system.context)
         if isinstance(error, KeyboardInterrupt):
             # This is also the case if Ctrl-C arrived within a function of the caller.
             run.stop_reason = "interrupted"
             error = Interrupted(f"interrupted at time {time}; the run so far is in .run")
-        if isinstance(error, BodiesOverlap):
-            error = self._system._explained(error, None)
         if isinstance(error, FullbodyError):
             # A copy of the error is kept: with the error itself, the two would refer to each other and stay in memory
             # until Python's search for cycles.

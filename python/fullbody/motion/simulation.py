@@ -13,8 +13,9 @@ import numpy as np
 from .. import _core
 from ..base.atomic import as_path, content
 from ..base.units import scalar
-from ..errors import BodiesOverlap, ForceFailed, FullbodyError, InvalidInput
+from ..errors import FullbodyError, InvalidInput
 from ..events import Event
+from ..model.failures import explaining
 from ..model.force import Force, forces_of
 from ..model.interactions import Invariants
 from ..model.state import State
@@ -110,7 +111,7 @@ class Simulation:
     @state.setter
     def state(self, state: State) -> None:
         core = self._system._strip(state)
-        with self._system._explaining(lambda: core):
+        with explaining(self._system.context, core):
             self._core.set_state(core)
 
     @property
@@ -197,14 +198,8 @@ class Simulation:
         if end == self._core.time:
             return
         # The default is far away but finite, so that differences of times stay numbers.
-        try:
-            with self._run() as core:
-                core.step(float(np.clip(end, -1e300, 1e300)))
-        except BodiesOverlap as error:
-            raise self._system._explained(error, None) from None
-        except ForceFailed as failed:
-            caused = self._system._caused(failed)
-            raise caused from caused.__cause__
+        with self._run() as core, explaining(self._system.context):
+            core.step(float(np.clip(end, -1e300, 1e300)))
 
     def integrate(
         self,
@@ -321,7 +316,7 @@ class Simulation:
         except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
             # Errors of many kinds are possible, since the notes may be any JSON.
             raise InvalidInput(f"the notes of the simulation are damaged: {error}") from error
-        core = _core.Simulation.from_bytes(data, {name: call.given() for name, call in system._calls.items()})
+        core = _core.Simulation.from_bytes(data, {name: call.given() for name, call in system.context.calls.items()})
         sim = cls.__new__(cls)
         sim._system, sim._integrator, sim._idle = system, integrator, core
         return sim

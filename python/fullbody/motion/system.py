@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any, Literal, Self, cast
 
@@ -12,20 +12,22 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base import epochs
-from ..base.arguments import names_of, place, refuse_unknown, sequence, suggestion
+from ..base.arguments import names_of, place, refuse_unknown, sequence
 from ..base.progress import Progress
-from ..base.tables import Table, Tabled, number
+from ..base.tables import Table, Tabled
 from ..base.units import Units, scalar
-from ..errors import BodiesOverlap, ForceFailed, FullbodyError, InvalidInput, caution
+from ..errors import InvalidInput, caution
 from ..events import Event
 from ..model.bodies import Body
 from ..model.composite import Composite, warn_of_cancelling
-from ..model.force import Force, SystemContext, forces_of, rebuilt
+from ..model.context import Context
+from ..model.failures import explaining
+from ..model.force import Force, forces_of, rebuilt
 from ..model.gravity import Gravity, gravity_at, points_in
 from ..model.interactions import Energy, Interactions, Loads
 from ..model.jacobian import Jacobian
 from ..model.shapes import Solid
-from ..model.state import State
+from ..model.state import State, strip, wrap
 from ..particles.events import ParticleEvent
 from ..particles.flight import Flight
 from ..particles.given import Particles
@@ -98,7 +100,7 @@ class System(Tabled):
     System(['Alpha', 'Beta'], G=8.64960768e-13, gravity='focal')
     """
 
-    __slots__ = ("_G", "_attraction", "_bodies", "_calls", "_core", "_forces", "_options", "_units")
+    __slots__ = ("_G", "_bodies", "_calls", "_core", "_forces", "_options", "_units", "context")
 
     def __init__(
         self,
@@ -139,20 +141,37 @@ class System(Tabled):
         if gravity_tolerance is not None:
             settings["gravity_tolerance"] = tolerance(gravity_tolerance)
         self._forces = forces_of(forces)
-        named = {"epoch": None if epoch is None else epochs.to_text(epoch), "frame": frame}
-        context = SystemContext(self._units, self._G, self._bodies, self.names, named["epoch"])
-        self._calls = {force.name: call for force in self._forces if (call := force._call(context)) is not None}
-        functions = {name: call.given() for name, call in self._calls.items()}
+        date = None if epoch is None else epochs.to_text(epoch)
+        names = tuple(b.name if b.name is not None else f"body {i}" for i, b in enumerate(self._bodies))
+        handle = _core.System(core, self._G, settings, [], {})
+        # Forces describe themselves in the context of the bodies.
+        context = Context(self._units, self._G, names, tuple(core), handle, date, frame)
+        calls = {force.name: call for force in self._forces if (call := force._call(context)) is not None}
+        functions = {name: call.given() for name, call in calls.items()}
         described = [force._describe(context) for force in self._forces]
-        self._core = _core.System(core, self._G, settings, described, functions)
+        if described:
+            handle = _core.System(core, self._G, settings, described, functions)
+        self.context = replace(
+            context,
+            core=handle,
+            forces={force.name: force._kind for force in self._forces},
+            calls=calls,
+            notes={
+                "units": self._units.names,
+                "epoch": date,
+                "frame": frame,
+                "bodies": [body._notes() for body in self._bodies],
+                "forces": [force._notes() for force in self._forces],
+            },
+        )
+        self._core, self._calls = handle, calls
         reached = self._core.settings["gravity_tolerance"]
         for body, made, name in zip(self._bodies, core, self.names, strict=True):
             if (warning := density_warning(self._units, made, name)) is not None:
                 caution(warning)
             if isinstance(body.shape, Composite):
                 warn_of_cancelling(name, np.array([mass for _, mass, *_ in made.given]), reached)
-        self._attraction: _core.Attraction | None = None
-        self._options: dict[str, Any] = self._core.settings | named
+        self._options: dict[str, Any] = self._core.settings | {"epoch": date, "frame": frame}
         if self._options["order"] is not None:
             self._options["order"] = tuple(self._options["order"])
 
@@ -164,7 +183,7 @@ class System(Tabled):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the bodies; a body without a name is called ``body i``."""
-        return tuple(b.name if b.name is not None else f"body {i}" for i, b in enumerate(self._bodies))
+        return self.context.names
 
     @property
     def G(self) -> Scalar:
@@ -226,12 +245,7 @@ class System(Tabled):
         body, about : int or str
             Indices in :attr:`~fullbody.System.bodies`, or names, of two bodies.
         """
-        first, second = self._place(body, "body"), self._place(about, "about")
-        if first == second:
-            raise InvalidInput(
-                f"body and about are {body!r} and {about!r}, both {self.names[first]}; expected two bodies"
-            )
-        return self._units.attach_mu(float(self._G * (self._masses[first] + self._masses[second])))
+        return self._units.attach_mu(self.context.mu(*self.context.pair(body, about)))
 
     def index(self, body: int | str) -> int:
         """Return the index of a body.
@@ -390,19 +404,7 @@ class System(Tabled):
 
     def _describe(self) -> dict[str, Any]:
         """Return the core's description of the system, in numbers of its own units, with notes."""
-        core = self._core
-        described = {"bodies": core.bodies, "G": self._G, "settings": core.settings, "forces": core.forces}
-        return described | {"notes": self._notes()}
-
-    def _notes(self) -> dict[str, Any]:
-        """Return data of the system that the core's description does not contain."""
-        return {
-            "units": self._units.names,
-            "epoch": self._options["epoch"],
-            "frame": self._options["frame"],
-            "bodies": [body._notes() for body in self._bodies],
-            "forces": [force._notes() for force in self._forces],
-        }
+        return self.context.describe()
 
     @classmethod
     def _rebuild(cls, described: dict[str, Any], functions: dict[str, Force] | None = None) -> Self:
@@ -470,12 +472,8 @@ class System(Tabled):
         (2, 3)
         """
         core = self._strip(state)
-        with self._explaining(lambda: core):
-            try:
-                forces, torques = self._core.external_loads(core)
-            except ForceFailed as error:
-                caused = self._caused(error)
-                raise caused from caused.__cause__
+        with explaining(self.context, core):
+            forces, torques = self._core.external_loads(core)
         attach = self._units.attach
         both = zip(self._forces, forces, torques, strict=True)
         return {force.name: Loads(attach(f, "force"), attach(m, "torque")) for force, f, m in both}
@@ -501,15 +499,7 @@ class System(Tabled):
 
     def _third_body(self, name: object, what: str) -> int:
         """Return the index of a third body among the forces by its name, or raise an error that lists them."""
-        kinds = {force.name: force._kind for force in self._forces}
-        names = [name for name, kind in kinds.items() if kind == "ThirdBody"]
-        if name not in names:
-            is_other = f", a {kinds[name]}" if isinstance(name, str) and name in kinds else ""
-            expected = (
-                suggestion(str(name), names, "one") if names else "expected a ThirdBody of the system, which has none"
-            )
-            raise InvalidInput(f"{what} is {name!r}{is_other}; {expected}")
-        return [force.name for force in self._forces].index(str(name))
+        return self.context.third_body(name, what)
 
     def interactions(self, state: State) -> Interactions:
         """Return the forces and torques on the bodies and the potential energy in a state.
@@ -543,7 +533,7 @@ class System(Tabled):
         True
         """
         core = self._strip(state)
-        with self._explaining(lambda: core):
+        with explaining(self.context, core):
             force, torque, energy, truncation_error = self._core.interactions(core)
         attach = self._units.attach
         loads = (attach(force, "force"), attach(torque, "torque"))
@@ -596,9 +586,7 @@ class System(Tabled):
     @property
     def _attracting(self) -> _core.Attraction:
         """The bodies' gravity, which is prepared at its first use."""
-        if self._attraction is None:
-            self._attraction = _core.Attraction(self._core_bodies(), self._G, self._options["vector_path"])
-        return self._attraction
+        return self.context.attraction
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -661,7 +649,7 @@ class System(Tabled):
         """
         core = self._strip(state)
         names = names_of(parameters, "parameters")
-        with self._explaining(lambda: core):
+        with explaining(self.context, core):
             loads, rates, forcing, flow = self._core.jacobian(core, names)
         n = len(self)
         blocks = loads.reshape(n, 2, 3, n, 2, 3)
@@ -688,7 +676,7 @@ class System(Tabled):
         Energy
         """
         core = self._strip(state)
-        with self._explaining(lambda: core):
+        with explaining(self.context, core):
             parts = self._core.energy(core)
         return Energy(*(self._units.attach(part, "energy") for part in parts))
 
@@ -703,51 +691,12 @@ class System(Tabled):
         total: Array = self._units.attach(momentum, "angular momentum")
         return total
 
-    def _caused(self, error: BaseException) -> BaseException:
-        """Return the error with the exception of a force's function as its cause; Ctrl-C and an exit are returned as
-        such.
-        """
-        call = self._calls.get(error.force) if isinstance(error, ForceFailed) else None
-        if not isinstance(error, ForceFailed) or call is None:
-            return error
-        raised = call.raised(error.answer)
-        if raised is None:
-            return KeyboardInterrupt() if call.is_lost(error.answer) else error
-        if not isinstance(raised, Exception):
-            return raised
-        what = f"{raised}" if isinstance(raised, FullbodyError) else f"{type(raised).__name__}: {raised}"
-        caused = ForceFailed(f"force {error.force} at time {error.time}: {what}", error.force, error.time)
-        caused.__cause__ = raised
-        return caused
-
     def _strip(self, state: State) -> _core.State:
-        if not isinstance(state, State):
-            raise InvalidInput(f"state is {state!r}; expected a State")
-        return state._in(self._units)
+        return strip(state, self.context)
 
     def _state(self, core: _core.State) -> State:
         """Return the core's state with units and the bodies' names."""
-        return State._wrap(core, self._units, self.names)
-
-    def _explained(self, error: BodiesOverlap, start: _core.State | None, when: str = "") -> BodiesOverlap:
-        """Return the error with the distance of the centres in a state, or without a state with the time in the run."""
-        if start is not None:
-            first, second = (start.position[self.names.index(name)] for name in error.bodies)
-            apart = number(self._units.attach(np.float64(np.linalg.norm(second - first)), "length"))
-            text = f"overlap{when}, their centres {apart} apart; expected interiors apart"
-        else:
-            time = number(self._units.attach(np.float64(error.time), "time"), 12)
-            text = f"overlap at time {time}; expected interiors apart"
-            text += " (events.Contact, terminal, ends a run at the contact)"
-        return BodiesOverlap(f"{' and '.join(error.bodies)} {text}", error.bodies, error.time)
-
-    @contextmanager
-    def _explaining(self, state: Callable[[], _core.State], when: str = "") -> Iterator[None]:
-        """Context manager that adds to the error about an overlap how far apart the bodies are in a state."""
-        try:
-            yield
-        except BodiesOverlap as error:
-            raise self._explained(error, state(), when) from None
+        return wrap(core, self.context)
 
     def integrate(
         self,

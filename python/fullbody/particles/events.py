@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from ..base.arguments import integer, place
+from ..base.arguments import integer
 from ..base.values import ScalarFields, UnstoredFunction
 from ..errors import InvalidInput
-
-if TYPE_CHECKING:
-    from ..motion.system import System
+from ..model.context import Context
 
 __all__ = ["Function", "ParticleEvent", "Periapsis", "Shadow"]
 
@@ -34,11 +32,11 @@ class ParticleEvent(ScalarFields):
         if integer(self.direction) not in (-1, 0, 1):
             raise InvalidInput(f"direction is {self.direction!r}; expected -1, 0 or 1")
 
-    def _describe(self, system: System) -> dict[str, Any]:
+    def _describe(self, context: Context) -> dict[str, Any]:
         """Return the description of the event for files."""
         return {"kind": type(self).__name__, "direction": integer(self.direction)}
 
-    def _event_spec(self, system: System) -> tuple[Any, ...]:
+    def _event_spec(self, context: Context) -> tuple[Any, ...]:
         """Return the event in the form that the core takes."""
         raise InvalidInput(f"event is {self!r}; expected one of fullbody.particles, such as Shadow()")
 
@@ -63,10 +61,10 @@ class Shadow(ParticleEvent):
         if isinstance(self.visible, bool) or not isinstance(self.visible, int | float) or not 0.0 < self.visible < 1.0:
             raise InvalidInput(f"visible is {self.visible!r}; expected a number above 0 and below 1")
 
-    def _describe(self, system: System) -> dict[str, Any]:
-        return {**super()._describe(system), "visible": self.visible}
+    def _describe(self, context: Context) -> dict[str, Any]:
+        return {**super()._describe(context), "visible": self.visible}
 
-    def _event_spec(self, system: System) -> tuple[Any, ...]:
+    def _event_spec(self, context: Context) -> tuple[Any, ...]:
         return ("shadow", float(self.visible), integer(self.direction))
 
 
@@ -83,11 +81,11 @@ class Periapsis(ParticleEvent):
     body: int | str = 0
     direction: int = field(default=1, kw_only=True)
 
-    def _describe(self, system: System) -> dict[str, Any]:
-        return {**super()._describe(system), "body": place(self.body, system.names, "body of Periapsis")}
+    def _describe(self, context: Context) -> dict[str, Any]:
+        return {**super()._describe(context), "body": context.index(self.body, "body of Periapsis")}
 
-    def _event_spec(self, system: System) -> tuple[Any, ...]:
-        return ("periapsis", place(self.body, system.names, "body of Periapsis"), integer(self.direction))
+    def _event_spec(self, context: Context) -> tuple[Any, ...]:
+        return ("periapsis", context.index(self.body, "body of Periapsis"), integer(self.direction))
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,10 +107,10 @@ class Function(ParticleEvent):
         if not callable(self.f):
             raise InvalidInput(f"f is {self.f!r}; expected a function of time, position and velocity")
 
-    def _describe(self, system: System) -> dict[str, Any]:
-        return {**super()._describe(system), "name": getattr(self.f, "__name__", "function")}
+    def _describe(self, context: Context) -> dict[str, Any]:
+        return {**super()._describe(context), "name": getattr(self.f, "__name__", "function")}
 
-    def _event_spec(self, system: System) -> tuple[Any, ...]:
+    def _event_spec(self, context: Context) -> tuple[Any, ...]:
         call: Any = self.f
         return ("function", lambda time, x, v: float(np.asarray(call(time, x, v))), integer(self.direction))
 

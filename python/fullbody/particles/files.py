@@ -90,7 +90,7 @@ def to_xarray(flight: Any) -> xarray.Dataset:
             "fullbody_version": version(),
             FORMAT[0]: FORMAT[1],
             "fullbody_system": json.dumps(flight.system._describe()),
-            "fullbody_events": json.dumps([event._describe(flight.system) for event in flight.watched]),
+            "fullbody_events": json.dumps([event._describe(flight.system.context) for event in flight.watched]),
         },
     )
 

@@ -200,7 +200,7 @@ class Flight(Tabled):
         if not isinstance(other, Flight):
             return NotImplemented
         alike = all(np.array_equal(self._record[name], other._record[name], equal_nan=True) for name in self._record)
-        described = [[event._describe(f.system) for event in f.watched] for f in (self, other)]
+        described = [[event._describe(f.system.context) for event in f.watched] for f in (self, other)]
         return alike and self.system == other.system and described[0] == described[1]
 
     __hash__ = None  # type: ignore[assignment]

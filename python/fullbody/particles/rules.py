@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,10 +13,8 @@ from .. import _core
 from ..base.arguments import positive
 from ..base.values import ScalarFields
 from ..errors import InvalidInput
-
-if TYPE_CHECKING:
-    from ..model.state import State
-    from ..motion.system import System
+from ..model.context import Context, SystemLike
+from ..model.state import State, strip
 
 __all__ = ["FATES", "Bounce", "Escape", "Radiation"]
 
@@ -56,8 +54,8 @@ class Bounce(ScalarFields):
             object.__setattr__(self, name, _coefficient(getattr(self, name), f"{name} of Bounce"))
         object.__setattr__(self, "rest", positive(self.rest, "m/s", "rest of Bounce"))
 
-    def _numbers(self, system: System) -> tuple[float, float, float]:
-        rest = system._units.number(self.rest, "velocity", "rest of Bounce")
+    def _numbers(self, context: Context) -> tuple[float, float, float]:
+        rest = context.units.number(self.rest, "velocity", "rest of Bounce")
         return (self.normal, self.tangential, rest)
 
 
@@ -79,8 +77,8 @@ class Escape(ScalarFields):
     def __post_init__(self) -> None:
         object.__setattr__(self, "distance", positive(self.distance, "km", "distance of Escape"))
 
-    def _numbers(self, system: System) -> tuple[float, bool]:
-        return (system._units.number(self.distance, "length", "distance of Escape"), bool(self.unbound))
+    def _numbers(self, context: Context) -> tuple[float, bool]:
+        return (context.units.number(self.distance, "length", "distance of Escape"), bool(self.unbound))
 
 
 #: The Sun's nominal luminosity over 4 pi c, in N, and its nominal radius in km: IAU 2015 Resolution B3.
@@ -109,9 +107,9 @@ class Radiation(ScalarFields):
     strength: Any = None
     radius: Any = None
 
-    def _numbers(self, system: System) -> tuple[str, float, float]:
-        system._third_body(self.by, "by of Radiation")
-        units, found = system._units, []
+    def _numbers(self, context: Context) -> tuple[str, float, float]:
+        context.third_body(self.by, "by of Radiation")
+        units, found = context.units, []
         for name, dimension, unit, sun in zip(
             ("strength", "radius"), ("force", "length"), ("N", "km"), _SUN, strict=True
         ):
@@ -127,7 +125,7 @@ class Radiation(ScalarFields):
             found.append(units.number(value, dimension, f"{name} of Radiation"))
         return (self.by, found[0], found[1])
 
-    def visible(self, system: System, state: State, points: Any) -> npt.NDArray[np.float64]:
+    def visible(self, system: SystemLike, state: State, points: Any) -> npt.NDArray[np.float64]:
         """Compute the visible part of the third body's disc at points.
 
         Parameters
@@ -143,9 +141,11 @@ class Radiation(ScalarFields):
         ndarray, (...)
             Visible fraction from 0, in the umbra, to 1, in full light.
         """
-        units = system._units
-        places = units.strip(points, "length", "points")
+        context = system.context
+        places = context.units.strip(points, "length", "points")
         if places.shape[-1:] != (3,):
             raise InvalidInput(f"points has shape {places.shape}; expected (..., 3)")
         rows = np.ascontiguousarray(places.reshape(-1, 3))
-        return _core.visible(system._core, system._strip(state), self._numbers(system), rows).reshape(places.shape[:-1])
+        return _core.visible(context.core, strip(state, context), self._numbers(context), rows).reshape(
+            places.shape[:-1]
+        )

@@ -52,14 +52,14 @@ class FlightTask:
         self._integrator = integrator._describe(float)
         if not (isinstance(contact, Bounce) or contact in ("stop", "remove")):
             raise InvalidInput(f"contact is {contact!r}; expected 'stop', 'remove' or a fullbody.particles.Bounce")
-        self._contact = contact._numbers(system) if isinstance(contact, Bounce) else contact
+        self._contact = contact._numbers(system.context) if isinstance(contact, Bounce) else contact
         for name, value, kind in (("escape", escape, Escape), ("radiation", radiation, Radiation)):
             if value is not None and not isinstance(value, kind):
                 raise InvalidInput(f"{name} is {value!r}; expected a fullbody.particles.{kind.__name__}")
-        self._escape = None if escape is None else escape._numbers(system)
-        self._radiation = None if radiation is None else radiation._numbers(system)
+        self._escape = None if escape is None else escape._numbers(system.context)
+        self._radiation = None if radiation is None else radiation._numbers(system.context)
         self.events = sequence(events, ParticleEvent, "events", "a list of them", "events of fullbody.particles")
-        self._event_spec = [event._event_spec(system) for event in self.events]
+        self._event_spec = [event._event_spec(system.context) for event in self.events]
         if threads is not None and ((count := integer(threads)) is None or count < 1):
             raise InvalidInput(f"threads is {threads!r}; expected a whole number above zero, or None")
         self._threads = threads

@@ -184,7 +184,7 @@ class Differentiated:
             raise InvalidInput("the events of this run keep no derivatives; integrate with derivatives=True")
         transition, sensitivity, flow = happened._derivatives
         core = self.system._strip(happened.state)
-        condition = happened.event._condition(self.system)
+        condition = happened.event._condition(self.system.context)
         names = list(self._parameters)
         gradient, by_time, direct, own = condition.derivatives(self.system._core, core, names)
         rate = gradient @ flow + by_time

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..base import rotations
 from ..errors import BodiesOverlap, NotConverged
+from ..model.failures import explaining
 from ..model.state import State
 from ..motion.system import System
 from .masses import Found
@@ -44,7 +45,7 @@ def _circular(system: System, found: Found, direction: Any, attitudes: Sequence[
         total = 0.0
         for pair in attitudes:
             core = State([np.zeros(3), distance * direction], np.zeros((2, 3)), pair)._core
-            with system._explaining(lambda core=core: core, " at the start"):  # type: ignore[misc]
+            with explaining(system.context, core, " at the start"):
                 total += -float(system._core.interactions(core)[0][1] @ direction)
         return total / len(attitudes) / reduced * distance**2
 

@@ -12,6 +12,7 @@ from ..base import rotations
 from ..base.arguments import longitude_latitude, warn_if_degrees
 from ..base.units import Units, numbers, scalar
 from ..errors import InvalidInput
+from ..model.failures import explaining
 from ..model.state import State
 from ..motion.system import System
 from ..orbit.elements import KeplerElements
@@ -131,7 +132,7 @@ class Start:
     def refuse_overlap(self, system: System, separation: _Array) -> None:
         """Raise :class:`fullbody.BodiesOverlap` for bodies that overlap at a separation."""
         state = State([np.zeros(3), separation], np.zeros((2, 3)), self.attitudes)._core
-        with system._explaining(lambda: state, " at the start"):
+        with explaining(system.context, state, " at the start"):
             system._core.energy(state)
 
 

@@ -1,0 +1,113 @@
+"""The context of a system: what its forces, its events and the readers of its runs need to know of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base.arguments import place, suggestion
+from ..base.units import Units
+from ..errors import InvalidInput
+from .calls import Call
+
+__all__ = ["Context", "SystemLike"]
+
+
+@dataclass(frozen=True, eq=False)
+class Context:
+    """The units, the constant and the bodies of a system, with the core's handle; numbers are in the system's units.
+
+    A force describes itself in the context of the bodies, whose handle has no forces.
+
+    Attributes
+    ----------
+    units : Units
+    G : float
+    names : tuple of str
+        The names of the bodies.
+    bodies : tuple of _core.Body
+    core : _core.System
+    epoch : str, optional
+        The date of time zero, as text.
+    frame : str, optional
+        The name of the inertial axes.
+    forces : dict of str
+        The kinds of the external forces by their names, in the order of the system.
+    calls : dict of Call
+        The functions of forces that have one, by the names of the forces.
+    notes : dict
+        Data of the system that the core's description of it does not contain, for files.
+    """
+
+    units: Units
+    G: float
+    names: tuple[str, ...]
+    bodies: tuple[_core.Body, ...]
+    core: _core.System
+    epoch: str | None = None
+    frame: str | None = None
+    forces: Mapping[str, str] = field(default_factory=dict)
+    calls: Mapping[str, Call] = field(default_factory=dict)
+    notes: Mapping[str, Any] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @property
+    def masses(self) -> npt.NDArray[np.float64]:
+        """Masses (N,)."""
+        return self.core.masses
+
+    @cached_property
+    def attraction(self) -> _core.Attraction:
+        """The gravity of the bodies, which is prepared at its first use."""
+        return _core.Attraction(list(self.bodies), self.G, self.core.settings["vector_path"])
+
+    def index(self, body: object, what: str = "body") -> int:
+        """Return the index of a body from its index or name, or raise an error that lists the bodies."""
+        return place(body, self.names, what)
+
+    def pair(self, body: object, about: object, of: str = "") -> tuple[int, int]:
+        """Return the indices of two bodies, or raise an error if they are one; ``of`` names what they are for."""
+        first, second = self.index(body, f"body{of}"), self.index(about, f"about{of}")
+        if first == second:
+            raise InvalidInput(
+                f"body and about{of} are {body!r} and {about!r}, both {self.names[first]}; expected two bodies"
+            )
+        return first, second
+
+    def mu(self, body: int, about: int) -> float:
+        """Return G times the sum of the masses of two bodies."""
+        masses = self.masses
+        return float(self.G * (masses[body] + masses[about]))
+
+    def third_body(self, name: object, what: str) -> int:
+        """Return the index of a third body among the forces by its name, or raise an error that lists them."""
+        names = [name for name, kind in self.forces.items() if kind == "ThirdBody"]
+        if name not in names:
+            is_other = f", a {self.forces[name]}" if isinstance(name, str) and name in self.forces else ""
+            expected = (
+                suggestion(str(name), names, "one") if names else "expected a ThirdBody of the system, which has none"
+            )
+            raise InvalidInput(f"{what} is {name!r}{is_other}; {expected}")
+        return list(self.forces).index(str(name))
+
+    def describe(self) -> dict[str, Any]:
+        """Return the core's description of the system with the notes, from which it can be rebuilt."""
+        core = self.core
+        described = {"bodies": core.bodies, "G": self.G, "settings": core.settings, "forces": core.forces}
+        return described | {"notes": dict(self.notes)}
+
+
+class SystemLike(Protocol):
+    """An object with a context: a :class:`fullbody.System`, where that class itself uses the function."""
+
+    @property
+    def context(self) -> Context:
+        """The context of the system."""

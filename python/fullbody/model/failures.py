@@ -1,0 +1,67 @@
+"""Errors of the core, completed with what it does not know: distances with units, exceptions of Python functions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from .. import _core
+from ..base.tables import number
+from ..errors import BodiesOverlap, ForceFailed, FullbodyError
+from .context import Context
+
+__all__ = ["explained", "explaining"]
+
+
+def explained(
+    error: BaseException, context: Context, state: _core.State | None = None, when: str = ""
+) -> BaseException:
+    """Return the error about an overlap with the distance of the centres in a state, or without a state with the time
+    in the run; about a failed force with its function's exception as the cause; and others unchanged.
+    """
+    if isinstance(error, BodiesOverlap):
+        return _overlap(error, context, state, when)
+    return _caused(error, context) if isinstance(error, ForceFailed) else error
+
+
+@contextmanager
+def explaining(context: Context, state: _core.State | None = None, when: str = "") -> Iterator[None]:
+    """Context manager that raises the core's errors explained."""
+    try:
+        yield
+    except (BodiesOverlap, ForceFailed) as error:
+        better = explained(error, context, state, when)
+        raise better from better.__cause__
+
+
+def _overlap(error: BodiesOverlap, context: Context, state: _core.State | None, when: str) -> BodiesOverlap:
+    attach = context.units.attach
+    if state is not None:
+        first, second = (state.position[context.names.index(name)] for name in error.bodies)
+        apart = number(attach(np.float64(np.linalg.norm(second - first)), "length"))
+        text = f"overlap{when}, their centres {apart} apart; expected interiors apart"
+    else:
+        time = number(attach(np.float64(error.time), "time"), 12)
+        text = f"overlap at time {time}; expected interiors apart"
+        text += " (events.Contact, terminal, ends a run at the contact)"
+    return BodiesOverlap(f"{' and '.join(error.bodies)} {text}", error.bodies, error.time)
+
+
+def _caused(error: ForceFailed, context: Context) -> BaseException:
+    """Return the error with the exception of the force's function as its cause; Ctrl-C and an exit are returned as
+    such.
+    """
+    call = context.calls.get(error.force)
+    if call is None:
+        return error
+    raised = call.raised(error.answer)
+    if raised is None:
+        return KeyboardInterrupt() if call.is_lost(error.answer) else error
+    if not isinstance(raised, Exception):
+        return raised
+    what = f"{raised}" if isinstance(raised, FullbodyError) else f"{type(raised).__name__}: {raised}"
+    caused = ForceFailed(f"force {error.force} at time {error.time}: {what}", error.force, error.time)
+    caused.__cause__ = raised
+    return caused
