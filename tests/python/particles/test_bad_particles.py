@@ -111,7 +111,6 @@ def test_a_particle_inside_a_body(run):
         ({"threads": 0}, "threads"),
         ({"integrator": fullbody.SymplecticSplitting(step=0.1)}, "integrator"),
         ({"until": 0.0, "start": 3.0, "contact": Bounce(normal=0.5, rest=1.0)}, "backwards"),
-        ({"untl": 2.0}, "did you mean 'until'"),
     ],
 )
 def test_options_that_mean_nothing(run, options, says):
