@@ -3,63 +3,39 @@
 //! Takes bodies, a gravitational constant and a method; gives rates of change, energies and momenta. The
 //! equations are the paper's: Newton's for the centres, Euler's (`eq:DiffEq_phidott` to `eq:DiffEq_psidott`)
 //! in the body frames, and either quaternions or the paper's Tait-Bryan kinematics (`eq:DiffEq_phi` to
-//! `eq:DiffEq_psi`) for the attitudes.
+//! `eq:DiffEq_psi`) for the attitudes. Each folder uses only those above it:
+//!
+//! - `rotation`: the free rotation of rigid bodies in closed form, and the discrete free rotation.
+//! - `equations`: systems, states and the integrator's vector; the equations of motion over it, also as two
+//!   flows for symplectic integrators; conserved quantities.
+//! - `external`: external forces in the equations of motion, with their work, impulse and switches.
+//! - `variations`: the variational equations, and their solution over a step.
 
-mod external_loads;
-mod evaluation;
-mod collocation;
-mod tangent;
-mod discrete_rotor;
+mod rotation;
 mod equations;
-mod invariants;
-mod jacobi;
-mod jacobian;
-mod layout;
-mod external_forces;
-mod parameter;
-mod plausibility;
-mod products;
-mod quadrature;
-mod rejected;
-mod rotor;
-mod rules;
-mod split_variations;
-mod splitting;
-mod state;
-mod sweeps;
-mod switching;
-mod system;
-mod free_rotors;
+mod external;
 mod variations;
-mod vector;
-mod snapshot_buffer;
 
+pub use equations::evaluation::BodyInteraction;
+pub use equations::invariants::{Energy, Invariants};
+pub use equations::layout::AttitudeChart;
+pub use equations::parameter::Parameter;
+pub use equations::state::State;
+pub use equations::system::{Settings, System};
 #[doc(hidden)]
-pub use collocation::Collocation;
+pub use equations::{
+    Dynamics,
+    layout::{BarycentricFrame, Layout},
+    plausibility::{FAR, FAST, FarFromBarycentre, Unbound},
+    quadrature::{Quadrature, QuadratureRule},
+    rejected::Rejected,
+    splitting::{DriftKind, Splitting},
+};
 #[doc(hidden)]
-pub use discrete_rotor::variational_rotation;
+pub use rotation::{
+    discrete_rotor::variational_rotation,
+    free_rotors::{FARTHEST, FreeRotor, farthest_turn},
+};
+pub use variations::jacobian::SystemJacobian;
 #[doc(hidden)]
-pub use equations::Dynamics;
-pub use evaluation::BodyInteraction;
-#[doc(hidden)]
-pub use free_rotors::{FARTHEST, FreeRotor, farthest_turn};
-pub use invariants::{Energy, Invariants};
-pub use jacobian::SystemJacobian;
-pub use layout::AttitudeChart;
-#[doc(hidden)]
-pub use layout::{BarycentricFrame, Layout};
-pub use parameter::Parameter;
-#[doc(hidden)]
-pub use plausibility::{FAR, FAST, FarFromBarycentre, Unbound};
-#[doc(hidden)]
-pub use quadrature::{Quadrature, QuadratureRule};
-#[doc(hidden)]
-pub use rejected::Rejected;
-#[doc(hidden)]
-pub use splitting::{DriftKind, Splitting};
-pub use state::State;
-pub use system::{Settings, System};
-#[doc(hidden)]
-pub use tangent::TANGENT_SIZE;
-#[doc(hidden)]
-pub use variations::Variations;
+pub use variations::{Variations, collocation::Collocation, tangent::TANGENT_SIZE};

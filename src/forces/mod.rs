@@ -18,6 +18,7 @@ mod point;
 mod radiation;
 mod snapshot;
 mod load_jacobian;
+mod load_sum;
 mod force_model;
 mod force_parameter;
 mod third_body;
@@ -30,6 +31,8 @@ pub use force_parameter::ForceParameter;
 pub use function::{Call, ForceFunction, Function};
 #[doc(hidden)]
 pub use load_jacobian::{BodyBlock, LoadJacobian};
+#[doc(hidden)]
+pub use load_sum::LoadSum;
 #[doc(hidden)]
 pub use lock::MarginGradient;
 #[doc(hidden)]

@@ -1,5 +1,7 @@
 //! External forces in the equations of motion, with their work and impulse.
 
+mod switching;
+
 use super::{Dynamics, Parameter, Rejected};
 use crate::error::Result;
 use crate::forces::{Load, LoadJacobian, Snapshot, WORK_AND_IMPULSE};
@@ -79,7 +81,7 @@ impl Dynamics {
         masses: &[f64],
         to: &mut impl FnMut(&Load, f64),
     ) -> Result<()> {
-        let (g, snapshot) = (self.system.gravitational_constant, self.view.shown(time, y));
+        let (g, snapshot) = (self.system.gravitational_constant(), self.view.shown(time, y));
         if let Parameter::OfForce(force, number) = parameter {
             return self.external_forces.by_parameter(snapshot, force, number, g, to);
         }

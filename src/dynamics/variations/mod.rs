@@ -11,7 +11,14 @@
 //! vectors are the columns of one matrix. After the columns for the initial state there is one for every
 //! parameter, with the derivative of the rates with respect to the parameter as an additional term.
 
-use super::products::DEPTH;
+pub(super) mod collocation;
+pub(super) mod jacobian;
+mod products;
+mod saltation;
+mod splitting;
+mod sweeps;
+pub(super) mod tangent;
+
 use super::{Dynamics, Parameter};
 use crate::error::{Error, Result};
 use crate::forces::{Load, LoadJacobian};
@@ -20,6 +27,7 @@ use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
 use crate::math::compensated::sum;
 use crate::shape::PartDerivative;
+use products::DEPTH;
 
 /// The largest number of bodies; the matrix of tangent vectors of more bodies would keep a caller waiting too
 /// long.
@@ -31,22 +39,22 @@ const GRADIENT: u64 = 2;
 /// The coefficients of the variational equations at one time of a motion.
 #[derive(Debug, Clone)]
 pub struct Variations {
-    pub(super) bodies: usize,
+    bodies: usize,
     /// Whether the barycentre offset is among the numbers of a tangent vector.
-    pub(super) free: bool,
-    pub(super) masses: Vec<f64>,
+    free: bool,
+    masses: Vec<f64>,
     /// The masses relative to the total mass.
-    pub(super) share: Vec<f64>,
-    pub(super) parameters: Vec<Parameter>,
-    pub(super) inertia: Vec<Vec3>,
-    pub(super) jacobian: LoadJacobian,
+    share: Vec<f64>,
+    parameters: Vec<Parameter>,
+    inertia: Vec<Vec3>,
+    jacobian: LoadJacobian,
     /// The rows of A and, where a force depends on velocities or spins, of the force's contribution to B,
     /// padded with zeros.
-    pub(super) by_pose: Vec<f64>,
-    pub(super) by_rate: Vec<f64>,
-    pub(super) stride: usize,
-    pub(super) spin: Vec<Vec3>,
-    pub(super) torque: Vec<Vec3>,
+    by_pose: Vec<f64>,
+    by_rate: Vec<f64>,
+    stride: usize,
+    spin: Vec<Vec3>,
+    torque: Vec<Vec3>,
     /// For every parameter the body whose moments of inertia change with it, and their derivatives.
     by_inertia: Vec<Option<(usize, Vec3)>>,
     /// For every parameter the composite that changes with it, and its derivatives.
@@ -56,10 +64,10 @@ pub struct Variations {
     /// With third bodies, the parameters with which a body's own field changes.
     changes: Vec<(usize, usize, BodyChange)>,
     /// The number of columns for the initial state.
-    pub(super) initial: usize,
+    initial: usize,
     /// Derivatives of the bodies' accelerations and rates of spin with respect to the parameters, one
     /// parameter after the other.
-    pub(super) forcing: Vec<[Vec3; 2]>,
+    forcing: Vec<[Vec3; 2]>,
 }
 
 impl Variations {
@@ -166,17 +174,17 @@ impl Variations {
     }
 
     /// Returns the row of the first number of a body's position in d; the first body has none.
-    pub(super) fn place(&self, body: usize) -> Option<usize> {
+    fn place(&self, body: usize) -> Option<usize> {
         (body > 0).then(|| 3 * (body - 1))
     }
 
     /// Returns the row of the first number of a body's theta.
-    pub(super) fn turn(&self, body: usize) -> usize {
+    fn turn(&self, body: usize) -> usize {
         3 * (self.bodies - 1) + 3 * body
     }
 
     /// Returns the row of the first number of the barycentre offset.
-    pub(super) fn barycentre(&self) -> Option<usize> {
+    fn barycentre(&self) -> Option<usize> {
         self.free.then(|| 6 * self.bodies - 3)
     }
 
@@ -198,7 +206,7 @@ impl Variations {
     }
 
     /// Evaluates the coefficients, without the spins where they are not needed.
-    pub(super) fn take(
+    fn take(
         &mut self,
         dynamics: &mut Dynamics,
         time: f64,
@@ -207,7 +215,7 @@ impl Variations {
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         dynamics.turn(y);
-        let g = dynamics.system.gravitational_constant;
+        let g = dynamics.system.gravitational_constant();
         self.jacobian.clear();
         self.clear(dynamics.layout, y, spinning);
         for (i, j, link) in &dynamics.links {
@@ -275,7 +283,7 @@ impl Variations {
 
     /// Adds the derivatives with respect to the parameters of the external forces and torques.
     fn external_forcing(&mut self, dynamics: &mut Dynamics, time: f64, y: &[f64]) -> Result<()> {
-        let (g, external_forces) = (dynamics.system.gravitational_constant, &dynamics.external_forces);
+        let (g, external_forces) = (dynamics.system.gravitational_constant(), &dynamics.external_forces);
         for load in external_forces.loads() {
             let body = load.on;
             self.torque[body] += load.torque;
@@ -321,7 +329,7 @@ impl Variations {
     }
 
     /// Adds the derivatives with respect to semi-axes of the moments of inertia in Euler's equations.
-    pub(super) fn force_by_inertia(&mut self) {
+    fn force_by_inertia(&mut self) {
         for (of, forcing) in self.by_inertia.iter().zip(self.forcing.chunks_exact_mut(self.bodies)) {
             let Some((body, slope)) = *of else { continue };
             let (inertia, spin) = (&self.inertia[body], &self.spin[body]);
@@ -332,7 +340,7 @@ impl Variations {
     }
 
     /// Returns the derivative of a body's moments of inertia with respect to a parameter.
-    pub(super) fn by_inertia(&self, parameter: usize, body: usize) -> Vec3 {
+    fn by_inertia(&self, parameter: usize, body: usize) -> Vec3 {
         self.by_inertia[parameter].filter(|(of, _)| *of == body).map_or(Vec3::zeros(), |(_, slope)| slope)
     }
 
@@ -382,7 +390,7 @@ impl Variations {
 
     /// Returns the factors of dspin_j and dspin_k in the rate of dspin_i, with (i, j, k) in cyclic order:
     /// -(I_k - I_j)/I_i (spin_k dspin_j + spin_j dspin_k).
-    pub(super) fn euler(&self, body: usize) -> [[f64; 2]; 3] {
+    fn euler(&self, body: usize) -> [[f64; 2]; 3] {
         let (spin, inertia) = (&self.spin[body], &self.inertia[body]);
         [0, 1, 2].map(|i| {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
@@ -392,7 +400,7 @@ impl Variations {
     }
 
     /// Passes the contributions of the parameters to the rates of p to `add`, by row, column and value.
-    pub(super) fn force(&self, mut add: impl FnMut(usize, usize, f64)) {
+    fn force(&self, mut add: impl FnMut(usize, usize, f64)) {
         for (k, forcing) in self.forcing.chunks_exact(self.bodies).enumerate() {
             let mut push = |row: usize, value: &Vec3, factor: f64| {
                 (0..3).for_each(|c| add(row + c, self.initial + k, factor * value[c]));

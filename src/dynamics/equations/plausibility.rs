@@ -1,6 +1,7 @@
 //! Starts that can be integrated but are probably mistakes: the numbers in the warnings about them.
 
-use super::{State, System};
+use super::state::State;
+use super::system::System;
 use crate::math::Vec3;
 
 /// The ratio of speed to speed of escape from which a body counts as unbound. If a day is mistaken for an

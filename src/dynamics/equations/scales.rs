@@ -1,7 +1,7 @@
 //! The scales of an integrator's vector, and its projection onto the constraints.
 
-use super::layout::vector;
-use super::{AttitudeChart, Dynamics};
+use super::Dynamics;
+use super::layout::{AttitudeChart, vector};
 use crate::math::compensated::{two_product, two_sum};
 use pulp::{Simd, WithSimd};
 

@@ -1,13 +1,13 @@
 //! The sum of all external forces on the bodies of a system.
 
-use crate::forces::{Load, LoadSink};
+use super::{Load, LoadSink};
 use crate::math::Vec3;
 use crate::math::compensated::sum;
 use crate::shape::Body;
 
 /// The accelerations and torques of all external forces, on each body and in total.
 #[derive(Debug, Clone)]
-pub(super) struct ExternalLoads {
+pub struct LoadSum {
     bodies: Vec<Action>,
     /// The force on all bodies together.
     force: Vec3,
@@ -22,7 +22,7 @@ struct Action {
     inverse_mass: f64,
 }
 
-impl ExternalLoads {
+impl LoadSum {
     /// Makes the sum for these bodies, without any force.
     pub fn none(bodies: &[Body]) -> Self {
         let zero = Vec3::zeros();
@@ -56,7 +56,7 @@ impl ExternalLoads {
     }
 }
 
-impl LoadSink for ExternalLoads {
+impl LoadSink for LoadSum {
     #[inline(always)]
     fn take(&mut self, loads: &[Load]) {
         for load in loads {

@@ -7,9 +7,10 @@
 //! ("sweeps") over the step's equations converge. They begin with the extrapolated polynomial of the previous
 //! step.
 
+use super::Variations;
 use super::products::DEPTH;
 use super::sweeps::{CollocationStep, Sweeps, TOGETHER};
-use super::{Dynamics, Variations};
+use crate::dynamics::Dynamics;
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
 use crate::math::Mat3;

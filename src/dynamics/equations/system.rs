@@ -1,6 +1,7 @@
 //! A system: bodies, gravitational constant, settings and external forces.
 
-use super::{AttitudeChart, Layout, State};
+use super::layout::{AttitudeChart, Layout};
+use super::state::State;
 use crate::error::{Error, Result, require_finite};
 use crate::forces::{Force, ForceModel};
 use crate::interrupt::InterruptCheck;

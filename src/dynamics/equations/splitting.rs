@@ -12,11 +12,12 @@
 
 mod failures;
 
-use super::discrete_rotor::variational_rotation;
-use super::free_rotors::{Bodies, FARTHEST, FreeRotors};
+use super::Dynamics;
 use super::jacobi::Jacobi;
-use super::layout::{Blocks, vector};
-use super::{AttitudeChart, Dynamics, Rejected};
+use super::layout::{AttitudeChart, Blocks, vector};
+use super::rejected::Rejected;
+use crate::dynamics::rotation::discrete_rotor::variational_rotation;
+use crate::dynamics::rotation::free_rotors::{Bodies, FARTHEST, FreeRotors};
 use crate::error::{Error, Result};
 use crate::forces::WORK_AND_IMPULSE;
 use crate::interrupt::InterruptCheck;

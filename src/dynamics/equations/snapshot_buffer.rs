@@ -1,12 +1,12 @@
 //! The snapshots of an integrator's vectors for external forces.
 
-use super::BarycentricFrame;
+use super::layout::BarycentricFrame;
 use crate::forces::Snapshot;
 use crate::math::Mat3;
 
 /// The frame of the vectors, with the rotations at the last vector.
 #[derive(Debug, Clone)]
-pub(super) struct SnapshotBuffer {
+pub struct SnapshotBuffer {
     pub frame: BarycentricFrame,
     /// The rotation matrices at the last vector.
     pub rotation: Vec<Mat3>,

@@ -4,10 +4,11 @@
 //! the Kepler motion with the free rotation, whose variational equations are those of a motion without other
 //! loads, or the straight motion with the discrete rotation, whose derivative has a closed form.
 
-use super::discrete_rotor::RotationDerivatives;
-use super::layout::vector;
+use super::Variations;
 use super::products::KickProduct;
-use super::{Dynamics, Layout, Parameter, Variations};
+use crate::dynamics::equations::layout::vector;
+use crate::dynamics::rotation::discrete_rotor::RotationDerivatives;
+use crate::dynamics::{Dynamics, Layout, Parameter};
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3};

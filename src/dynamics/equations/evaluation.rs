@@ -1,7 +1,9 @@
 //! Quantities of a system at one state: forces, energies and momenta.
 
-use super::system::pose;
-use super::{BarycentricFrame, Energy, State, System, invariants};
+use super::invariants::{self, Energy};
+use super::layout::BarycentricFrame;
+use super::state::State;
+use super::system::{System, pose};
 use crate::error::{Error, Result};
 use crate::forces::Load;
 use crate::interrupt::InterruptCheck;

@@ -1,7 +1,9 @@
 //! The derivatives of a system's loads and rates of change at one state.
 
-use super::layout::vector;
-use super::{BarycentricFrame, Dynamics, Parameter, Rejected, State, System, TANGENT_SIZE, Variations};
+use super::Variations;
+use super::tangent::TANGENT_SIZE;
+use crate::dynamics::equations::layout::vector;
+use crate::dynamics::{BarycentricFrame, Dynamics, Parameter, Rejected, State, System};
 use crate::error::{Error, Result};
 use crate::interrupt::InterruptCheck;
 

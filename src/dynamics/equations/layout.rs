@@ -13,7 +13,7 @@
 //! so that a system that travels loses no digits of its separations. Every number has a low part: a state
 //! that is converted to a vector and back is the same state.
 
-use super::State;
+use super::state::State;
 use crate::forces::{Snapshot, WORK_AND_IMPULSE};
 use crate::math::compensated::{Compensated, sum, two_sum};
 use crate::math::{Mat3, Vec3, rotation};
@@ -271,6 +271,6 @@ impl BarycentricFrame {
 
 /// Returns the three numbers from an index on as a vector.
 #[inline]
-pub(super) fn vector(y: &[f64], index: usize) -> Vec3 {
+pub(in crate::dynamics) fn vector(y: &[f64], index: usize) -> Vec3 {
     Vec3::new(y[index], y[index + 1], y[index + 2])
 }

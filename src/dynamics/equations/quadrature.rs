@@ -1,7 +1,8 @@
 //! The quadrature in use for each pair.
 
+use super::Dynamics;
+use super::state::State;
 use super::system::pose;
-use super::{Dynamics, State};
 use crate::mutual::Method;
 use crate::quadrature::Order;
 

@@ -1,8 +1,8 @@
 //! Errors of steps that cannot be taken, with advice.
 
 use super::{DriftKind, Splitting};
-use crate::dynamics::discrete_rotor::variational_rotation;
-use crate::dynamics::free_rotors::{FARTHEST, farthest_turn};
+use crate::dynamics::rotation::discrete_rotor::variational_rotation;
+use crate::dynamics::rotation::free_rotors::{FARTHEST, farthest_turn};
 use crate::dynamics::{Dynamics, Rejected};
 use crate::error::Error;
 use crate::math::Vec3;

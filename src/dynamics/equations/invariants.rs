@@ -1,7 +1,7 @@
 //! The conserved quantities: the paper's sections "Total energy" and "Angular momentum".
 
-use super::layout::vector;
-use super::{BarycentricFrame, State};
+use super::layout::{BarycentricFrame, vector};
+use super::state::State;
 use crate::math::compensated::sum;
 use crate::math::{Vec3, rotation};
 use crate::shape::Body;

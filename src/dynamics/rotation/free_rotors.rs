@@ -3,7 +3,7 @@
 //! Takes moments of inertia, attitudes, spins and a time; gives the changes of attitude and spin. Bodies of
 //! the same kind are processed side by side.
 
-use super::rotor::{Numbers, RotorKind, Symmetric, TRIAXIAL, Triaxial};
+use super::{Numbers, RotorKind, Symmetric, TRIAXIAL, Triaxial};
 use crate::error::Result;
 use crate::math::lanes::WIDEST;
 use crate::math::{Vec3, ascending};
@@ -67,7 +67,7 @@ impl FreeRotor {
 }
 
 /// Attitudes and spins of bodies, and the arrays for their changes.
-pub(super) struct Bodies<'a> {
+pub struct Bodies<'a> {
     pub attitude: &'a [Quaternion],
     pub spin: &'a [[f64; 3]],
     pub turn: &'a mut [Quaternion],
@@ -129,7 +129,7 @@ impl FreeRotors {
     /// writes the changes of both. `check` is called before each body and may interrupt. Returns the index of
     /// a body that would rotate further than [`FARTHEST`].
     #[inline(always)]
-    pub(super) fn turn<S: Simd>(
+    pub fn turn<S: Simd>(
         &self,
         simd: S,
         time: f64,

@@ -3,7 +3,7 @@
 //! Takes moments of inertia, attitude, spin and a time; gives the changes of attitude and spin.
 
 use super::free_rotors::Quaternion;
-use super::rotor::{Numbers, RotorKind, Symmetric};
+use super::{Numbers, RotorKind, Symmetric};
 use crate::math::matrix::inverse;
 use crate::math::rotation::product;
 use crate::math::{Mat3, Vec3};

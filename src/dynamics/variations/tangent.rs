@@ -1,6 +1,7 @@
 //! Conversion of tangent vectors from relative coordinates to those of the bodies.
 
-use super::{State, Variations};
+use super::Variations;
+use crate::dynamics::State;
 use crate::math::Vec3;
 
 /// The numbers of a tangent vector for each body: position, velocity, rotation vector and spin.

@@ -1,6 +1,6 @@
 //! The parameters by which the motions of a system can be differentiated.
 
-use super::System;
+use super::system::System;
 use crate::error::{Error, Result};
 use crate::forces::{Force, ForceModel, ForceParameter};
 use crate::math::Vec3;
@@ -32,7 +32,7 @@ pub enum Parameter {
 /// The derivatives with respect to a parameter of the interaction of two bodies, as factors of force and
 /// torques per unit G m m.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct OfPair {
+pub(in crate::dynamics) struct OfPair {
     /// The factors for the acceleration of either body.
     pub acceleration: [f64; 2],
     /// The factors for the torque on either body over its moments of inertia.
@@ -103,13 +103,13 @@ impl Parameter {
     }
 
     /// Returns the body and its derivatives, where the parameter belongs to a part of a composite.
-    pub(super) fn of_part(self, bodies: &[Body]) -> Result<Option<(usize, PartDerivative)>> {
+    pub(in crate::dynamics) fn of_part(self, bodies: &[Body]) -> Result<Option<(usize, PartDerivative)>> {
         let Self::Part(body, part, number) = self else { return Ok(None) };
         bodies[body].by_part(part, number).map(|derivative| Some((body, derivative)))
     }
 
     /// Returns an error for a parameter that [`Self::of`] does not list for the system.
-    pub(super) fn check(self, system: &System) -> Result<()> {
+    pub(in crate::dynamics) fn check(self, system: &System) -> Result<()> {
         let all = Self::all(system.bodies(), system.forces());
         if all.iter().any(|(_, known)| *known == self) {
             return Ok(());
@@ -132,7 +132,7 @@ impl Parameter {
     }
 
     /// Returns the body of which the parameter is a length: a semi-axis or the scale.
-    pub(super) fn shaped(self) -> Option<usize> {
+    pub(in crate::dynamics) fn shaped(self) -> Option<usize> {
         match self {
             Self::SemiAxis(body, _) | Self::Scale(body) => Some(body),
             _ => None,
@@ -140,7 +140,11 @@ impl Parameter {
     }
 
     /// Returns the derivative of the interaction of two bodies, where the parameter is a length of one.
-    pub(super) fn of_shape(self, bodies: [usize; 2], known: &ShapeDerivatives) -> Option<Interaction> {
+    pub(in crate::dynamics) fn of_shape(
+        self,
+        bodies: [usize; 2],
+        known: &ShapeDerivatives,
+    ) -> Option<Interaction> {
         let which = bodies.iter().position(|other| Some(*other) == self.shaped())?;
         match self {
             Self::SemiAxis(_, axis) => Some(known.axes[which][axis]),
@@ -150,7 +154,7 @@ impl Parameter {
 
     /// Returns the body whose moments of inertia change with the parameter at a fixed mass, and their
     /// derivatives: I_1 = m (a_2^2 + a_3^2) / 5 for an ellipsoid.
-    pub(super) fn of_inertia(self, bodies: &[Body]) -> Option<(usize, Vec3)> {
+    pub(in crate::dynamics) fn of_inertia(self, bodies: &[Body]) -> Option<(usize, Vec3)> {
         if let Self::Scale(body) = self {
             return Some((body, 2.0 * bodies[body].inertia()));
         }
@@ -166,7 +170,7 @@ impl Parameter {
     /// Returns the relative derivatives of the effects of a force on a body: of the body's acceleration, and
     /// of the rate of its spin at constant moments of inertia. They are the relative derivative of the loads
     /// minus that of the body's mass.
-    pub(super) fn of_rates(
+    pub(in crate::dynamics) fn of_rates(
         self,
         force: usize,
         on: usize,
@@ -188,7 +192,7 @@ impl Parameter {
     }
 
     /// Returns the derivative of G times the mass of all bodies, which the orbits of third bodies contain.
-    pub(super) fn of_total_mu(self, g: f64, masses: &[f64]) -> f64 {
+    pub(in crate::dynamics) fn of_total_mu(self, g: f64, masses: &[f64]) -> f64 {
         let by_mass = |body: usize| g * self.of_mass(body);
         match self {
             Self::GravitationalConstant => masses.iter().sum(),
@@ -207,7 +211,7 @@ impl Parameter {
     }
 
     /// Returns the derivatives of the interaction of two bodies.
-    pub(super) fn of_pair(self, bodies: [usize; 2], g: f64, masses: [f64; 2]) -> OfPair {
+    pub(in crate::dynamics) fn of_pair(self, bodies: [usize; 2], g: f64, masses: [f64; 2]) -> OfPair {
         if self == Self::GravitationalConstant {
             return OfPair { acceleration: [masses[1], masses[0]], torque: [masses[0] * masses[1]; 2] };
         }

@@ -1,22 +1,38 @@
 //! The equations of motion over the integrator's vector.
 
-use super::external_loads::ExternalLoads;
-use super::layout::vector;
-use super::snapshot_buffer::SnapshotBuffer;
-use super::{AttitudeChart, BarycentricFrame, Energy, Layout, Rejected, System, invariants};
+pub(super) mod evaluation;
+pub(super) mod invariants;
+mod jacobi;
+pub(super) mod layout;
+pub(super) mod parameter;
+pub(super) mod plausibility;
+pub(super) mod quadrature;
+pub(super) mod rejected;
+mod rules;
+mod scales;
+mod snapshot_buffer;
+pub(super) mod splitting;
+pub(super) mod state;
+pub(super) mod system;
+
 use crate::error::Result;
-use crate::forces::ForceModel;
+use crate::forces::{ForceModel, LoadSum};
 use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3, rotation};
 use crate::mutual::{Interaction, Link, Pair, Pose, TooNear};
+use invariants::Energy;
+use layout::{AttitudeChart, BarycentricFrame, Layout, vector};
+use rejected::Rejected;
+use snapshot_buffer::SnapshotBuffer;
 use std::ops::Range;
+use system::System;
 
 /// The least cos theta of a trial state in Tait-Bryan angles. An accepted state within ten times that
 /// distance of the pole ends the run.
-pub(super) const POLE: f64 = 1e-4;
+const POLE: f64 = 1e-4;
 
 /// The units of work of a link beside its nodes, and of making a link.
-pub(super) const LINK: u64 = 20;
+const LINK: u64 = 20;
 const NEW: u64 = 300;
 
 /// The equations of motion of one system, with their quadrature rules and buffers.
@@ -36,7 +52,7 @@ pub struct Dynamics {
     pub(super) torque: Vec<Vec3>,
     pub(super) external_forces: ForceModel,
     /// The sum of the external forces.
-    pub(super) external_loads: ExternalLoads,
+    pub(super) external_loads: LoadSum,
     /// The acceleration of the barycentre by the external forces.
     pub(super) barycentre_acceleration: Vec3,
 }
@@ -71,7 +87,7 @@ impl Dynamics {
             acceleration: vec![Vec3::zeros(); n],
             torque: vec![Vec3::zeros(); n],
             external_forces,
-            external_loads: ExternalLoads::none(system.bodies()),
+            external_loads: LoadSum::none(system.bodies()),
             barycentre_acceleration: Vec3::zeros(),
             system: system.clone(),
         })

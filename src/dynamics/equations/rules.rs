@@ -1,8 +1,7 @@
 //! The quadrature rules: chosen between steps, kept in archives, and restored from them.
 
-use super::equations::{LINK, POLE};
-use super::layout::vector;
-use super::{AttitudeChart, Dynamics};
+use super::layout::{AttitudeChart, vector};
+use super::{Dynamics, LINK, POLE};
 use crate::error::{Error, Result};
 use crate::forces::Switch;
 use crate::interrupt::{InterruptCheck, UNITS};

@@ -5,13 +5,16 @@
 //! spin, which a caller adds to numbers with low parts without loss. Components of vectors are in cyclic
 //! order, beginning with the distinguished axis.
 
+pub(super) mod discrete_rotor;
+pub(super) mod free_rotors;
+
 use crate::math::Vec3;
 use crate::math::lanes::{Lanes, WIDEST};
 use crate::math::stumpff::{REACH, stumpff};
 use pulp::Simd;
 
 /// One number for each of as many bodies as a register has lanes.
-pub(super) type Numbers<S> = Lanes<S, 1>;
+type Numbers<S> = Lanes<S, 1>;
 
 /// Returns cos a - 1 and sin a / a, given a^2.
 #[inline(always)]
@@ -57,7 +60,7 @@ fn product_less_one<S: Simd>(first: [Numbers<S>; 4], second: [Numbers<S>; 4]) ->
 }
 
 /// A kind of rotors, with `K` constants for each of them.
-pub(super) trait RotorKind<const K: usize> {
+trait RotorKind<const K: usize> {
     /// Returns the changes of the attitude and of the spin over twice the time `half`.
     fn turn<S: Simd>(
         simd: S,
@@ -70,7 +73,7 @@ pub(super) trait RotorKind<const K: usize> {
 
 /// A rotor with two equal moments, with the symmetry axis first. It rotates about the angular momentum at the
 /// rate |L|/I and then about the axis. The constant is the ratio of the third moment to the two equal ones.
-pub(super) struct Symmetric;
+struct Symmetric;
 
 impl RotorKind<1> for Symmetric {
     #[inline(always)]
@@ -115,7 +118,7 @@ impl RotorKind<1> for Symmetric {
 ///   u f = (w_1 c d + r_1 w_2 w_3 s, w_2 c + r_2 w_3 w_1 s d, w_3 d + r_3 w_1 w_2 s c),
 ///   f = 1 - r_2 r_3 w_1^2 s^2,
 ///   w' - w = 2 s (r_1 u_2 u_3, r_2 u_3 u_1 d, r_3 u_1 u_2 c) f^2 / g,  g = f^2 - r_2 r_3 (u_1 f)^2 s^2.
-/// The quaternion of the rotation is that of a discrete rotor (see [`super::variational_rotation`]) whose
+/// The quaternion of the rotation is that of a discrete rotor (see [`crate::dynamics::variational_rotation`]) whose
 /// moments depend on the energy T, the angular momentum L and the time alone: Hairer & Vilmart (2006), J.
 /// Phys. A 39, 13225. It therefore suffices to know the rotation angle where u_1 = 0. With N = I_1^2 r_1^2
 /// a_2^2 a_3^2 / L^2 half of that angle is
@@ -126,10 +129,10 @@ impl RotorKind<1> for Symmetric {
 /// where J is Legendre's third integral (van Zon & Schofield 2007, J. Comput. Phys. 225, 145). J, s, c and d
 /// do not depend on how fast the body rotates but only on how fast its spin moves in the body frame, so that
 /// short series suffice.
-pub(super) struct Triaxial;
+struct Triaxial;
 
 /// The number of constants of a triaxial rotor.
-pub(super) const TRIAXIAL: usize = 11;
+const TRIAXIAL: usize = 11;
 
 /// The constants of triaxial rotors.
 #[derive(Clone, Copy)]
