@@ -65,7 +65,7 @@ $(VENV)/.wheel: $(MATURIN)
 	@touch $@
 
 kw4: $(VENV)/.built  ## one year of 1999 KW4 beside the paper's numbers, into out/kw4/
-	$(BIN)/python -m fullbody kw4 --out out/kw4
+	$(BIN)/python -m reproduction.ho2021.kw4_year --out out/kw4
 
 test: test-rust test-python  ## all tests
 
@@ -145,7 +145,7 @@ $(REPORT)/numbers.json: $(VENV)/.docs $(SOURCES)
 	$(BIN)/python -m reproduction.ho2021 --out $(REPORT)
 
 millennia: $(VENV)/.built  ## ten thousand years of 1999 KW4 by the symplectic splitting, into out/millennia/; resumes after an interruption
-	$(BIN)/python -m fullbody millennia --out out/millennia
+	$(BIN)/python -m reproduction.ho2021.millennia --out out/millennia
 
 fission: $(VENV)/.built  ## rotational fission, 19,980 runs after Ho et al. (2022), into out/fission/; resumes after an interruption
 	$(BIN)/python -m reproduction.ho2022 --out out/fission

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from fullbody.base.atomic import replacing
-from fullbody.commands.kw4.numbers import write_numbers
 from fullbody.errors import FullbodyError
 
-__all__ = ["Study", "command", "listed", "percent", "publish", "table"]
+__all__ = ["Study", "as_json", "command", "listed", "percent", "publish", "reported", "table", "write_numbers"]
 
 #: What writes a study into a folder: a draft or all of it, with a bar or without one. Gives the report's path.
 Study = Callable[[Path, bool, bool], Path]
@@ -26,17 +27,26 @@ def command(name: str, text: str, out: str, study: Study, argv: Sequence[str] | 
     parser.add_argument("--draft", action="store_true", help="a small grid and short runs")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
     arguments = parser.parse_args(argv)
-    try:
+
+    def work() -> None:
         arguments.out.mkdir(parents=True, exist_ok=True)
         report = study(arguments.out, arguments.draft, sys.stderr.isatty() and not arguments.quiet)
-    except (FullbodyError, OSError) as error:
+        print(report.read_text(encoding="utf-8"))
+        print(f"The report is {report}")
+
+    return reported(work)
+
+
+def reported(work: Callable[[], None]) -> int:
+    """Do the work of a command; an error is reported as one line on standard error and a non-zero exit code."""
+    try:
+        work()
+    except (FullbodyError, ImportError, OSError) as error:
         print(f"reproduction: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt as interrupt:
         print(f"reproduction: {interrupt}; the same command goes on from there", file=sys.stderr)
         return 130
-    print(report.read_text(encoding="utf-8"))
-    print(f"The report is {report}")
     return 0
 
 
@@ -65,3 +75,25 @@ def listed(items: Mapping[str, Any]) -> str:
 def percent(share: float) -> str:
     """A share with its sign; a dash for none."""
     return "-" if np.isnan(share) else f"{100 * share:.1f} %"
+
+
+def as_json(value: Any) -> Any:
+    """Return a value as dictionaries, lists, numbers and text only; a number that does not exist becomes ``None``."""
+    if is_dataclass(value):
+        return {field.name: as_json(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, dict):
+        return {str(key): as_json(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return as_json(value.tolist())
+    if isinstance(value, list | tuple):
+        return [as_json(item) for item in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if np.isfinite(value) else None
+    return value
+
+
+def write_numbers(path: Path, value: Any) -> None:
+    """Write a file of JSON, without the NaN that some readers refuse; it is written completely or not at all."""
+    text = json.dumps(as_json(value), indent=1, allow_nan=False) + "\n"
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")

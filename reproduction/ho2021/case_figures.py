@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 from fullbody import Run
-from fullbody.commands.kw4.drawing import figure, floor, largest, positive, power
 from fullbody.plots._style import LINES, grid, legend
 
 from . import cases
+from .drawing import figure, floor, largest, positive, power
 from .results import Runs
 
 __all__ = ["all_figures"]

@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 from fullbody import systems
-from fullbody.commands.kw4 import printed
-from fullbody.commands.kw4.drawing import SHAPES, figure
 from fullbody.plots._style import LINES, grid, legend, matplotlib
 
 from . import paper, spin, symmetry
+from .drawing import SHAPES, figure
 from .results import Results
 
 __all__ = ["all_figures"]
@@ -77,7 +76,7 @@ def spin_starts(results: Results) -> Any:
     columns = len(results.scans)
     drawn, axes = figure(4, columns, (10.5, 9.0), sharex="col", sharey="row")
     for column, scan in enumerate(results.scans):
-        for row, (axis, limits) in enumerate(printed.SPIN.items()):
+        for row, (axis, limits) in enumerate(paper.SPIN.items()):
             ax = axes[row, column]
             low, high = scan.ranges[:, row].T
             ax.fill_between(scan.values, low, high, color=LINES[0]["color"], alpha=0.25, linewidth=0)
@@ -97,7 +96,7 @@ def spin_starts(results: Results) -> Any:
             ax.axvline(scan.stated, color="0.4", linewidth=1.0, linestyle=(0, (1, 1.2)))
     axes[3, 0].set_ylabel("largest difference from\nthe printed [$10^{-5}$ rad/s]")
     drawn.suptitle(
-        f"Range of Beta's spin in the first {printed.SPIN_HOURS:g} h by start; dashed: printed; dotted: stated"
+        f"Range of Beta's spin in the first {paper.SPIN_HOURS:g} h by start; dashed: printed; dotted: stated"
     )
     drawn.get_layout_engine().set(w_pad=0.08)
     return drawn
@@ -117,7 +116,7 @@ def inclination(results: Results) -> Any:
         for side, name in ((nodal.inclination < _POLAR, style["label"]), (nodal.inclination > _POLAR, None)):
             slopes, periods = nodal.inclination[side], nodal.period[side]
             by.plot(slopes, periods, linewidth=1.5, marker=".", markersize=4.0, **{**style, "label": name})
-        period = printed.YEAR[shape].inclination_period
+        period = paper.YEAR[shape].inclination_period
         own.axvline(period, color=style["color"], **_PRINTED)
         edge, shift = ("left", 3) if shape == "ellipsoid" else ("right", -3)
         where = {"xycoords": own.get_xaxis_transform(), "xytext": (shift, 0), "textcoords": "offset points", "ha": edge}

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from fullbody.commands.kw4 import printed
-from fullbody.commands.kw4.year import SHAPES
 
 from . import paper, spin, years
+from .kw4 import SHAPES
 from .physical import FLAT, PAPER, TURNED
 from .results import Results
 
@@ -78,12 +77,12 @@ def _tilt(r: Results) -> str:
 
 def _period(r: Results) -> str:
     ours, other = ([r.year[way][shape].period for shape in SHAPES] for way in ("surface", "other_g"))
-    said = [printed.YEAR[shape].period for shape in SHAPES]
+    said = [paper.YEAR[shape].period for shape in SHAPES]
     # A period goes as the inverse root of G, and a printed one stands for half a unit of its last digit to either side.
     least = max(years.G_HELP * (period / (text + 5e-5)) ** 2 for period, text in zip(other, said, strict=True))
     most = min(years.G_HELP * (period / (text - 5e-5)) ** 2 for period, text in zip(other, said, strict=True))
     kept = all(
-        f"{getattr(r.year['other_g'][shape], name):.4f}" == f"{getattr(printed.YEAR[shape], name):.4f}"
+        f"{getattr(r.year['other_g'][shape], name):.4f}" == f"{getattr(paper.YEAR[shape], name):.4f}"
         for shape in SHAPES
         for name in ("e_max", "a_min", "a_max", "a_mean")
     )
@@ -131,7 +130,7 @@ def _spin(r: Results) -> str:
         these no number differs by more than {spin.NEAR:g}e-5 rad/s, and with {exact or "none"} of the {len(slips)} all
         six agree within their rounding, {spin.ROUNDING:g}e-5. The printed numbers are too few to choose among the
         slips. The year from each of these initial conditions has a mean semi-major axis that differs from the printed
-        {printed.YEAR["ellipsoid"].a_mean:.4f} km, which the stated initial conditions give. The paper's Figs. 7 and 8
+        {paper.YEAR["ellipsoid"].a_mean:.4f} km, which the stated initial conditions give. The paper's Figs. 7 and 8
         therefore do not seem to come from one run. The paper does not allow us to determine the initial conditions of
         Fig. 8.
     """
@@ -139,7 +138,7 @@ def _spin(r: Results) -> str:
 
 def _inclination(r: Results) -> str:
     one, two = (r.year["surface"][shape] for shape in SHAPES)
-    said = [printed.YEAR[shape].inclination_period for shape in SHAPES]
+    said = [paper.YEAR[shape].inclination_period for shape in SHAPES]
     nodes = [r.nodal[shape] for shape in SHAPES]
     slopes = nodes[0].inclination
     scanned = [f"{s.min():.0f} to {s.max():.0f}" for s in (slopes[slopes < 90], slopes[slopes > 90]) if len(s)]

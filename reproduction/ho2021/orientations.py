@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 from fullbody import systems
-from fullbody.commands.kw4.year import spin_range
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 from scipy.stats import qmc
 
+from .kw4 import spin_range
 from .spin import COARSE, FAMILIES, PRINTED, ROUNDING, Scan, misfit, shared
 from .starts import normal, turned
 

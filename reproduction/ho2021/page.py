@@ -9,13 +9,12 @@ from typing import Any
 
 from fullbody import InvalidInput, __version__
 from fullbody.base.atomic import check_place, replacing
-from fullbody.commands.kw4 import figures as kw4_figures
-from fullbody.commands.kw4.numbers import write_numbers
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 
+from ..publishing import write_numbers
 from ..typesetting import typeset
-from . import case_figures, evidence_figures
+from . import case_figures, evidence_figures, kw4_figures
 from .captions import CAPTIONS
 from .findings import TITLES, findings
 from .judging import Verdict, counts

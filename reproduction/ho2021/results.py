@@ -7,11 +7,9 @@ from typing import Any
 
 import numpy as np
 from fullbody import Run, __version__, systems
-from fullbody.commands.kw4 import printed
-from fullbody.commands.kw4 import year as kw4
 from tqdm.auto import tqdm
 
-from . import cases, orientations, paper, physical, spin, symmetry, years
+from . import cases, kw4, orientations, paper, physical, spin, symmetry, years
 
 __all__ = ["Results", "Runs", "as_numbers", "compute"]
 
@@ -33,7 +31,7 @@ class _Effort:
         179.0,
     )
     late: float = paper.CASES_LATE
-    ways: float = printed.YEAR_HOURS
+    ways: float = paper.YEAR_HOURS
 
 
 _DRAFT = _Effort(scan=3, tried=16, refined=0, inclinations=(45.0, 156.1), late=250.0, ways=0.0)
@@ -135,7 +133,7 @@ def compute(*, draft: bool = False, progress: bool = False) -> Results:
         theta={name: float(np.rad2deg(np.abs(cases.angles(run)[..., 1]).max())) for name, run in turned.items()},
         energy_ratio=float(abs(energy.total / (energy.total - energy.rotational))),
         momentum=_momentum(year["ellipsoid"]),
-        travelled=float(np.linalg.norm(system.momentum(state)) / np.sum(system.masses) * printed.YEAR_HOURS),
+        travelled=float(np.linalg.norm(system.momentum(state)) / np.sum(system.masses) * paper.YEAR_HOURS),
         ways=ways,
         scans=scans,
         search=search,

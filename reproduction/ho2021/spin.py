@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from fullbody import State, System, Verner98, systems
-from fullbody.commands.kw4 import printed
-from fullbody.commands.kw4.year import spin_range
 from scipy.spatial.transform import Rotation
 
+from . import paper
+from .kw4 import spin_range
 from .starts import RATE, ahead, normal, start, turned
 
 __all__ = [
@@ -33,7 +33,7 @@ __all__ = [
 _Array = npt.NDArray[np.float64]
 
 #: The printed ranges, 1e-5 rad/s, (3, 2), and half a unit of their last digit.
-PRINTED = np.array([printed.SPIN[axis] for axis in "xyz"])
+PRINTED = np.array([paper.SPIN[axis] for axis in "xyz"])
 ROUNDING = 0.005
 #: A start counts as near to the printed ranges where no number is farther off than this: twice their rounding.
 NEAR = 2 * ROUNDING
@@ -154,7 +154,7 @@ def readings(best: tuple[float, float, float]) -> list[Reading]:
 
     def measure(name: str) -> Reading:
         ranges = spin_range(system, found[name])
-        year = system.integrate(found[name], printed.YEAR_HOURS, integrator=COARSE)
+        year = system.integrate(found[name], paper.YEAR_HOURS, integrator=COARSE)
         orbit = year.elements()
         mean = np.trapezoid(orbit.a, year.time) / np.ptp(year.time)
         return Reading(name, ranges, float(misfit(ranges)), float(mean), float(orbit.e.max()))

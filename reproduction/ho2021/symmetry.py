@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 from fullbody import Run, State, System, systems
-from fullbody.commands.kw4.drawing import windows
 from scipy.integrate import solve_ivp
 
 from . import paper
+from .drawing import windows
 
 __all__ = ["NOISE", "WINDOW", "Motion", "late_separation", "z_motion"]
 

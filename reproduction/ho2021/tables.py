@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fullbody.commands.kw4 import printed
-from fullbody.commands.kw4.year import SHAPES
-
-from . import spin
+from . import paper, spin
+from .kw4 import SHAPES
 from .results import Results
 
 __all__ = ["tables"]
@@ -55,12 +53,12 @@ def _years(r: Results) -> _Table:
     for name, text, digits in _ORBIT:
         cells = [text]
         for shape in SHAPES:
-            cells.append(_fixed(getattr(printed.YEAR[shape], name), digits))
+            cells.append(_fixed(getattr(paper.YEAR[shape], name), digits))
             cells += [_fixed(getattr(r.year[way][shape], name), digits) for way in ways]
         rows.append(cells)
     spins = ["Beta's spin z in 200 h, 1e-5 rad/s"]
     for shape in SHAPES:
-        spins.append(_range(printed.SPIN["z"], 2) if shape == "ellipsoid" else "constant")
+        spins.append(_range(paper.SPIN["z"], 2) if shape == "ellipsoid" else "constant")
         spins += [_range(r.year[way][shape].spin_z, 2) for way in ways]
     return head, [*rows, spins]
 
@@ -82,7 +80,7 @@ def _ways(r: Results) -> _Table:
 
 def _readings(r: Results) -> _Table:
     head = ["start", *_AXES, "largest difference", "mean semi-major axis of the year [km]", "largest eccentricity"]
-    year = printed.YEAR["ellipsoid"]
+    year = paper.YEAR["ellipsoid"]
     rows = [["printed", *(_range(ends, 2) for ends in spin.PRINTED), "", f"{year.a_mean:.4f}", f"{year.e_max:.4f}"]]
     for reading in r.readings:
         ranges = [_range(ends, 3) for ends in reading.ranges]

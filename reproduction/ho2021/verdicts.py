@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 from fullbody import systems
-from fullbody.commands.kw4 import printed
 
 from . import cases, paper
 from .findings import sine_growth
@@ -109,7 +108,7 @@ def _year(j: Judge, r: Results) -> None:
         other = r.year["other_g"][shape].period
         why = f"With G = 6.674e-11 instead of 6.67408e-11 it is {other:.4f}."
         j.numbers(f"kw4.{shape}.period", "{}", [numbers.period], why=why, see="period")
-        ours, said = numbers.inclination_period, printed.YEAR[shape].inclination_period
+        ours, said = numbers.inclination_period, paper.YEAR[shape].inclination_period
         limits = (said - 50.0, said + 50.0)
         j.within(f"kw4.{shape}.inclination_period", f"{ours:.0f}", ours, *limits, see="inclination")
         j.cpu(f"kw4.{shape}.cpu", paper.CPU_TIME[shape], numbers.cpu_seconds)
@@ -121,7 +120,7 @@ def _shapes(j: Judge, r: Results) -> None:
     apart = 100 * max(abs(getattr(two, name) / getattr(one, name) - 1) for name in ("a_min", "a_max", "a_mean"))
     j.within("kw4.shape_a", f"{apart:.2f} % at most", apart, high=1.0, unit="%")
     most, mean = 100 * (two.e_max / one.e_max - 1), 100 * (two.e_mean / one.e_mean - 1)
-    largest = [said.e_max for said in printed.YEAR.values()]
+    largest = [said.e_max for said in paper.YEAR.values()]
     why = (
         "The paper does not state what is negligible. With the limit for the semi-major axis it would not hold; but "
         f"the printed largest eccentricities differ by {100 * (largest[1] / largest[0] - 1):.0f} % too."
@@ -190,9 +189,9 @@ def _errors(j: Judge, r: Results) -> None:
     """Errors of the year and of all runs."""
     years = r.year["surface"]
     for shape, numbers in years.items():
-        j.bound(f"kw4.{shape}.energy_error", numbers.energy_step, printed.ERRORS["energy"])
+        j.bound(f"kw4.{shape}.energy_error", numbers.energy_step, paper.ERRORS["energy"])
     one, two = (years[shape].angular_momentum_step for shape in ("ellipsoid", "spheroid"))
-    j.bound("kw4.momentum_error", one, printed.ERRORS["angular_momentum"])
+    j.bound("kw4.momentum_error", one, paper.ERRORS["angular_momentum"])
     j.within("kw4.momentum_error_spheroid", f"{two:.1e} and {one:.1e}", two / one, 0.1, 10.0, "times")
     first, last = r.momentum["places"]
     ours = f"{first:.0e} in the first quarter, {last:.0e} in the last"

@@ -8,10 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 from fullbody import Body, Ellipsoid, SymplecticSplitting, System, Verner98, systems
-from fullbody.commands.kw4 import printed
-from fullbody.commands.kw4 import year as kw4
 
-from . import paper
+from . import kw4, paper
 from .starts import start
 
 __all__ = ["G_HELP", "G_RUN", "NODAL_HOURS", "Nodal", "Way", "nodal", "six_ways", "with_g", "with_printed_axes"]
@@ -32,14 +30,14 @@ def with_printed_axes(shape: kw4.Shape) -> kw4.Numbers:
         Body(Ellipsoid(a, a if shape == "spheroid" else b, c), mass=body.mass, name=body.name)
         for body, (a, b, c) in zip(system.bodies, paper.KW4_AXES, strict=True)
     ]
-    return kw4.measure(System(bodies, G=system.G).integrate(state, printed.YEAR_HOURS))
+    return kw4.measure(System(bodies, G=system.G).integrate(state, paper.YEAR_HOURS))
 
 
 def with_g(shape: kw4.Shape, g: float) -> kw4.Numbers:
     """The year with another G, in m^3 kg^-1 s^-2, from the stated elements."""
     stated, state = systems.kw4_ho2021(shape)
     system = System(stated.bodies, G=stated.G * g / G_RUN)
-    return kw4.measure(system.integrate(start(state, system.mu(), M=0.0), printed.YEAR_HOURS))
+    return kw4.measure(system.integrate(start(state, system.mu(), M=0.0), paper.YEAR_HOURS))
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +51,7 @@ class Way:
     inclination_period: float
 
 
-def six_ways(until: float = printed.YEAR_HOURS) -> list[Way]:
+def six_ways(until: float = paper.YEAR_HOURS) -> list[Way]:
     """Two methods of gravity, by each of which two kinds of integrator and two charts of the attitudes.
 
     Ctrl-C takes effect when the runs under way have ended.
@@ -73,7 +71,7 @@ def six_ways(until: float = printed.YEAR_HOURS) -> list[Way]:
         system, state = systems.kw4_ho2021(gravity=gravity, attitude_chart=chart)
         ranges = kw4.spin_range(system, state, integrator)
         period = float("nan")
-        if until > printed.SPIN_HOURS:
+        if until > paper.SPIN_HOURS:
             run = system.integrate(state, until, output=1.0, integrator=integrator)
             period = kw4.between_maxima(run.time, kw4.inclination_to_first(run))
         return Way(gravity, name, chart, ranges, period)

@@ -5,11 +5,19 @@ from types import SimpleNamespace
 import fullbody
 import numpy as np
 import pytest
-from fullbody.commands.kw4 import drawing
-from fullbody.commands.kw4 import figures as kw4_figures
-from fullbody.commands.kw4 import year as kw4
 
-from reproduction.ho2021 import case_figures, cases, evidence_figures, paper, spin, symmetry, years
+from reproduction.ho2021 import (
+    case_figures,
+    cases,
+    drawing,
+    evidence_figures,
+    kw4,
+    kw4_figures,
+    paper,
+    spin,
+    symmetry,
+    years,
+)
 
 
 @pytest.fixture(scope="module")

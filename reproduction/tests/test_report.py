@@ -7,10 +7,8 @@ from html.parser import HTMLParser
 
 import fullbody
 import pytest
-from fullbody.commands.cli import main
-from fullbody.commands.kw4 import printed
 
-from reproduction.ho2021 import page, paper
+from reproduction.ho2021 import kw4_year, page, paper
 from reproduction.ho2021.__main__ import main as report
 from reproduction.ho2021.page import write_report
 from reproduction.typesetting import typeset
@@ -28,7 +26,7 @@ def test_verdicts_are_the_known_ones(draft):
         by_word.setdefault(verdict.verdict, set()).add(verdict.key)
     differ = {"case1.z", "case2.z", "case1.force_z", "case2.four_times", "kw4.spheroid.spin_xy", "kw4.synchronous"}
     differ |= {"kw4.period_order_5", "kw4.period_power", *(f"kw4.spin_{axis}" for axis in "xyz")}
-    differ |= {f"kw4.{shape}.{what}" for shape in printed.YEAR for what in ("period", "inclination_period")}
+    differ |= {f"kw4.{shape}.{what}" for shape in paper.YEAR for what in ("period", "inclination_period")}
     assert by_word["differs"] == differ
     # A draft stops short of t = 2200.
     assert by_word["open"] == {
@@ -56,7 +54,7 @@ def test_what_a_threshold_decides_is_open(draft, key):
 
 def test_the_mean_periods_are_run_with_both_values_of_g(draft, numbers):
     """The printed digits, from a run and not from Kepler's third law; a system of its own says the same."""
-    for shape, said in printed.YEAR.items():
+    for shape, said in paper.YEAR.items():
         ours, other = (numbers["year"][way][shape]["period"] for way in ("surface", "other_g"))
         assert f"{other:.4f}" == f"{said.period:.4f}" != f"{ours:.4f}"
         stated, _ = fullbody.systems.kw4_ho2021(shape)
@@ -92,9 +90,9 @@ def test_equal_means_the_printed_digits(draft):
 
 
 def test_kw4_command_and_report_measure_alike(numbers, tmp_path, capsys):
-    assert main(["kw4", "--out", str(tmp_path), "--gravity", "focal", "--quiet"]) == 0
+    assert kw4_year.main(["--out", str(tmp_path), "--gravity", "focal", "--quiet"]) == 0
     command = json.loads((tmp_path / "numbers.json").read_text())
-    for shape in printed.YEAR:
+    for shape in paper.YEAR:
         one, two = command[shape]["focal"], numbers["year"]["focal"][shape]
         for measured in (one, two):
             measured.pop("cpu_seconds")

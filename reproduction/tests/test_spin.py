@@ -3,10 +3,9 @@
 import fullbody
 import numpy as np
 import pytest
-from fullbody.commands.kw4 import printed
 from scipy.spatial.transform import Rotation
 
-from reproduction.ho2021 import spin, starts
+from reproduction.ho2021 import paper, spin, starts
 
 SYSTEM, STATE = fullbody.systems.kw4_ho2021(gravity="surface")
 #: Mean motion of the stated orbit, degrees an hour.
@@ -22,7 +21,7 @@ def six(state):
 
 def off(state):
     """The largest difference from the printed six."""
-    return np.abs(six(state) - [printed.SPIN[axis] for axis in "xyz"]).max()
+    return np.abs(six(state) - [paper.SPIN[axis] for axis in "xyz"]).max()
 
 
 def turned(rotation):
@@ -92,7 +91,7 @@ def test_scans_tell_how_far_the_ranges_are_near():
 
 def test_an_orientation_gives_all_six_printed_numbers(best):
     found = six(turned(best))
-    assert np.round(found, 2).tolist() == [list(printed.SPIN[axis]) for axis in "xyz"]
+    assert np.round(found, 2).tolist() == [list(paper.SPIN[axis]) for axis in "xyz"]
     # A turn the other way does not.
     assert off(turned(best.inv())) > 0.5
 
@@ -135,6 +134,6 @@ def test_rivals_stand_side_by_side(readings):
 
 def test_no_rival_gives_the_printed_year(readings):
     stated, *others = readings.values()
-    said = printed.YEAR["ellipsoid"].a_mean
+    said = paper.YEAR["ellipsoid"].a_mean
     assert stated["a_mean"] == pytest.approx(said, abs=5e-5)
     assert all(abs(reading["a_mean"] - said) > 3e-4 for reading in others)

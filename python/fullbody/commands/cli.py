@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from ..base.version import version
 from ..errors import FullbodyError
-from . import info, kw4, millennia, run
+from . import info, kw4, run
 
 __all__ = ["build_parser", "main"]
 
@@ -22,7 +22,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"fullbody {version()}")
     subparsers = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for command in (run, info, kw4, millennia):
+    for command in (run, info, kw4):
         command.register(subparsers)
     return parser
 

@@ -12,10 +12,11 @@ from ..base.units import from_text
 from ..errors import FullbodyError, Interrupted
 from ..files.netcdf import SUFFIXES
 from ..files.reading import netcdf
+from ..motion.run import Run
 from ..plots._style import matplotlib
 from ..setups.toml import read_toml
 
-__all__ = ["register"]
+__all__ = ["page", "register"]
 
 _PAGES = (".png", ".pdf", ".svg")
 
@@ -62,7 +63,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise
     result.save(out)
     if arguments.page is not None:
-        _draw(result, arguments.page)
+        with replacing(arguments.page) as temporary:
+            page(result).savefig(temporary)
     if not arguments.quiet:
         print(tables.to_text(result._tables()[0]))
         print(f"written to {out}")
@@ -77,10 +79,8 @@ def _time(text: str | None) -> Any:
         return from_text(str(text), "--until", "time")
 
 
-def _draw(result: Any, path: Path) -> None:
-    """Draw the page of plots on a figure without a window."""
-    height = 7.0 + 2.1 * len(result.system)
-    figure = matplotlib("figure").Figure(figsize=(11.0, height), layout="constrained")
-    result.plot(figure)
-    with replacing(path) as temporary:
-        figure.savefig(temporary)
+def page(run: Run) -> Any:
+    """Return the page of plots of a run, on a figure without a window."""
+    figure = matplotlib("figure").Figure(figsize=(11.0, 7.0 + 2.1 * len(run.system)), layout="constrained")
+    run.plot(figure)
+    return figure

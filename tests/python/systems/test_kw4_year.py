@@ -8,13 +8,13 @@ samples the smallest semi-major axis of the ellipsoids comes out as 2.5419 inste
 import fullbody
 import numpy as np
 import pytest
-from fullbody.commands.kw4 import printed
-from fullbody.commands.kw4 import year as kw4
 
-YEAR = printed.YEAR_HOURS
+from reproduction.ho2021 import kw4, paper
+
+YEAR = paper.YEAR_HOURS
 
 #: Range and mean of a in km, largest e, mean period in hours.
-PRINTED = {shape: ((p.a_min, p.a_max, p.a_mean), p.e_max, p.period) for shape, p in printed.YEAR.items()}
+PRINTED = {shape: ((p.a_min, p.a_max, p.a_mean), p.e_max, p.period) for shape, p in paper.YEAR.items()}
 
 
 @pytest.fixture(scope="module", params=PRINTED)

@@ -1,16 +1,17 @@
-"""``fullbody millennia``: goes on where it was cut short, to the same bits."""
+"""Ten thousand years of 1999 KW4: the command goes on where it was cut short, to the same bits."""
 
 import json
 
 import fullbody
 import pytest
-from fullbody.commands.cli import main
+
+from reproduction.ho2021.millennia import main
 
 OPTIONS = ["--step", "0.73", "--part", "0.1", "--quiet"]
 
 
 def millennia(folder, years, *more):
-    return main(["millennia", "--out", str(folder), "--years", str(years), *OPTIONS, *more])
+    return main(["--out", str(folder), "--years", str(years), *OPTIONS, *more])
 
 
 def test_a_run_cut_short_goes_on_to_the_same_bits(tmp_path, capsys):

@@ -1,4 +1,4 @@
-"""Shared parts of the report's figures."""
+"""Shared parts of the figures."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-
-from ...plots._style import LINES, matplotlib
+from fullbody.plots._style import LINES, matplotlib
 
 __all__ = ["SHAPES", "figure", "floor", "largest", "positive", "power", "windows"]
 

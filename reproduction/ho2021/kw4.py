@@ -1,18 +1,14 @@
-"""The year of 1999 KW4 in numbers: what section 4 of the paper prints, measured on a run."""
+"""The year of 1999 KW4 in numbers: what section 4 of the paper prints, measured on a run of ``fullbody kw4``."""
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
-
-from ... import systems
-from ...motion.run import Run
-from ...record.integrators import Integrator, Verner98
-from . import printed
+from fullbody import Run
+from fullbody.commands import kw4
+from fullbody.commands.kw4 import METHODS, SHAPES, Shape, plain, run_year, spin_range
 
 __all__ = [
     "METHODS",
@@ -31,10 +27,6 @@ __all__ = [
 ]
 
 _Array = npt.NDArray[np.float64]
-
-Shape = Literal["ellipsoid", "spheroid"]
-SHAPES: tuple[Shape, ...] = get_args(Shape)
-METHODS = ("surface", "focal")
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,54 +60,17 @@ class Numbers:
     cpu_seconds: float
 
 
-def run_year(
-    shape: Shape,
-    method: str,
-    until: float = printed.YEAR_HOURS,
-    *,
-    integrator: Integrator | None = None,
-    progress: Any = False,
-) -> tuple[Run, float]:
-    """Integrate the paper's start with every step kept; return the run and its CPU time in seconds."""
-    system, state = systems.kw4_ho2021(shape, gravity=method, units=True)
-    started = time.process_time()
-    run = system.integrate(state, until, integrator=integrator or Verner98(1e-13, 1e-13), progress=progress)
-    return run, time.process_time() - started
-
-
-def plain(values: Any) -> _Array:
-    """Return the numbers of a Quantity, or plain numbers as they are; both are in km, hour, kg, radians here."""
-    return np.asarray(getattr(values, "value", values))
-
-
 def measure(run: Run, seconds: float = 0.0) -> Numbers:
     """Measure the quantities that the paper prints, on a run in km, hour, kg, with or without Quantities."""
-    elements = run.elements()
-    a, hours = plain(elements.a), plain(run.time)
-    ranges = [(float(low), float(high)) for low, high in spin_range(run.system, run[0])]
-    energy = plain(run.energy)
+    hours, energy = plain(run.time), plain(run.energy)
     momentum = momentum_of_places(run)
-    tops = slow_maxima(hours, plain(elements.i))
+    tops = slow_maxima(hours, plain(run.elements().i))
     return Numbers(
-        e_max=float(np.max(elements.e)),
-        e_mean=_mean(hours, elements.e),
-        a_min=float(a.min()),
-        a_max=float(a.max()),
-        a_mean=_mean(hours, a),
-        period=_mean(hours, plain(elements.period(run.system.mu()))),
+        **kw4.measure(run, seconds),
         inclination_period=between_maxima(hours, inclination_to_first(run)),
         inclination_return=float(tops[0]) if len(tops) else float("nan"),
-        spin_x=ranges[0],
-        spin_y=ranges[1],
-        spin_z=ranges[2],
         energy_step=float(np.max(np.abs(np.diff(energy) / energy[:-1]))),
-        energy_drift=float(np.max(np.abs(run.energy_drift))),
-        energy_drift_orbital=float(np.max(np.abs(run.energy_drift_orbital))),
         angular_momentum_step=float(np.max(np.abs(np.diff(momentum, axis=0) / momentum[:-1]))),
-        angular_momentum_drift=float(np.max(run.angular_momentum_drift)),
-        steps=run.statistics.steps,
-        evaluations=run.statistics.evaluations,
-        cpu_seconds=seconds,
     )
 
 
@@ -139,18 +94,6 @@ def momentum_of_places(run: Run) -> _Array:
 def drift(momentum: _Array) -> _Array:
     """Return the length of the change of angular momenta (K, 3) since the start, relative to the length there (K,)."""
     return np.asarray(np.linalg.norm(momentum - momentum[0], axis=1) / np.linalg.norm(momentum[0]))
-
-
-def spin_range(system: Any, state: Any, integrator: Integrator | None = None, spacing: float = 0.02) -> _Array:
-    """Return the range of Beta's spin over the first 200 h, 1e-5 rad/s (3, 2), in a system of km, hour, kg."""
-    run = system.integrate(state, printed.SPIN_HOURS, output=spacing, integrator=integrator)
-    spin = plain(run.spin)[:, 1] * (1e5 / 3600.0)
-    return np.stack([spin.min(axis=0), spin.max(axis=0)], axis=1)
-
-
-def _mean(hours: _Array, values: Any) -> float:
-    """Return the mean over time."""
-    return float(np.trapezoid(values, hours) / np.ptp(hours))
 
 
 def inclination_to_first(run: Run) -> _Array:

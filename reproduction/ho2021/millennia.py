@@ -1,29 +1,26 @@
-"""``fullbody millennia``: integrate 1999 KW4 for ten thousand years, in parts that are saved one by one."""
+"""``python -m reproduction.ho2021.millennia``: 1999 KW4 for ten thousand years, in parts that are saved one by one."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from fullbody import InvalidInput, Run, Simulation, SymplecticSplitting, load
+from fullbody.base.atomic import replacing
+from fullbody.base.tables import Table, to_text
+from fullbody.files.reading import netcdf
+from fullbody.plots._style import LINES, grid, legend, matplotlib
+from fullbody.systems import kw4_ho2021
 
-from ..base.atomic import replacing
-from ..base.tables import Table, to_text
-from ..errors import InvalidInput
-from ..files.reading import netcdf
-from ..motion.loading import load
-from ..motion.run import Run
-from ..motion.simulation import Simulation
-from ..plots._style import LINES, grid, legend, matplotlib
-from ..record.integrators import SymplecticSplitting
-from ..systems import kw4_ho2021
-from .kw4.drawing import figure, largest, windows
-from .kw4.numbers import write_numbers
+from ..publishing import reported, write_numbers
+from .drawing import figure, largest, windows
 
-__all__ = ["measure", "register"]
+__all__ = ["main", "measure"]
 
 #: The number of hours in a Julian year.
 _YEAR = 8766.0
@@ -33,11 +30,10 @@ _SAMPLES = 10.0
 _KEPT = "simulation.sim"
 
 
-def register(subparsers: Any) -> None:
-    """Add the command."""
-    parser = subparsers.add_parser(
-        "millennia",
-        help="ten thousand years of 1999 KW4 by the symplectic splitting",
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command."""
+    parser = argparse.ArgumentParser(
+        prog="python -m reproduction.ho2021.millennia",
         description="Run the paper's (66391) 1999 KW4 for ten thousand years by the symplectic splitting, whose step "
         "is chosen by short trials, and write samples, numbers and a figure of the energy's error. A run that was "
         "cut short goes on where it was by the same command, and a longer one from the end of a shorter one.",
@@ -49,10 +45,11 @@ def register(subparsers: Any) -> None:
     parser.add_argument("--step", type=float, help="hours, instead of the trials")
     parser.add_argument("--part", type=float, default=100.0, help="years that are run at once and kept (%(default)g)")
     parser.add_argument("--quiet", action="store_true", help="no progress")
-    parser.set_defaults(run=run)
+    arguments = parser.parse_args(argv)
+    return reported(lambda: run(arguments))
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> None:
     """Run the missing parts, and print and draw the whole run."""
     for name in ("years", "part"):
         value = getattr(arguments, name)
@@ -100,7 +97,6 @@ def run(arguments: argparse.Namespace) -> int:
         out / "numbers.json", {"shape": arguments.shape, "step": step, **{name: text for name, text in table.rows}}
     )
     print(f"\nSamples, numbers.json and energy.png are in {out}/")
-    return 0
 
 
 def _simulation(kept: Path, arguments: argparse.Namespace) -> Simulation:
@@ -174,3 +170,7 @@ def _figure(found: dict[str, Any]) -> Any:
         ax.margins(x=0)
         grid(ax)
     return drawn
+
+
+if __name__ == "__main__":
+    sys.exit(main())

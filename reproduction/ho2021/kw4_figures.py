@@ -1,14 +1,14 @@
-"""The figures of ``fullbody kw4``, laid out like the paper's."""
+"""The figures of the year of 1999 KW4, laid out like the paper's."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+from fullbody import Run
+from fullbody.plots._style import LINES, grid, legend, matplotlib
 
-from ...motion.run import Run
-from ...plots._style import LINES, grid, legend, matplotlib
-from . import printed, year
+from . import kw4, paper
 from .drawing import SHAPES, figure, floor, largest, windows
 
 __all__ = ["all_figures"]
@@ -19,24 +19,24 @@ _ORBITS = 5
 _WINDOW = 100.0
 
 
-def all_figures(runs: dict[year.Shape, Run]) -> dict[str, Any]:
+def all_figures(runs: dict[kw4.Shape, Run]) -> dict[str, Any]:
     """Make the three figures, by name."""
     return {"elements": elements(runs), "beta_spin": beta_spin(runs), "errors": errors(runs)}
 
 
-def elements(runs: dict[year.Shape, Run]) -> Any:
+def elements(runs: dict[kw4.Shape, Run]) -> Any:
     """Draw eccentricity, semi-major axis and inclination to the first orbit's plane over the year."""
     drawn = matplotlib("figure").Figure(figsize=(8.0, 7.5), layout="constrained")
     names = list(runs)
     axes = drawn.subplot_mosaic([[f"e {s}" for s in names], [f"a {s}" for s in names], ["inclination"] * len(names)])
-    width = _ORBITS * printed.YEAR["ellipsoid"].period
+    width = _ORBITS * paper.YEAR["ellipsoid"].period
     # In a short run the oscillation itself can be seen.
-    long = min(float(year.plain(run.time)[-1]) for run in runs.values()) > 10 * width
+    long = min(float(kw4.plain(run.time)[-1]) for run in runs.values()) > 10 * width
     tilt = axes["inclination"]
     for shape, run in runs.items():
-        hours, orbit, style = year.plain(run.time), run.elements(), SHAPES[shape]
+        hours, orbit, style = kw4.plain(run.time), run.elements(), SHAPES[shape]
         line = {"color": style["color"], "linewidth": 0.9}
-        for name, values in (("e", orbit.e), ("a", year.plain(orbit.a))):
+        for name, values in (("e", orbit.e), ("a", kw4.plain(orbit.a))):
             ax = axes[f"{name} {shape}"]
             if long:
                 middle, low, high = windows(hours, values, width)
@@ -56,7 +56,7 @@ def elements(runs: dict[year.Shape, Run]) -> Any:
         over = f"range over {_ORBITS} orbits" if long else "each step"
         axes[f"e {shape}"].set_title(f"{style['label']}: {over}", fontsize="medium")
         thinned = run[::16] if long else run
-        tilt.plot(year.plain(thinned.time), year.inclination_to_first(thinned), linewidth=1.3, **style)
+        tilt.plot(kw4.plain(thinned.time), kw4.inclination_to_first(thinned), linewidth=1.3, **style)
     axes[f"e {names[0]}"].set_ylabel("eccentricity\n(dimensionless)")
     axes[f"a {names[0]}"].set_ylabel("semi-major axis [km]")
     tilt.set_ylabel("inclination to the\nfirst orbit's plane [deg]")
@@ -69,19 +69,19 @@ def elements(runs: dict[year.Shape, Run]) -> Any:
     return drawn
 
 
-def beta_spin(runs: dict[year.Shape, Run]) -> Any:
+def beta_spin(runs: dict[kw4.Shape, Run]) -> Any:
     """Draw Beta's angular velocity in its own frame over the first 200 hours."""
     drawn, axes = figure(3, 1, (7.0, 6.5), sharex=True)
     until = 0.0
     for shape, run in runs.items():
-        hours = year.plain(run.time)
-        until = max(until, min(printed.SPIN_HOURS, float(hours[-1])))
+        hours = kw4.plain(run.time)
+        until = max(until, min(paper.SPIN_HOURS, float(hours[-1])))
         # One more sample is needed for the line to reach the edge.
         first = slice(0, int(np.searchsorted(hours, until)) + 1)
-        spin = year.plain(run.spin)[first, 1] * (1e5 / 3600.0)
+        spin = kw4.plain(run.spin)[first, 1] * (1e5 / 3600.0)
         for ax, component in zip(axes[:, 0], spin.T, strict=True):
             ax.plot(hours[first], component, linewidth=1.1, **SHAPES[shape])
-    for ax, (axis, (low, high)) in zip(axes[:, 0], printed.SPIN.items(), strict=True):
+    for ax, (axis, (low, high)) in zip(axes[:, 0], paper.SPIN.items(), strict=True):
         ax.axhspan(low, high, color="0.88", zorder=0, linewidth=0, label="range that the paper prints (ellipsoids)")
         ax.set_ylabel(rf"$\hat\omega_{axis}$ [$10^{{-5}}$ rad/s]")
     legend(axes[0, 0])
@@ -91,13 +91,13 @@ def beta_spin(runs: dict[year.Shape, Run]) -> Any:
     return drawn
 
 
-def errors(runs: dict[year.Shape, Run]) -> Any:
+def errors(runs: dict[kw4.Shape, Run]) -> Any:
     """Draw errors of energy and angular momentum: from step to step, as in the paper, and since the start."""
     drawn, axes = figure(2, 2, (10.0, 7.0), sharex=True)
-    end = max(float(year.plain(run.time)[-1]) for run in runs.values())
+    end = max(float(kw4.plain(run.time)[-1]) for run in runs.values())
     width = min(_WINDOW, end / 20)
     for shape, run in runs.items():
-        hours, energy, style = year.plain(run.time), year.plain(run.energy), SHAPES[shape]
+        hours, energy, style = kw4.plain(run.time), kw4.plain(run.energy), SHAPES[shape]
         axes[0, 0].plot(*largest(hours[1:], np.diff(energy) / energy[:-1], width), linewidth=1.2, **style)
         for drift, name, thick in (
             (run.energy_drift_orbital, "of the orbital energy", 2.0),
@@ -106,13 +106,13 @@ def errors(runs: dict[year.Shape, Run]) -> Any:
             label = f"{style['label']}, {name}"
             axes[0, 1].plot(*largest(hours, drift, width), **{**style, "linewidth": thick, "label": label})
     run = runs["ellipsoid"]
-    hours, places = year.plain(run.time), year.momentum_of_places(run)
+    hours, places = kw4.plain(run.time), kw4.momentum_of_places(run)
     step = np.diff(places, axis=0) / places[:-1]
     for k, axis in enumerate("xyz"):
         axes[1, 0].plot(*largest(hours[1:], step[:, k], width), linewidth=1.2, label=f"$J_{axis}$", **LINES[k])
     for k, (drift, name) in enumerate(
         (
-            (year.drift(places), "r x m v of the bodies' places"),
+            (kw4.drift(places), "r x m v of the bodies' places"),
             (run.angular_momentum_drift, "the barycentre's part kept apart"),
         )
     ):
@@ -127,7 +127,7 @@ def errors(runs: dict[year.Shape, Run]) -> Any:
         ax.set_xlim(0.0, end)
         grid(ax)
         legend(ax, columns=3 if ax in axes[:, 0] else 2)
-    floor(axes[0, 0], min(abs(year.plain(run.energy)[0]) for run in runs.values()))
+    floor(axes[0, 0], min(abs(kw4.plain(run.energy)[0]) for run in runs.values()))
     for ax in axes[1]:
         ax.set_xlabel("time [h]")
     drawn.align_ylabels()
