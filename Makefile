@@ -159,11 +159,11 @@ $(BINARIES)/numbers.json: $(VENV)/.built $(SOURCES) $(OBSERVATIONS)
 	$(BIN)/python -m reproduction.binaries --out $(BINARIES)
 
 # HERA_MEMBERS= sets the number of members, HERA_DASK=local runs them on workers of dask.
-hera: $(VENV)/.built  ## what Hera should find at Didymos, 24 members from DART to its arrival, into out/hera/; resumes after an interruption
+hera: $(VENV)/.built  ## what Hera should find at Didymos, 40 members from DART to its survey, into out/hera/; resumes after an interruption
 	$(BIN)/python -m reproduction.hera2026 --out out/hera
 
-hera-full: $(VENV)/.built  ## the same with 2,000 members, hours; continues what `make hera` has begun
-	HERA_MEMBERS=$(or $(HERA_MEMBERS),2000) $(BIN)/python -m reproduction.hera2026 --out out/hera
+hera-full: $(VENV)/.built  ## the same as on the page of the documentation, half an hour of processor time, into out/hera-full/
+	HERA_WHOLE=1 $(BIN)/python -m reproduction.hera2026 --out out/hera-full
 
 bench: $(VENV)/.dev  ## measurements: criterion, the table beside numpy and scipy, instruction counts, work and precision, round-off, the splitting, import, external forces, gravity at many points, polyhedra, flights, derivatives, fits; collisions missed; a sweep killed twenty times
 	cargo bench --manifest-path benches/criterion/Cargo.toml

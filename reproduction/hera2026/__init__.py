@@ -1,1 +1,1 @@
-"""What Hera should find at Didymos and Dimorphos: a prediction dated 2026-11-23."""
+"""What Hera should find at Didymos and Dimorphos: a prediction dated 2026-11-25."""

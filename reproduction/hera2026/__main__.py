@@ -14,10 +14,9 @@ __all__ = ["main"]
 def main(argv: Sequence[str] | None = None) -> int:
     """Write the report and print it."""
     text = (
-        "Fit the published values of Didymos and Dimorphos, run draws from their posterior from the impact of DART to "
-        "the arrival of Hera, and write report.md, figures, numbers.json and the small files of results. HERA_MEMBERS "
-        "is the number of members, 24 unless set, 2000 for the whole study; each takes some seconds of one core. When "
-        "it is cut short, the same command goes on from there, also with more members."
+        "Weigh starts of Didymos and Dimorphos by the published values, run them from the impact of DART to the survey "
+        "of Hera, and write report.md, figures, numbers.json and the small files of results. The study is a small one "
+        "unless HERA_WHOLE is set. When it is cut short, the same command goes on from there."
     )
     return command("hera2026", text, "out/hera", write, argv)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import fullbody
 import numpy as np
-from fullbody import Run, State, System, Verner98
+from fullbody import Run, State, System, Verner98, ensembles
 
 from . import measures, model
 from .inputs import INPUTS
@@ -30,13 +30,14 @@ ACROSS: Final = {name: INPUTS[name].sigma for name in ("normal", "miss_normal")}
 def setup(a_b: float, b_c: float) -> tuple[System, State]:
     """The start with the values of the table of inputs and a motion across the plane of one standard error."""
     bodies, state = model.start(**FIXED, **ACROSS, a_b=a_b, b_c=b_c)
-    return System(bodies, G=model.G, gravity="multipole:4"), state
+    return System(bodies, G=model.G, gravity=model.GRAVITY), state
 
 
 def measure(run: Run) -> dict[str, Any]:
-    """The largest angles and when one of them passed the limit; and the orbit as observers would have seen it."""
-    found = measures.within_the_window(run)
-    return {name: found.get(name) for name in ("tumbling_time", "largest_roll", "largest_yaw", "precession_after")}
+    """Measure when a roll passed the limit, and the orbit that observers would fit."""
+    return {"tumbling_time": ensembles.attitude(run, measures.LIMIT)["tumbling_time"]} | measures.observed_orbit(
+        "", run
+    )
 
 
 def sweep(folder: Path | None, draft: bool = False, progress: bool = False) -> xarray.Dataset:
@@ -49,6 +50,7 @@ def sweep(folder: Path | None, draft: bool = False, progress: bool = False) -> x
         output=measures.SPACING,
         integrator=Verner98(1e-8, 1e-8),
         store=None if folder is None else folder / "axes.nc",
+        key="hera2026 axes 2",
         threads=1,
         progress=progress,
     )

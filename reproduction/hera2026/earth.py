@@ -24,11 +24,6 @@ HOURS: Final = 24.0
 STEP: Final = 0.05
 
 
-def hours(date: str) -> float:
-    """Hours from the impact."""
-    return float((np.datetime64(date, "ms") - np.datetime64(IMPACT, "ms")) / np.timedelta64(1, "ms") / 3.6e6)
-
-
 def apparition(dates: Any) -> Geometry:
     """The directions of the earth and the Sun from the system over some dates."""
     from astropy import units as u
@@ -63,23 +58,26 @@ def night(found: xarray.Dataset, members: npt.NDArray[np.intp]) -> dict[str, Any
         ``shift`` (M,), the time of that middle after the beginning of the night; ``events``, a table of kinds and
         bodies with the middles and durations (M,) of the first of each kind after the middle; nan for none.
     """
-    begin = hours(NIGHT)
-    geometry = _plain(measures.END, begin + 3 * HOURS)
+    begin = measures.hours(NIGHT)
+    geometry = _plain(measures.ARRIVING, begin + 3 * HOURS)
     time = np.arange(0.0, HOURS + STEP / 2, STEP)
     curves, shifts, events = [], [], []
     for member in members:
         row = found.isel(row=int(member))
         system, _ = model.setup(**{name: float(row[name]) for name in model.NAMES})
         position, velocity, attitude, spin = np.split(row.state.values, [3, 6, 10], axis=1)
-        state = State(position, velocity, attitude, spin, time=measures.END)
+        state = State(position, velocity, attitude, spin, time=measures.ARRIVING)
         near = system.integrate(state, begin, output="ends", integrator=Verner98(1e-9, 1e-9))[-1]
         run = system.integrate(near, begin + 2.5 * HOURS, dense=True, integrator=Verner98(1e-9, 1e-9))
         seen = mutual_events(run, geometry)
-        middle = next(
-            one.middle
-            for one in seen
-            if one.kind == "occultation" and one.body == "Dimorphos" and one.middle is not None
-        )
+        middles = [
+            event.middle
+            for event in seen
+            if event.kind == "occultation" and event.body == "Dimorphos" and event.middle is not None
+        ]
+        if not middles:
+            continue
+        middle = middles[0]
         light = light_curve(run, middle + time, geometry, law=LommelSeeliger())
         curves.append(light - np.median(light))
         shifts.append(middle - begin)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from scipy.interpolate import CubicSpline
 
-from . import measures, posterior, results
+from . import measures, posterior, weights
 from .earth import NIGHT
 from .inputs import ARRIVAL, DATED
 
@@ -21,7 +22,7 @@ __all__ = ["angles", "night", "outcomes", "sensitivity"]
 _LOOK = {
     "locked": ("#0072b2", "o"),
     "rolling": ("#e69f00", "^"),
-    "tumbling": ("#cc79a7", "s"),
+    "end over end": ("#cc79a7", "s"),
     "unmeasured": ("0.6", "x"),
     "contact": ("k", "P"),
     "escape": ("k", "*"),
@@ -31,7 +32,7 @@ _LOOK = {
 
 
 def outcomes(found: xarray.Dataset, axes_map: xarray.Dataset) -> Figure:
-    """Members over their axis ratios by what they do at arrival, over how long the first motion lasts."""
+    """Members over their axis ratios, sizes by weight, over how long the first motion lasts."""
     figure = Figure(figsize=(7.2, 5.4), layout="constrained")
     axes = figure.subplots()
     days = np.where(np.isfinite(axes_map.tumbling_time), axes_map.tumbling_time / 24.0, posterior.OBSERVED_DAYS)
@@ -42,20 +43,25 @@ def outcomes(found: xarray.Dataset, axes_map: xarray.Dataset) -> Figure:
         image, ax=axes, label="first day with a roll beyond 60 degrees (of 67)", boundaries=np.arange(0, 68)
     )
     bar.set_ticks([0, 20, 40, 60, 67], labels=["0", "20", "40", "60", "none"])
-    seen = results.consistent(found)
+    weight = weights.normalized(found.log_weight.values)
     for word, (colour, mark) in _LOOK.items():
         mine = found.outcome.values == word
         if mine.any():
-            options: dict[str, Any] = (
-                {} if mark in "x+" else {"edgecolors": np.where(seen[mine], "k", "none"), "linewidths": 1.3}
-            )
+            size = 6.0 + 5000.0 * weight[mine]
+            edges = [(0.0, 0.0, 0.0, 1.0 if change else 0.0) for change in found.changed.values[mine]]
             axes.scatter(
-                found.a_b[mine], found.b_c[mine], s=34, c=colour, marker=mark, label=f"{word} ({mine.sum()})", **options
+                found.a_b[mine],
+                found.b_c[mine],
+                s=size,
+                facecolors=to_rgba(colour, 0.75),
+                marker=mark,
+                edgecolors=edges,
+                label=f"{word}: {100 * weight[mine].sum():.0f} % of the weight",
             )
-    axes.scatter([], [], s=34, facecolors="none", edgecolors="k", label=f"apses as observed ({seen.sum()})")
+    axes.scatter([], [], s=34, facecolors="none", edgecolors="k", label="orbit changed in days 67 to 120")
     axes.set_xlabel("a/b of Dimorphos")
     axes.set_ylabel("b/c of Dimorphos")
-    axes.set_xlim(1.16, 1.44)
+    axes.set_xlim(1.12, 1.44)
     axes.set_ylim(1.0, 1.5)
     axes.legend(loc="lower left", fontsize=9, title=f"Dimorphos on {ARRIVAL[:10]}")
     return figure
@@ -69,7 +75,7 @@ def angles(found: xarray.Dataset, count: int = 12) -> Figure:
     panels = figure.subplots(2, 2, sharex=True, sharey="row", squeeze=False)
     hours = measures.SPACING * (np.arange(found.sizes["time"]) - found.sizes["time"] + 1)
     fine = np.linspace(hours[0], hours[-1], 20 * len(hours))
-    words = found.outcome.values[: found.sizes["kept"]]
+    words = found.outcome.values[found.member.values.astype(int)]
     for column, word in enumerate(("locked", "rolling")):
         mine = found.angles.values[words == word][:count].astype(float)
         panels[0, column].set_title(f"{len(mine)} {word} members", fontsize=10)

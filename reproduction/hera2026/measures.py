@@ -1,4 +1,4 @@
-"""What is recorded of a member: its outcome, the orbit after the impact, and the state at arrival with its history."""
+"""What is recorded of a run: the orbits that observers would fit, and what Dimorphos does at some dates."""
 
 from __future__ import annotations
 
@@ -8,161 +8,172 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 from fullbody import InvalidInput, Run, ensembles, observables
-from fullbody.frames import pole_vector
 
 from . import model, posterior
-from .inputs import ARRIVAL, IMPACT, INPUTS
+from .ellipse import fitted_ellipse
+from .inputs import ARRIVAL, DATES, IMPACT
 
-__all__ = ["END", "SPACING", "WINDOW", "measure", "outcome", "within_the_window", "wrapped"]
+__all__ = [
+    "CHANGE_DAYS",
+    "END",
+    "SPACING",
+    "WINDOW",
+    "early",
+    "hours",
+    "measure",
+    "observed_orbit",
+    "outcome",
+    "wrapped",
+]
 
-#: Hours from the impact to arrival, between samples, and in the windows at both ends of a run.
-END: Final = float(
-    np.round((np.datetime64(ARRIVAL, "ms") - np.datetime64(IMPACT, "ms")) / np.timedelta64(1, "ms") / 3.6e6, 6)
-)
+
+def hours(date: str) -> float:
+    """Return the hours from the impact to a date."""
+    return float((np.datetime64(date, "ms") - np.datetime64(IMPACT, "ms")) / np.timedelta64(1, "ms") / 3.6e6)
+
+
+#: Hours between samples; from the impact to the end of the runs and to arrival, in whole spacings; of a window.
 SPACING: Final = 2.0
+END: Final = SPACING * round(hours(DATES[-1]) / SPACING)
+ARRIVING: Final = SPACING * round(hours(ARRIVAL) / SPACING)
 WINDOW: Final = posterior.OBSERVED_DAYS * model.DAY
-#: Beyond this roll, pitch or yaw Dimorphos counts as turning over; and beyond this yaw as no longer locked.
+#: The day after the impact at which the second interval of observations ends.
+CHANGE_DAYS: Final = 120.0
+#: Beyond this roll Dimorphos counts as rolling, and beyond this pitch or yaw as tumbling end over end.
 LIMIT: Final = np.deg2rad(60.0)
-#: The hours at the end of which the angles themselves are kept.
-FAN: Final = 96.0
+#: The hours before arrival of which the angles themselves are kept.
+LAST_HOURS: Final = 96.0
 
 
-def measure(run: Run, end: float = END) -> dict[str, Any]:
-    """All numbers of a member, and in ``unmeasured`` why some of them are missing."""
-    missing: list[str] = []
-
-    def told(part: Callable[[Run], dict[str, Any]], of: Run) -> dict[str, Any]:
-        try:
-            return part(of)
-        except InvalidInput as error:
-            missing.append(f"{part.__name__}: {error}")
-            return {}
-
-    found = told(ensembles.fate, run) | ensembles.drift(run)
-    time = run.time
-    if len(time) and time[-1] >= WINDOW:
-        found |= told(_after, run[: int(WINDOW / SPACING) + 1])
-    if len(time) > 1:
-        found |= told(_attitude, run)
-    if len(time) and time[-1] >= end:
-        last = run[-int(WINDOW / SPACING) - 1 :]
-        found |= _state(run) | told(_rotation, last) | told(_libration, last) | told(_orbit, last) | told(_apses, last)
-    return found | {"unmeasured": "; ".join(missing), "lock_lost": float(sum(run.switched_off.values()))}
-
-
-def within_the_window(run: Run) -> dict[str, Any]:
-    """What observers would have seen of a run over the days observed, and the largest angles; ``None`` if unclear."""
-    try:
-        seen = _after(run)
-    except InvalidInput:
-        seen = {}
-    return seen | _attitude(run)
-
-
-def wrapped(angle: Any) -> Any:
-    """An angle between minus and plus half a turn."""
-    return (np.asarray(angle) + np.pi) % (2.0 * np.pi) - np.pi
-
-
-def _after(run: Run) -> dict[str, Any]:
-    """The three values that observers published, as they are in this member's own motion in space."""
-    shape, turning = observables.eccentricity(run), observables.orbit_precession(run)
+def early(run: Run) -> dict[str, Any]:
+    """Measure the orbit in both intervals of observations, and when a roll begins; empty for a run that ends before."""
+    if len(run.time) <= _index(CHANGE_DAYS * model.DAY):
+        return {}
+    first, second = _index(WINDOW), _index(CHANGE_DAYS * model.DAY)
     return {
-        "period_after": observables.mutual_period(run).mean,
-        "eccentricity_after": shape.free,
-        "precession_after": None if turning.apsidal is None else np.rad2deg(turning.apsidal) * model.DAY,
+        **observed_orbit("", run[: first + 1]),
+        **observed_orbit("_later", run[first : second + 1]),
+        "tumbling_time": ensembles.attitude(run[: second + 1], LIMIT)["tumbling_time"],
     }
 
 
-def _attitude(run: Run) -> dict[str, Any]:
-    """The largest roll, pitch and yaw of the whole run, and when one of them first passed the limit."""
-    return ensembles.attitude(run, LIMIT)
+def measure(run: Run, end: float = END) -> dict[str, Any]:
+    """Measure a member, with the reasons for missing numbers in ``unmeasured``."""
+    missing: list[str] = []
+
+    def measured(part: Callable[[Run], dict[str, Any]], interval: Run) -> dict[str, Any]:
+        try:
+            return part(interval)
+        except InvalidInput as error:
+            missing.append(str(error))
+            return {}
+
+    result = measured(ensembles.fate, run) | ensembles.drift(run) | measured(early, run)
+    result["lock_lost"] = float(sum(run.switched_off.values()))
+    dates = [_index(SPACING * round(hours(date) / SPACING)) for date in DATES]
+    largest = [_largest(run, last) for last in dates]
+    result |= {
+        f"{name}_by_date": np.array([angles[k] for angles in largest])
+        for k, name in enumerate(("roll", "pitch", "yaw"))
+    }
+    last = _index(min(ARRIVING, end))
+    if len(run.time) > last:
+        window = run[last - _index(WINDOW) : last + 1]
+        angles = zip(("roll", "pitch", "yaw"), _largest(run, last), strict=True)
+        result |= {f"last_{name}": angle for name, angle in angles} | _state(window)
+        for part in (_rotation, _libration, _orbit):
+            result |= measured(part, window)
+    return result | {"unmeasured": "; ".join(missing)}
+
+
+def wrapped(angle: Any) -> Any:
+    """Return an angle between minus and plus half a turn."""
+    return (np.asarray(angle) + np.pi) % (2.0 * np.pi) - np.pi
+
+
+def _index(time: float) -> int:
+    return round(time / SPACING)
+
+
+def observed_orbit(suffix: str, run: Run) -> dict[str, float]:
+    """Return the fitted ellipse of an interval by names that end in a suffix."""
+    ellipse = fitted_ellipse(run)
+    names = ("period", "eccentricity", "precession", "coherence")
+    return {f"observed_{name}{suffix}": getattr(ellipse, name) for name in names}
+
+
+def _largest(run: Run, last: int) -> npt.NDArray[np.float64]:
+    """Return the largest roll, pitch and yaw in degrees of the window that ends at a sample; nan without it."""
+    if len(run.time) <= last:
+        return np.full(3, np.nan)
+    window = run[max(0, last - _index(WINDOW)) : last + 1]
+    return np.asarray(np.rad2deg(np.minimum(observables.tumbles(window, LIMIT).largest, np.pi)))
 
 
 def _state(run: Run) -> dict[str, Any]:
-    """The state at the end, the angles of the last days, and the longitude that Dimorphos has gone through."""
-    position = run.position[:, 1] - run.position[:, 0]
-    x, y = plane().T[:2]
-    longitude = np.unwrap(np.arctan2(position @ y, position @ x))
+    """Return the state at the end of a run and the angles of its last days."""
     end = run[-1]
-    angles = observables.roll_pitch_yaw(run[-int(FAN / SPACING) - 1 :])
     return {
-        "longitude": longitude[-1] - longitude[0],
-        "angles": wrapped(angles),
+        "angles": wrapped(observables.roll_pitch_yaw(run[-_index(LAST_HOURS) - 1 :])),
         "state": np.concatenate([end.position, end.velocity, end.attitude, end.spin], axis=1),
     }
 
 
-def plane() -> npt.NDArray[np.float64]:
-    """The axes of the published orbit as columns: along its node, across it in the plane, and its pole."""
-    longitude, latitude = (np.deg2rad(INPUTS[f"pole_{name}"].value) for name in ("longitude", "latitude"))
-    z = pole_vector(longitude, latitude)
-    x = np.array([-np.sin(longitude), np.cos(longitude), 0.0])
-    return np.stack([x, np.cross(z, x), z], axis=1)
-
-
 def _rotation(run: Run) -> dict[str, Any]:
-    """The rotation of the last window: rates, obliquity, and the largest angles in it."""
-    largest = np.rad2deg(np.minimum(observables.tumbles(run, LIMIT).largest, np.pi))
-    spin, turned = run.spin[:, 1], observables.obliquity(run)
+    """Return the mean rate of rotation and the obliquity."""
+    obliquity = observables.obliquity(run)
     return {
-        "spin": np.linalg.norm(spin, axis=1).mean(),
-        "spin_about_pole": np.abs(spin[:, 2]).mean(),
-        "obliquity": np.rad2deg(turned.mean()),
-        "obliquity_largest": np.rad2deg(turned.max()),
-        **{f"last_{name}": angle for name, angle in zip(("roll", "pitch", "yaw"), largest, strict=True)},
+        "spin": np.linalg.norm(run.spin[:, 1], axis=1).mean(),
+        "obliquity": np.rad2deg(obliquity.mean()),
+        "obliquity_largest": np.rad2deg(obliquity.max()),
     }
 
 
 def _libration(run: Run) -> dict[str, Any]:
-    """Amplitude in degrees and the periods of the two strongest terms, in hours."""
-    found = observables.libration(run, count=2)
-    rates = [*found.frequencies, np.nan, np.nan][:2] if found.amplitude is not None else [np.nan, np.nan]
+    """Return the amplitude in degrees and the period of the strongest term in hours."""
+    libration = observables.libration(run, count=2)
+    if libration.amplitude is None:
+        return {}
     return {
-        "libration": None if found.amplitude is None else np.rad2deg(found.amplitude),
-        "libration_period": 2.0 * np.pi / rates[0],
-        "libration_period_second": 2.0 * np.pi / rates[1],
+        "libration": np.rad2deg(libration.amplitude),
+        "libration_period": 2.0 * np.pi / libration.frequencies[0] if len(libration.frequencies) else np.nan,
     }
 
 
 def _orbit(run: Run) -> dict[str, Any]:
-    """The orbit of the last window."""
-    shape = observables.orbit_shape(run)
+    """Return the fitted ellipse, and the mean semi-major axis and eccentricity of single revolutions."""
+    ellipse, shape = fitted_ellipse(run), observables.orbit_shape(run)
     return {
-        "period": observables.mutual_period(run).mean,
+        "period": ellipse.period,
+        "precession": ellipse.precession,
+        "coherence": ellipse.coherence,
         "semi_major_axis": shape.a.mean(),
         "eccentricity": shape.e.mean(),
     }
 
 
-def _apses(run: Run) -> dict[str, Any]:
-    """The precession of the last window and the mean anomaly at its end, where the distance has one period."""
-    turning = observables.orbit_precession(run)
-    if turning.apsidal is None:
-        return {}
-    distance = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
-    phase = 2.0 * np.pi * (run.time - run.time[-1]) / turning.anomalistic_period
-    basis = np.stack([np.ones_like(phase), np.cos(phase), np.sin(phase)], axis=1)
-    _, cosine, sine = np.linalg.lstsq(basis, distance, rcond=None)[0]
-    # r = a (1 - e cos M), with M the phase and a constant.
-    return {
-        "precession": np.rad2deg(turning.apsidal) * model.DAY,
-        "mean_anomaly": np.rad2deg(np.arctan2(sine, -cosine)),
-    }
+def arriving(found: Any) -> npt.NDArray[Any]:
+    """Return the outcome (M,) of each member of a dataset in the window before arrival."""
+    return outcome(found.last_roll.values, found.last_pitch.values, found.last_yaw.values, found.fate.values)
 
 
-def outcome(found: Any) -> npt.NDArray[Any]:
-    """One word for each member: what Hera finds Dimorphos doing in the last window, or why there is none.
+def outcome(roll: Any, pitch: Any, yaw: Any, fate: Any) -> npt.NDArray[Any]:
+    """Return one word for each member: what Dimorphos does in a window, or why that is not known.
 
-    ``"contact"``, ``"escape"`` and ``"unfinished"`` are fates of :func:`fullbody.ensembles.fate`, ``"failed"`` a start
-    that was refused; the variables ``error`` and ``error_text`` give the reason.
+    Parameters
+    ----------
+    roll, pitch, yaw : array_like, (M,)
+        The largest angles of the window, degrees; nan without it.
+    fate : array_like of str, (M,)
+        ``"contact"``, ``"escape"`` and ``"unfinished"`` are fates of :func:`fullbody.ensembles.fate`; empty for a start
+        that was refused, ``"failed"``.
     """
-    turned = np.rad2deg(LIMIT)
-    words = np.full(found.error.shape, "locked", dtype=object)
-    words[found.last_roll.values > turned] = "rolling"
-    words[(found.last_pitch.values > turned) | (found.last_yaw.values > turned)] = "tumbling"
-    words[~np.isfinite(found.last_yaw.values)] = "unmeasured"
-    fates = found.fate.values.astype(object)
+    limit = np.rad2deg(LIMIT)
+    words = np.full(np.shape(roll), "locked", dtype=object)
+    words[np.asarray(roll) > limit] = "rolling"
+    words[(np.asarray(pitch) > limit) | (np.asarray(yaw) > limit)] = "end over end"
+    words[~np.isfinite(yaw)] = "unmeasured"
+    fates = np.asarray(fate, dtype=object)
     words[fates != "bound"] = fates[fates != "bound"]
     words[fates == ""] = "failed"
     return words

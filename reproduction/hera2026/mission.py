@@ -192,7 +192,7 @@ def survey(truth: Truth) -> tuple[Any, dict[str, Any]]:
         attitude = np.concatenate([[attitude[0], turned], np.tile([1.0, 0.0, 0.0, 0.0], (len(PASSES), 1))])
         spin = np.concatenate([spin, np.zeros((len(PASSES), 3))])
         spin[1] += by["spin"]
-        return System(found, G=model.G, gravity="multipole:4"), State(position, velocity, attitude, spin)
+        return System(found, G=model.G, gravity=model.GRAVITY), State(position, velocity, attitude, spin)
 
     figures = {"big": truth.big, "small": truth.small, "polar": truth.polar, "a_b": truth.a_b, "b_c": truth.b_c}
     return setup, figures | dict.fromkeys([*kinds, *passes], 0.0)

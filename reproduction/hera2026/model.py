@@ -12,7 +12,7 @@ from fullbody.frames import pole_vector
 
 from .inputs import INPUTS
 
-__all__ = ["DAY", "NAMES", "ORBIT", "beta", "masses", "planar", "setup"]
+__all__ = ["DAY", "GRAVITY", "NAMES", "ORBIT", "beta", "masses", "planar", "rotated_to_pole", "setup"]
 
 #: Hours; km^3/(kg h^2); km/h in a mm/s.
 DAY: Final = 24.0
@@ -22,6 +22,8 @@ MM_S: Final = 1e-6 * 3600.0
 ORBIT: Final = 2.0 * np.pi / INPUTS["period_before"].value
 SPIN: Final = 2.0 * np.pi / INPUTS["rotation"].value
 Q: Final = 10.0
+#: The exact rule for the gravity of two ellipsoids.
+GRAVITY: Final = "focal"
 #: The numbers that :func:`setup` takes.
 NAMES: Final = (
     "separation",
@@ -40,9 +42,11 @@ NAMES: Final = (
     "log_k2_q",
     "log_k2_q_primary",
     "byorp",
+    "pole_longitude",
+    "pole_latitude",
 )
 #: The figure of Dimorphos before the impact, as ratios of axes.
-BEFORE: Final = (177.0 / 174.0, 174.0 / 116.0)
+BEFORE: Final = (INPUTS["a_b_before"].value, INPUTS["b_c_before"].value)
 
 
 def ellipsoid(diameter: float, a_b: float, b_c: float) -> Ellipsoid:
@@ -58,10 +62,10 @@ def masses(separation: float, equatorial: float, polar: float, diameter: float, 
     linear in both masses, and the mass of Dimorphos is its density times its volume.
     """
     small = density * np.pi / 6 * diameter**3
-    place = State([[0.0, 0.0, 0.0], [separation / 1e3, 0.0, 0.0]], np.zeros((2, 3)))
+    at_rest = State([[0.0, 0.0, 0.0], [separation / 1e3, 0.0, 0.0]], np.zeros((2, 3)))
     shapes = Ellipsoid(equatorial / 1e3, equatorial / 1e3, polar / 1e3), ellipsoid(diameter / 1e3, *BEFORE)
-    pair = System([Body(shape, mass=1.0) for shape in shapes], G=1.0)
-    attraction = -pair.interactions(place).force[1, 0]
+    pair = System([Body(shape, mass=1.0) for shape in shapes], G=1.0, gravity=GRAVITY)
+    attraction = -pair.interactions(at_rest).force[1, 0]
     return ORBIT**2 * separation / 1e3 / (G * attraction) - small, small
 
 
@@ -82,6 +86,8 @@ def setup(
     log_k2_q: float,
     log_k2_q_primary: float,
     byorp: float,
+    pole_longitude: float,
+    pole_latitude: float,
 ) -> tuple[System, State]:
     """Make the system and its state just after the impact, km, hours and kg, from the numbers of the table of inputs.
 
@@ -93,12 +99,12 @@ def setup(
     system = System(
         bodies,
         G=G,
-        gravity="multipole:4",
+        gravity=GRAVITY,
         forces=_slow(log_k2_q, log_k2_q_primary, byorp),
         epoch=systems.published("didymos_after_dart").epoch,
         frame="ecliptic",
     )
-    return system, _turned(state)
+    return system, rotated_to_pole(state, pole_longitude, pole_latitude)
 
 
 def planar(
@@ -116,12 +122,12 @@ def planar(
 ) -> tuple[System, State]:
     """Make the system in the axes of its orbit, in which a motion without anything across the plane stays in it.
 
-    The forces are left out, which do next to nothing within months.
+    The forces are left out, since they do next to nothing within months.
     """
     bodies, state = start(
         separation, equatorial, polar, diameter, density, along, radial, 0.0, miss_radial, 0.0, a_b, b_c, yaw
     )
-    return System(bodies, G=G, gravity="multipole:4"), state
+    return System(bodies, G=G, gravity=GRAVITY), state
 
 
 def start(
@@ -151,13 +157,14 @@ def start(
     velocity = ORBIT * np.stack([-position[:, 1], position[:, 0], position[:, 2]], axis=1)
     velocity[1] += change
     velocity -= share * change
-    turned = np.deg2rad(yaw)
-    attitude = np.array([[1.0, 0.0, 0.0, 0.0], [np.cos(turned / 2), 0.0, 0.0, np.sin(turned / 2)]])
-    # An impulse m dv at a place off the centre turns the body.
+    angle = np.deg2rad(yaw)
+    attitude = np.array([[1.0, 0.0, 0.0, 0.0], [np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)]])
+    # The new figure has the angular momentum of the old one, and an impulse m dv beside the centre adds to it.
+    inertia = bodies[1].inertia
+    before = Body(ellipsoid(diameter / 1e3, *BEFORE), mass=small).inertia[2] * ORBIT
     impulse = np.cross([miss_radial / 1e3, 0.0, miss_normal / 1e3], small * change)
-    x, y = np.array([np.cos(turned), np.sin(turned), 0.0]), np.array([-np.sin(turned), np.cos(turned), 0.0])
-    own = np.array([x @ impulse, y @ impulse, impulse[2]])
-    spin = np.array([[0.0, 0.0, SPIN], np.array([0.0, 0.0, ORBIT]) + own / bodies[1].inertia])
+    x, y = np.array([np.cos(angle), np.sin(angle), 0.0]), np.array([-np.sin(angle), np.cos(angle), 0.0])
+    spin = np.array([[0.0, 0.0, SPIN], np.array([x @ impulse, y @ impulse, impulse[2] + before]) / inertia])
     return bodies, State(position, velocity, attitude, spin)
 
 
@@ -194,15 +201,17 @@ def _sunlight() -> tuple[forces.Force, float]:
     return system.forces[0], forces.solar_pressure(f"{a} au", e).to_value("kg / (km h2)")
 
 
-def _turned(state: State) -> State:
-    """Turn a state from the axes of the orbit into the ecliptic of J2000: x along the node of the orbit."""
-    longitude, latitude = (np.deg2rad(INPUTS[f"pole_{name}"].value) for name in ("longitude", "latitude"))
-    z = pole_vector(longitude, latitude)
-    x = np.array([-np.sin(longitude), np.cos(longitude), 0.0])
+def rotated_to_pole(state: State, longitude: float, latitude: float) -> State:
+    """Rotate a state from the axes of the orbit into the ecliptic of J2000, by the orbit's pole in degrees.
+
+    The axis x goes along the node of the orbit.
+    """
+    z = pole_vector(np.deg2rad(longitude), np.deg2rad(latitude))
+    x = np.array([-np.sin(np.deg2rad(longitude)), np.cos(np.deg2rad(longitude)), 0.0])
     matrix = np.stack([x, np.cross(z, x), z], axis=1)
-    turning = rotations.quaternion(matrix)
+    rotation = rotations.quaternion(matrix)
     return state.replace(
         position=state.position @ matrix.T,
         velocity=state.velocity @ matrix.T,
-        attitude=np.array([rotations.product(turning, q) for q in state.attitude]),
+        attitude=np.array([rotations.product(rotation, q) for q in state.attitude]),
     )

@@ -12,69 +12,91 @@ import numpy as np
 from fullbody.base.atomic import replacing
 
 from ..publishing import listed, percent, publish, table
-from . import axes, earth, figures, inputs, knowledge, mission, results, study
+from . import axes, convergence, earth, figures, inputs, knowledge, mission, posterior, results, rival, study, weights
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["REFUTED", "RESULTS", "after_hera", "write"]
+__all__ = ["RESULTS", "after_hera", "write"]
 
 #: The results of the study that the repository contains.
 RESULTS: Final = Path(__file__).parent / "kept"
 #: Members whose light curves are computed.
 CURVES: Final = 24
-REFUTED: Final = {
-    "tumbling": "the long axis of Dimorphos does not remain within 60 degrees of the direction to Didymos; no member "
-    "does this",
-    "rolling": "Dimorphos rolls, and b/c is below 1.05, or the eccentricity is above 0.027, or the obliquity is below "
-    "7 degrees",
-    "locked": "Dimorphos is locked, and its long axis swings by more than 40 degrees to either side of Didymos, or its "
-    "obliquity is above 30 degrees",
-    "locked, with apses that advance by 6.1 to 7.3 degrees a day": "b/c is above 1.25, or the eccentricity below 0.02",
-    "period": "the period has changed since the months after the impact by more than 90 seconds",
-}
+#: Numbers of runs with the older shape of Didymos.
+OLDER: Final = study.Sizes(300, 500, 60.0)
 
 
 def write(folder: Path, draft: bool, progress: bool) -> Path:
-    """Run everything that is not in the folder yet, and write the report."""
-    count = 2 if draft else int(os.environ.get("HERA_MEMBERS", "24"))
+    """Run everything that is not in the folder yet, and write the report.
+
+    The variable HERA_WHOLE selects the numbers of runs of the page; without it the study is a small one.
+    """
+    whole = bool(os.environ.get("HERA_WHOLE"))
+    sizes = study.Sizes(200, 60, 4.0) if draft else study.WHOLE if whole else study.SMALL
     with study.workers() as executor:
-        found = results.kept(study.sweep(folder, count, progress, executor=executor))
-    results.save(found, folder / "members.nc")
-    over_axes = axes.sweep(folder, draft, progress)
-    shown = np.flatnonzero(found.fate.values[: results.KEPT] == "bound")[: 2 if draft else CURVES]
-    curves = _remembered(folder / "night.json", lambda: earth.night(on_rows(found), shown))
-    survey = _remembered(folder / "survey.json", lambda: after_hera(found, progress))
-    return assemble(folder, found, over_axes, curves, survey)
+        candidates, found = study.members(folder, sizes, progress=progress, executor=executor)
+        older = study.members(folder, OLDER, "daly2023", progress, executor=executor)[1] if whole else None
+        cases = _remembered(folder / "convergence.json", lambda: convergence.by_case(folder, found)) if whole else {}
+    members = results.kept(found)
+    results.save(members, folder / "members.nc")
+    map_of_axes = axes.sweep(folder, draft, progress)
+    rows = on_rows(members)
+    curves = _remembered(folder / "night.json", lambda: earth.night(rows, np.arange(rows.sizes["row"])[:CURVES]))
+    survey = _remembered(folder / "survey.json", lambda: after_hera(members, progress))
+    return assemble(folder, sizes, candidates, members, older, cases, map_of_axes, curves, survey)
 
 
 def assemble(
-    folder: Path, found: xarray.Dataset, over_axes: xarray.Dataset, curves: dict[str, Any], survey: dict[str, Any]
+    folder: Path,
+    sizes: study.Sizes,
+    candidates: xarray.Dataset,
+    found: xarray.Dataset,
+    older: xarray.Dataset | None,
+    cases: dict[str, Any],
+    map_of_axes: xarray.Dataset,
+    curves: dict[str, Any],
+    survey: dict[str, Any],
 ) -> Path:
     """Write the report, its figures and its numbers from the results of all parts."""
-    everyone, seen = np.ones(found.sizes["row"], dtype=bool), results.consistent(found)
+    everyone = np.ones(found.sizes["row"], dtype=bool)
+    weight = weights.normalized(candidates.log_weight.values)
+    groups = {"all": (everyone, 1.0), "all, with the change": (everyone, weights.EVIDENCE)}
+    groups |= {word: (found.outcome.values == word, 1.0) for word in ("locked", "rolling")}
+    predictions = {name: results.predictions(found, *group) for name, group in groups.items()}
+    axis = predictions["all"]["semi_major_axis"][0]
+    mass, mass_error = results.masses(found)
     numbers: dict[str, Any] = {
         "program": f"fullbody {fullbody.__version__}",
         "dated": inputs.DATED,
         "arrival": inputs.ARRIVAL,
+        "pilot": sizes.pilot,
+        "candidates": int(candidates.sizes["row"]),
+        "candidates, effective": weights.effective(weight),
         "members": int(found.sizes["row"]),
-        "apses as observed": int(seen.sum()),
-        "outcomes": {name: shares(found, chosen) for name, chosen in (("all", everyone), ("apses as observed", seen))},
-        "predictions": {
-            name: results.predictions(found, chosen)
-            for name, chosen in (
-                ("all", everyone),
-                ("apses as observed", seen),
-                ("locked", found.outcome.values == "locked"),
-                ("rolling", found.outcome.values == "rolling"),
-            )
+        "changed": float(weight @ candidates.changed.values),
+        "by_evidence": results.by_evidence(found),
+        "by_date": results.by_date(found),
+        "by_width": results.by_width(found),
+        "by_number": convergence.by_number(found),
+        "convergence": cases,
+        "older shape": None if older is None else results.by_evidence(results.kept(older)),
+        "predictions": predictions,
+        "criteria": {
+            name: [weights.share(results.normal_weights(found, ratio), which) for ratio in (1.0, weights.EVIDENCE)]
+            for name, which in results.criteria(found).items()
         },
-        "sensitivities": results.sensitivities(found, everyone),
+        "scores": [results.scores(found, ratio) for ratio in (1.0, weights.EVIDENCE)],
+        "sensitivities": results.sensitivities(found),
+        "posterior": results.prior_and_posterior(found),
+        "mass": [mass, mass_error],
+        "slope": posterior.slope(),
+        "rival": rival.consequences(rival.RATE, axis),
         "survey": survey,
         "night": events(curves),
     }
     drawn = {
-        "outcomes": figures.outcomes(found, over_axes),
+        "outcomes": figures.outcomes(found, map_of_axes),
         "angles": figures.angles(found),
         "night": figures.night(curves),
         "sensitivity": figures.sensitivity(numbers["sensitivities"]),
@@ -83,7 +105,7 @@ def assemble(
 
 
 def _remembered(file: Path, make: Any) -> dict[str, Any]:
-    """What a part has left in a file, or what it makes now."""
+    """Return what a part has left in a file, or what it makes now."""
     if not file.exists():
         made = make()
         with replacing(file) as temporary:
@@ -93,122 +115,183 @@ def _remembered(file: Path, make: Any) -> dict[str, Any]:
 
 
 def on_rows(found: xarray.Dataset) -> xarray.Dataset:
-    """The members whose states are kept, with the states along the rows."""
-    few = found.isel(row=slice(found.sizes["kept"]))
+    """Return the members whose states are kept, with the states along the rows."""
+    few = found.isel(row=found.member.values.astype(int))
     return few.drop_dims("kept").assign(state=(("row", "body", "component"), found.state.values))
 
 
-def shares(found: xarray.Dataset, chosen: Any) -> dict[str, float]:
-    """The share of each outcome among some members."""
-    words = found.outcome.values[chosen]
-    return {word: float(np.mean(words == word)) for word in np.unique(found.outcome.values)} if len(words) else {}
-
-
 def events(curves: dict[str, Any]) -> dict[str, list[float]]:
-    """Median and spread of the middles and durations of the mutual events of a night, hours."""
-    told = {}
+    """Return median and spread of the middles and durations of the mutual events of a night, hours."""
+    table_of_events = {}
     for kind, values in curves["events"].items():
-        middle, long = np.array(values, dtype=float).T
-        told[kind] = [
-            float(value) for value in (np.nanmedian(middle), np.nanstd(middle), np.nanmedian(long), np.nanstd(long))
-        ]
-    shift = np.array(curves["shift"])
-    told["time of the first"] = [float(np.mean(shift)), float(np.std(shift))]
-    return told
+        middle, duration = np.array(values, dtype=float).T
+        numbers = np.nanmedian(middle), np.nanstd(middle), np.nanmedian(duration), np.nanstd(duration)
+        table_of_events[kind] = [float(value) for value in numbers]
+    return table_of_events
 
 
 def after_hera(found: xarray.Dataset, progress: bool = False) -> dict[str, Any]:
-    """What is known of the pair today, and after two weeks of simulated data of one member."""
-    member = int(np.flatnonzero(found.fate.values[: results.KEPT] == "bound")[0])
-    truth = knowledge.of_member(on_rows(found).isel(row=member))
-    return {"member": member, **knowledge.table(found, truth, mission.fitted(truth, progress))}
+    """Return what is known of the pair today, and after two weeks of simulated data of one member."""
+    truth = knowledge.of_member(on_rows(found).isel(row=0))
+    return knowledge.table(results.reweighted(found), truth, mission.fitted(truth, progress))
+
+
+def shares(value: float, error: float) -> str:
+    """Return a share and its sampling error in per cent, without decimals."""
+    return f"{100 * value:.0f} ± {100 * error:.0f} %"
+
+
+def with_error(value: float, error: float) -> str:
+    """Return a value and its error, both to two digits of the error."""
+    digits = max(0, 1 - int(np.floor(np.log10(error))))
+    return f"{value:.{digits}f} ± {error:.{digits}f}"
+
+
+def tables(numbers: dict[str, Any]) -> dict[str, str]:
+    """Return the tables of the report as Markdown, by name."""
+    rows_by_ratio = [
+        [
+            row["ratio"],
+            shares(row["locked"], row["error"]),
+            f"{row['effective']:.0f}",
+        ]
+        for row in numbers["by_evidence"]
+    ]
+    older = [
+        [
+            row["ratio"],
+            shares(row["locked"], row["error"]),
+            f"{row['effective']:.0f}",
+        ]
+        for row in numbers["older shape"] or []
+    ]
+    head = ["likelihood ratio of the report of a change", "locked", "effective members"]
+    both = ["without the change", f"with it, at {weights.EVIDENCE:.0f} to 1"]
+    pair = (("share", "error"), ("share_changed", "error_changed"))
+    groups = numbers["predictions"]
+    return {
+        "evidence": table(head, rows_by_ratio),
+        "older": table(head, older),
+        "dates": table(
+            ["locked on", *both],
+            [[row["date"], *(shares(row[a], row[b]) for a, b in pair)] for row in numbers["by_date"]],
+        ),
+        "widths": table(
+            ["width of the prior of", "times", *both, "effective members"],
+            [
+                [
+                    row["prior"],
+                    f"{row['factor']:g}",
+                    *(shares(row[a], row[b]) for a, b in pair),
+                    f"{row['effective']:.0f}",
+                ]
+                for row in numbers["by_width"]
+            ],
+        ),
+        "convergence": table(
+            ["case", "locked", "same outcome", "period, s", "apses, deg/day"],
+            [
+                [
+                    name,
+                    percent(row["locked"]),
+                    percent(row["same outcome"]),
+                    f"{row['period']:.2g}",
+                    f"{row['precession']:.2g}",
+                ]
+                for name, row in numbers["convergence"].items()
+            ],
+        ),
+        "number": table(
+            ["members", "locked, without the change"],
+            [[count, shares(*row)] for count, row in numbers["by_number"].items()],
+        ),
+        "predictions": table(
+            ["median (middle 90 per cent)", "unit", *groups],
+            [
+                [name.replace("_", " "), unit, *(interval(groups[group][name], digits) for group in groups)]
+                for name, (unit, digits) in results.PREDICTED.items()
+            ],
+        ),
+        "criteria": table(
+            ["finding", "", *both],
+            [
+                [name, results.CRITERIA[name], *(f"{100 * share:.1f} %" for share, _ in row)]
+                for name, row in numbers["criteria"].items()
+            ],
+        ),
+        "scored": table(
+            ["quantity", "error"], [[name.replace("_", " "), f"{width:g}"] for name, width in results.SCORED.items()]
+        ),
+        "events": table(
+            ["event", "middle (h)", "duration (h)"],
+            [
+                [kind, f"{row[0]:.2f} ± {row[1]:.2f}", f"{row[2]:.2f} ± {row[3]:.2f}"]
+                for kind, row in numbers["night"].items()
+            ],
+        ),
+        "survey": table(
+            ["standard error", "unit", "today", "after two weeks"],
+            [[name, row["unit"], row["today"], row["after"]] for name, row in numbers["survey"]["rows"].items()],
+        ),
+        "posterior": table(
+            ["input", "prior", "posterior"],
+            [
+                [name, with_error(row[0], row[1]), with_error(row[2], row[3])]
+                for name, row in numbers["posterior"].items()
+            ],
+        ),
+        "inputs": inputs_table(),
+    }
 
 
 def text(numbers: dict[str, Any]) -> str:
-    """The report as Markdown."""
-    shares_ = [[name, *(percent(value) for value in row.values())] for name, row in numbers["outcomes"].items() if row]
-    kinds = list(next(iter(numbers["outcomes"].values())))
-    groups = numbers["predictions"]
-    predicted = [
-        [name, unit, *(interval(groups[group][name]) for group in groups)] for name, unit in results.PREDICTED.items()
-    ]
-    sky = [
-        [kind, f"{row[0]:.2f} +- {row[1]:.2f}", f"{row[2]:.2f} +- {row[3]:.2f}"]
-        for kind, row in numbers["night"].items()
-        if len(row) == 4
-    ]
-    first = numbers["night"]["time of the first"]
-    survey = [[name, row["unit"], row["today"], row["after"]] for name, row in numbers["survey"]["rows"].items()]
-    return f"""# What Hera should find: a prediction of {numbers["dated"]}
-
-{numbers["program"]}, {numbers["members"]} members from the impact of DART to {numbers["arrival"][:10]}, of which \
-{numbers["apses as observed"]} show the published advance of the apses within three errors over their first 67 days.
-
-![Outcomes over the axis ratios](outcomes.png)
-
-{table(["share of", *kinds], shares_)}
-
-## At arrival
-
-The table gives the median and, in brackets, the limits of the middle 90 per cent. The period is that of the fit and \
-not a prediction.
-
-{table(["", "unit", *groups], predicted)}
-
-![Yaw and roll over the last days](angles.png)
-
-## Which inputs matter
-
-![Rank correlations](sensitivity.png)
-
-## Known today, and after Hera
-
-The data are simulated for two weeks and member {numbers["survey"]["member"]}, with one pass at \
-{numbers["survey"]["closest"][0]:.0f} km and one at {numbers["survey"]["closest"][1]:.0f} km. \
-Errors are standard errors.
-
-{table(["", "unit", "today", "after two weeks"], survey)}
-
-## From the Earth
-
-![A day's light curve](night.png)
-
-Times are hours after the middle of an occultation of Dimorphos by Didymos on {earth.NIGHT[:10]}. The time of this \
-occultation is not known: its standard deviation over the members is {first[1]:.1f} hours.
-
-{table(["", "middle (h)", "duration (h)"], sky)}
-
-## What would refute this
-
-{listed(REFUTED)}
-
-## Assumed
-
-{listed(inputs.ASSUMED)}
-
-## Published inputs
-
-{inputs_table()}
-
-{chr(10).join(f"- [{key}] {source}" for key, source in inputs.SOURCES.items())}
-"""
+    """Return the report as Markdown."""
+    parts = tables(numbers)
+    pictures = {"evidence": "outcomes", "predictions": "angles", "events": "night", "posterior": "sensitivity"}
+    titles = {
+        "evidence": "Locked or rolling",
+        "older": "The same with the shape of Didymos of Daly et al. (2023)",
+        "dates": "By date",
+        "widths": "By the widths of priors",
+        "number": "By the number of members",
+        "convergence": "Numerical convergence",
+        "predictions": "At arrival",
+        "criteria": "Findings that the prediction makes improbable",
+        "survey": "Known today, and after Hera",
+        "events": f"Mutual events after the first occultation of Dimorphos on {earth.NIGHT[:10]}",
+        "posterior": "Inputs before and after the observations",
+        "inputs": "Published inputs",
+    }
+    sections = []
+    for name, title in titles.items():
+        picture = f"![{title}]({pictures[name]}.png)\n\n" if name in pictures else ""
+        sections.append(f"## {title}\n\n{picture}{parts[name]}\n")
+    return (
+        f"# What Hera should find: a prediction of {numbers['dated']}\n\n{numbers['program']}, {numbers['candidates']} "
+        f"candidates and {numbers['members']} members, for {numbers['arrival'][:10]}.\n\n"
+        + "\n".join(sections)
+        + f"\n## Assumed\n\n{listed(inputs.ASSUMED)}\n\n## Left out\n\n{listed(inputs.OMITTED)}\n\n"
+        + "\n".join(f"- [{key}] {source}" for key, source in inputs.SOURCES.items())
+        + "\n"
+    )
 
 
 def inputs_table() -> str:
-    """The table of inputs as Markdown."""
+    """Return the table of inputs as Markdown."""
     rows = [
         [
             name,
-            f"{one.value:.10g} +- {one.sigma:.4g}",
-            one.unit,
-            one.source + (", second-hand" if one.second_hand else ""),
-            one.note,
+            f"{value.value:.10g} ± {value.sigma:.4g}",
+            value.unit,
+            value.source + (", second-hand" if value.second_hand else ""),
+            value.note,
         ]
-        for name, one in inputs.INPUTS.items()
+        for name, value in inputs.INPUTS.items()
     ]
     return table(["input", "value", "unit", "source", ""], rows)
 
 
-def interval(three: Any) -> str:
+def interval(three: Any, digits: int) -> str:
+    """Return a median and the limits of an interval with a number of decimals; a dash for nan."""
     middle, low, high = three
-    return "-" if not np.isfinite(middle) else f"{middle:.5g} ({low:.5g} to {high:.5g})"
+    return "-" if not np.isfinite(middle) else f"{middle:.{digits}f} ({low:.{digits}f} to {high:.{digits}f})"

@@ -1,4 +1,4 @@
-"""The small files that the study leaves for its page and its notebook, and what they say."""
+"""The small files that the study leaves for its page and its notebook, and the numbers in them."""
 
 from __future__ import annotations
 
@@ -6,52 +6,75 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+import numpy.typing as npt
 from fullbody.base.atomic import replacing
 
-from . import measures, model
-from .inputs import INPUTS
+from . import measures, model, weights
+from .inputs import DATES, INPUTS
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["consistent", "kept", "predictions", "refuting", "save", "sensitivities"]
+__all__ = ["CRITERIA", "by_date", "by_evidence", "by_width", "criteria", "kept", "predictions", "save", "score"]
+__all__ += ["scores", "sensitivities"]
 
 #: Inputs whose sign does not matter to what is predicted, but for a mirror image.
 SIGNLESS: Final = ("normal", "miss_normal", "yaw", "radial")
-#: Members whose states and angles are kept.
+#: Members whose states and angles are kept, and the equally weighted ones that stand for the posterior.
 KEPT: Final = 60
-#: What is predicted, with units.
+EQUAL: Final = 2000
+#: What is predicted, with units and the decimals that are shown.
 PREDICTED: Final = {
-    "libration": "deg",
-    "libration_period": "h",
-    "obliquity": "deg",
-    "last_roll": "deg",
-    "spin_period": "h",
-    "period": "h",
-    "period_drift": "s",
-    "semi_major_axis": "m",
-    "eccentricity": "",
-    "precession": "deg/day",
+    "libration": ("deg", 0),
+    "libration_period": ("h", 1),
+    "obliquity": ("deg", 1),
+    "last_roll": ("deg", 0),
+    "spin_period": ("h", 2),
+    "period": ("h", 3),
+    "period_drift": ("s", 0),
+    "semi_major_axis": ("m", 0),
+    "eccentricity": ("", 3),
+    "precession": ("deg/day", 1),
+}
+#: What is scored, with the errors that stand for Hera's and for the width of the kernel.
+SCORED: Final = {
+    "libration": 3.0,
+    "obliquity": 1.5,
+    "eccentricity": 0.002,
+    "period_drift": 8.0,
+    "a_b": 0.02,
+    "b_c": 0.03,
+}
+#: Widths of priors that are tried.
+WIDTHS: Final = ("a_b", "b_c", "normal", "log_k2_q")
+#: Likelihood ratios of the report of a change.
+RATIOS: Final = (1.0, 3.0, 10.0, 30.0, np.inf)
+#: Findings that the prediction makes improbable.
+CRITERIA: Final = {
+    "end over end": "the long axis of Dimorphos does not remain within 60 degrees of the direction to Didymos",
+    "rolling and round": "Dimorphos rolls, and b/c is below 1.05",
+    "rolling on an ellipse": "Dimorphos rolls, and its eccentricity is above 0.027",
+    "locked and circular": "Dimorphos is locked, and its eccentricity is below 0.015",
+    "locked and flat": "Dimorphos is locked, and b/c is above 1.35",
+    "swinging": "Dimorphos is locked, and its long axis swings by more than 40 degrees to either side of Didymos",
+    "tilted": "Dimorphos is locked, and its obliquity is above 20 degrees",
+    "period": "the period has changed since the first 67 days by more than 90 seconds",
 }
 
 
-def complete(found: xarray.Dataset) -> xarray.Dataset:
-    """The members that have an outcome."""
-    return found.isel(row=np.flatnonzero(found.error.values != "NotComputed"))
-
-
-def kept(found: xarray.Dataset) -> xarray.Dataset:
-    """The map in single precision, with the states and angles of the first members alone."""
-    found = complete(found)
-    small = found.drop_vars(["state", "angles", "error_text", "unmeasured", "tumbles"])
+def kept(members: xarray.Dataset) -> xarray.Dataset:
+    """Return the members in single precision, with the states and angles of some that stand for the posterior."""
+    drop = ["state", "angles", "error_text", "error_stage", "unmeasured"]
+    small = members.drop_vars(drop)
     for name in small.data_vars:
-        if small[name].dtype.kind == "f" and name not in ("longitude", "period", "period_after"):
+        if small[name].dtype.kind == "f" and name not in ("period", "observed_period", "log_weight"):
             small[name] = small[name].astype(np.float32)
-    few = found.isel(row=slice(KEPT)).rename(row="kept")
-    angles, state = few.angles.astype(np.float32), few.state
-    small["angles"] = ("kept", "time", "angle"), angles.values
-    small["state"] = ("kept", "body", "component"), state.values
-    small["outcome"] = "row", measures.outcome(found).astype(str)
+    chosen = np.unique(weights.resampled(weights.normalized(members.log_weight.values), KEPT))
+    few = members.isel(row=chosen)
+    small["member"] = "kept", chosen
+    small["angles"] = ("kept", "time", "angle"), few.angles.values.astype(np.float32)
+    small["state"] = ("kept", "body", "component"), few.state.values
+    small["outcome"] = "row", measures.arriving(members).astype(str)
     return small
 
 
@@ -62,59 +85,180 @@ def save(found: xarray.Dataset, path: Path) -> None:
         found.to_netcdf(temporary, encoding=packed)
 
 
-def consistent(found: xarray.Dataset) -> Any:
-    """Whether each member's own orbit shows the published advance of the apses, within three errors (row,)."""
-    one = INPUTS["precession"]
-    return np.abs(found.precession_after.values - one.value) < 3.0 * one.sigma
+def by_evidence(members: xarray.Dataset) -> list[dict[str, Any]]:
+    """Return the share of locked members for likelihood ratios of the report of a change."""
+    table = []
+    for ratio in RATIOS:
+        weight = weights.normalized(members.log_weight.values, members.changed.values, ratio)
+        share, error = weights.share(weight, members.outcome.values == "locked")
+        name = f"{ratio:.0f}" if np.isfinite(ratio) else "certain"
+        table.append({"ratio": name, "locked": share, "error": error, "effective": weights.effective(weight)})
+    return table
 
 
-def derived(found: xarray.Dataset) -> dict[str, Any]:
-    """The predicted numbers of all members, in the units of :data:`PREDICTED`."""
+def by_date(members: xarray.Dataset) -> list[dict[str, Any]]:
+    """Return the share of locked members at the dates, without and with the report of a change."""
+    roll, pitch, yaw = (members[f"{name}_by_date"].values.T for name in ("roll", "pitch", "yaw"))
+    table: list[dict[str, Any]] = []
+    for k, date in enumerate(DATES):
+        locked = measures.outcome(roll[k], pitch[k], yaw[k], members.fate.values) == "locked"
+        table.append({"date": date[:10], **_both(members, locked, 0.0)})
+    return table
+
+
+def by_width(members: xarray.Dataset) -> list[dict[str, Any]]:
+    """Return the share of locked members for halved and doubled widths of priors, with both conditions."""
+    columns = {name: members[name].values.astype(float) for name in model.NAMES}
+    locked = members.outcome.values == "locked"
+    table: list[dict[str, Any]] = [{"prior": "as in the table of inputs", "factor": 1.0} | _both(members, locked, 0.0)]
+    for name in WIDTHS:
+        for factor in (0.5, 2.0):
+            change = weights.widened(columns, name, factor)
+            table.append({"prior": name, "factor": factor} | _both(members, locked, change))
+    return table
+
+
+def _both(members: xarray.Dataset, chosen: Any, change: Any) -> dict[str, Any]:
+    """Return the share of some members and its sampling error, without and with the report of a change."""
+    row = {}
+    for suffix, ratio in (("", 1.0), ("_changed", weights.EVIDENCE)):
+        weight = weights.normalized(members.log_weight.values + change, members.changed.values, ratio)
+        row[f"share{suffix}"], row[f"error{suffix}"] = weights.share(weight, chosen)
+        row[f"effective{suffix}"] = weights.effective(weight)
+    return row
+
+
+def derived(found: xarray.Dataset) -> dict[str, npt.NDArray[np.float64]]:
+    """Return the predicted numbers of all members, in the units of :data:`PREDICTED`."""
     numbers = {name: found[name].values.astype(float) for name in PREDICTED if name in found}
-    numbers["spin_period"] = 2.0 * np.pi / found.spin.values
-    numbers["period_drift"] = 3600.0 * (found.period.values - found.period_after.values)
+    numbers["spin_period"] = 2.0 * np.pi / found.spin.values.astype(float)
+    numbers["period_drift"] = 3600.0 * (found.period.values - found.observed_period.values)
     numbers["semi_major_axis"] = 1e3 * numbers["semi_major_axis"]
     return {name: numbers[name] for name in PREDICTED}
 
 
-def predictions(found: xarray.Dataset, chosen: Any) -> dict[str, tuple[float, float, float]]:
-    """Median and limits of 90 per cent of the chosen members, of what they have."""
-    told = {}
+def predictions(found: xarray.Dataset, chosen: Any, ratio: float = 1.0) -> dict[str, tuple[float, float, float]]:
+    """Return the weighted median and limits of 90 per cent of the chosen members."""
+    weight = weights.normalized(found.log_weight.values, found.changed.values, ratio) * chosen
+    table = {}
     for name, values in derived(found).items():
-        mine = values[chosen]
-        mine = mine[np.isfinite(mine)]
-        told[name] = tuple(np.percentile(mine, [50, 5, 95])) if len(mine) >= 5 else (np.nan,) * 3
-    return told
+        good = np.isfinite(values) & (weight > 0.0)
+        if good.sum() < 5:
+            table[name] = (np.nan, np.nan, np.nan)
+            continue
+        rows = weights.resampled(weight[good] / weight[good].sum(), EQUAL)
+        middle, low, high = np.percentile(values[good][rows], [50, 5, 95])
+        table[name] = (float(middle), float(low), float(high))
+    return table
 
 
-def sensitivities(found: xarray.Dataset, chosen: Any) -> dict[str, dict[str, float]]:
-    """Rank correlations of the predicted numbers with the inputs, of the chosen members; nan where nothing varies."""
+def sensitivities(found: xarray.Dataset) -> dict[str, dict[str, float]]:
+    """Return rank correlations of the predicted numbers with the inputs; nan where nothing varies."""
     from scipy.stats import spearmanr
 
+    rows = weights.resampled(weights.normalized(found.log_weight.values), EQUAL)
     numbers = derived(found) | {"locked": (found.outcome.values == "locked").astype(float)}
     inputs = {name: found[name].values for name in model.NAMES}
     inputs |= {name: np.abs(inputs[name]) for name in SIGNLESS}
     table: dict[str, dict[str, float]] = {}
     for name, values in numbers.items():
-        good = chosen & np.isfinite(values)
-        varies = good.sum() >= 10 and np.ptp(values[good]) > 0.0
+        good = rows[np.isfinite(values[rows])]
+        varies = len(good) > 10 and np.ptp(values[good]) > 0.0
         table[name] = {
-            one: float(spearmanr(of[good], values[good]).statistic) if varies else np.nan for one, of in inputs.items()
+            key: float(spearmanr(column[good], values[good]).statistic) if varies else np.nan
+            for key, column in inputs.items()
         }
     return table
 
 
-def refuting(found: xarray.Dataset) -> dict[str, Any]:
-    """Which members are as :data:`reproduction.hera2026.report.REFUTED` says that Dimorphos is not, by its names."""
+def criteria(found: xarray.Dataset) -> dict[str, npt.NDArray[np.bool_]]:
+    """Return the members that are as :data:`CRITERIA` says, by its names."""
     numbers, b_c = derived(found), found.b_c.values
     locked, rolling = (found.outcome.values == word for word in ("locked", "rolling"))
-    libration, obliquity, eccentricity = (numbers[name] for name in ("libration", "obliquity", "eccentricity"))
-    advancing = locked & (np.abs(numbers["precession"] - 6.7) < 0.6)
     return {
-        "tumbling": found.outcome.values == "tumbling",
-        "rolling": rolling & ((b_c < 1.05) | (eccentricity > 0.027) | (obliquity < 7.0)),
-        "locked": locked & ((libration > 40.0) | (obliquity > 30.0)),
-        "locked, with apses that advance by 6.1 to 7.3 degrees a day": advancing
-        & ((b_c > 1.25) | (eccentricity < 0.02)),
+        "end over end": found.outcome.values == "end over end",
+        "rolling and round": rolling & (b_c < 1.05),
+        "rolling on an ellipse": rolling & (numbers["eccentricity"] > 0.027),
+        "locked and circular": locked & (numbers["eccentricity"] < 0.015),
+        "locked and flat": locked & (b_c > 1.35),
+        "swinging": locked & (numbers["libration"] > 40.0),
+        "tilted": locked & (numbers["obliquity"] > 20.0),
         "period": np.abs(numbers["period_drift"]) > 90.0,
     }
+
+
+def _scored(found: xarray.Dataset) -> npt.NDArray[np.float64]:
+    numbers = derived(found) | {name: found[name].values.astype(float) for name in ("a_b", "b_c")}
+    table = np.stack([numbers[name] / width for name, width in SCORED.items()], axis=1)
+    return np.asarray(np.nan_to_num(table, nan=1e3))
+
+
+def score(found: xarray.Dataset, outcome: str, finding: dict[str, float], ratio: float = 1.0) -> float:
+    """Return the score of a finding: the logarithm of its predicted probability density, in units of the errors.
+
+    The density is the weighted mean over the members with the outcome of normal densities with the errors of
+    :data:`SCORED`, so that an outcome that no member has scores minus infinity.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        The kept members.
+    outcome : str
+        ``"locked"``, ``"rolling"`` or ``"end over end"``.
+    finding : dict
+        Some of the numbers of :data:`SCORED`, in their units.
+    ratio : float
+        The likelihood ratio of the report of a change.
+    """
+    weight = weights.normalized(found.log_weight.values, found.changed.values, ratio)
+    names = list(SCORED)
+    columns = _scored(found)[:, [names.index(name) for name in finding]]
+    offset = columns - np.array([value / SCORED[name] for name, value in finding.items()])
+    density = np.exp(-0.5 * np.sum(offset**2, axis=1)) / (2.0 * np.pi) ** (len(finding) / 2)
+    total = float(weight[found.outcome.values == outcome] @ density[found.outcome.values == outcome])
+    return float(np.log(total)) if total > 0.0 else -np.inf
+
+
+def scores(found: xarray.Dataset, ratio: float = 1.0) -> tuple[float, float, float]:
+    """Return the weighted median and the 5 and 1 per cent quantiles of the scores of members among the others."""
+    weight = weights.normalized(found.log_weight.values, found.changed.values, ratio)
+    columns, words = _scored(found), found.outcome.values
+    distance = np.sum((columns[:, None] - columns[None]) ** 2, axis=2)
+    density = np.exp(-0.5 * distance) / (2.0 * np.pi) ** (len(SCORED) / 2) * (words[:, None] == words[None])
+    np.fill_diagonal(density, 0.0)
+    # A member alone in its neighbourhood has the density of a normal distribution around itself with its own weight.
+    alone = weight / (2.0 * np.pi) ** (len(SCORED) / 2) * 1e-3
+    values = np.log(density @ weight + alone)
+    rows = weights.resampled(weight, EQUAL)
+    middle, low, least = np.percentile(values[rows], [50, 5, 1])
+    return float(middle), float(low), float(least)
+
+
+def reweighted(found: xarray.Dataset) -> xarray.Dataset:
+    """Return equally weighted members that stand for the posterior."""
+    return found.isel(row=weights.resampled(weights.normalized(found.log_weight.values), EQUAL))
+
+
+def masses(found: xarray.Dataset) -> tuple[float, float]:
+    """Return the mean and the standard error of the mass of both bodies over the posterior, kg."""
+    names = ("separation", "equatorial", "polar", "diameter", "density")
+    weight = weights.normalized(found.log_weight.values)
+    total = np.array([sum(model.masses(*row)) for row in np.stack([found[name].values for name in names], axis=1)])
+    mean = float(weight @ total)
+    return mean, float(np.sqrt(weight @ (total - mean) ** 2))
+
+
+def prior_and_posterior(found: xarray.Dataset) -> dict[str, tuple[float, float, float, float]]:
+    """Return mean and standard error of each number before and after the observations."""
+    weight = weights.normalized(found.log_weight.values)
+    table = {}
+    for name in model.NAMES:
+        values = found[name].values.astype(float)
+        mean = float(weight @ values)
+        table[name] = (INPUTS[name].value, INPUTS[name].sigma, mean, float(np.sqrt(weight @ (values - mean) ** 2)))
+    return table
+
+
+def normal_weights(found: xarray.Dataset, ratio: float) -> npt.NDArray[np.float64]:
+    """Return the weights (M,) of the members with a likelihood ratio of the report of a change."""
+    return weights.normalized(found.log_weight.values, found.changed.values, ratio)

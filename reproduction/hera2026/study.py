@@ -1,11 +1,14 @@
-"""The members: draws from the posterior of the published values, run from the impact of DART to the arrival of Hera."""
+"""The members: pilot runs, candidates over the days observed, and the chosen ones from the impact to Hera's survey.
+
+Each stage keeps its runs in the folder while they come, so that a study that was interrupted goes on from there.
+"""
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -13,61 +16,109 @@ from typing import TYPE_CHECKING, Any, Final
 import fullbody
 import numpy as np
 from fullbody import Verner98, ensembles
-from fullbody.base.atomic import replacing
 
-from . import measures, model, posterior
+from . import measures, model, posterior, weights
+from .inputs import inputs_with_shape
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["MEMBERS", "members", "sweep", "workers"]
+__all__ = ["INTEGRATOR", "SMALL", "WHOLE", "Sizes", "members", "sweep", "workers"]
 
-#: Members of the whole study, and the seed of their draws.
-MEMBERS: Final = 2000
+#: The seed of all draws.
 SEED: Final = 1
-INTEGRATOR: Final = Verner98(1e-7, 1e-7)
+INTEGRATOR: Final = Verner98(1e-9, 1e-9)
 
 
-def members(folder: Path, count: int, progress: bool = False) -> dict[str, Any]:
-    """The numbers of the members, by the names of the setup's arguments.
+@dataclass(frozen=True)
+class Sizes:
+    """Numbers of runs: of the pilot, of candidates, and the expected one of members that are run to the end."""
 
-    They are drawn once and kept in the folder, so that a study that goes on has the same ones; of a smaller number
-    these are the first.
-    """
-    file = folder / "members.json"
-    if not file.exists():
-        fit = posterior.posterior(progress)
-        drawn = posterior.draws(fit, MEMBERS, SEED)
-        whole = {
-            "columns": {name: column.tolist() for name, column in drawn.items()},
-            "posterior": {name: [float(fit.values[name]), float(fit.sigma[name])] for name in posterior.FITTED},
-            "chi2": float(fit.chi2),
-        }
-        with replacing(file) as temporary:
-            temporary.write_text(json.dumps(whole))
-    columns = json.loads(file.read_text())["columns"]
-    return {name: np.array(column[:count]) for name, column in columns.items()}
+    pilot: int
+    candidates: int
+    members: float
+
+
+#: A study that ends within twenty minutes, and that of the page.
+SMALL: Final = Sizes(300, 250, 40.0)
+WHOLE: Final = Sizes(500, 1600, 220.0)
 
 
 def sweep(
-    folder: Path, count: int = MEMBERS, progress: bool = False, end: float = measures.END, **options: Any
+    setup: Any, folder: Path, name: str, columns: Any, end: float, measure: Any, progress: bool = False, **options: Any
 ) -> xarray.Dataset:
-    """The members' outcomes, kept in the folder while they come; called again, the study goes on from there.
+    """Run starts to an end and keep what is measured of them in the folder, under a name.
 
-    Options are those of :func:`fullbody.sweep`, as ``executor``. In memory there are the runs of one chunk alone.
+    Options are those of :func:`fullbody.sweep`, as ``executor``. Only the runs of one chunk are in memory.
     """
-    options.setdefault("chunk", 16)
     return fullbody.sweep(
-        model.setup,
-        ensembles.paired(**members(folder, count, progress)),
+        setup,
+        ensembles.paired(**columns),
         end,
-        measure=partial(measures.measure, end=end),
+        measure=measure,
         output=np.append(np.arange(0.0, end, measures.SPACING), end),
-        integrator=INTEGRATOR,
-        store=folder / "map.nc",
+        integrator=options.pop("integrator", INTEGRATOR),
+        store=folder / f"{name}.nc",
+        key=f"hera2026 {name} 2",
         progress=progress,
+        **{"chunk": 16} | options,
+    )
+
+
+def members(
+    folder: Path, sizes: Sizes, shape: str = "v003", progress: bool = False, **options: Any
+) -> tuple[xarray.Dataset, xarray.Dataset]:
+    """Run all stages, and return the candidates and the members, both with their weights.
+
+    Parameters
+    ----------
+    folder : Path
+    sizes : Sizes
+    shape : str
+        The shape of Didymos, a name in :data:`reproduction.hera2026.inputs.SHAPES`.
+    progress : bool
+    **options
+        Those of :func:`fullbody.sweep`.
+
+    Returns
+    -------
+    candidates, members : xarray.Dataset
+        Variables over ``row``. ``log_weight`` is that of the posterior, and for members that of being chosen is
+        included.
+    """
+    inputs = inputs_with_shape(shape)
+    starts = posterior.pilot(inputs, sizes.pilot, SEED)
+    pilot = sweep(model.setup, folder, f"pilot_{shape}", starts, measures.WINDOW, observed, progress, **options)
+    orbits = {name: pilot[f"observed_{name}"].values for name in (*posterior.OBSERVED, "coherence")}
+    surrogate = posterior.Surrogate.fitted(starts, orbits)
+    starts = posterior.draws(surrogate, sizes.candidates, SEED, inputs)
+    end = measures.CHANGE_DAYS * model.DAY
+    candidates = sweep(model.setup, folder, f"candidates_{shape}", starts, end, measures.early, progress, **options)
+    orbits = {name: candidates[f"observed_{name}"].values for name in posterior.OBSERVED}
+    logarithm = posterior.log_weights(starts, orbits, surrogate, inputs)
+    candidates["log_weight"] = "row", logarithm
+    candidates["changed"] = "row", weights.changed(candidates)
+    chance = weights.inclusion(logarithm, candidates.changed.values, sizes.members)
+    chosen = np.random.default_rng([SEED, 3]).random(len(chance)) < chance
+    starts = {name: column[chosen] for name, column in starts.items()}
+    found = sweep(
+        model.setup,
+        folder,
+        f"members_{shape}",
+        starts,
+        measures.END,
+        partial(measures.measure, end=measures.END),
+        progress,
         **options,
     )
+    found["log_weight"] = "row", logarithm[chosen] - np.log(chance[chosen])
+    found["changed"] = "row", candidates.changed.values[chosen]
+    return candidates, found
+
+
+def observed(run: fullbody.Run) -> dict[str, float]:
+    """Measure the orbit of the first interval of observations."""
+    return measures.observed_orbit("", run)
 
 
 @contextmanager

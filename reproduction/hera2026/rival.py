@@ -1,0 +1,44 @@
+"""The binary Yarkovsky effect on Dimorphos after Zhou et al. (2024), and what it would change until Hera's survey."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from . import measures
+from .inputs import INPUTS
+
+__all__ = ["RATE", "consequences"]
+
+#: The shrinking of the orbit if Dimorphos left synchronous rotation, cm a year (Z24, abstract of the first version).
+RATE: Final = -7.0
+YEAR: Final = 8766.0
+
+
+def consequences(rate: float, semi_major_axis: float, hours: float = measures.ARRIVING) -> dict[str, float]:
+    """Return what a steady drift of the semi-major axis does until arrival.
+
+    Parameters
+    ----------
+    rate : float
+        cm a year.
+    semi_major_axis : float
+        m.
+    hours : float
+        The time since the impact.
+
+    Returns
+    -------
+    dict
+        ``period``, the change of the period in s, and ``longitude``, that of Dimorphos along its orbit in degrees.
+
+    Notes
+    -----
+    By Kepler's third law the period P changes by 3/2 P da/a, and the longitude by -3/4 (2 pi/P) t^2 (da/dt)/a.
+    """
+    years = hours / YEAR
+    relative = rate / 100.0 / semi_major_axis
+    period = INPUTS["period"].value
+    return {
+        "period": 1.5 * 3600.0 * period * relative * years,
+        "longitude": -0.75 * 360.0 / period * hours * relative * years,
+    }
