@@ -7,49 +7,73 @@ how much. Motions cannot be differentiated with respect to a change that no para
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..base import rotations
+from ..base.differences import Differences, difference
 from ..errors import InvalidInput
-from .differences import derivative
-
-if TYPE_CHECKING:
-    from ..model.state import State
-    from ..motion.system import System
+from ..model.state import State, strip
+from ..motion.system import System
+from .free import Parameters
 
 __all__ = ["Chain", "SetupDerivatives", "SetupResult"]
 
 _Array = npt.NDArray[np.float64]
 
 #: The largest part of a change of the system, relative to it, that its parameters may leave unexplained.
-_LEFT = 1e-6
+_UNEXPLAINED = 1e-6
 #: The relative rounding error of numbers.
 _ROUNDING = 1e-13
+#: The step of a parameter of the system, relative to its natural size. The numbers are linear functions of it.
+_STEP = 1e-3
 
 
 class SetupResult:
-    """A system and a state that a setup has made, in plain numbers.
+    """A system and a state that a setup has made.
 
     Attributes
     ----------
     system : System
     state : State
-    numbers : ndarray, (D,)
-        The numbers that describe bodies, forces and G; ``places`` says where in the description each of them is.
-    rest : dict
-        All of the description that is not a number, by its place.
     """
 
     def __init__(self, system: System, state: State) -> None:
         self.system, self.state = system, state
-        self.core = system._strip(state)
-        self.numbers, self.places, self.rest = _described(system)
-        self.functions = system._functions()
+
+    def __reduce__(self) -> Any:
+        return (SetupResult, (self.system, self.state))
+
+    @cached_property
+    def core(self) -> Any:
+        """The state as the core has it, in numbers of the system's units."""
+        return strip(self.state, self.system.context)
+
+    @cached_property
+    def numbers(self) -> dict[str, float]:
+        """The numbers that describe bodies, forces and G, by their places in the description."""
+        return {place: value for place, value in self._entries if isinstance(value, float)}
+
+    @cached_property
+    def rest(self) -> dict[str, Any]:
+        """All of the description that is not such a number, by its place."""
+        context = self.system.context
+        return {
+            **{place: value for place, value in self._entries if not isinstance(value, float)},
+            **{f"notes {name}": context.notes[name] for name in ("units", "epoch", "frame")},
+            **{f"settings {name}": value for name, value in context.core.settings.items()},
+            **{f"the function of the force {force.name}": force for force in self.system._functions()},
+        }
+
+    @cached_property
+    def _entries(self) -> list[tuple[str, Any]]:
+        context = self.system.context
+        return list(_entries({"G": context.G, "bodies": context.core.bodies, "forces": context.core.forces}))
 
     def moved(self, other: SetupResult) -> _Array:
         """Return the tangent vector (12 N,) from this state to another one, and the change of its time, (12 N + 1,)."""
@@ -69,46 +93,21 @@ class SetupResult:
 
     def difference(self, other: SetupResult) -> str | None:
         """Return the first place at which two descriptions differ in other than numbers, or ``None``."""
-        if self.functions != other.functions:
-            names = [force.name for force in (*self.functions, *other.functions)]
-            return f"the function of the force {names[0]}"
-        return next(
-            (
-                place
-                for place in (*self.rest, *other.rest)
-                if self.rest.get(place, _ABSENT) != other.rest.get(place, _ABSENT)
-            ),
-            None,
-        )
+        places = (*self.rest, *other.rest)
+        return next((place for place in places if self.rest.get(place, ...) != other.rest.get(place, ...)), None)
 
 
-_ABSENT = object()
-
-
-def _described(system: System) -> tuple[_Array, list[str], dict[str, Any]]:
-    """Return the numbers of a system's description, the place of each, and the rest of the description by its place."""
-    described = system._describe()
-    notes = {name: value for name, value in described.pop("notes").items() if name not in ("bodies", "forces")}
-    found: list[float] = []
-    places: list[str] = []
-    rest: dict[str, Any] = {}
-
-    def walk(node: Any, place: str) -> None:
-        if isinstance(node, dict):
-            for name, value in node.items():
-                walk(value, f"{place} {name}".strip())
-        elif isinstance(node, list | tuple | np.ndarray):
-            rest[f"number of {place}"] = len(node)
-            for index, value in enumerate(node):
-                walk(value, f"{place}[{index}]")
-        elif isinstance(node, float) and not place.startswith("settings"):
-            found.append(node)
-            places.append(place)
-        else:
-            rest[place] = node
-
-    walk(described | {"notes": notes}, "")
-    return np.array(found), places, rest
+def _entries(node: Any, place: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the entries of a description, which is made of dicts and lists, with their places."""
+    if isinstance(node, dict):
+        for name, value in node.items():
+            yield from _entries(value, f"{place} {name}".strip())
+    elif isinstance(node, list | tuple | np.ndarray):
+        yield f"number of {place}", len(node)
+        for index, value in enumerate(node):
+            yield from _entries(value, f"{place}[{index}]")
+    else:
+        yield place, node
 
 
 @dataclass
@@ -131,24 +130,21 @@ class SetupDerivatives:
 
 
 class Chain:
-    """The derivatives of a setup, wherever they are computed in a fit.
-
-    The steps of differences are found once, as are the numbers of the system that are parameters of it.
+    """The derivatives of a setup, wherever they are computed in a fit; the steps of differences are kept.
 
     Parameters
     ----------
     make : callable
         A function that takes values (P,) and returns the :class:`SetupResult` of the setup.
-    names : sequence of str
+    parameters : Parameters
     """
 
-    def __init__(self, make: Callable[[_Array], SetupResult], names: Sequence[str]) -> None:
-        self._make, self._names = make, tuple(names)
-        self._steps: list[dict[str, float]] = [{} for _ in names]
-        self._system = _SystemChain()
+    def __init__(self, make: Callable[[_Array], SetupResult], parameters: Parameters) -> None:
+        self._make, self._parameters = make, parameters
+        self.differences = [Differences() for _ in parameters.names]
 
-    def at(self, base: SetupResult, values: _Array, sizes: _Array) -> SetupDerivatives:
-        """Differentiate at values (P,), for which the setup returns ``base``; it is smooth over their sizes (P,).
+    def at(self, base: SetupResult, values: _Array) -> SetupDerivatives:
+        """Differentiate at values (P,), for which the setup returns ``base``.
 
         Raises
         ------
@@ -157,132 +153,93 @@ class Chain:
         """
         tangent = len(base.core.position) * 12
         columns = np.zeros((tangent + 1 + len(base.numbers), len(values)))
-        found: dict[str, str] = {}
-        for k, name in enumerate(self._names):
+        undifferentiable: dict[str, str] = {}
+        for k, name in enumerate(self._parameters.names):
             other: list[str] = []
             try:
-                column = self._column(base, values, k, sizes[k], other)
+                column = self._column(base, values, k, other)
             except InvalidInput as error:
                 raise InvalidInput(
                     f"setup cannot be differentiated with respect to {name} at {values[k]:.9g}: {error}"
                 ) from error
             if other:
-                found[name] = other[0]
+                undifferentiable[name] = other[0]
             elif column is None:
                 raise InvalidInput(
                     f"the results of setup do not change evenly with {name} near {values[k]:.9g}; expected a function "
-                    "without jumps and random numbers"
+                    "without jumps, rounded numbers, tables without interpolation and random numbers"
                 )
             else:
                 columns[:, k] = column
         start, times, numbers = columns[:tangent], columns[tangent], columns[tangent + 1 :]
         if times.any():
+            if "ThirdBody" in base.system.context.forces.values():
+                # The barycentre of an earlier start would have another velocity than the nominal one.
+                moving = (name for name, time in zip(self._parameters.names, times, strict=True) if time)
+                undifferentiable |= dict.fromkeys(moving, "the time of the start beside a third body")
             # A start that is later by dt corresponds to one whose state is behind by f dt, with f the rates of change.
-            start = start - np.outer(base.system._core.jacobian(base.core, [])[3], times)
-        system, left = self._system.solve(base, numbers)
-        for name, place in zip(self._names, left, strict=True):
+            start = start - np.outer(base.system.context.core.jacobian(base.core, [])[3], times)
+        system, unexplained = _parameters_of_system(base, numbers)
+        for name, place in zip(self._parameters.names, unexplained, strict=True):
             if place is not None:
-                found.setdefault(name, place)
-        return SetupDerivatives(start, system, found)
+                undifferentiable.setdefault(name, place)
+        return SetupDerivatives(start, system, undifferentiable)
 
-    def _column(self, base: SetupResult, values: _Array, k: int, size: float, other: list[str]) -> _Array | None:
+    def _column(self, base: SetupResult, values: _Array, k: int, other: list[str]) -> _Array | None:
         """Return derivatives of the start, its time and the system's numbers; ``other`` receives all other changes."""
-        noise = _ROUNDING * np.concatenate([base.sizes(), np.abs(base.numbers)])
+        numbers = np.array(list(base.numbers.values()))
+        noise = _ROUNDING * np.concatenate([base.sizes(), np.abs(numbers)])
         start = np.append(np.tile(np.repeat(np.arange(4), 3), len(base.core.position)), 4)
-        groups = np.concatenate([start, np.arange(len(base.numbers)) + 5])
+        groups = np.concatenate([start, np.arange(len(numbers)) + 5])
 
         def shifted(by: float) -> _Array:
-            moved = values.copy()
-            moved[k] += by
-            made = self._make(moved)
+            made = self._make(self._parameters.shifted(values, k, by))
             if (place := base.difference(made)) is not None:
                 other.append(place)
                 return np.zeros(len(noise))
-            return np.concatenate([base.moved(made), made.numbers - base.numbers])
+            return np.concatenate([base.moved(made), np.array(list(made.numbers.values())) - numbers])
 
-        return derivative(shifted, size, noise, groups, self._steps[k])
-
-
-class _SystemChain:
-    """Finds the parameters of a system that have changed, from the changes of the numbers that describe it."""
-
-    def __init__(self) -> None:
-        self._steps: dict[str, dict[str, float]] = {}
-        #: The constant derivatives of the numbers with respect to those parameters that are themselves one of the
-        #: numbers.
-        self._own: dict[str, _Array] = {}
-        #: Names of parameters that make the same change as one of ``_own``, and are not needed beside it.
-        self._spare: set[str] = set()
-
-    def solve(self, base: SetupResult, numbers: _Array) -> tuple[dict[str, _Array], list[str | None]]:
-        """Solve for the derivatives of a system's parameters from those (D, P) of the numbers that describe it.
-
-        Returns the derivatives by name, and for each of P the place of a number whose change no parameter makes, or
-        ``None``.
-        """
-        solved, left = self._solve(base, numbers)
-        if self._spare and any(place is not None for place in left):
-            # A parameter of the system that was not needed at other values may be needed at these.
-            self._spare.clear()
-            solved, left = self._solve(base, numbers)
-        return solved, left
-
-    def _solve(self, base: SetupResult, numbers: _Array) -> tuple[dict[str, _Array], list[str | None]]:
-        left: list[str | None] = [None] * numbers.shape[1]
-        rows: npt.NDArray[np.bool_] = np.asarray(numbers.any(axis=1))
-        if not rows.any():
-            return {}, left
-        names = [name for name in base.system.parameters if name not in self._spare]
-        known = {name: found for name in names if (found := self._changes(base, name)) is not None}
-        owned = np.any([np.zeros(len(rows), bool), *(column != 0.0 for column in self._own.values())], axis=0)
-        for name, column in known.items():
-            if name not in self._own and np.count_nonzero(column) == 1 and owned[column != 0.0].all():
-                self._spare.add(name)
-        columns = np.stack(list(known.values()), axis=1) if known else np.zeros((len(rows), 0))
-        scale = np.abs(base.numbers)
-        scale = np.where(scale > 0.0, scale, np.maximum(np.abs(columns).max(axis=1, initial=0.0), 1e-300))
-        used: dict[str, _Array] = {}
-        for name, column in zip(known, (columns / scale[:, None]).T, strict=True):
-            # If several parameters make the same change, the first of them is used.
-            if column[rows].any() and not any(_parallel(column, other) for other in used.values()):
-                used[name] = column
-        scaled = np.stack(list(used.values()), axis=1) if used else np.zeros((len(rows), 0))
-        width = np.abs(scaled).max(axis=0, initial=1e-300)
-        wanted = numbers / scale[:, None]
-        solved = np.linalg.lstsq(scaled / width, wanted, rcond=1e-10)[0] if used else np.zeros((0, len(left)))
-        remaining = np.abs(wanted - scaled / width @ solved)
-        for k in range(len(left)):
-            if remaining[:, k].max() > _LEFT * np.abs(wanted[:, k]).max():
-                left[k] = base.places[int(np.argmax(remaining[:, k]))]
-        solved = np.where(np.abs(solved) > 1e-9 * np.abs(solved).max(axis=0, initial=1e-300), solved, 0.0)
-        return {name: row for name, row in zip(used, solved / width[:, None], strict=True) if row.any()}, left
-
-    def _changes(self, base: SetupResult, name: str) -> _Array | None:
-        """Return the derivatives (D,) of the numbers that describe a system with respect to one of its parameters.
-
-        It is ``None`` if motions of this system cannot be differentiated with respect to the parameter.
-        """
-        if (own := self._own.get(name)) is not None and len(own) == len(base.numbers):
-            return own
-        system = base.system
-        try:
-            system._core.jacobian(base.core, [name])
-            size = system._changed(name, 0.0)[1]
-
-            def shifted(by: float) -> _Array:
-                return _described(system._changed(name, by)[0])[0] - base.numbers
-
-            groups = np.arange(len(base.numbers))
-            found = derivative(
-                shifted, size, _ROUNDING * np.abs(base.numbers), groups, self._steps.setdefault(name, {})
-            )
-        except InvalidInput:
-            return None
-        if found is not None and np.count_nonzero(found) == 1 and abs(found.max() - 1.0) < 1e-9:
-            self._own[name] = found
-        return found
+        size = self._parameters.size(k, values[k])
+        return self.differences[k].derivative(shifted, size, noise, groups, 0.1 * max(size, 1.0))
 
 
-def _parallel(first: _Array, second: _Array) -> bool:
-    product = abs(float(first @ second))
-    return product >= (1.0 - 1e-12) * float(np.linalg.norm(first) * np.linalg.norm(second))
+def _parameters_of_system(base: SetupResult, numbers: _Array) -> tuple[dict[str, _Array], list[str | None]]:
+    """Solve for the derivatives of a system's parameters from those (D, P) of the numbers that describe it.
+
+    Returns the derivatives by name, and for each of P the place of a number whose change no parameter makes, or
+    ``None``.
+    """
+    changing = np.asarray(numbers.any(axis=1))
+    if not changing.any():
+        return {}, [None] * numbers.shape[1]
+    columns = {name: column for name, column in _columns(base) if column[changing].any()}
+    scale = np.abs(list(base.numbers.values()))
+    scale = np.where(scale > 0.0, scale, np.maximum(np.abs([*columns.values(), 0.0 * scale]).max(axis=0), 1e-300))
+    used: dict[str, _Array] = {}
+    for name, column in columns.items():
+        widths = np.linalg.norm([*used.values(), column / scale], axis=1)
+        # A parameter whose change is that of others together, such as a density, is not needed beside them.
+        if np.linalg.matrix_rank(np.array([*used.values(), column / scale]) / widths[:, None], 1e-9) > len(used):
+            used[name] = column / scale
+    matrix, wanted = np.array([*used.values(), 0.0 * scale]).T, numbers / scale[:, None]
+    width = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
+    solved = np.linalg.lstsq(matrix / width, wanted, rcond=1e-10)[0]
+    remaining = np.abs(wanted - matrix / width @ solved)
+    left = remaining.max(axis=0) > _UNEXPLAINED * np.abs(wanted).max(axis=0)
+    places = [list(base.numbers)[k] for k in remaining.argmax(axis=0)]
+    solved = np.where(np.abs(solved) > 1e-9 * np.abs(solved).max(axis=0), solved, 0.0) / width[:, None]
+    by_name = {name: row for name, row in zip(used, solved, strict=False) if row.any()}
+    return by_name, [place if is_left else None for place, is_left in zip(places, left, strict=True)]
+
+
+def _columns(base: SetupResult) -> Iterator[tuple[str, _Array]]:
+    """Yield the parameters of a system with the derivatives (D,) of the numbers that describe it."""
+    core, numbers = base.system.context.core, np.array(list(base.numbers.values()))
+    for name in base.system.parameters:
+
+        def shifted(by: float, name: str = name) -> _Array:
+            bodies, forces, G, _ = core.changed(name, by)
+            entries = _entries({"G": G, "bodies": bodies, "forces": forces})
+            return np.array([value for _, value in entries if isinstance(value, float)]) - numbers
+
+        yield name, difference(shifted, _STEP * core.changed(name, 0.0)[3])

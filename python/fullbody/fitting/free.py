@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
 import numpy as np
@@ -25,9 +25,9 @@ class Free:
 
     Parameters
     ----------
-    start : float, Quantity or text with a unit
+    value : float, Quantity or text with a unit
         The initial value.
-    lower, upper : float or Quantity, optional
+    min, max : float or Quantity, optional
         Bounds; none unless given.
     prior : (mean, sigma), optional
         Mean and standard error of a normal distribution, which enters as one more residual.
@@ -35,13 +35,14 @@ class Free:
     Examples
     --------
     >>> import fullbody
-    >>> fullbody.fitting.Free(0.1, lower=0.0, upper=1.0)
-    Free(start=0.1, lower=0.0, upper=1.0, prior=None)
+    >>> fullbody.fitting.Free(0.1, min=0.0, max=1.0)
+    Free(value=0.1, min=0.0, max=1.0, prior=None)
     """
 
-    start: Any
-    lower: Any = None
-    upper: Any = None
+    value: Any
+    _: KW_ONLY
+    min: Any = None
+    max: Any = None
     prior: Any = None
 
 
@@ -69,18 +70,18 @@ class Parameters:
                 )
         free = [value if isinstance(value, Free) else Free(value) for value in given.values()]
         self.names = tuple(given)
-        starts = [gathered(one.start, f"start of {name}") for name, one in zip(self.names, free, strict=True)]
+        starts = [gathered(one.value, f"start of {name}") for name, one in zip(self.names, free, strict=True)]
         self.units = tuple(value.unit if is_quantity(value) else None for value in starts)
         self.start = np.array([self._number(k, value, "start") for k, value in enumerate(starts)])
         self.lower, self.upper, self.mean, self.sigma = (np.empty(len(free)) for _ in range(4))
         for k, one in enumerate(free):
-            self.lower[k] = -np.inf if one.lower is None else self._number(k, one.lower, "lower bound")
-            self.upper[k] = np.inf if one.upper is None else self._number(k, one.upper, "upper bound")
+            self.lower[k] = -np.inf if one.min is None else self._number(k, one.min, "min")
+            self.upper[k] = np.inf if one.max is None else self._number(k, one.max, "max")
             if not self.lower[k] < self.upper[k]:
-                raise InvalidInput(f"bounds of {self.names[k]} are {one.lower} and {one.upper}; expected lower < upper")
+                raise InvalidInput(f"bounds of {self.names[k]} are {one.min} and {one.max}; expected min < max")
             if not self.lower[k] <= self.start[k] <= self.upper[k]:
                 raise InvalidInput(
-                    f"start of {self.names[k]} is {one.start}; expected one between {one.lower} and {one.upper}"
+                    f"start of {self.names[k]} is {one.value}; expected one between {one.min} and {one.max}"
                 )
             self.mean[k], self.sigma[k] = self._prior(k, one.prior)
 
@@ -144,11 +145,45 @@ class Parameters:
             raise InvalidInput(f"values has no {missing[0]!r}; expected all of {', '.join(self.names)}")
         return np.array([self._number(k, values[name], "value") for k, name in enumerate(self.names)])
 
+    def shifted(self, values: _Array, k: int, by: float) -> _Array:
+        """Return values (P,) of which one is shifted, or raise an error if that is beyond its bounds."""
+        moved = values.copy()
+        moved[k] += by
+        if not self.lower[k] <= moved[k] <= self.upper[k]:
+            raise InvalidInput(f"{self.names[k]} is beyond its bounds")
+        return moved
+
+    def turn(self, k: int) -> float:
+        """Return the number by which a parameter changes in a turn, if it is an angle."""
+        unit = self.units[k]
+        if unit is None:
+            return 2.0 * np.pi
+        return float((1.0 * unit).to_value("rad") ** -1) * 2.0 * np.pi if self.is_angle(k) else np.inf
+
+    def is_angle(self, k: int) -> bool:
+        """Return whether a parameter has a unit of angle."""
+        return self.units[k] is not None and self.units[k].physical_type == "angle"
+
     def size(self, k: int, value: float) -> float:
-        """Return a length over which the results of a setup are smooth, as far as it is known."""
-        sizes = (abs(value), abs(self.start[k]), self.sigma[k] if np.isfinite(self.sigma[k]) else 0.0)
-        width = self.upper[k] - self.lower[k]
-        return next((size for size in sizes if size > 0.0), float(width) if np.isfinite(width) else 1.0)
+        """Return a length over which the results of a setup are smooth, as far as it is known: a radian for angles."""
+        if self.is_angle(k):
+            return self.turn(k) / (2.0 * np.pi)
+        return max(abs(value), abs(self.start[k])) or self.width(k)
+
+    def width(self, k: int) -> float:
+        """Return a length for a parameter that is zero: the error of its prior, the width of its bounds, or one."""
+        lengths = (self.sigma[k], self.upper[k] - self.lower[k])
+        return next((float(length) for length in lengths if np.isfinite(length)), 1.0)
+
+    def at_bounds(self, values: _Array, norms: _Array) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+        """Return which of values (P,) are at their lower and upper bounds: within a twentieth of their errors alone.
+
+        The errors are the inverse of the norms (P,) of the derivatives. Values whose errors are wider than the bounds
+        are at one if they are within a hundredth of that width.
+        """
+        near = np.divide(0.05, norms, out=np.zeros_like(norms), where=norms > 0.0)
+        near = np.minimum(near, 0.01 * (self.upper - self.lower))
+        return values - self.lower <= near, self.upper - values <= near
 
     def shown(self, k: int, value: float) -> str:
         """Return a parameter's value as text, with its unit."""

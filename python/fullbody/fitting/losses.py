@@ -88,6 +88,9 @@ class Loss:
         #: Whether pulls stay as they are, in a linear loss.
         self.linear = given == "linear"
 
+    def __reduce__(self) -> Any:
+        return (loss_of, (self.given,))
+
     def _of(self, pulls: _Array) -> _Array:
         found = np.asarray(self._function(pulls**2), dtype=np.float64)
         if found.shape != (3, *pulls.shape) or not np.isfinite(found).all() or (found[0] < 0.0).any():

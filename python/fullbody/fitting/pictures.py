@@ -41,8 +41,7 @@ class FitPlots:
         """
         fit = self._fit
         flat, given = panels(kwargs.pop("axes", ax), (len(fit.pulls),), (7.0, 2.2 * len(fit.pulls) + 0.4))
-        for axes, one, pulls in zip(flat, fit.observations, fit.pulls, strict=True):
-            times = one.emission(fit.system)
+        for axes, label, times, pulls in zip(flat, fit.labels, fit.times, fit.pulls, strict=True):
             unit = getattr(times, "unit", None)
             columns = np.reshape(pulls, (len(pulls), -1))
             across = np.asarray(getattr(times, "value", times))
@@ -54,12 +53,12 @@ class FitPlots:
                 axes.plot(across, column, **style | kwargs)
             axes.axhspan(-1.0, 1.0, color="0.92", zorder=0)
             axes.set_ylabel("residual / error")
-            axes.set_title(repr(one).partition("(")[0], fontsize="small", loc="left")
+            axes.set_title(label, fontsize="small", loc="left")
             axes.set_xlabel("time since the epoch" + (f" [{unit}]" if unit is not None else ""))
             grid(axes)
         return given
 
-    def corner(self, samples: Any = None, *, count: int = 5000, seed: int = 0, **kwargs: Any) -> Any:
+    def corner(self, samples: Any = None, *, n: int = 5000, rng: int | np.random.Generator = 0, **kwargs: Any) -> Any:
         """Draw the distributions of all parameters and of all pairs of them.
 
         Parameters
@@ -67,8 +66,9 @@ class FitPlots:
         samples : xarray.Dataset, optional
             What :meth:`fullbody.fitting.Fit.sample` returns; draws from the normal distribution of the fit unless
             given.
-        count, seed : int
-            Number and seed of these draws.
+        n : int
+            Number of these draws.
+        rng : int or numpy Generator
         **kwargs
             Passed to ``corner.corner``.
 
@@ -82,10 +82,10 @@ class FitPlots:
 
         fit = self._fit
         if samples is None:
-            number = integer(count)
-            if number is None or number <= len(fit.names):
-                raise InvalidInput(f"count is {count!r}; expected more draws than the {len(fit.names)} parameters")
-            rows = fit.draws_as_array(number, seed)
+            count = integer(n)
+            if count is None or count <= len(fit.names):
+                raise InvalidInput(f"n is {n!r}; expected more draws than the {len(fit.names)} parameters")
+            rows = fit.draws_as_array(count, rng)
         else:
             rows = np.stack([np.ravel(samples[name].values) for name in fit.names], axis=1)
         units = [getattr(value, "unit", None) for value in fit.values.values()]

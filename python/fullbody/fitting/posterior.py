@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.arguments import integer, seed_of
+from ..base.arguments import generator, integer
 from ..base.units import need
 from ..errors import InvalidInput
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["sample"]
 
 
-def sample(fit: Any, sampler: Any, steps: Any, walkers: Any, seed: Any, progress: bool) -> xarray.Dataset:
+def sample(fit: Any, sampler: Any, steps: Any, walkers: Any, rng: Any, progress: bool) -> xarray.Dataset:
     """Sample the posterior distribution; see :meth:`fullbody.fitting.Fit.sample`."""
     if sampler != "emcee":
         raise InvalidInput(f"sampler is {sampler!r}; expected 'emcee'")
@@ -32,8 +32,10 @@ def sample(fit: Any, sampler: Any, steps: Any, walkers: Any, seed: Any, progress
     if count is None or count < 2 * len(fit.names):
         raise InvalidInput(f"walkers is {walkers!r}; expected at least {2 * len(fit.names)}, two for each parameter")
     ensemble = emcee.EnsembleSampler(count, len(fit.names), fit.log_posterior)
-    random = np.random.RandomState(np.random.MT19937(seed_of(seed))).get_state()
-    state = emcee.State(fit.draws_as_array(count, seed), random_state=random)
+    random = generator(rng)
+    begin = fit.draws_as_array(count, random)
+    numbers = np.random.RandomState(np.random.MT19937(random.integers(2**63))).get_state()
+    state = emcee.State(begin, random_state=numbers)
     ensemble.run_mcmc(state, length, progress=progress)
     chain = np.moveaxis(ensemble.get_chain(), 0, 1)
     dimensions = ("chain", "draw")

@@ -11,13 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import suggestion
+from ..base.differences import REFUSALS, Differences
 from ..errors import InvalidInput
 from ..model.state import State
 from ..motion.samples import chosen, joined
 from ..motion.system import System
-from .chain import Chain, SetupResult
-from .differences import REFUSALS, derivative
+from .chain import Chain, SetupDerivatives, SetupResult
 from .free import Parameters
+from .noise import log_determinant, relative
 
 if TYPE_CHECKING:
     from ..motion.run import Run
@@ -27,14 +28,16 @@ __all__ = ["Jacobian", "Observed", "Point", "Problem", "Refused"]
 
 _Array = npt.NDArray[np.float64]
 
-#: The rounding errors of the pulls of one run, and between different runs, relative to the largest pull.
-_ROUNDING, _NOISE = 1e-13, 1e-8
+#: The rounding errors of the pulls of one run, and between different runs, relative to the largest pull; and those of
+#: covariances.
+_ROUNDING, _NOISE, _ROUNDING_OF_ERRORS = 1e-13, 1e-8, 1e-14
 
 
 class Observed(Protocol):
     """The methods that a fit calls on observations; any class that has them can be fitted.
-    A class may also have the method ``derivatives(run)``, with the result of ``run.derivative_of(observed.pulls)``, and
-    ``widening(system)``, which returns the logarithms of the factors by which parameters widen the variances.
+    A class may also have the method ``derivatives(run)``, with the result of ``run.derivative_of(observed.pulls)``, the
+    number ``linear_unknowns``, and the methods ``errors(system)`` and ``with_errors_of(observed)``, by which a fit takes
+    parameters of errors into account.
     """
 
     def emission(self, system: System) -> Any:
@@ -61,8 +64,8 @@ class Point:
     observations : list of Observed
     pulls : list of ndarray
         The pulls of each of the observations.
-    widening : list of ndarray
-        Roots of the logarithms of the factors by which jitter widens variances, if observations are functions.
+    errors : dict of Errors
+        The errors of those observations that are functions of parameters, by their index.
     """
 
     values: _Array
@@ -70,21 +73,35 @@ class Point:
     run: Run
     observations: list[Any]
     pulls: list[_Array]
-    widening: list[_Array]
+    errors: dict[int, Any]
 
     @property
     def rows(self) -> _Array:
-        """Return all pulls and widenings as one array."""
-        return np.concatenate([np.ravel(part) for part in (*self.pulls, *self.widening)])
+        """Return all pulls as one array."""
+        return np.concatenate([np.ravel(part) for part in self.pulls])
+
+    @property
+    def log_determinants(self) -> _Array:
+        """Return the logarithms of the determinants of the errors, zero without a jitter."""
+        return np.array([max(0.0, log_determinant(errors)) for errors in self.errors.values()])
 
 
 @dataclass
 class Jacobian:
-    """Derivatives of the rows of a point with respect to the parameters, (M, P), and the parameters that were
-    differenced.
+    """Derivatives of a point with respect to P parameters.
+
+    Attributes
+    ----------
+    rows : ndarray, (M, P)
+        Derivatives of the pulls, for constant errors.
+    noise : dict of dict of ndarray, (K, C, C)
+        The relative changes of the covariances of errors, by the index of the parameter and of the observations.
+    differenced : dict of str
+        The parameters that were differenced, with the reason.
     """
 
     rows: _Array
+    noise: dict[int, dict[int, _Array]] = field(default_factory=dict)
     differenced: dict[str, str] = field(default_factory=dict)
 
 
@@ -130,22 +147,24 @@ class Problem:
                 f"parameters has {unused[0]!r}, which neither the setup nor observations take; "
                 f"{suggestion(unused[0], arguments, 'some')}"
             )
-        own = parameters.only(self.of_setup)
-        self._chain = Chain(lambda values: self._make(own.named(values)), self.of_setup)
+        self._setup_parameters = parameters.only(self.of_setup)
+        self._chain = Chain(self._make, self._setup_parameters)
         #: The parameters of the system by which the last runs were differentiated.
         self._needed: tuple[str, ...] | None = None
-        self._steps: list[dict[str, float]] = [{} for _ in names]
+        self._differences = [Differences() for _ in names]
         #: The number of pulls, which parameters must not change.
         self._count: int | None = None
         self.runs = self.differentiated = self.refused = 0
         self.reason = ""
+        #: The values that were refused last.
+        self._refused = parameters.start
 
     def make(self, values: _Array) -> SetupResult:
         """Call the setup, and return its system and state."""
-        return self._make(self.parameters.named(values))
+        return self._make(values[[self.parameters.names.index(name) for name in self.of_setup]])
 
-    def _make(self, named: dict[str, Any]) -> SetupResult:
-        found = self.setup(**{name: named[name] for name in self.of_setup})
+    def _make(self, values: _Array) -> SetupResult:
+        found = self.setup(**self._setup_parameters.named(values))
         try:
             system, state = found
         except (TypeError, ValueError) as error:
@@ -183,7 +202,7 @@ class Problem:
             return self._point(values, self._needed if differentiated else None)
         except REFUSALS as error:
             self.refused += 1
-            self.reason = f"{type(error).__name__}: {error}"
+            self.reason, self._refused = f"{type(error).__name__}: {error}", values.copy()
             raise Refused(self.reason) from error
 
     def _point(self, values: _Array, derivatives: Sequence[str] | None = None) -> Point:
@@ -199,11 +218,12 @@ class Problem:
                 f"the observations have {count} numbers here and had {self._count} at the start of the fit; expected "
                 "the same number for all values of the parameters"
             )
-        return Point(values.copy(), made, run, observations, pulls, self._widening(made.system, observations))
-
-    def _widening(self, system: System, observations: list[Any]) -> list[_Array]:
-        both = zip(self.given, observations, strict=True)
-        return [np.sqrt(one.widening(system)) for given, one in both if callable(given) and hasattr(one, "widening")]
+        errors = {
+            i: one.errors(made.system)
+            for i, one in enumerate(observations)
+            if self.of_observations[i] and hasattr(one, "errors")
+        }
+        return Point(values.copy(), made, run, observations, pulls, errors)
 
     def times(self, made: SetupResult, observations: list[Any]) -> _Array:
         """Return all times at which the observations need samples, in numbers of the system's units."""
@@ -211,7 +231,7 @@ class Problem:
         return np.unique(np.concatenate(parts))
 
     def _emission(self, one: Any, system: System) -> _Array:
-        return system._units.strip(one.emission(system), "time", f"times of {one!r}")
+        return system.context.units.strip(one.emission(system), "time", f"times of {one!r}")
 
     def _run(self, made: SetupResult, observations: list[Any], derivatives: Sequence[str] | None) -> Run:
         """Run forward and backward from the epoch of the state over all observations, with samples at their times."""
@@ -230,47 +250,57 @@ class Problem:
         ahead = integrate(state, later[-1] if later.size else epoch, later, **options)
         return joined(ahead, back)
 
+    def sampled(self, made: SetupResult, observations: list[Any]) -> Run:
+        """Return a run with samples at the times of observations."""
+        return self._run(made, observations, None)
+
     def of(self, one: Any, run: Run, what: str) -> Any:
         """Call a method of observations with the samples of a run at the times of these observations."""
         return getattr(one, what)(chosen(run, self._emission(one, run.system)))
 
     def jacobian(self, point: Point) -> Jacobian:
-        """Return the derivatives of the rows of a point: the motion's are exact, those of the setup are differences."""
-        values, names = point.values, self.parameters.names
-        sizes = np.array([self.parameters.size(k, value) for k, value in enumerate(values)])
-        found = np.zeros((len(point.rows), len(values)))
-        mine = [k for k, name in enumerate(names) if name in self.of_setup]
+        """Return the derivatives of a point: those of the motion are exact, those of the setup are differences."""
+        names = self.parameters.names
+        rows = np.zeros((len(point.rows), len(names)))
+        noise: dict[int, dict[int, _Array]] = {}
         differenced: dict[str, str] = {}
-        if mine:
-            made = self._chain.at(point.made, values[mine], sizes[mine])
+        places = [names.index(name) for name in self.of_setup]
+        if places:
+            made = self._chain.at(point.made, point.values[places])
             differenced |= {
                 name: f"it changes {place}, by which motions are not differentiated"
                 for name, place in made.undifferentiable.items()
             }
-            exact = [(column, k) for column, k in enumerate(mine) if names[k] not in differenced]
+            exact = [column for column, k in enumerate(places) if names[k] not in differenced]
             if exact:
                 try:
-                    self._needed, run = tuple(made.system), point.run
-                    if not run.is_differentiated or not {*self._needed} <= {*run.sensitivity}:
-                        run = self._run(point.made, point.observations, self._needed)
-                    start = 0
-                    for one in point.observations:
-                        by = self._derivatives(one, run)
-                        size = by.value.size
-                        for column, k in exact:
-                            part = by.start.reshape(size, -1) @ made.start[:, column]
-                            for name, changes in made.system.items():
-                                part = part + changes[column] * np.reshape(by.by_parameter[name], size)
-                            found[start : start + size, k] = part
-                        start += size
+                    self._needed = tuple(made.system)
+                    rows[:, np.array(places)[exact]] = self._by_motion(point, made)[:, exact]
                 except InvalidInput as error:
-                    differenced |= {names[k]: f"derivatives are refused: {error}" for _, k in exact}
+                    differenced |= {names[places[k]]: f"derivatives are refused: {error}" for k in exact}
         for k, name in enumerate(names):
             if name in differenced:
-                found[:, k] = self._by_runs(point, k, sizes[k])
+                rows[:, k] = self._by_runs(point, k)
             else:
-                found[:, k] += self._by_observations(point, k, sizes[k])
-        return Jacobian(found, differenced)
+                change, by_observations = self._by_observations(point, k)
+                rows[:, k] += change
+                if by_observations:
+                    noise[k] = by_observations
+        return Jacobian(rows, noise, differenced)
+
+    def _by_motion(self, point: Point, made: SetupDerivatives) -> _Array:
+        """Return the exact derivatives (M, P) of the pulls with respect to the parameters of the setup."""
+        run = point.run
+        if not run.is_differentiated or not {*made.system} <= {*run.sensitivity}:
+            run = self._run(point.made, point.observations, tuple(made.system))
+        parts = []
+        for one in point.observations:
+            by = self._derivatives(one, run)
+            part = by.start.reshape(by.value.size, -1) @ made.start
+            for name, changes in made.system.items():
+                part += np.outer(by.by_parameter[name], changes)
+            parts.append(part)
+        return np.concatenate(parts)
 
     def _derivatives(self, one: Any, run: Run) -> Any:
         part = chosen(run, self._emission(one, run.system))
@@ -282,44 +312,118 @@ class Problem:
                 pass
         return part.derivative_of(one.pulls)
 
-    def _by_observations(self, point: Point, k: int, size: float) -> _Array:
-        """Return derivatives (M,) of rows with respect to a parameter that observations take, with the same run."""
-        if all(self.parameters.names[k] not in taken for taken in self.of_observations):
-            return np.zeros(len(point.rows))
+    def _by_observations(self, point: Point, k: int) -> tuple[_Array, dict[int, _Array]]:
+        """Return the derivatives with respect to a parameter that observations take, of the same run.
+
+        They are those of the pulls (M,), and the relative changes (K, C, C) of covariances by the index of the
+        observations.
+        """
+        name, system = self.parameters.names[k], point.made.system
+        changing = [name in names for names in self.of_observations]
+        rows = [np.zeros(part.size) for part in point.pulls]
+        if not any(changing):
+            return np.concatenate(rows), {}
 
         def shifted(by: float) -> _Array:
-            values = point.values.copy()
-            values[k] += by
-            observations = self.observations(values)
-            pulls = [_finite(self.of(one, point.run, "pulls"), one) for one in observations]
-            widening = self._widening(point.made.system, observations)
-            return np.concatenate([np.ravel(part) for part in (*pulls, *widening)]) - point.rows
+            moved = self.observations(self.parameters.shifted(point.values, k, by))
+            parts = []
+            for i in np.flatnonzero(changing):
+                one, base, errors = moved[i], point.observations[i], point.errors.get(i)
+                one = one if errors is None else one.with_errors_of(base)
+                parts.append(np.ravel(_finite(self.of(one, point.run, "pulls"), one) - point.pulls[i]))
+                if errors is not None:
+                    now = moved[i].errors(system)
+                    parts.append(relative(errors.covariance, now.covariance).ravel())
+                    parts.append(relative(errors.without_jitter, now.without_jitter).ravel())
+            return np.concatenate(parts)
 
-        return self._derivative(shifted, point, k, size, _ROUNDING, 0.01)
+        sizes = []
+        for i in np.flatnonzero(changing):
+            sizes.append((point.pulls[i].size, _ROUNDING * self._largest(point)))
+            if i in point.errors:
+                sizes += [(point.errors[i].covariance.size, _ROUNDING_OF_ERRORS)] * 2
+        noise = np.concatenate([np.full(size, rounding) for size, rounding in sizes])
+        groups = np.repeat(np.arange(len(sizes)), [size for size, _ in sizes])
+        parts = iter(np.split(self._derivative(shifted, point, k, noise, groups), np.cumsum([s for s, _ in sizes])[:-1]))
+        changes: dict[int, _Array] = {}
+        for i in np.flatnonzero(changing):
+            rows[i] = next(parts)
+            if i in point.errors:
+                change, stated = next(parts), next(parts)
+                if stated.any():
+                    raise InvalidInput(
+                        f"the stated errors of {point.observations[i]!r} change with {name}, which has no part in the "
+                        "likelihood; expected errors that with_jitter() widens"
+                    )
+                if change.any():
+                    changes[i] = change.reshape(point.errors[i].covariance.shape)
+        return np.concatenate(rows), changes
 
-    def _by_runs(self, point: Point, k: int, size: float) -> _Array:
-        """Return derivatives (M,) of rows with respect to a parameter, from complete runs."""
+    def _by_runs(self, point: Point, k: int) -> _Array:
+        """Return derivatives (M,) of the pulls with respect to a parameter, from complete runs."""
 
         def shifted(by: float) -> _Array:
-            values = point.values.copy()
-            values[k] += by
-            return self._point(values).rows - point.rows
+            return self._point(self.parameters.shifted(point.values, k, by)).rows - point.rows
 
-        return self._derivative(shifted, point, k, size, _NOISE, 0.1)
+        noise = np.full(len(point.rows), _NOISE * self._largest(point))
+        return self._derivative(shifted, point, k, noise, np.zeros(len(noise), dtype=int))
+
+    def _largest(self, point: Point) -> float:
+        return max(1.0, float(np.abs(point.rows).max(initial=0.0)))
 
     def _derivative(
-        self, shifted: Callable[[float], _Array], point: Point, k: int, size: float, noise: float, shorter: float
+        self, shifted: Callable[[float], _Array], point: Point, k: int, noise: _Array, groups: npt.NDArray[np.intp]
     ) -> _Array:
-        """Return differences of the rows; ``noise`` is their rounding error."""
-        scale = noise * max(1.0, float(np.abs(point.rows).max(initial=0.0))) * np.ones(len(point.rows))
         where = f"{self.parameters.names[k]} near {point.values[k]:.9g}"
+        size = self.parameters.size(k, point.values[k])
         try:
-            found = derivative(shifted, size, scale, np.zeros(len(scale), dtype=int), self._steps[k], shorter)
+            found = self._differences[k].derivative(shifted, size, noise, groups, 0.1 * max(size, 1.0))
         except InvalidInput as error:
             raise InvalidInput(f"the predictions cannot be differentiated with respect to {where}: {error}") from error
         if found is None:
             raise InvalidInput(f"the predictions do not change evenly with {where}")
         return found
+
+    def reach(self, values: _Array) -> _Array:
+        """Return the lengths (P,) over which parameters may change at first.
+
+        A value is as good as zero if nothing changed over steps of its size in the last derivatives.
+        """
+        reach = np.array([self.parameters.size(k, value) for k, value in enumerate(values)])
+        steps = np.array([differences.length for differences in self._differences])
+        for name, differences in zip(self.of_setup, self._chain.differences, strict=True):
+            k = self.parameters.names.index(name)
+            steps[k] = max(steps[k], differences.length)
+        widths = np.array([self.parameters.width(k) for k in range(len(values))])
+        return np.where(steps > 2e-3 * reach, widths, reach)
+
+    def unchanged(self, values: _Array, others: _Array) -> bool:
+        """Return whether the setup returns the same system and state for two values (P,), up to rounding errors."""
+        try:
+            one, other = self.make(values), self.make(others)
+        except REFUSALS:
+            return False
+        if one.difference(other) is not None:
+            return False
+        numbers = np.array([list(made.numbers.values()) for made in (one, other)])
+        apart = np.append(one.moved(other), numbers[1] - numbers[0])
+        return bool((np.abs(apart) <= 1e-9 * np.append(one.sizes(), np.abs(numbers[0]))).all())
+
+    def linear_unknowns(self, point: Point) -> int:
+        """Return the number of unknowns for which the predictions at a point are solved."""
+        return sum(getattr(observed, "linear_unknowns", 0) for observed in point.observations)
+
+    def limits(self, values: _Array) -> str:
+        """Return the bounds, as text, that would keep a fit at values (P,) from those that were refused last."""
+        sides = []
+        for k, (name, refused) in enumerate(zip(self.parameters.names, self._refused, strict=True)):
+            moved = values.copy()
+            moved[k] = refused
+            try:
+                self.make(moved)
+            except REFUSALS:
+                sides.append(f"{'min' if refused < values[k] else 'max'} of {name}")
+        return f"; give Free the bound {' or '.join(sides)}" if sides else ""
 
 
 def _is_observed(one: Any) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -9,49 +10,55 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer, seed_of
+from ..base.arguments import generator, integer
 from ..base.tables import Table, Tabled, to_text
+from ..base.units import need
+from ..base.values import same
 from ..ensembles.parameters import Paired, paired
 from ..errors import InvalidInput
-from .losses import Loss
-from .problem import Jacobian, Point, Problem, Refused
+from ..model.state import strip
+from ..motion.simulation import Simulation
+from . import files
+from .covariance import Covariance
+from .derived import Derived, derived
+from .problem import Refused
 
 if TYPE_CHECKING:
     import xarray
 
     from ..motion.run import Run
+    from .objective import Linearised, Objective
     from .pictures import FitPlots
 
-__all__ = ["Fit", "Minimum"]
+__all__ = ["Derived", "Fit", "Minimum"]
 
 _Array = npt.NDArray[np.float64]
 
-#: The ratio of singular values below which a combination of parameters counts as unconstrained.
-_SINGULAR = 1e-9
-#: The smallest coefficient of a combination that its text includes.
-_NAMED = 0.05
 #: The largest number of draws for each requested one; more are an error, since hardly any are within the bounds.
 _MOST_DRAWS = 1000
 
 
 @dataclass(frozen=True)
 class Minimum:
-    """A minimum of chi2 that a fit has found.
+    """A minimum that a fit has found.
 
     Attributes
     ----------
     values : dict
         The parameters at the minimum.
+    loss : float
+        The sum that is minimised, which is chi2 unless a loss is not linear or a jitter is free.
     chi2 : float
-    found : int
+    starts : int
         The number of starts that ended at the minimum.
     message : str
         The reason why the solver stopped before it was at a minimum; empty otherwise.
     """
 
     values: dict[str, Any]
+    loss: float
     chi2: float
-    found: int
+    starts: int
     message: str
 
 
@@ -65,21 +72,28 @@ class Fit(Tabled):
     values, sigma : dict
         Values and standard errors by name, with the units of the initial values. The error of a parameter in a
         combination that the data do not constrain is infinite.
+    numbers : ndarray, (P,)
+        The values in these units.
     covariance, correlation : ndarray, (P, P)
         In the units of the values. For a loss that is not linear the covariance is that of an M-estimator. Rows and
         columns of unconstrained parameters are zero beside the diagonal.
     chi2 : float
         Sum of the squares of the pulls, priors included.
     loss : float
-        The sum that was minimised: of the losses of the pulls, and of the logarithms of variances if jitter is free.
+        The sum that was minimised: of the losses of the pulls, and of the logarithms of determinants if jitter is free.
     dof : int
-        Data and priors minus parameters and zero points.
+        Data and priors minus parameters and linear unknowns such as zero points.
     p_value : float or None
-        Probability of a larger chi2, for a linear loss and at least one degree of freedom.
+        Probability of a larger chi2, for a linear loss, errors without free parameters and at least one degree of
+        freedom.
     residuals : list
         Observed minus predicted values of each of the observations, in their units.
     pulls : list of ndarray
         The residuals made independent and divided by their errors.
+    times : list of ndarray or Quantity
+        The times of a clock at the system to which these belong.
+    labels : tuple of str
+        The kinds of the observations.
     condition : float
         The ratio of the largest to the smallest singular value of the derivatives, with each parameter in units of the
         error that it would have if it alone were free.
@@ -94,8 +108,11 @@ class Fit(Tabled):
     minima : tuple of Minimum
         All minima that were found, the lowest first.
     system, state : System, State
+    integrator : Integrator or None
     observations : list
         The observations; those that are functions of parameters at the fitted values.
+    starts : int
+        The number of starts.
     message : str
         The reason why the solver stopped before it was at a minimum, such as an interrupt; empty otherwise.
     iterations, runs, refused : int
@@ -108,114 +125,102 @@ class Fit(Tabled):
     minima: tuple[Minimum, ...]
     starts: int
 
-    def __init__(
-        self, problem: Problem, loss: Loss, point: Point, jacobian: Jacobian, message: str, iterations: int
-    ) -> None:
-        known = problem.parameters
-        self._problem, self._loss, self._point, self._jacobian = problem, loss, point, jacobian
-        self.names = known.names
-        self.values = known.named(point.values)
-        self.system, self.state = point.made.system, point.made.state
-        self.observations = point.observations
-        self.pulls = point.pulls
+    def __init__(self, objective: Objective, here: Linearised, message: str, iterations: int) -> None:
+        from scipy.stats import chi2
+
+        problem, point, parameters = objective.problem, here.point, objective.parameters
+        self._objective: Objective | None = objective
+        self._parameters, self.names, self.numbers = parameters, parameters.names, point.values
+        self._of_setup = problem.of_setup
+        self.system, self.state, self.integrator = point.made.system, point.made.state, problem.integrator
+        self.observations, self.pulls = point.observations, point.pulls
         self.residuals = [
             problem.of(one, point.run, "residuals" if hasattr(one, "residuals") else "pulls")
             for one in point.observations
         ]
-        self.differenced = jacobian.differenced
-        self.message, self.iterations = message, iterations
+        self.times = [one.emission(self.system) for one in point.observations]
+        self.labels = tuple(repr(one).partition("(")[0] for one in point.observations)
+        self.differenced, self.message, self.iterations = here.jacobian.differenced, message, iterations
         self.runs, self.refused = problem.runs + problem.differentiated, problem.refused
         self.last_refusal = problem.reason
-        norms = np.linalg.norm(jacobian.rows, axis=0)
-        close = 0.05 / np.where(norms > 0.0, norms, np.inf)
-        at = (point.values - known.lower <= close) | (known.upper - point.values <= close)
-        self.at_bounds = tuple(name for name, one in zip(self.names, at, strict=True) if one)
-        flat = np.concatenate([np.ravel(part) for part in point.pulls])
-        on = np.isfinite(known.sigma)
-        prior = (point.values[on] - known.mean[on]) / known.sigma[on]
-        self.chi2 = float(np.sum(flat**2) + np.sum(prior**2))
-        self.loss = float(np.sum(loss.roots(flat)[0] ** 2) + np.sum(point.rows[len(flat) :] ** 2) + np.sum(prior**2))
-        solved = sum(getattr(one, "free_zeros", 0) for one in point.observations)
-        self.dof = len(flat) + int(on.sum()) - len(self.names) - solved
-        self._errors(flat, on)
-
-    def _errors(self, flat: _Array, on: Any) -> None:
-        """Compute the covariance from the information of data, jitter and priors."""
-        known, point, rows = self._problem.parameters, self._point, self._jacobian.rows
-        data, wide = rows[: len(flat)].copy(), rows[len(flat) :]
-        # A jitter changes the size of the residuals. Its expected information is half the square of the derivative of
-        # the logarithm of the variance.
-        noise = wide.any(axis=0)
-        data[:, noise] = 0.0
-        wide = np.sqrt(2.0) * point.rows[len(flat) :, None] * wide
-        shrink = 1.0 if self._loss.linear else self._loss.inflation(flat, len(self.names)) ** -0.5
-        prior = np.diag(np.where(on, 1.0 / known.sigma, 0.0))
-        matrix = np.concatenate([shrink * data, wide, prior])
-        norms = np.linalg.norm(matrix, axis=0)
-        unit = matrix / np.where(norms > 0.0, norms, 1.0)
-        _, sizes, vectors = np.linalg.svd(unit, full_matrices=False)
-        good = sizes > _SINGULAR * sizes[0] if sizes[0] > 0.0 else np.zeros(len(sizes), bool)
-        self.weakest = dict(zip(self.names, (float(part) for part in vectors[-1]), strict=True))
-        # Beyond the precision of doubles this value is only a lower bound of the ratio.
-        self.condition = float(sizes[0] / max(sizes[-1], 1e-16 * sizes[0])) if sizes[0] > 0.0 else np.inf
-        self.unconstrained = None if good.all() else self._combination(vectors[-1], norms)
-        scale = np.where(norms > 0.0, 1.0 / np.where(norms > 0.0, norms, 1.0), 0.0)
-        inverse = vectors[good].T @ (vectors[good] / sizes[good, None] ** 2)
-        covariance = inverse * np.outer(scale, scale)
-        lost = (np.abs(vectors[~good]) > _NAMED).any(axis=0)
-        covariance[lost] = covariance[:, lost] = 0.0
-        covariance[lost, lost] = np.inf
-        self.covariance = covariance
-        errors = np.sqrt(np.diag(covariance))
-        self.sigma = known.named(errors)
-        finite = np.where(np.isfinite(errors) & (errors > 0.0), errors, 1.0)
-        self.correlation = np.where(np.eye(len(errors), dtype=bool), 1.0, covariance / np.outer(finite, finite))
-
-    def _combination(self, vector: _Array, norms: _Array) -> str:
-        """Return the combination of parameters along a unit vector of scaled ones as text."""
-        known = self._problem.parameters
-        parts = []
-        for k in np.argsort(-np.abs(vector), kind="stable"):
-            if abs(vector[k]) > _NAMED:
-                # A parameter without any effect has no scale, and is shown in its own unit.
-                per = 1.0 / norms[k] if norms[k] > 0.0 else 1.0
-                sign = "+" if vector[k] > 0.0 else "-"
-                parts.append(f"{self.names[k]} {sign} {known.shown(k, abs(vector[k]) * per)} s")
-        if len(parts) == 1:
-            return str(self.names[int(np.argmax(np.abs(vector)))])
-        return ", ".join(parts) + " together, for any s"
+        at = np.logical_or(*parameters.at_bounds(point.values, np.linalg.norm(here.matrix, axis=0)))
+        self.at_bounds = tuple(name for name, is_at in zip(self.names, at, strict=True) if is_at)
+        rows, priors = point.rows, np.isfinite(parameters.sigma)
+        self.loss = 2.0 * here.cost
+        pull = (point.values[priors] - parameters.mean[priors]) / parameters.sigma[priors]
+        self.chi2 = float(np.sum(rows**2) + np.sum(pull**2))
+        self.dof = len(rows) + int(priors.sum()) - len(self.names) - problem.linear_unknowns(point)
+        linear = objective.loss.linear
+        is_distributed = linear and self.dof >= 1 and not here.jacobian.noise
+        self.p_value = float(chi2.sf(self.chi2, self.dof)) if is_distributed else None
+        shrink = 1.0 if linear else objective.loss.inflation(rows, len(self.names)) ** -0.5
+        found = Covariance(np.concatenate([shrink * here.jacobian.rows, here.rows]), parameters)
+        self.covariance, self.condition, self.unconstrained = found.matrix, found.condition, found.unconstrained
+        self.weakest = dict(zip(self.names, found.weakest.tolist(), strict=True))
 
     @property
-    def p_value(self) -> float | None:
-        """The probability of a larger chi2."""
-        if self.dof < 1 or not self._loss.linear:
-            return None
-        from scipy.stats import chi2
+    def values(self) -> dict[str, Any]:
+        """The parameters by name, with the units of their initial values."""
+        return self._parameters.named(self.numbers)
 
-        return float(chi2.sf(self.chi2, self.dof))
+    @property
+    def sigma(self) -> dict[str, Any]:
+        """The standard errors of the parameters by name."""
+        return self._parameters.named(np.sqrt(np.diag(self.covariance)))
+
+    @property
+    def correlation(self) -> _Array:
+        """The correlation (P, P) of the parameters."""
+        errors = np.sqrt(np.diag(self.covariance))
+        finite = np.where(np.isfinite(errors) & (errors > 0.0), errors, 1.0)
+        scaled = self.covariance / np.outer(finite, finite)
+        return np.where(np.eye(len(errors), dtype=bool), 1.0, scaled)
+
+    @classmethod
+    def _read(cls, content: Any) -> Fit:
+        """Return the fit in a file."""
+        fit = object.__new__(cls)
+        fit.__dict__.update(files.contents(content))
+        fit.minima = tuple(Minimum(*one) for one in fit.minima)
+        return fit
+
+    def __getstate__(self) -> dict[str, Any]:
+        # The continuous solution of the run does not pickle.
+        return {name: value for name, value in self.__dict__.items() if name != "run"}
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Fit):
+            return NotImplemented
+        return files.described(self) == files.described(other) and all(
+            len(mine) == len(others) and all(map(same, mine, others))
+            for mine, others in ((self.pulls, other.pulls), (self.times, other.times))
+        )
+
+    __hash__ = None  # type: ignore[assignment]
 
     @cached_property
     def run(self) -> Run:
         """A run with a continuous solution over the epoch and all observations, integrated at the first access.
 
-        Where there are observations before the epoch of the state, the run starts at the first of them.
+        It continues from the epoch of the state: where there are observations before that, it goes back to the first of
+        them and from there over all of them, with the nominal barycentre of the epoch.
         """
-        times, epoch = self._problem.times(self._point.made, self.observations), self._point.made.core.time
-        first, last = min(epoch, times.min(initial=epoch)), max(epoch, times.max(initial=epoch))
-        integrate, integrator = self.system.integrate, self._problem.integrator
-        if last == epoch > first:
-            return integrate(self.state, first, integrator=integrator, dense=True)
-        state = self.state if first == epoch else integrate(self.state, first, "ends", integrator=integrator)[-1]
-        return integrate(state, last, integrator=integrator, dense=True)
+        units, epoch = self.system.context.units, strip(self.state, self.system.context).time
+        times = np.concatenate([[epoch], *(units.strip(times, "time", "times") for times in self.times)])
+        simulation = Simulation(self.system, self.state, self.integrator)
+        if times.min() == epoch:
+            return simulation.integrate(times.max(), dense=True)
+        back = simulation.integrate(times.min(), dense=True)
+        return simulation.integrate(times.max(), dense=True) if times.max() > epoch else back
 
-    def draw(self, n: int, seed: int) -> Paired:
+    def draw(self, n: int, rng: int | np.random.Generator) -> Paired:
         """Draw parameters from the normal distribution of the fit, within the bounds.
 
         Parameters
         ----------
         n : int
             Number of draws.
-        seed : int
+        rng : int or numpy Generator
 
         Returns
         -------
@@ -228,26 +233,25 @@ class Fit(Tabled):
         InvalidInput
             If the data leave a combination of parameters unconstrained.
         """
+        columns = self._parameters.named(self.draws_as_array(n, rng).T)
+        return paired(**{name: columns[name] for name in self._of_setup})
+
+    def draws_as_array(self, n: Any, rng: Any) -> _Array:
+        """Draw numbers (n, P) in the order of ``names`` and the units of ``values``; see :meth:`draw`."""
         count = integer(n)
         if count is None or count < 1:
             raise InvalidInput(f"n is {n!r}; expected a whole number above zero")
-        columns = self._problem.parameters.named(self.draws_as_array(count, seed).T)
-        return paired(**{name: columns[name] for name in self._problem.of_setup})
-
-    def draws_as_array(self, count: int, seed: Any) -> _Array:
-        """Draw numbers (n, P) in the order of ``names`` and the units of ``values``; see :meth:`draw`."""
+        random = generator(rng)
         if self.unconstrained is not None:
             raise InvalidInput(f"there is no distribution to draw from: the data do not constrain {self.unconstrained}")
-        known, mean = self._problem.parameters, self._point.values
+        lower, upper, kept = self._parameters.lower, self._parameters.upper, np.empty((0, len(self.numbers)))
         errors = np.sqrt(np.diag(self.covariance))
         scale = np.where(errors > 0.0, errors, 1.0)
         values, vectors = np.linalg.eigh(self.covariance / np.outer(scale, scale))
         factor = vectors * np.sqrt(np.maximum(values, 0.0))
-        rng = np.random.default_rng(seed_of(seed))
-        kept = np.empty((0, len(mean)))
         for _ in range(_MOST_DRAWS):
-            drawn = mean + scale * (rng.normal(size=(count, len(mean))) @ factor.T)
-            kept = np.concatenate([kept, drawn[((drawn >= known.lower) & (drawn <= known.upper)).all(axis=1)]])
+            drawn = self.numbers + scale * (random.normal(size=(count, len(scale))) @ factor.T)
+            kept = np.concatenate([kept, drawn[((drawn >= lower) & (drawn <= upper)).all(axis=1)]])
             if len(kept) >= count:
                 return kept[:count]
         raise InvalidInput(f"hardly any draw is within the bounds of {', '.join(self.at_bounds) or 'the parameters'}")
@@ -271,27 +275,43 @@ class Fit(Tabled):
             Minus infinity outside the bounds and where the setup refuses the values or a run ends with an error, with
             a gradient of zero: the density is zero there.
         """
-        known, problem = self._problem.parameters, self._problem
-        plain = known.numbers(values)
+        objective, parameters = self._minimised(), self._parameters
+        plain = parameters.numbers(values)
         nothing = (-np.inf, np.zeros(len(plain))) if gradient else -np.inf
-        if ((plain < known.lower) | (plain > known.upper)).any():
+        if ((plain < parameters.lower) | (plain > parameters.upper)).any():
             return nothing
         try:
-            point = problem.point(plain)
+            point = objective.problem.point(plain)
         except Refused:
             return nothing
-        count = sum(part.size for part in point.pulls)
-        rows = point.rows
-        on = np.isfinite(known.sigma)
-        prior = np.where(on, (plain - known.mean) / known.sigma, 0.0)
-        roots, weights = self._loss.roots(rows[:count])
-        vector = np.concatenate([roots, rows[count:]])
-        density = -0.5 * float(np.sum(vector**2) + np.sum(prior**2))
+        vector = objective.vector(point)
+        density = -0.5 * float(vector @ vector)
         if not gradient:
             return density
-        jacobian = problem.jacobian(point).rows
-        scaled = np.concatenate([roots * weights, rows[count:]])
-        return density, -(jacobian.T @ scaled) - np.where(on, prior / known.sigma, 0.0)
+        return density, -objective.linearised(point, objective.problem.jacobian(point)).matrix.T @ vector
+
+    def _minimised(self) -> Objective:
+        if self._objective is None:
+            raise InvalidInput("this fit is from a file, which keeps neither the setup nor the observations")
+        return self._objective
+
+    def derived(self, function: Callable[[Any], Any], times: Any = ()) -> Derived:
+        """Return a quantity that follows from the fitted motion, with its standard error by the chain rule.
+
+        Parameters
+        ----------
+        function : callable
+            A smooth function of a :class:`fullbody.Run` that returns a number, a Quantity or an array (C,).
+        times : astropy Time, or array_like or Quantity, (K,), optional
+            The times at which the run is sampled; none for a function of the system alone.
+
+        Returns
+        -------
+        Derived
+            ``.value`` and ``.sigma`` (C,).
+        """
+        objective = self._minimised()
+        return derived(objective.problem, self.numbers, self.covariance, function, times)
 
     def sample(
         self,
@@ -299,7 +319,7 @@ class Fit(Tabled):
         *,
         steps: int = 1000,
         walkers: int | None = None,
-        seed: int,
+        rng: int | np.random.Generator,
         progress: bool = False,
     ) -> xarray.Dataset:
         """Sample the posterior distribution.
@@ -312,7 +332,7 @@ class Fit(Tabled):
             Steps of each walker; one evaluation takes a run.
         walkers : int, optional
             Four for each parameter unless given. They start at draws of the fit.
-        seed : int
+        rng : int or numpy Generator
         progress : bool
 
         Returns
@@ -323,7 +343,7 @@ class Fit(Tabled):
         """
         from .posterior import sample
 
-        return sample(self, sampler, steps, walkers, seed, progress)
+        return sample(self, sampler, steps, walkers, rng, progress)
 
     @property
     def plot(self) -> FitPlots:
@@ -332,39 +352,62 @@ class Fit(Tabled):
 
         return FitPlots(self)
 
+    def to_table(self) -> Any:
+        """Return an astropy ``Table`` with a row for each parameter: name, value, error, unit and bounds.
+
+        Its ``meta`` has chi2, the degrees of freedom and the correlation.
+        """
+        with need("observing", "a table"):
+            from astropy.table import Table as AstropyTable
+
+        parameters, errors = self._parameters, np.sqrt(np.diag(self.covariance))
+        units = [str(unit or "") for unit in parameters.units]
+        columns = {"parameter": list(self.names), "value": self.numbers, "sigma": errors, "unit": units}
+        meta = {"chi2": self.chi2, "loss": self.loss, "dof": self.dof, "correlation": self.correlation.tolist()}
+        return AstropyTable(columns | {"min": parameters.lower, "max": parameters.upper}, meta=meta)
+
+    def save(self, path: Any) -> None:
+        """Write the fit to a NetCDF file; :func:`fullbody.load` reads it.
+
+        A file keeps values, errors, pulls with their times, minima, the system, the state and the integrator. It keeps
+        neither the setup nor the observations, so that a fit from a file has no residuals and no posterior density.
+
+        Parameters
+        ----------
+        path : str or Path
+            A name that ends in ``.nc`` or ``.nc4``.
+        """
+        files.save(self, path)
+
     def _tables(self) -> tuple[Table, ...]:
-        known = self._problem.parameters
-        head = ("parameter", "value", "error", "unit", "note")
         rows: list[Any] = []
         for k, name in enumerate(self.names):
-            value, error = self._point.values[k], float(np.sqrt(self.covariance[k, k]))
             flags = (("at its bound", self.at_bounds), ("differenced", self.differenced))
             notes = [note for note, which in flags if name in which]
-            rows.append((name, *_with_error(value, error), str(known.units[k] or ""), ", ".join(notes)))
-        p_value = self.p_value
-        about: list[Any] = [
+            value, error = _with_error(float(self.numbers[k]), float(np.sqrt(self.covariance[k, k])))
+            rows.append((name, value, error, str(self._parameters.units[k] or ""), ", ".join(notes)))
+        about = [
             ("chi2", f"{self.chi2:.6g} for {self.dof} degrees of freedom"),
-            ("p-value", "-" if p_value is None else f"{p_value:.3g}"),
+            ("p-value", "-" if self.p_value is None else f"{self.p_value:.3g}"),
+            ("loss", f"{self.loss:.6g}"),
             ("condition", f"{self.condition:.3g}"),
             ("iterations", f"{self.iterations}, {self.runs} runs, {self.refused} proposals refused"),
+            ("last refused", self.last_refusal),
+            ("not constrained", self.unconstrained),
+            ("ended", self.message),
+            *((f"{name} differenced", reason) for name, reason in self.differenced.items()),
         ]
-        if not self._loss.linear:
-            about.append(("loss", f"{self.loss:.6g} by {self._loss.given!r}"))
-        if self.refused:
-            about.append(("last refused", self.last_refusal))
-        if self.unconstrained is not None:
-            about.append(("not constrained", self.unconstrained))
-        if self.message:
-            about.append(("ended", self.message))
-        about += [(f"{name} differenced", reason) for name, reason in self.differenced.items()]
-        tables = [Table("Fit", head, rows), Table("Quality", (), about)]
+        tables = [
+            Table("Fit", ("parameter", "value", "error", "unit", "note"), rows),
+            Table("Quality", (), [(what, text) for what, text in about if text]),
+        ]
         if len(self.minima) > 1:
-            header = ("chi2", "starts", *self.names)
             lines: list[Any] = [
-                (f"{one.chi2:.6g}", str(one.found), *(f"{getattr(v, 'value', v):.6g}" for v in one.values.values()))
+                (f"{one.loss:.6g}", f"{one.chi2:.6g}", str(one.starts))
+                + tuple(f"{getattr(value, 'value', value):.6g}" for value in one.values.values())
                 for one in self.minima
             ]
-            tables.append(Table(f"Minima from {self.starts} starts", header, lines))
+            tables.append(Table(f"Minima from {self.starts} starts", ("loss", "chi2", "starts", *self.names), lines))
         return tuple(tables)
 
     def __repr__(self) -> str:

@@ -1,21 +1,21 @@
-"""Least squares: steps of a trust region, from one start or from many."""
+"""Fits by least squares, from one start or from many."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer, seed_of
+from ..base.arguments import generator, integer
 from ..base.progress import Progress
 from ..base.units import need
 from ..errors import InconsistentInput, Interrupted, InvalidInput, caution
 from .free import Parameters
-from .losses import Loss, Outliers, loss_of
-from .problem import Jacobian, Observed, Point, Problem, Refused
+from .losses import Outliers, loss_of
+from .objective import Objective
+from .problem import Observed, Problem, Refused
 from .result import Fit, Minimum
 
 if TYPE_CHECKING:
@@ -25,11 +25,6 @@ __all__ = ["fit"]
 
 _Array = npt.NDArray[np.float64]
 
-#: The distance from the minimum, in errors, at which the solver stops, and the relative changes of chi2 and of the
-#: parameters at which it stops if rounding errors prevent that.
-_CLOSE, _FTOL, _XTOL = 1e-4, 1e-9, 1e-13
-#: The distance from the minimum above which a solver that no longer advances has not converged.
-_FAR = 0.03
 #: The largest difference, in units of each parameter's error, between two fits at the same minimum.
 _SAME = 0.1
 
@@ -42,7 +37,7 @@ def fit(
     integrator: Integrator | None = None,
     loss: str | Outliers | Callable[[Any], Any] = "linear",
     starts: int | Sequence[Mapping[str, Any]] = 1,
-    seed: int | None = None,
+    rng: int | np.random.Generator | None = None,
     progress: bool | str | Callable[..., Any] = False,
 ) -> Fit:
     """Fit the parameters of a setup to observations by least squares.
@@ -56,7 +51,8 @@ def fit(
         ``setup(**parameters)`` returns ``(system, state)``, as for :func:`fullbody.sweep`.
     parameters : dict
         Names to initial values, numbers or Quantities, or to :class:`fullbody.fitting.Free` with bounds and priors. The
-        setup is differentiated by differences over a thousandth of the initial value or less.
+        setup is differentiated by differences over a thousandth of a value, or of a radian for angles with a unit, or
+        less; over more where nothing changes.
     observations : Astrometry, Photometry, Radar, Measured, or a list of them
         Observations may also be a function of parameters that returns them: ``lambda jitter: data.with_jitter(jitter)``
         frees a jitter, ``lambda albedo: observing.Photometry(..., albedo={"Alpha": 1.0, "Beta": albedo})`` an albedo.
@@ -68,9 +64,8 @@ def fit(
     starts : int or list of dict
         The starts themselves, or their number: the first has the given values, the others are spread by Latin hypercube
         between the bounds of each parameter, or over its prior if it has no bounds.
-    seed : int, optional
-        The seed of random starts, needed if ``starts`` is above one.
-        Needed by more than one start.
+    rng : int or numpy Generator, optional
+        The random numbers of starts, needed if ``starts`` is a number above one.
     progress : bool, str or callable
         Whether to show the number of runs and chi2, or a title; or a function of (done, total, description): the number
         of runs, ``None``, and a text with chi2.
@@ -84,7 +79,7 @@ def fit(
     Raises
     ------
     InvalidInput
-        For invalid arguments, more parameters than data, a setup that jumps, and starts that are all refused.
+        For invalid arguments, more parameters than data, a setup that jumps or rounds, and starts that are all refused.
     Interrupted
         On Ctrl-C before there is anything to return.
 
@@ -118,253 +113,88 @@ def fit(
     (2.0, 39)
     """
     with need("fit", "a fit"):
-        from scipy.optimize import least_squares  # noqa: F401
-    known = Parameters(parameters)
-    problem = Problem(setup, known, observations, integrator)
-    wanted = loss_of(loss)
-    if seed is not None:
-        seed = seed_of(seed)
-    places = _starts(known, starts, seed)
-    done: list[_Solution] = []
+        from .solver import Solver
+    free = Parameters(parameters)
+    problem = Problem(setup, free, observations, integrator)
+    objective = Objective(problem, loss_of(loss))
+    begins = _starts(free, starts, rng)
+    solvers: list[Solver] = []
     with Progress(progress) as report:
-        for place in places:
-            solver = _Solver(problem, wanted, report)
+        for begin in begins:
+            solver = Solver(objective, report)
             try:
-                solution = solver.solve(place)
+                solver.solve(begin)
             except Refused as error:
-                if len(places) == 1:
+                if len(begins) == 1:
                     raise InvalidInput(f"the start of the fit is refused: {error}") from error
                 continue
-            if solution is not None:
-                done.append(solution)
+            if solver.best is not None:
+                solvers.append(solver)
             if solver.interrupted:
                 break
-    if not done:
+    if not solvers:
         if problem.differentiated or not problem.refused:
             raise Interrupted("interrupted before the first derivatives of the fit; there is nothing to return")
-        raise InvalidInput(f"all {len(places)} starts of the fit are refused; the last: {problem.reason}")
-    return _result(problem, wanted, done, len(places))
+        raise InvalidInput(f"all {len(begins)} starts of the fit are refused; the last: {problem.reason}")
+    fits = [Fit(objective, solver.best, solver.message, solver.iterations) for solver in solvers if solver.best]
+    best = min(fits, key=lambda other: other.loss)
+    best.minima, best.starts = _minima(problem, fits), len(begins)
+    if best.message:
+        caution(f"the fit was {best.message}", InconsistentInput)
+    elif best.unconstrained is not None:
+        caution(f"the data do not constrain {best.unconstrained}", InconsistentInput)
+    return best
 
 
-@dataclass
-class _Solution:
-    """The last values of a solver."""
-
-    point: Point
-    jacobian: Jacobian
-    cost: float
-    message: str
-    iterations: int
-
-
-class _Converged(Exception):
-    """The solver is at a minimum."""
-
-
-class _Solver:
-    """The residuals of a problem in the form that scipy's solver takes, with the best values so far."""
-
-    def __init__(self, problem: Problem, loss: Loss, report: Any) -> None:
-        self._problem, self._loss, self._report = problem, loss, report
-        self._parameters = problem.parameters
-        self._priors = np.isfinite(self._parameters.sigma)
-        self._last: Point | None = None
-        self._best: _Solution | None = None
-        self._iterations = 0
-        self._distance = np.inf
-        self._taken = False
-        self.interrupted = False
-
-    def solve(self, start: _Array) -> _Solution | None:
-        """Find the minimum next to a start; ``None`` after an interrupt that came before any derivatives."""
-        from scipy.optimize import least_squares
-
-        try:
-            first = self._problem.point(start)
-            check_count(self._problem, first)
-            self._last = first
-            jacobian = self._jacobian(start)
-            norms = np.linalg.norm(jacobian, axis=0)
-            sizes = np.array([self._parameters.size(k, value) for k, value in enumerate(start)])
-            scale = np.where(norms > 0.0, 1.0 / np.where(norms > 0.0, norms, 1.0), sizes)
-            # The first trust region allows changes by all of the parameters' sizes.
-            begin = sizes / scale
-            first_jacobian: list[_Array] = [jacobian]
-
-            def residuals(x: _Array) -> _Array:
-                return self._residuals(start + scale * (x - begin))
-
-            def jacobian_at(x: _Array) -> _Array:
-                found = first_jacobian.pop() if first_jacobian else self._jacobian(start + scale * (x - begin))
-                return np.asarray(found * scale)
-
-            bounds = tuple((one - start) / scale + begin for one in (self._parameters.lower, self._parameters.upper))
-            options = {"ftol": _FTOL, "xtol": _XTOL, "gtol": 1e-15, "x_scale": "jac"}
-            # The solver's squares overflow if the start is 1e50 errors away from a prior. Whether the fit reached a
-            # minimum is judged below by the distance that is left, not by these warnings.
-            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-                found = least_squares(residuals, begin, jacobian_at, bounds, **options)
-            why = f"; the last proposal refused: {self._problem.reason}" if self._problem.refused else ""
-            message = "" if found.status > 0 else f"stopped after {found.nfev} proposals, the limit{why}"
-            if found.status > 0 and self._distance > _FAR:
-                message = f"stopped {self._distance:.2g} errors away from where the derivatives lead{why}"
-        except _Converged:
-            message = ""
-        except KeyboardInterrupt:
-            self.interrupted = True
-            message = "interrupted: the values are the best so far, not those of a minimum"
-        if self._best is None:
-            return None
-        self._best.message = message
-        self._best.iterations = self._iterations
-        return self._best
-
-    def _vector(self, point: Point) -> _Array:
-        pulls = np.concatenate([np.ravel(part) for part in point.pulls])
-        parts = [self._loss.roots(pulls)[0], point.rows[len(pulls) :], self._prior(point.values)]
-        return np.concatenate(parts)
-
-    def _prior(self, values: _Array) -> _Array:
-        on, known = self._priors, self._parameters
-        return np.asarray((values[on] - known.mean[on]) / known.sigma[on])
-
-    def _residuals(self, values: _Array) -> _Array:
-        if self._last is not None and np.array_equal(self._last.values, values):
-            return self._vector(self._last)
-        try:
-            # After an accepted step the next one is probably accepted too, and its derivatives are then needed.
-            point = self._problem.point(values, differentiated=self._taken)
-        except Refused:
-            if self._best is None:
-                raise
-            return np.full(len(self._vector(self._best.point)), np.nan)
-        finally:
-            self._taken = False
-            self._show()
-        self._last = point
-        return self._vector(point)
-
-    def _jacobian(self, values: _Array) -> _Array:
-        if self._last is None or not np.array_equal(self._last.values, values):
-            self._last = self._problem.point(values)
-        point = self._last
-        jacobian = self._problem.jacobian(point)
-        vector = self._vector(point)
-        cost = 0.5 * float(np.sum(vector**2))
-        if self._best is None or cost <= self._best.cost:
-            self._best = _Solution(point, jacobian, cost, "", 0)
-        self._iterations += 1
-        self._taken = True
-        self._show()
-        pulls = np.concatenate([np.ravel(part) for part in point.pulls])
-        weights = self._loss.roots(pulls)[1]
-        rows = jacobian.rows.copy()
-        rows[: len(pulls)] *= weights[:, None]
-        prior = np.diag(1.0 / self._parameters.sigma)[self._priors]
-        matrix = np.concatenate([rows, prior])
-        self._distance = self._step(values, matrix, vector)
-        if self._distance < _CLOSE:
-            raise _Converged
-        return matrix
-
-    def _step(self, values: _Array, matrix: _Array, vector: _Array) -> float:
-        """Return the length of the step to the bounded minimum of the linearised problem, in units of errors."""
-        known, norms = self._parameters, np.linalg.norm(matrix, axis=0)
-        free = norms > 0.0
-        scaled = matrix / np.where(free, norms, 1.0)
-        near = 0.05 / np.where(free, norms, 1.0)
-        for _ in range(len(values)):
-            step = np.zeros(len(values))
-            step[free] = np.linalg.lstsq(scaled[:, free], -vector, rcond=1e-12)[0]
-            out = ((step < 0.0) & (values - known.lower < near)) | ((step > 0.0) & (known.upper - values < near))
-            if not (out & free).any():
-                break
-            free = free & ~out
-        return float(np.linalg.norm(scaled @ step))
-
-    def _show(self) -> None:
-        if self._report is not None and self._best is not None:
-            runs = self._problem.runs + self._problem.differentiated
-            self._report(runs, None, f"{runs} runs, chi2 {2.0 * self._best.cost:.8g}")
-
-
-def check_count(problem: Problem, point: Point) -> None:
-    """Raise an error for more parameters than data."""
-    data = sum(part.size for part in point.pulls) + int(np.isfinite(problem.parameters.sigma).sum())
-    solved = sum(getattr(one, "free_zeros", 0) for one in point.observations)
-    if data < len(problem.parameters) + solved:
-        also = f" and {solved} zero points" if solved else ""
-        raise InvalidInput(
-            f"parameters has {len(problem.parameters)} parameters{also}, and there are {data} numbers of data and "
-            "priors; expected no more parameters than data"
-        )
-
-
-def _starts(known: Parameters, starts: Any, seed: Any) -> list[_Array]:
-    """Return the places from which the solver starts."""
+def _starts(free: Parameters, starts: Any, rng: Any) -> list[_Array]:
+    """Return the values from which the solver starts."""
     if isinstance(starts, list | tuple):
         if not starts:
             raise InvalidInput("starts is empty; expected a number, or one start or more")
-        found = [known.numbers(one) for one in starts]
-        for place in found:
-            if ((place < known.lower) | (place > known.upper)).any():
-                raise InvalidInput(f"starts has {known.named(place)}, which is not within the bounds")
-        return found
+        begins = [free.numbers(start) for start in starts]
+        for begin in begins:
+            if ((begin < free.lower) | (begin > free.upper)).any():
+                raise InvalidInput(f"starts has {free.named(begin)}, which is not within the bounds")
+        return begins
     count = integer(starts)
     if count is None or count < 1:
         raise InvalidInput(f"starts is {starts!r}; expected a whole number above zero, or a list of starts")
+    random = None if rng is None else generator(rng)
     if count == 1:
-        return [known.start]
-    if seed is None:
-        raise InvalidInput(f"seed is None, but {count - 1} starts are drawn; expected a whole number")
+        return [free.start]
+    if random is None:
+        raise InvalidInput(f"rng is None, but {count - 1} starts are drawn; expected a whole number or a Generator")
     from scipy.stats import norm, qmc
 
-    width = known.upper - known.lower
-    bounded, prior = np.isfinite(width), np.isfinite(known.sigma)
+    width = free.upper - free.lower
+    bounded, prior = np.isfinite(width), np.isfinite(free.sigma)
     if not (bounded | prior).any():
         raise InvalidInput(f"starts is {count}, but no parameter has two bounds or a prior over which to spread them")
-    parts = qmc.LatinHypercube(len(known), seed=np.random.default_rng(seed_of(seed))).random(count - 1)
-    places = [known.start]
-    for part in parts:
-        inside = known.lower + np.where(bounded, width, 0.0) * part
-        drawn = known.mean + np.where(prior, known.sigma, 0.0) * norm.ppf(np.clip(part, 1e-6, 1.0 - 1e-6))
-        place = np.where(bounded, inside, np.where(prior, drawn, known.start))
-        places.append(np.clip(place, known.lower, known.upper))
-    return places
+    parts = qmc.LatinHypercube(len(free), seed=random).random(count - 1)
+    inside = free.lower + np.where(bounded, width, 0.0) * parts
+    drawn = free.mean + np.where(prior, free.sigma, 0.0) * norm.ppf(np.clip(parts, 1e-6, 1.0 - 1e-6))
+    spread = np.where(bounded, inside, np.where(prior, drawn, free.start))
+    return [free.start, *np.clip(spread, free.lower, free.upper)]
 
 
-def _result(problem: Problem, loss: Loss, done: list[_Solution], starts: int) -> Fit:
-    """Return the best of the solutions as a fit that lists all different ones."""
-    best = min(range(len(done)), key=lambda place: done[place].cost)
-    fits = [Fit(problem, loss, one.point, one.jacobian, one.message, one.iterations) for one in done]
+def _minima(problem: Problem, fits: list[Fit]) -> tuple[Minimum, ...]:
+    """Return the different minima of fits, the lowest first, with the number of fits that ended at each."""
     minima: list[tuple[Fit, int]] = []
-    for one in sorted(fits, key=lambda each: each.chi2 if loss.linear else each.loss):
+    for one in sorted(fits, key=lambda other: other.loss):
         for place, (other, count) in enumerate(minima):
-            if _same(one, other):
+            if _same(problem, one, other):
                 minima[place] = (other, count + 1)
                 break
         else:
             minima.append((one, 1))
-    found = fits[best]
-    found.minima = tuple(Minimum(each.values, each.chi2, count, each.message) for each, count in minima)
-    found.starts = starts
-    if found.message:
-        caution(f"the fit was {found.message}", InconsistentInput)
-    elif found.unconstrained is not None:
-        caution(f"the data do not constrain {found.unconstrained}", InconsistentInput)
-    return found
+    return tuple(Minimum(lowest.values, lowest.loss, lowest.chi2, count, lowest.message) for lowest, count in minima)
 
 
-def _same(one: Fit, other: Fit) -> bool:
-    """Return whether two fits have the same values within their errors; angles with units are taken modulo a turn."""
-    apart = np.empty(len(one.names))
-    for k, name in enumerate(one.names):
-        difference = one.values[name] - other.values[name]
-        unit = getattr(difference, "unit", None)
-        if unit is not None and unit.physical_type == "angle":
-            turn = 360.0 * (1.0 * unit).to_value("deg") ** -1
-            apart[k] = (difference.value + 0.5 * turn) % turn - 0.5 * turn
-        else:
-            apart[k] = getattr(difference, "value", difference)
-    errors = np.sqrt(np.diag(other.covariance))
-    return bool((np.abs(apart) <= _SAME * errors).all())
+def _same(problem: Problem, one: Fit, other: Fit) -> bool:
+    """Return whether two fits have the same values within their errors, up to turns that change nothing."""
+    apart = one.numbers - other.numbers
+    turn = np.array([problem.parameters.turn(k) for k in range(len(apart))])
+    turns = np.round(apart / turn) * np.where(np.isfinite(turn), turn, 0.0)
+    if not (np.abs(apart - turns) <= _SAME * np.sqrt(np.diag(other.covariance))).all():
+        return False
+    return not turns.any() or problem.unchanged(one.numbers, one.numbers - turns)

@@ -83,6 +83,7 @@ class Astrometry(Observations):
         Column("sigma", parts=("sigma_east", "sigma_north")),
         Column("correlation", required=False, kind="numbers"),
     )
+    _error_names = ("_sigma", "_correlation")
 
     def __init__(
         self,

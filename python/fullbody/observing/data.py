@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -23,13 +23,29 @@ if TYPE_CHECKING:
     from ..motion.run import Run
     from ..motion.system import System
 
-__all__ = ["Observations"]
+__all__ = ["Errors", "Observations"]
 
 _Array = npt.NDArray[np.float64]
 #: The step of a derivative along the imaginary axis, which subtracts no nearly equal numbers.
 _STEP = 1e-100
 #: The step of a difference, relative to the natural size of a parameter.
 _SHARE = 1e-5
+
+
+class Errors(NamedTuple):
+    """The errors of K rows of C numbers, and the unknowns for which each prediction solves.
+
+    Attributes
+    ----------
+    covariance, without_jitter : ndarray, (K, C, C)
+        The covariance of each row, with and without a jitter.
+    design : ndarray, (K, C, L)
+        The derivatives of the predictions with respect to the L linear unknowns.
+    """
+
+    covariance: _Array
+    without_jitter: _Array
+    design: _Array
 
 
 def _times_axis(quaternions: _Array, axis: int) -> _Array:
@@ -56,6 +72,8 @@ class Observations(Tabled):
 
     #: The columns of a table besides ``times``.
     _columns: ClassVar[tuple[Column, ...]] = ()
+    #: The attributes that hold the standard errors.
+    _error_names: ClassVar[tuple[str, ...]] = ("_sigma",)
 
     def __init__(self, rows: Rows, geometry: Any) -> None:
         if not isinstance(geometry, Vectors):
@@ -323,9 +341,25 @@ class Observations(Tabled):
         return FunctionDerivatives(self.pulls(run), of_pulls(by_state @ run.transition[place]), by_parameter)
 
     @property
-    def free_zeros(self) -> int:
-        """The number of zero points that are solved for, which count as parameters of a fit."""
+    def linear_unknowns(self) -> int:
+        """The number of unknowns for which each prediction solves, which count as parameters of a fit."""
         return 0
+
+    def _design(self, system: System) -> _Array:
+        """Return the derivatives (K, C, L) of the predictions with respect to these unknowns."""
+        return np.zeros((*self._observed(system).shape, 0))
+
+    def errors(self, system: System) -> Errors:
+        """Return the errors of the rows, with and without a jitter, in the system's units."""
+        given = self if self._given is None else self._given
+        return Errors(self._covariance(system), given._covariance(system), self._design(system))
+
+    def with_errors_of(self, other: Self) -> Self:
+        """Return the observations with the standard errors of others of the same rows."""
+        found = copy.copy(self)
+        for name in self._error_names:
+            setattr(found, name, getattr(other, name))
+        return found
 
     def with_jitter(self, jitter: Any) -> Self:
         """Return the observations with a further error of the same size in each row, independent of the others.
@@ -350,19 +384,6 @@ class Observations(Tabled):
     def _widen(self, jitter: Any) -> None:
         """Add a jitter to the standard errors."""
         raise NotImplementedError
-
-    def widening(self, system: System) -> _Array:
-        """Logarithms (K, C) of the factors by which jitter widens the variances, along the axes of the error ellipses.
-
-        Their sum is the logarithm of the ratio of the determinants of the covariances. Minus twice the logarithm of the
-        likelihood is this sum plus chi2, up to a constant.
-        """
-        if self._given is None:
-            return np.zeros(self._observed(system).shape)
-        factor = np.linalg.cholesky(self._given._covariance(system))
-        added = np.linalg.solve(factor, self._covariance(system) - self._given._covariance(system))
-        added = np.linalg.solve(factor, np.swapaxes(added, 1, 2))
-        return np.log1p(np.maximum(np.linalg.eigvalsh(added), 0.0))
 
     def _tables(self) -> tuple[Table, ...]:
         rows = [("observations", str(len(self)))]

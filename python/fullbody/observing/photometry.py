@@ -80,6 +80,7 @@ class Photometry(Observations):
     """
 
     _columns = (Column("magnitude"), Column("sigma"), Column("night", required=False, kind="labels"))
+    _error_names = ("sigma",)
 
     def __init__(
         self,
@@ -140,9 +141,12 @@ class Photometry(Observations):
         return self._zeros(super()._residuals(run))[:, 0]
 
     @property
-    def free_zeros(self) -> int:
+    def linear_unknowns(self) -> int:
         """The number of zero points that are solved for, which count as parameters of a fit."""
         return len(self.nights) if self.zero == "free" else 0
+
+    def _design(self, system: System) -> _Array:
+        return np.eye(len(self.nights))[self._night, None, : self.linear_unknowns]
 
     def _zeros(self, values: _Array) -> _Array:
         """Return weighted means (nights, ...) of values (K, ...) by night, or the zero point itself if it was given."""

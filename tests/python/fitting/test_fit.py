@@ -37,7 +37,7 @@ def test_eris_has_the_values_and_errors_of_an_independent_fit():
         r, v = elements.to_cartesian(mu)
         return system, fullbody.State(position=[0 * r, r], velocity=[0 * v, v])
 
-    start = {"a": 37300.0, "period": 15.7859, "e": Free(0.006, lower=0.0), "i": 45.5 * u.deg, "node": 126.0 * u.deg}
+    start = {"a": 37300.0, "period": 15.7859, "e": Free(0.006, min=0.0), "i": 45.5 * u.deg, "node": 126.0 * u.deg}
     start |= {"argument": 180.0 * u.deg, "mean": 180.0 * u.deg}
     found = fullbody.fit(dysnomia, start, data, integrator=fullbody.Verner98(rtol=1e-11, atol=1e-11))
     assert found.chi2 == pytest.approx(107.545, abs=0.005)
@@ -274,7 +274,7 @@ def test_jitter_is_found_with_its_error():
     run = system.integrate(state, 40.0, exact.emission(system), QUICK)
     ranges = exact.predict(run).range + rng.normal(size=60) * 225 * u.m
     data = observing.Radar(times, range=ranges, sigma=75 * u.m, body="Beta", about="Alpha", geometry=exact.geometry)
-    start = {"a": 2.55, "jitter": Free(100 * u.m, lower=0 * u.m)}
+    start = {"a": 2.55, "jitter": Free(100 * u.m, min=0 * u.m)}
     found = fullbody.fit(lambda a: kw4(a=a), start, [lambda jitter: data.with_jitter(jitter)], integrator=QUICK)
     assert found.values["jitter"].unit == u.m
     # All errors are alike: the total variance is the mean square, up to the one degree of freedom of a.
@@ -288,7 +288,7 @@ def test_jitter_is_found_with_its_error():
 
 
 def test_bounds_hold_and_are_named(radar):
-    found = fullbody.fit(pair, {"mass": Free(2.45, lower=2.40), "a": 2.545}, radar)
+    found = fullbody.fit(pair, {"mass": Free(2.45, min=2.40), "a": 2.545}, radar)
     assert found.values["mass"] >= 2.40
     assert found.at_bounds == ("mass",)
     assert "at its bound" in repr(found)
@@ -311,10 +311,10 @@ def test_log_posterior_is_chi2_and_its_gradient(radar, found):
 
 
 def test_draws_have_the_covariance_and_go_through_a_sweep(found):
-    drawn = found.draw(20000, seed=1)
+    drawn = found.draw(20000, rng=1)
     rows = np.stack([drawn.columns[name] for name in found.names])
     np.testing.assert_allclose(np.cov(rows), found.covariance, rtol=0.05)
-    few = found.draw(3, seed=1)
+    few = found.draw(3, rng=1)
     swept = fullbody.sweep(pair, few, 5.0, measure=lambda run: {"end": run.elements().e[-1]}, output="ends")
     assert swept.sizes == {"row": 3}
     np.testing.assert_array_equal(swept.mass, few.columns["mass"])
@@ -326,20 +326,20 @@ def test_many_starts_find_mirror_images(radar):
     def setup(angle, a):
         return pair(a=a + 0.002 * (angle.to_value("rad") ** 2 - 1.0) ** 2)
 
-    options = {"starts": 6, "seed": 3, "integrator": QUICK}
-    start = {"angle": Free(0.5 * u.rad, lower=-2 * u.rad, upper=2 * u.rad), "a": Free(2.54, prior=(2.5495, 1e-4))}
+    options = {"starts": 6, "rng": 3, "integrator": QUICK}
+    start = {"angle": Free(0.5 * u.rad, min=-2 * u.rad, max=2 * u.rad), "a": Free(2.54, prior=(2.5495, 1e-4))}
     found = fullbody.fit(setup, start, radar, **options)
-    assert sum(one.found for one in found.minima) == 6
+    assert sum(one.starts for one in found.minima) == 6
     angles = sorted(round(abs(one.values["angle"].value), 1) for one in found.minima)
     assert len(angles) >= 2
     assert {one.values["angle"].value > 0 for one in found.minima} == {True, False}
     chi2 = [one.chi2 for one in found.minima]
     assert chi2 == sorted(chi2)
     assert "Minima from 6 starts" in repr(found)
-    with pytest.raises(fullbody.InvalidInput, match="seed is None"):
+    with pytest.raises(fullbody.InvalidInput, match="rng is None"):
         fullbody.fit(setup, start, radar, starts=3)
     with pytest.raises(fullbody.InvalidInput, match="no parameter has two bounds or a prior"):
-        fullbody.fit(pair, {"a": 2.5}, radar, starts=3, seed=1)
+        fullbody.fit(pair, {"a": 2.5}, radar, starts=3, rng=1)
 
 
 def test_progress_tells_runs_and_chi2(radar, capsys):
@@ -356,15 +356,15 @@ def test_progress_tells_runs_and_chi2(radar, capsys):
 def test_figures_and_samples(radar, found):
     pytest.importorskip("emcee")
     pytest.importorskip("corner")
-    samples = found.sample(steps=30, walkers=8, seed=2)
+    samples = found.sample(steps=30, walkers=8, rng=2)
     assert samples.sizes == {"chain": 8, "draw": 30}
     assert abs(float(samples.a.mean()) - found.values["a"]) < found.sigma["a"]
-    again = found.sample(steps=30, walkers=8, seed=2)
+    again = found.sample(steps=30, walkers=8, rng=2)
     np.testing.assert_array_equal(samples.mass, again.mass)
     assert len(found.plot.residuals()) == 1
     assert len(found.plot.corner(samples).axes) == 4
     with pytest.raises(fullbody.InvalidInput, match="sampler is 'gibbs'"):
-        found.sample("gibbs", seed=1)
+        found.sample("gibbs", rng=1)
     import matplotlib.pyplot as plt
 
     plt.close("all")

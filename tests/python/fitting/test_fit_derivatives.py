@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from fits import QUICK, dimorphos, kw4, noisy, view
 from fullbody import observing
-from fullbody.fitting.chain import _SystemChain
+from fullbody.fitting import chain
 from fullbody.fitting.free import Parameters
 from fullbody.fitting.problem import Problem
 
@@ -203,32 +203,15 @@ def test_composites_are_differentiated_by_their_parts(name):
     assert compared(setup, {name: {"mass": 1.0, "c": 0.3}[name]}, data, {name: 1e-3})[name] < 1e-6
 
 
-def test_a_parameter_of_the_system_that_was_spare_is_used_where_it_is_needed(monkeypatch):
+def test_a_parameter_of_the_system_that_is_spare_at_some_values_is_used_where_it_is_needed(monkeypatch):
     """The second of two parameters changes the number of the first alone, and elsewhere another number too."""
-    base = SimpleNamespace(
-        numbers=np.array([5.0, 7.0]), system=SimpleNamespace(parameters=("p", "q")), places=["x", "y"]
-    )
-    elsewhere = SimpleNamespace(**vars(base))
-    columns = {
-        "p": {id(base): [1.0, 0.0], id(elsewhere): [1.0, 0.0]},
-        "q": {id(base): [2.0, 0.0], id(elsewhere): [2.0, 4.0]},
-    }
-    chain, asked = _SystemChain(), []
-
-    def changes(self, where, name):
-        asked.append(name)
-        found = np.array(columns[name][id(where)])
-        if name == "p":
-            self._own[name] = found
-        return found
-
-    monkeypatch.setattr(_SystemChain, "_changes", changes)
-    for _ in range(2):
-        found, left = chain.solve(base, np.array([[3.0], [0.0]]))
-        assert {name: float(row[0]) for name, row in found.items()} == pytest.approx({"p": 3.0})
-        assert left == [None]
-    # q is not differentiated again where it makes the same change as p.
-    assert asked == ["p", "q", "p"]
-    found, left = chain.solve(elsewhere, np.array([[3.0], [8.0]]))
-    assert left == [None]
-    assert {name: float(row[0]) for name, row in found.items()} == pytest.approx({"p": -1.0, "q": 2.0})
+    base = SimpleNamespace(numbers={"x": 5.0, "y": 7.0})
+    for by_q, numbers, expected in (
+        ([2.0, 0.0], [3.0, 0.0], {"p": 3.0}),
+        ([2.0, 4.0], [3.0, 8.0], {"p": -1.0, "q": 2.0}),
+    ):
+        columns = [("p", np.array([1.0, 0.0])), ("q", np.array(by_q))]
+        monkeypatch.setattr(chain, "_columns", lambda base, columns=columns: iter(columns))
+        found, unexplained = chain._parameters_of_system(base, np.array(numbers)[:, None])
+        assert {name: float(row[0]) for name, row in found.items()} == pytest.approx(expected)
+        assert unexplained == [None]

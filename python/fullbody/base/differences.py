@@ -1,0 +1,211 @@
+"""Derivatives by differences: over a given step, and over a step that is searched for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import InvalidInput
+
+__all__ = ["REFUSALS", "Differences", "difference"]
+
+_Array = npt.NDArray[np.float64]
+
+#: The errors of a function at an argument for which it has no value.
+REFUSALS = (ValueError, ArithmeticError, RuntimeError)
+#: Steps relative to the size of the argument, in the order in which they are tried. They are no decimal numbers, to
+#: which functions might round.
+_SHARES = tuple(2.0**-k for k in range(10, 32, 3))
+#: The step of later differences, relative to the step that was searched for.
+_SHORTER = 0.1234
+#: Arguments in units of the step, from both sides or from one, whose ratios are irrational: a function that rounds is
+#: not linear at them by chance.
+_CENTRAL = np.array([-(3.0**0.5), -1.0, -_SHORTER, _SHORTER, 1.0, 3.0**0.5])
+_FORWARD = np.array([_SHORTER, _SHORTER * 3.0**0.5, 1.0, 3.0**0.5, 7.0**0.5, 13.0**0.5])
+#: The arguments of the formulas of fourth order, of second order, and of second order over the shorter step.
+_FORMULAS = (([0, 1, 4, 5], [1, 4], [2, 3]), ([2, 3, 4, 5], [2, 3], [0, 1]))
+#: The largest difference of the three formulas, relative to the derivative, and in units of noise over the step.
+_AGREE, _ROUNDED = 1e-4, 30.0
+#: The changes over a step, in units of noise, below which nothing has changed, and from which they are precise.
+_CHANGED, _PRECISE = 30.0, 1e4
+
+
+def _weights(arguments: _Array, formulas: tuple[list[int], ...]) -> _Array:
+    """Return the weights (3, 6) of the derivative at zero of a polynomial that is zero there."""
+    weights = np.zeros((len(formulas), len(arguments)))
+    for row, which in zip(weights, formulas, strict=True):
+        powers = arguments[which] ** np.arange(1, len(which) + 1)[:, None]
+        row[which] = np.linalg.solve(powers, np.eye(len(which))[0])
+    return weights
+
+
+_SIDES = [
+    (sign * arguments, sign * _weights(arguments, formulas))
+    for sign, arguments, formulas in (
+        (1.0, _CENTRAL, _FORMULAS[0]),
+        (1.0, _FORWARD, _FORMULAS[1]),
+        (-1.0, _FORWARD, _FORMULAS[1]),
+    )
+]
+
+
+def difference(function: Callable[[float], _Array], step: float) -> _Array:
+    """Return the derivative of a function that is zero at zero, by a difference of second order.
+
+    The difference is one-sided if the function refuses the argument ``-step``, as at the end of a range.
+    """
+    try:
+        before = function(-step)
+    except REFUSALS:
+        return np.asarray((4.0 * function(step) - function(2.0 * step)) / (2.0 * step))
+    return np.asarray((function(step) - before) / (2.0 * step))
+
+
+class Differences:
+    """Derivatives of a function of one argument at its values, which share what was found out about the step.
+
+    A derivative takes six values of the function, and two if the step of an earlier one can be used.
+
+    Attributes
+    ----------
+    length : float
+        The step that was found last; zero before.
+    """
+
+    def __init__(self) -> None:
+        self.length = self._size = 0.0
+
+    def derivative(
+        self,
+        function: Callable[[float], _Array],
+        size: float,
+        noise: _Array,
+        groups: npt.NDArray[np.intp],
+        longest: float,
+    ) -> _Array | None:
+        """Return the derivative (M,), or ``None`` where the function is not smooth.
+
+        Parameters
+        ----------
+        function : callable
+            The change (M,) of the function when its argument is shifted; it may raise an error of ``REFUSALS``.
+        size : float
+            The length over which the function is smooth, or longer.
+        noise : ndarray, (M,)
+            The rounding errors of the values.
+        groups : ndarray of int, (M,)
+            Values with the same number are components of one quantity, whose derivative is as precise as its largest.
+        longest : float
+            The longest step, if nothing changes over shorter ones.
+
+        Raises
+        ------
+        InvalidInput
+            If the function refuses all arguments next to zero.
+
+        Notes
+        -----
+        The step is shortened until differences of fourth and of second order agree, and those over an eighth of it too,
+        which later calls use. A function that is not smooth, since it rounds or takes values from a table, changes over
+        a long step and not over a short one, or its derivative over a short step differs from that over a long one by
+        more than the formulas do there. If the changes are not far above the noise, the step is lengthened as long as
+        the formulas agree, so that an argument that is zero up to rounding has the step of zero. What does not change
+        at all has a derivative of zero, of which no step is kept. A step holds for arguments of the same size to a
+        factor of two.
+        """
+        if 0.5 * self._size <= size <= 2.0 * self._size:
+            step = _SHORTER * self.length
+            with suppress(*REFUSALS):
+                apart = np.asarray(function(step) - function(-step))
+                if _signal(apart, noise) > 0.01 * _PRECISE:
+                    return apart / (2.0 * step)
+        self.length = self._size = 0.0
+        found, longer, refused = None, None, None
+        for share in _SHARES:
+            try:
+                trial = _Trial(function, share * size, noise, groups)
+            except REFUSALS as error:
+                refused = error
+                continue
+            if longer is not None and (longer.changed > trial.changed or not trial.follows(longer)):
+                return None
+            if trial.smooth:
+                found = trial
+                break
+            longer = trial
+        if found is None:
+            if refused is not None and longer is None:
+                raise InvalidInput(f"no value near it is accepted: {refused}") from refused
+            return None
+        while found.signal < _PRECISE and found.length < longest:
+            length = min(longest, found.length * 10.0 * _PRECISE / max(found.signal, 1.0))
+            with suppress(*REFUSALS):
+                trial = _Trial(function, length, noise, groups)
+                if trial.smooth:
+                    found = trial
+                    continue
+            break
+        if found.signal < _CHANGED:
+            return np.zeros(len(noise))
+        self.length, self._size = found.length, size
+        return found.derivative
+
+
+class _Trial:
+    """Differences over a step, from both sides or from the one that the function accepts.
+
+    Attributes
+    ----------
+    length : float
+    derivative : ndarray, (M,)
+    error : ndarray, (M,)
+        The largest difference of the formulas for any component of the same quantity.
+    smooth : bool
+        Whether the formulas agree.
+    signal : float
+        The largest change over the step that is linear in it, in units of noise.
+    changed : bool
+        Whether anything changes.
+    """
+
+    def __init__(
+        self, function: Callable[[float], _Array], length: float, noise: _Array, groups: npt.NDArray[np.intp]
+    ) -> None:
+        self.length = length
+        for arguments, weights in _SIDES:
+            try:
+                values = np.array([function(argument * length) for argument in arguments])
+                break
+            except REFUSALS as error:
+                refused = error
+        else:
+            raise refused
+        fine, coarse, short = weights @ values / length
+        self.derivative = fine
+        self.error = _largest(np.maximum(np.abs(fine - coarse), np.abs(fine - short)), groups)
+        self._rounding = _ROUNDED * noise / length
+        sizes = _largest(np.maximum(np.abs(fine), np.abs(short)), groups)
+        self.smooth = bool((self.error <= _AGREE * sizes + _largest(self._rounding, groups)).all())
+        self.signal = _signal(fine * length, noise)
+        self.changed = _signal(np.abs(values).max(axis=0), noise) > _CHANGED
+
+    def follows(self, longer: _Trial) -> bool:
+        """Return whether the derivative differs from that over a longer step by no more than the formulas do there."""
+        apart = np.abs(self.derivative - longer.derivative)
+        return bool((apart <= 10.0 * longer.error + self.error + self._rounding).all())
+
+
+def _largest(values: _Array, groups: npt.NDArray[np.intp]) -> _Array:
+    """Return for each of the values (M,) the largest one of its group."""
+    largest = np.zeros(int(groups.max(initial=-1)) + 1)
+    np.maximum.at(largest, groups, values)
+    return np.asarray(largest[groups])
+
+
+def _signal(changes: _Array, noise: _Array) -> float:
+    """Return the largest of changes (M,) in units of noise (M,); one without noise is infinite."""
+    sizes = np.abs(changes)
+    return float(np.divide(sizes, noise, out=np.where(sizes > 0.0, np.inf, 0.0), where=noise > 0.0).max(initial=0.0))

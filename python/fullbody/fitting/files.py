@@ -1,0 +1,118 @@
+"""Fits as files: NetCDF through xarray."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from ..base.atomic import check_suffix
+from ..base.units import unit_named
+from ..base.version import version
+from ..files.netcdf import SUFFIXES, write
+from ..files.reading import Content, netcdf
+from ..model.state import strip, wrap
+from ..motion.system import System
+from ..record.integrators import rebuild
+from .free import Free, Parameters
+
+__all__ = ["FORMAT", "contents", "described", "save"]
+
+#: The attribute that marks a file as a fit, and the number of the format, the only one that is read.
+FORMAT = ("fullbody_fit", 1)
+#: The attributes of a fit that JSON can hold.
+_PLAIN = ("chi2", "loss", "dof", "p_value", "condition", "weakest", "unconstrained", "differenced", "at_bounds")
+_PLAIN += ("starts", "message", "iterations", "runs", "refused", "last_refusal", "labels", "_of_setup")
+_STATE = ("position", "velocity", "attitude", "spin")
+_LIMITS = ("start", "lower", "upper", "mean", "sigma")
+
+
+def described(fit: Any) -> dict[str, Any]:
+    """Return all of a fit that JSON can hold: all but its arrays."""
+    parameters, context = fit._parameters, fit.system.context
+    core, limits = strip(fit.state, context), zip(*(getattr(parameters, name) for name in _LIMITS), strict=True)
+    return {
+        **{name: getattr(fit, name) for name in _PLAIN},
+        "parameters": {name: list(map(float, row)) for name, row in zip(parameters.names, limits, strict=True)},
+        "units": [None if unit is None else str(unit) for unit in parameters.units],
+        "minima": [
+            (*parameters.numbers(one.values).tolist(), one.loss, one.chi2, one.starts, one.message)
+            for one in fit.minima
+        ],
+        "state": [core.time, *(getattr(core, name).tolist() for name in _STATE)],
+        "integrator": fit.integrator
+        and fit.integrator._describe(lambda step: context.units.number(step, "time", "step")),
+        "shapes": [(len(times), *np.shape(pulls)) for times, pulls in zip(fit.times, fit.pulls, strict=True)],
+    }
+
+
+def save(fit: Any, path: Any) -> None:
+    """Write a fit to a file; see :meth:`fullbody.fitting.Fit.save`."""
+    check_suffix(path, SUFFIXES)
+    units = fit.system.context.units
+    times = [units.strip(times, "time", "times") for times in fit.times]
+    infinite = np.isinf(fit.covariance)
+    variables = {
+        "value": ("parameter", fit.numbers),
+        "covariance": (("parameter", "other_parameter"), np.where(infinite, np.nan, fit.covariance)),
+        "pulls": ("row", np.concatenate([np.ravel(pulls) for pulls in fit.pulls])),
+        "times": ("sample", np.concatenate(times)),
+    }
+    names = {name: (name, list(fit.names)) for name in ("parameter", "other_parameter")}
+    attributes = {"title": "fullbody fit", "fullbody_version": version(), FORMAT[0]: FORMAT[1]}
+    attributes |= {"fullbody_system": json.dumps(fit.system.context.describe())}
+    attributes |= {"fullbody_results": json.dumps(described(fit))}
+    write(netcdf().Dataset(variables, names, attributes), path)
+
+
+def contents(content: Content) -> dict[str, Any]:
+    """Return the attributes of the fit in a file."""
+    content.check_format(*FORMAT)
+    system = content.parsed("fullbody_system", System._rebuild)
+    attributes: dict[str, Any] = content.parsed("fullbody_results", lambda results: _attributes(results, system))
+    shapes = attributes.pop("shapes")
+    count, samples = len(attributes["_parameters"]), [shape[0] for shape in shapes]
+    sizes = [int(np.prod(shape[1:])) for shape in shapes]
+    square: dict[str, int | None] = {"parameter": count, "other_parameter": count}
+    covariance = content.numbers("covariance", square, missing=True)
+    pulls = np.split(content.numbers("pulls", {"row": sum(sizes)}), np.cumsum(sizes)[:-1])
+    times = np.split(content.numbers("times", {"sample": sum(samples)}), np.cumsum(samples)[:-1])
+    return attributes | {
+        "system": system,
+        "numbers": content.numbers("value", {"parameter": count}),
+        "covariance": np.where(np.isnan(covariance), np.inf, covariance),
+        "pulls": [part.reshape(shape[1:]) for part, shape in zip(pulls, shapes, strict=True)],
+        "times": [system.context.units.attach(part, "time") for part in times],
+    }
+
+
+def _attributes(results: dict[str, Any], system: System) -> dict[str, Any]:
+    """Return attributes of a fit from their description in JSON."""
+    units = [None if unit is None else unit_named(unit) for unit in results["units"]]
+
+    def united(number: float, unit: Any) -> Any:
+        return None if not np.isfinite(number) else number if unit is None else number * unit
+
+    free = {}
+    for (name, row), unit in zip(results["parameters"].items(), units, strict=True):
+        start, lower, upper, mean, sigma = (united(number, unit) for number in row)
+        free[name] = Free(start, min=lower, max=upper, prior=None if sigma is None else (mean, sigma))
+    parameters, context = Parameters(free), system.context
+    time, *arrays = results["state"]
+    core = _core.State(time, *(np.array(values, dtype=np.float64) for values in arrays))
+    minima = [(parameters.named(np.array(row[: len(free)])), *row[len(free) :]) for row in results["minima"]]
+    return {
+        **{name: results[name] for name in _PLAIN},
+        "_parameters": parameters,
+        "names": parameters.names,
+        **{name: tuple(results[name]) for name in ("at_bounds", "labels", "_of_setup")},
+        "minima": minima,
+        "state": wrap(core, context),
+        "integrator": results["integrator"] and rebuild(results["integrator"]),
+        "shapes": [list(map(int, shape)) for shape in results["shapes"]],
+        "observations": [],
+        "residuals": [],
+        "_objective": None,
+    }

@@ -1,0 +1,146 @@
+"""The solver of a fit: steps of a trust region from one start."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import least_squares
+
+from ..errors import InvalidInput
+from .objective import Linearised, Objective
+from .problem import Point, Problem, Refused
+
+__all__ = ["Solver"]
+
+_Array = npt.NDArray[np.float64]
+
+#: The distance from the minimum, in errors, at which the solver stops, and the relative changes of chi2 and of the
+#: parameters at which it stops if rounding errors prevent that.
+_CLOSE, _FTOL, _XTOL = 1e-4, 1e-12, 1e-13
+#: The distance from the minimum above which a solver that no longer advances has not converged, and the change of chi2,
+#: relative to it, that rounding errors hide.
+_FAR, _HIDDEN = 0.03, 1e-11
+
+
+class _Converged(Exception):
+    """The solver is at a minimum."""
+
+
+class Solver:
+    """The residuals of a problem in the form that scipy's solver takes, with the best values so far.
+
+    Attributes
+    ----------
+    best : Linearised or None
+        The lowest values so far, with their derivatives.
+    message : str
+        The reason why the solver stopped before it was at a minimum; empty otherwise.
+    iterations : int
+    interrupted : bool
+    """
+
+    def __init__(self, objective: Objective, report: Any) -> None:
+        self._objective, self._report = objective, report
+        self._problem, self._parameters = objective.problem, objective.parameters
+        self._last: Point | None = None
+        self.best: Linearised | None = None
+        self.message, self.iterations, self.interrupted = "", 0, False
+        self._distance, self._accepted = np.inf, False
+
+    def solve(self, start: _Array) -> None:
+        """Find the minimum next to a start; an interrupt may come before there are any derivatives."""
+        try:
+            self._last = self._problem.point(start)
+            _check_count(self._problem, self._last)
+            first = [self._linearised(start)]
+            reach = self._problem.reach(start)
+            # The first trust region allows changes by all of the parameters' sizes.
+            scale = np.divide(1.0, first[0].norms, out=reach.copy(), where=first[0].norms > 0.0)
+            begin = reach / scale
+
+            def residuals(x: _Array) -> _Array:
+                return self._residuals(start + scale * (x - begin))
+
+            def jacobian(x: _Array) -> _Array:
+                return (first.pop() if first else self._linearised(start + scale * (x - begin))).matrix * scale
+
+            bounds = tuple((one - start) / scale + begin for one in (self._parameters.lower, self._parameters.upper))
+            options = {"ftol": _FTOL, "xtol": _XTOL, "gtol": 1e-15}
+            # The solver's squares overflow if the start is 1e50 errors away from a prior. Whether the fit reached a
+            # minimum is judged below by the distance that is left, not by these warnings.
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+                found = least_squares(residuals, begin, jacobian, bounds, **options)
+            why = self._problem.reason and f"; the last proposal refused: {self._problem.reason}"
+            if why and self.best is not None:
+                why += self._problem.limits(self.best.point.values)
+            if found.status <= 0:
+                self.message = f"stopped after {found.nfev} proposals, the limit{why}"
+            elif self._distance > _FAR and self._distance**2 > _HIDDEN * 2.0 * found.cost:
+                self.message = f"stopped {self._distance:.2g} errors away from where the derivatives lead{why}"
+        except _Converged:
+            pass
+        except KeyboardInterrupt:
+            self.interrupted = True
+            self.message = "interrupted: the values are the best so far, not those of a minimum"
+
+    def _residuals(self, values: _Array) -> _Array:
+        if self._last is None or not np.array_equal(self._last.values, values):
+            try:
+                # After an accepted step the next one is probably accepted too, and its derivatives are then needed.
+                self._last = self._problem.point(values, differentiated=self._accepted)
+            except Refused:
+                if self.best is None:
+                    raise
+                return np.full(len(self.best.vector), np.nan)
+            finally:
+                self._accepted = False
+                self._show()
+        return self._objective.vector(self._last)
+
+    def _linearised(self, values: _Array) -> Linearised:
+        if self._last is None or not np.array_equal(self._last.values, values):
+            self._last = self._problem.point(values)
+        here = self._objective.linearised(self._last, self._problem.jacobian(self._last))
+        if self.best is None or here.cost <= self.best.cost:
+            self.best = here
+        self.iterations += 1
+        self._accepted = True
+        self._show()
+        self._distance = self._step(here)
+        if self._distance < _CLOSE:
+            raise _Converged
+        return here
+
+    def _step(self, here: Linearised) -> float:
+        """Return the length of the step to the bounded minimum of the linearised problem, in units of errors."""
+        norms = np.linalg.norm(here.matrix, axis=0)
+        free = norms > 0.0
+        scaled = here.matrix / np.where(free, norms, 1.0)
+        low, high = self._parameters.at_bounds(here.point.values, norms)
+        for _ in range(len(norms)):
+            step = np.zeros(len(norms))
+            step[free] = np.linalg.lstsq(scaled[:, free], -here.vector, rcond=1e-12)[0]
+            out = free & (((step < 0.0) & low) | ((step > 0.0) & high))
+            if not out.any():
+                break
+            free = free & ~out
+        return float(np.linalg.norm(scaled @ step))
+
+    def _show(self) -> None:
+        if self._report is not None and self.best is not None:
+            runs = self._problem.runs + self._problem.differentiated
+            self._report(runs, None, f"chi2 {2.0 * self.best.cost:.8g}")
+
+
+def _check_count(problem: Problem, point: Point) -> None:
+    """Raise an error for more parameters than data."""
+    data = len(point.rows) + int(np.isfinite(problem.parameters.sigma).sum())
+    solved = problem.linear_unknowns(point)
+    if data < len(problem.parameters) + solved:
+        also = f" and {solved} zero points" if solved else ""
+        raise InvalidInput(
+            f"parameters has {len(problem.parameters)} parameters{also}, and there are {data} numbers of data and "
+            "priors; expected no more parameters than data"
+        )
