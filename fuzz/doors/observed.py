@@ -79,7 +79,7 @@ def _check_observed(given: tuple[dict[str, Any], tuple[str, dict[str, Any]], Any
     assert len(made) >= 1
     if jitter is not None:
         made = made.with_jitter(jitter)
-    check_finite(made.pulls(_RUN), made.widening(_SYSTEM))
+    check_finite(made.pulls(_RUN), *made.errors(_SYSTEM))
 
 
 def _table(names: tuple[str, ...]) -> Any:
@@ -123,8 +123,8 @@ _FREE = st.builds(
     st.fixed_dictionaries(
         {},
         optional={
-            "lower": _or_any(st.floats(0.0, 1.0)),
-            "upper": _or_any(st.floats(2.0, 20.0)),
+            "min": _or_any(st.floats(0.0, 1.0)),
+            "max": _or_any(st.floats(2.0, 20.0)),
             "prior": _or_any(st.tuples(_NUMBERS, _POSITIVE)),
         },
     ),
@@ -135,7 +135,7 @@ _FITS = st.fixed_dictionaries(
         "observations": _or_any(st.sampled_from([_RANGES, [_RANGES, _RANGES]])),
         "loss": _or_any(st.sampled_from(["linear", "huber", fullbody.fitting.Outliers()])),
         "starts": _or_any(st.sampled_from([1, 2, [{"mass": 2.0, "a": 2.5}]])),
-        "seed": _or_any(st.integers(0, 3)),
+        "rng": _or_any(st.integers(0, 3)),
     },
 )
 

@@ -28,6 +28,7 @@ from .errors import (
     StepSizeTooSmall,
     UncheckedFile,
 )
+from .loading import load
 from .model.bodies import Body
 from .model.composite import Composite, Part, WorkingFrame
 from .model.gravity import Gravity
@@ -36,7 +37,7 @@ from .model.jacobian import Jacobian
 from .model.polyhedron import Polyhedron
 from .model.shapes import Ellipsoid, PointMass, Sphere
 from .model.state import State
-from .motion.loading import load, load_flight
+from .motion.loading import load_flight
 from .motion.run import Run
 from .motion.simulation import Simulation
 from .motion.system import System

@@ -94,7 +94,7 @@ def study() -> Haumea:
             integrator=INTEGRATOR,
         )
         late = fullbody.fit(_with_masses, early[east].values, data, integrator=INTEGRATOR)
-        masses = {name: Free(MASSES[name][0], lower=0.01) for name in ("namaka", "hiiaka")}
+        masses = {name: Free(MASSES[name][0], min=0.01) for name in ("namaka", "hiiaka")}
         found[east] = fullbody.fit(_points, {**late.values, **masses}, data, integrator=INTEGRATOR)
         best = found[east].values
         ra, dec = pole(best["i_hiiaka"], best["node_hiiaka"])

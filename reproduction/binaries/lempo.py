@@ -57,7 +57,7 @@ def start() -> dict[str, Any]:
     """Return masses and orbits near the minimum, on the equator."""
     inner, outer = _turned(INNER, START["lempo"] + START["hiisi"]), _turned(OUTER, sum(START.values()))
     orbits = {f"{name}_{moon}": orbit[name] for moon, orbit in (("hiisi", inner), ("paha", outer)) for name in ORBIT}
-    return {**START, "paha": Free(START["paha"], lower=1e-4), **orbits}
+    return {**START, "paha": Free(START["paha"], min=1e-4), **orbits}
 
 
 def _turned(orbit: tuple[float, float, float, float, float, float], mass: float) -> dict[str, float]:

@@ -121,7 +121,7 @@ class Differences:
             with suppress(*REFUSALS):
                 apart = np.asarray(function(step) - function(-step))
                 if _signal(apart, noise) > 0.01 * _PRECISE:
-                    return apart / (2.0 * step)
+                    return np.asarray(apart / (2.0 * step))
         self.length = self._size = 0.0
         found, longer, refused = None, None, None
         for share in _SHARES:
@@ -175,13 +175,16 @@ class _Trial:
         self, function: Callable[[float], _Array], length: float, noise: _Array, groups: npt.NDArray[np.intp]
     ) -> None:
         self.length = length
-        for arguments, weights in _SIDES:
+        refused: Exception | None = None
+        for arguments, formulas in _SIDES:
             try:
                 values = np.array([function(argument * length) for argument in arguments])
+                weights = formulas
                 break
             except REFUSALS as error:
                 refused = error
         else:
+            assert refused is not None
             raise refused
         fine, coarse, short = weights @ values / length
         self.derivative = fine

@@ -8,12 +8,13 @@ Install the dependencies with the extra ``fit``.
 
 from __future__ import annotations
 
+from .derived import Derived
 from .free import Free
 from .losses import Outliers
 from .result import Fit, Minimum
 from .solve import fit
 
-__all__ = ["Fit", "Free", "Minimum", "Outliers", "fit"]
+__all__ = ["Derived", "Fit", "Free", "Minimum", "Outliers", "fit"]
 
 
 def __dir__() -> list[str]:

@@ -162,7 +162,7 @@ class Parameters:
 
     def is_angle(self, k: int) -> bool:
         """Return whether a parameter has a unit of angle."""
-        return self.units[k] is not None and self.units[k].physical_type == "angle"
+        return getattr(self.units[k], "physical_type", None) == "angle"
 
     def size(self, k: int, value: float) -> float:
         """Return a length over which the results of a setup are smooth, as far as it is known: a radian for angles."""

@@ -86,7 +86,11 @@ class Objective:
 
     def _noise(self, point: Point, jacobian: Jacobian, by_pulls: _Array) -> tuple[_Array, _Array, _Array]:
         """Return gradient (P,), information (P, P) and inverse squared lengths (P,) of the parameters of errors."""
-        gradient, information, widths = np.zeros_like(point.values), np.zeros((len(point.values),) * 2), 0.0 * point.values
+        gradient, information, widths = (
+            np.zeros_like(point.values),
+            np.zeros((len(point.values),) * 2),
+            0.0 * point.values,
+        )
         parts = np.split(by_pulls, np.cumsum([part.size for part in point.pulls])[:-1])
         for i, errors in point.errors.items():
             which = [k for k, changes in jacobian.noise.items() if i in changes]

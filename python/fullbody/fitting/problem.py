@@ -36,8 +36,8 @@ _ROUNDING, _NOISE, _ROUNDING_OF_ERRORS = 1e-13, 1e-8, 1e-14
 class Observed(Protocol):
     """The methods that a fit calls on observations; any class that has them can be fitted.
     A class may also have the method ``derivatives(run)``, with the result of ``run.derivative_of(observed.pulls)``, the
-    number ``linear_unknowns``, and the methods ``errors(system)`` and ``with_errors_of(observed)``, by which a fit takes
-    parameters of errors into account.
+    number ``linear_unknowns``, and the methods ``errors(system)`` and ``with_errors_of(observed)``, by which a fit
+    takes parameters of errors into account.
     """
 
     def emission(self, system: System) -> Any:
@@ -344,7 +344,9 @@ class Problem:
                 sizes += [(point.errors[i].covariance.size, _ROUNDING_OF_ERRORS)] * 2
         noise = np.concatenate([np.full(size, rounding) for size, rounding in sizes])
         groups = np.repeat(np.arange(len(sizes)), [size for size, _ in sizes])
-        parts = iter(np.split(self._derivative(shifted, point, k, noise, groups), np.cumsum([s for s, _ in sizes])[:-1]))
+        parts = iter(
+            np.split(self._derivative(shifted, point, k, noise, groups), np.cumsum([s for s, _ in sizes])[:-1])
+        )
         changes: dict[int, _Array] = {}
         for i in np.flatnonzero(changing):
             rows[i] = next(parts)

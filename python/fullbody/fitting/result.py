@@ -403,8 +403,7 @@ class Fit(Tabled):
         ]
         if len(self.minima) > 1:
             lines: list[Any] = [
-                (f"{one.loss:.6g}", f"{one.chi2:.6g}", str(one.starts))
-                + tuple(f"{getattr(value, 'value', value):.6g}" for value in one.values.values())
+                [f"{number:.6g}" for number in (one.loss, one.chi2, one.starts, *self._parameters.numbers(one.values))]
                 for one in self.minima
             ]
             tables.append(Table(f"Minima from {self.starts} starts", ("loss", "chi2", "starts", *self.names), lines))

@@ -12,38 +12,11 @@ from ..record.integrators import rebuild
 from .run import Run
 from .system import System
 
-__all__ = ["load", "load_flight"]
+__all__ = ["load_flight", "run_in"]
 
 
-def load(path: Any) -> Run:
-    """Read a run that :meth:`fullbody.Run.save` wrote.
-
-    Parameters
-    ----------
-    path : str or Path
-
-    Returns
-    -------
-    Run
-        The run that was saved, equal bit for bit, with its events and stop reason; see :meth:`fullbody.Run.save` for
-        what a file cannot hold.
-
-    Raises
-    ------
-    InvalidInput
-        If the file is not a run of this package, or is damaged; the message says what is wrong.
-    FileNotFoundError
-        If there is no such file.
-
-    Warns
-    -----
-    UncheckedFile
-        For a file without a checksum, which another program wrote. It is read if its content is that of a run.
-    """
-    return read(path, "run", _run)
-
-
-def _run(content: Content) -> Run:
+def run_in(content: Content) -> Run:
+    """Return the run in a file."""
     netcdf.check_format(content)
     system = content.parsed("fullbody_system", System._rebuild)
     integrator = content.parsed("fullbody_integrator", rebuild)

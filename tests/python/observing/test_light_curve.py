@@ -99,7 +99,7 @@ def test_zero_points_are_those_of_least_squares(nights, run, geometry):
     first = times < 15.0
     observed = model + np.where(first, 14.2, 14.5) + sigma * rng.normal(size=len(times))
     data = observing.Photometry(times * u.h, observed, sigma, geometry=geometry)
-    assert len(data.nights) == data.free_zeros == 2
+    assert len(data.nights) == data.linear_unknowns == 2
     design = np.stack([first, ~first], axis=1) / sigma[:, None]
     zeros, chi2, *_ = np.linalg.lstsq(design, (observed - model) / sigma, rcond=None)
     np.testing.assert_allclose(data.zero_points(run), zeros, rtol=1e-12)
@@ -109,7 +109,7 @@ def test_zero_points_are_those_of_least_squares(nights, run, geometry):
     np.testing.assert_array_equal(named.residuals(run), data.residuals(run))
     fixed = observing.Photometry(times * u.h, observed, sigma, geometry=geometry, zero=14.2)
     np.testing.assert_allclose(fixed.residuals(run), observed - model - 14.2, atol=1e-12)
-    assert fixed.free_zeros == 0
+    assert fixed.linear_unknowns == 0
 
 
 def test_partial_derivatives_are_differences(nights, run, geometry):

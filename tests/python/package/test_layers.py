@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).parents[3] / "python" / "fullbody"
 #: In the direction in which data flows; the extension module lies above all of them.
 SUBPACKAGES = (
     "typing errors base model frames orbit forces events record fields files spice observables observing particles"
-    " plots view motion peers setups ensembles analysis fitting systems commands"
+    " plots view motion peers setups ensembles analysis fitting loading systems commands"
 )
 
 
