@@ -123,7 +123,9 @@ class Differences:
                 if _signal(apart, noise) > 0.01 * _PRECISE:
                     return np.asarray(apart / (2.0 * step))
         self.length = self._size = 0.0
-        found, longer, refused = None, None, None
+        found: _Trial | None = None
+        longer: _Trial | None = None
+        refused: Exception | None = None
         for share in _SHARES:
             try:
                 trial = _Trial(function, share * size, noise, groups)
@@ -187,7 +189,7 @@ class _Trial:
             assert refused is not None
             raise refused
         fine, coarse, short = weights @ values / length
-        self.derivative = fine
+        self.derivative: _Array = fine
         self.error = _largest(np.maximum(np.abs(fine - coarse), np.abs(fine - short)), groups)
         self._rounding = _ROUNDED * noise / length
         sizes = _largest(np.maximum(np.abs(fine), np.abs(short)), groups)

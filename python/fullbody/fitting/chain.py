@@ -240,6 +240,6 @@ def _columns(base: SetupResult) -> Iterator[tuple[str, _Array]]:
         def shifted(by: float, name: str = name) -> _Array:
             bodies, forces, G, _ = core.changed(name, by)
             entries = _entries({"G": G, "bodies": bodies, "forces": forces})
-            return np.array([value for _, value in entries if isinstance(value, float)]) - numbers
+            return np.asarray([value for _, value in entries if isinstance(value, float)] - numbers)
 
         yield name, difference(shifted, _STEP * core.changed(name, 0.0)[3])

@@ -319,15 +319,15 @@ class Problem:
         observations.
         """
         name, system = self.parameters.names[k], point.made.system
-        changing = [name in names for names in self.of_observations]
+        changing = [i for i, names in enumerate(self.of_observations) if name in names]
         rows = [np.zeros(part.size) for part in point.pulls]
-        if not any(changing):
+        if not changing:
             return np.concatenate(rows), {}
 
         def shifted(by: float) -> _Array:
             moved = self.observations(self.parameters.shifted(point.values, k, by))
             parts = []
-            for i in np.flatnonzero(changing):
+            for i in changing:
                 one, base, errors = moved[i], point.observations[i], point.errors.get(i)
                 one = one if errors is None else one.with_errors_of(base)
                 parts.append(np.ravel(_finite(self.of(one, point.run, "pulls"), one) - point.pulls[i]))
@@ -338,7 +338,7 @@ class Problem:
             return np.concatenate(parts)
 
         sizes = []
-        for i in np.flatnonzero(changing):
+        for i in changing:
             sizes.append((point.pulls[i].size, _ROUNDING * self._largest(point)))
             if i in point.errors:
                 sizes += [(point.errors[i].covariance.size, _ROUNDING_OF_ERRORS)] * 2
@@ -348,7 +348,7 @@ class Problem:
             np.split(self._derivative(shifted, point, k, noise, groups), np.cumsum([s for s, _ in sizes])[:-1])
         )
         changes: dict[int, _Array] = {}
-        for i in np.flatnonzero(changing):
+        for i in changing:
             rows[i] = next(parts)
             if i in point.errors:
                 change, stated = next(parts), next(parts)

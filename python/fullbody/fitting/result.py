@@ -180,8 +180,8 @@ class Fit(Tabled):
     def _read(cls, content: Any) -> Fit:
         """Return the fit in a file."""
         fit = object.__new__(cls)
-        fit.__dict__.update(files.contents(content))
-        fit.minima = tuple(Minimum(*one) for one in fit.minima)
+        attributes = files.contents(content)
+        fit.__dict__.update(attributes, minima=tuple(Minimum(*row) for row in attributes["minima"]))
         return fit
 
     def __getstate__(self) -> dict[str, Any]:
