@@ -215,4 +215,4 @@ def test_any_entry_of_the_system_and_events_is_checked(wrong, run):
         for altered in replacements(json.loads(attributes[name]), wrong):
             content = reading.Content(run.to_xarray().assign_attrs({name: json.dumps(altered)}))
             with pytest.raises(fullbody.InvalidInput, match=f"attribute {name}"):
-                loading._run(content)
+                loading.run_in(content)
