@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import options_of, refuse_unknown
+from ..base.differences import difference
 from ..base.tables import Table, Tabled
 from ..base.units import need
 from ..errors import InvalidInput
@@ -251,10 +252,14 @@ class Observations(Tabled):
         if kind.startswith("semi-axis") and not self._depends_on_figures():
             return np.zeros(self._observed(system).shape)
         step = _SHARE * system._changed(parameter, 0.0)[1]
-        first, second = (system._changed(parameter, sign * step)[0] for sign in (-1.0, 1.0))
-        if first._core.bodies == second._core.bodies:
-            return np.zeros(self._observed(system).shape)
-        return (self._model(second, states) - self._model(first, states)) / (2.0 * step)
+        plain = self._model(system, states)
+
+        def change(by: float) -> _Array:
+            changed = system._changed(parameter, by)[0]
+            alike = changed._core.bodies == system._core.bodies
+            return np.asarray(0.0 * plain if alike else self._model(changed, states) - plain)
+
+        return difference(change, step)
 
     def _project(self, values: _Array) -> _Array:
         """Return derivatives (K, C, ...) of the predictions, including numbers that each prediction solves for."""

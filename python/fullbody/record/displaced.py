@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base import rotations
+from ..base.differences import difference
 from ..base.units import is_quantity
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
@@ -61,33 +62,25 @@ def derivatives_of(run: Run, function: Callable[[Any], Any], start: bool) -> Fun
     events = _EventsByColumn(run)
     size = run.transition.shape[-1]
 
-    def number(displaced: Any) -> _Array:
-        found = function(displaced)
-        plain = np.asarray(found if unit is None else found.to_value(unit), dtype=np.float64)
-        if plain.shape != np.shape(value):
-            raise InvalidInput(
-                f"the function gives values of shapes {np.shape(value)} and {plain.shape}; expected the same shape for "
-                "runs that differ little"
-            )
-        return plain
+    plain = np.asarray(value if unit is None else value.value, dtype=np.float64)
 
     def by(name: str | int) -> _Array:
         columns = run.transition[:, :, name] if isinstance(name, int) else run.sensitivity[name]
         step = _STEP / max(float(np.abs(columns / _sizes(run)).max(initial=0.0)), 1e-300)
         if isinstance(name, str):
             step = min(step, _STEP * run.system._changed(name, 0.0)[1])
-        shifts: Sequence[float] = (-1.0, 1.0)
-        if isinstance(name, str):
-            try:
-                run.system._changed(name, -step)
-            except InvalidInput:
-                # The parameter is at the end of its range.
-                shifts = (1.0, 2.0)
-        one, other = (number(_displaced(run, name, columns, shift * step, events)) for shift in shifts)
-        if shifts[0] < 0.0:
-            return np.asarray((other - one) / (2.0 * step))
-        plain = np.asarray(value if unit is None else value.value, dtype=np.float64)
-        return np.asarray((4.0 * one - other - 3.0 * plain) / (2.0 * step))
+
+        def change(shift: float) -> _Array:
+            displaced = function(_displaced(run, name, columns, shift, events))
+            numbers = np.asarray(displaced if unit is None else displaced.to_value(unit), dtype=np.float64)
+            if numbers.shape != plain.shape:
+                raise InvalidInput(
+                    f"the function gives values of shapes {plain.shape} and {numbers.shape}; expected the same shape "
+                    "for runs that differ little"
+                )
+            return np.asarray(numbers - plain)
+
+        return difference(change, step)
 
     by_start = np.stack([by(column) for column in range(size)], axis=-1) if start else None
     found = {name: by(name) for name in run._parameters}
