@@ -12,6 +12,8 @@ pub mod difference;
 #[doc(hidden)]
 pub mod dual;
 #[doc(hidden)]
+pub mod exchange;
+#[doc(hidden)]
 pub mod gauss;
 #[doc(hidden)]
 pub mod harmonics;

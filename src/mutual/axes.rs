@@ -66,10 +66,14 @@ impl Pair {
             return self.faceted_lengths(pose, interrupt);
         }
         let mut out = ShapeDerivatives::none();
-        if let Some(multipole) = &self.multipole {
-            let found = multipole.shape_derivatives(&self.scaled(pose));
-            out.axes = found.axes.map(|body| body.map(|loads| self.loads_in_unit(&loads, 1)));
-            out.scale = found.scale.map(|loads| self.loads_in_unit(&loads, 0));
+        let by_series = match (&self.multipole, self.series()) {
+            (_, Some((harmonic, _))) => Some(harmonic.shape_derivatives(&self.scaled(pose))),
+            (Some(multipole), None) => Some(multipole.shape_derivatives(&self.scaled(pose))),
+            (None, None) => None,
+        };
+        if let Some(derivatives) = by_series {
+            out.axes = derivatives.axes.map(|body| body.map(|loads| self.loads_in_unit(&loads, 1)));
+            out.scale = derivatives.scale.map(|loads| self.loads_in_unit(&loads, 0));
             return Ok(out);
         }
         let (Some(rule), Some(nodes)) = (&self.rule, &self.axis_nodes) else { return Ok(out) };

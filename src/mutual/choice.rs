@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::gravity::Near;
 use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
+use crate::math::exchange::Exchange;
 use crate::math::rotation::{turned, turned_back};
 use crate::quadrature::{Order, closest_confocal, focal_vectors, guess_degree};
 
@@ -25,39 +26,56 @@ const AGREEMENT_OVER_NODES: f64 = 4e-15;
 impl Pair {
     /// Returns the rule in use in the form that an archive keeps.
     pub fn memory(&self) -> Option<RuleMemory> {
-        self.rule.as_ref().map(|rule| RuleMemory {
+        let series = self.series().map(|(harmonic, truncation)| RuleMemory::Harmonic {
+            degrees: truncation.degrees.map(|degree| degree as u32),
+            known: harmonic.known().map(|degree| degree as u32),
+            valid_from: truncation.valid_from,
+        });
+        let rule = self.rule.as_ref().map(|rule| RuleMemory::Quadrature {
             integrated: rule.integrated as u8,
             order: [rule.order.gauss as u32, rule.order.angles as u32],
             degree: rule.degree as u32,
             valid_from: rule.valid_from,
-        })
+        });
+        series.or(rule)
     }
 
     /// Puts a rule from an archive in use again.
     pub fn recall(&mut self, memory: Option<&RuleMemory>, interrupt: &mut InterruptCheck) -> Result<()> {
-        let Some(memory) = memory else {
-            self.rule = None;
-            return Ok(());
+        self.reset();
+        let Some(memory) = memory else { return Ok(()) };
+        let unknown =
+            || Error::invalid("rule of a pair", format!("{memory:?}"), "one that a pair has had");
+        let (integrated, [gauss, angles], degree, valid_from) = match *memory {
+            RuleMemory::Quadrature { integrated, order, degree, valid_from } => {
+                (integrated, order, degree, valid_from)
+            }
+            RuleMemory::Harmonic { degrees, known, valid_from } => {
+                let [degrees, known] = [degrees, known].map(|both| both.map(|degree| degree as usize));
+                if degrees.iter().chain(&known).any(|degree| *degree > Exchange::MAX_DEGREE) {
+                    return Err(unknown());
+                }
+                return self.recall_series(degrees, known, valid_from, interrupt);
+            }
         };
-        let [gauss, angles] = memory.order;
-        if memory.integrated > 1 || !(1..=512).contains(&gauss) || !(1..=1024).contains(&angles) {
-            return Err(Error::invalid("rule of a pair", format!("{memory:?}"), "one that a pair has had"));
+        if integrated > 1 || !(1..=512).contains(&gauss) || !(1..=1024).contains(&angles) {
+            return Err(unknown());
         }
         let order = Order { gauss: gauss as usize, angles: angles as usize };
-        let integrated = usize::from(memory.integrated);
-        let kernel = self.kernel_of(integrated, memory.valid_from, interrupt)?;
+        let integrated = usize::from(integrated);
+        let kernel = self.kernel_of(integrated, valid_from, interrupt)?;
         let node_kind = self.node_kind(integrated, order);
         let nodes = self.nodes.get(order, node_kind, &self.bodies[integrated], self.arch, interrupt)?;
         self.rule = Some(Rule {
             integrated,
             order,
-            degree: memory.degree as usize,
+            degree: degree as usize,
             node_kind,
             points: nodes.len(),
             nodes,
             begins: Vec::new(),
             kernel,
-            valid_from: memory.valid_from,
+            valid_from,
         });
         Ok(())
     }
@@ -65,33 +83,30 @@ impl Pair {
     /// Uses the rule that another object of the same pair uses.
     pub fn copy_rule(&mut self, from: &Self) {
         self.rule.clone_from(&from.rule);
+        self.truncation.clone_from(&from.truncation);
+        if self.truncation.is_some() {
+            self.harmonic.clone_from(&from.harmonic);
+        }
     }
 
     /// Forgets the rule, so that the next choice does not depend on the past.
     pub fn reset(&mut self) {
-        self.rule = None;
+        (self.rule, self.harmonic, self.truncation) = (None, None, None);
     }
 
     /// Chooses the rule for a pose and for all separations down to (1 - `closing`) of it. It may allocate and
     /// is called between steps only. It checks for interrupts while it compares rules and computes those of
     /// polyhedra.
     pub fn prepare(&mut self, pose: &Pose, closing: f64, interrupt: &mut InterruptCheck) -> Result<()> {
-        if let Some(from) = self.diverges(pose) {
-            return Err(Error::NotConverged {
-                what: format!("{} between {} and {}", self.method, self.bodies[0].name, self.bodies[1].name),
-                detail: format!(
-                    "at separation {} the series of their moments diverges: it takes {from}, the sum of \
-                     their circumscribed radii",
-                    pose.separation.norm()
-                ),
-            });
-        }
-        if matches!(self.method, Method::Multipole(_) | Method::Point) {
+        if self.method == Method::Point || self.multipole.is_some() {
             return Ok(());
         }
         let mut scaled = self.scaled(pose);
         scaled.separation *= 1.0 - closing;
         let reach = scaled.separation.norm();
+        if self.prepare_series(pose.separation.norm() / self.unit, reach, interrupt)? {
+            return Ok(());
+        }
         if self.bodies.iter().any(|body| body.polyhedron().is_some()) {
             return self.prepare_faceted(&scaled, reach, interrupt);
         }

@@ -171,6 +171,9 @@ impl Pair {
         lengths: bool,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
+        if let (Some(harmonic), Some(truncation)) = (&mut self.harmonic, &self.truncation) {
+            return if lengths { harmonic.know_lengths(truncation.degrees, interrupt) } else { Ok(()) };
+        }
         if self.is_faceted() {
             return self.prepare_faceted_jacobian(pose, lengths, interrupt);
         }
@@ -210,6 +213,9 @@ impl Pair {
             return self.faceted_jacobian(pose, interrupt);
         }
         let scaled = self.scaled(pose);
+        if let Some((harmonic, truncation)) = self.series() {
+            return Ok(harmonic.jacobian(truncation, &scaled).in_unit(self.unit));
+        }
         if let Some(multipole) = &self.multipole {
             return Ok(multipole.jacobian(&scaled).in_unit(self.unit));
         }

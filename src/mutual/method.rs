@@ -14,7 +14,9 @@ pub enum Method {
     Surface,
     /// The focal rule, which gives the same numbers from a quarter of the nodes.
     Focal,
-    /// The mutual expansion to a total degree (even, 2 to 16).
+    /// The harmonic series, exact to the tolerance outside the circumscribed spheres.
+    Harmonic,
+    /// The mutual expansion to a total degree (2 to 60).
     Multipole(usize),
     /// Point masses, which exert no torque.
     Point,
@@ -22,10 +24,9 @@ pub enum Method {
 
 impl Method {
     /// The highest total degree of the mutual expansion.
-    pub const MAX_DEGREE: usize = 16;
-    /// The degree to which the truncation error of the highest degree is estimated.
-    pub(super) const BEYOND: usize = Self::MAX_DEGREE + 2;
-    const EXPECTED: &str = "\"surface\", \"focal\", \"multipole:N\" with N even from 2 to 16, or \"point\"";
+    pub const MAX_DEGREE: usize = 60;
+    const EXPECTED: &str =
+        "\"surface\", \"focal\", \"harmonic\", \"multipole:N\" with N from 2 to 60, or \"point\"";
 }
 
 impl FromStr for Method {
@@ -33,11 +34,12 @@ impl FromStr for Method {
 
     fn from_str(text: &str) -> Result<Self> {
         let degree = |n: &str| {
-            n.parse().ok().filter(|n| n % 2 == 0 && (2..=Self::MAX_DEGREE).contains(n)).map(Self::Multipole)
+            n.parse().ok().filter(|n| (2..=Self::MAX_DEGREE).contains(n)).map(Self::Multipole)
         };
         let method = match text {
             "surface" => Some(Self::Surface),
             "focal" => Some(Self::Focal),
+            "harmonic" => Some(Self::Harmonic),
             "point" => Some(Self::Point),
             _ => text.strip_prefix("multipole:").and_then(degree),
         };
@@ -64,6 +66,7 @@ impl fmt::Display for Method {
         match self {
             Self::Surface => f.write_str("surface"),
             Self::Focal => f.write_str("focal"),
+            Self::Harmonic => f.write_str("harmonic"),
             Self::Multipole(n) => write!(f, "multipole:{n}"),
             Self::Point => f.write_str("point"),
         }

@@ -1,4 +1,4 @@
-//! The mutual expansion to a total degree N, with the moments of homogeneous ellipsoids in closed form.
+//! The mutual expansion of two ellipsoids to a total degree N of 2 or 4, with their moments in closed form.
 //!
 //! The mean of exp(y . k) over an ellipsoid with spread matrix S = R diag(a^2) R^T is sum_n alpha_n (k^T S
 //! k)^n with alpha_n = 3 / ((2n+1)! (2n+3)). The mean of 1/|r + y_B - y_A| over both bodies is therefore
@@ -7,11 +7,11 @@
 //!
 //! The series is truncated at 2 (n + m) <= N; N = 2 is MacCullagh's formula. The force is its gradient, and
 //! the torque on A follows from d(k^T S_A k) = 2 dtheta . (S_A k x k). The derivatives of 1/r follow from the
-//! recurrence of Lindsay & Krasny (2001), J. Comput. Phys. 172, 879. Other programs stop at N = 2 or 4.
+//! recurrence of Lindsay & Krasny (2001), J. Comput. Phys. 172, 879. Other degrees
+//! and shapes take [`super::harmonic`].
 
 use super::derivatives::Derivatives;
-use super::expansion::Expansion;
-use super::{Interaction, Method, Pose};
+use super::{Interaction, Pose};
 use crate::math::monomials::{add, count, offset, rows};
 use crate::math::{Mat3, Vec3};
 use crate::shape::Shape;
@@ -22,13 +22,7 @@ macro_rules! sized {
         match $half {
             0 | 1 => Cut::<1, 2, { count(2) }, { offset(4) }>::$method($($argument),*),
             2 => Cut::<2, 3, { count(4) }, { offset(6) }>::$method($($argument),*),
-            3 => Cut::<3, 4, { count(6) }, { offset(8) }>::$method($($argument),*),
-            4 => Cut::<4, 5, { count(8) }, { offset(10) }>::$method($($argument),*),
-            5 => Cut::<5, 6, { count(10) }, { offset(12) }>::$method($($argument),*),
-            6 => Cut::<6, 7, { count(12) }, { offset(14) }>::$method($($argument),*),
-            7 => Cut::<7, 8, { count(14) }, { offset(16) }>::$method($($argument),*),
-            8 => Cut::<8, 9, { count(16) }, { offset(18) }>::$method($($argument),*),
-            _ => Cut::<9, 10, { count(18) }, { offset(20) }>::$method($($argument),*),
+            _ => Cut::<3, 4, { count(6) }, { offset(8) }>::$method($($argument),*),
         }
     };
 }
@@ -38,33 +32,22 @@ macro_rules! sized {
 pub struct Multipole {
     half: usize,
     pub(super) squares: [Vec3; 2],
-    /// The expansion by moments, for shapes other than ellipsoids and points.
-    pub(super) general: Option<Box<Expansion>>,
 }
 
 impl Multipole {
-    /// Prepares the expansion to total degree `degree`, even and at most [`Method::MAX_DEGREE`].
-    pub fn new(first: &Shape, second: &Shape, degree: usize) -> Self {
+    /// Prepares the expansion of ellipsoids or points to a total degree of 2 or 4; `None` for other shapes and
+    /// degrees.
+    pub fn new(first: &Shape, second: &Shape, degree: usize) -> Option<Self> {
         let squares = |s: &Shape| Vec3::from(s.semi_axes().map(|a| a * a));
         let faceted = [first, second].iter().any(|shape| matches!(shape, Shape::Polyhedron(_)));
-        Self {
-            half: (degree / 2).min(Method::MAX_DEGREE / 2),
-            squares: [squares(first), squares(second)],
-            general: faceted.then(|| Box::new(Expansion::new(first, second, degree))),
-        }
-    }
-
-    /// Returns the separation down to which the series converges; zero if both shapes are ellipsoids or
-    /// points.
-    pub fn converges_from(&self) -> f64 {
-        self.general.as_ref().map_or(0.0, |general| general.reach)
+        let squares = [squares(first), squares(second)];
+        (!faceted && matches!(degree, 2 | 4)).then_some(Self { half: degree / 2, squares })
     }
 
     /// Returns the expansion to a total degree that is higher by two: the additional terms are the first that
     /// this one omits.
     pub fn next(&self) -> Self {
-        let general = self.general.as_ref().map(|general| Box::new(general.next()));
-        Self { half: self.half + 1, squares: self.squares, general }
+        Self { half: self.half + 1, squares: self.squares }
     }
 
     /// Returns half the total degree.
@@ -72,16 +55,8 @@ impl Multipole {
         self.half
     }
 
-    /// Returns whether shapes other than ellipsoids and points take part.
-    pub fn is_general(&self) -> bool {
-        self.general.is_some()
-    }
-
     /// Returns force and torques.
     pub fn interaction(&self, pose: &Pose) -> Interaction {
-        if let Some(general) = &self.general {
-            return general.interaction(pose);
-        }
         let (spreads, scale) = self.scaled_spreads(pose);
         let (gradient, torques) = sized!(self.half, forces(&spreads, &(pose.separation / scale)));
         Interaction {
@@ -93,9 +68,6 @@ impl Multipole {
 
     /// Returns the mutual potential U (positive) per unit G m m.
     pub fn mutual_potential(&self, pose: &Pose) -> f64 {
-        if let Some(general) = &self.general {
-            return general.mutual_potential(pose);
-        }
         let (spreads, scale) = self.scaled_spreads(pose);
         sized!(self.half, potential(&spreads, &(pose.separation / scale))) / scale
     }
@@ -219,8 +191,8 @@ impl<const TERMS: usize, const MONOMIALS: usize> Terms<TERMS, MONOMIALS> {
 }
 
 /// The moment coefficients alpha_n = 3 / ((2n+1)! (2n+3)).
-const ALPHA: [f64; Method::BEYOND / 2 + 1] = {
-    let mut alpha = [1.0; Method::BEYOND / 2 + 1];
+const ALPHA: [f64; 4] = {
+    let mut alpha = [1.0; 4];
     let (mut n, mut factorial) = (1, 1.0);
     while n < alpha.len() {
         factorial *= (2 * n * (2 * n + 1)) as f64;

@@ -2,6 +2,7 @@
 
 use super::faces::Faces;
 use super::rule::{FacetedRules, GradientNodes, Kernel, NodeStore, Rule};
+use super::harmonic::{Harmonic, Truncation};
 use super::store::NodeKind;
 use super::{
     Balance, Interaction, Method, Multipole, PartGravity, Pose, Roles, faces, means, sampled, surface,
@@ -33,6 +34,10 @@ pub struct Pair {
     /// The kind of nodes for each body where that one is integrated over.
     pub(super) node_kinds: [NodeKind; 2],
     pub(super) multipole: Option<Multipole>,
+    /// The harmonic series, where the pair has used it.
+    pub(super) harmonic: Option<Harmonic>,
+    /// The degrees of the harmonic series, where it is in use.
+    pub(super) truncation: Option<Truncation>,
     pub(super) rule: Option<Rule>,
     /// The nodes over which the field's gradient is averaged, where derivatives have been requested.
     pub(super) gradient_nodes: Option<GradientNodes>,
@@ -63,7 +68,7 @@ impl Pair {
         let nodes = NodeStore::new(first.store.clone());
         let bodies = [first.in_unit(unit), second.in_unit(unit)];
         let multipole = match method {
-            Method::Multipole(degree) => Some(Multipole::new(&bodies[0].shape, &bodies[1].shape, degree)),
+            Method::Multipole(degree) => Multipole::new(&bodies[0].shape, &bodies[1].shape, degree),
             _ => None,
         };
         // With a prescribed order all rings have the same number of angles.
@@ -83,6 +88,8 @@ impl Pair {
             degrees: [Degrees::new(tolerance), Degrees::new(tolerance)],
             node_kinds,
             multipole,
+            harmonic: None,
+            truncation: None,
             rule: None,
             gradient_nodes: None,
             axis_nodes: None,
@@ -158,19 +165,26 @@ impl Pair {
     /// Returns the least separation at which the rule in use is valid.
     #[inline]
     pub fn valid_from(&self) -> f64 {
-        self.rule.as_ref().map_or(0.0, |rule| rule.valid_from * self.unit)
+        let series = self.truncation.as_ref().map(|truncation| truncation.valid_from);
+        let rule = self.rule.as_ref().map(|rule| rule.valid_from);
+        series.or(rule).unwrap_or(0.0) * self.unit
+    }
+
+    /// Returns the harmonic series with its degrees, where it is in use.
+    #[inline(always)]
+    pub(super) fn series(&self) -> Option<(&Harmonic, &Truncation)> {
+        self.harmonic.as_ref().zip(self.truncation.as_ref())
+    }
+
+    /// Returns the highest degrees of both bodies in the harmonic series, where it is in use.
+    pub fn degrees_in_use(&self) -> Option<[usize; 2]> {
+        self.truncation.as_ref().map(|truncation| truncation.degrees)
     }
 
     /// Returns whether the rule in use is valid at this separation.
     #[inline]
     pub fn covers(&self, distance: f64) -> bool {
         distance >= self.valid_from()
-    }
-
-    /// Returns the separation from which on the series converges, where it does not converge at a pose.
-    pub(super) fn diverges(&self, pose: &Pose) -> Option<f64> {
-        let from = self.multipole.as_ref().map_or(0.0, Multipole::converges_from) * self.unit;
-        (pose.separation.norm() <= from).then_some(from)
     }
 
     /// Returns the separation beyond which the shapes cannot touch, whatever their rotations.
@@ -181,6 +195,7 @@ impl Pair {
     /// Returns whether the method integrates over a polyhedron or its field.
     pub(super) fn is_faceted(&self) -> bool {
         self.multipole.is_none()
+            && self.truncation.is_none()
             && self.method != Method::Point
             && self.bodies.iter().any(|body| body.polyhedron().is_some())
     }
@@ -214,10 +229,17 @@ impl Pair {
     /// Returns the truncation error of a series, the size of its next two degrees: the larger of the error of
     /// the force and the error of the torques over the body's radius. `None` for other methods.
     pub fn truncation_error(&self, pose: &Pose) -> Option<f64> {
-        let multipole = self.multipole.as_ref()?;
+        let Method::Multipole(degree) = self.method else { return None };
         let scaled = self.scaled(pose);
-        let (more, own) = (multipole.next().interaction(&scaled), multipole.interaction(&scaled));
-        Some(self.change(&more, &own) / self.unit / self.unit)
+        let (more, less) = match (&self.multipole, self.series()) {
+            (Some(multipole), _) => (multipole.next().interaction(&scaled), multipole.interaction(&scaled)),
+            (None, Some((harmonic, truncation))) => {
+                let next = Truncation::new([degree + 2; 2], degree + 2, truncation.valid_from);
+                (harmonic.interaction(&next, &scaled), harmonic.interaction(truncation, &scaled))
+            }
+            (None, None) => return None,
+        };
+        Some(self.change(&more, &less) / self.unit / self.unit)
     }
 
     /// Returns the potential energy per unit G m m with the rule in use: negative.
@@ -228,6 +250,9 @@ impl Pair {
     /// Returns the contribution of one of the [`Self::energy_pieces`] to the potential energy.
     pub fn potential_energy_of(&self, pose: &Pose, nodes: Range<usize>) -> f64 {
         let pose = self.scaled(pose);
+        if let Some((harmonic, truncation)) = self.series() {
+            return -harmonic.mutual_potential(truncation, &pose) / self.unit;
+        }
         let mutual_potential = match (&self.multipole, &self.rule) {
             (Some(multipole), _) => multipole.mutual_potential(&pose),
             (None, None) => 1.0 / pose.separation.norm(),
@@ -270,6 +295,9 @@ impl Pair {
 
     /// Returns the contribution of some nodes to the interaction, in the pair's unit of length.
     pub(super) fn scaled_interaction(&self, pose: &Pose, nodes: Range<usize>) -> Interaction {
+        if let Some((harmonic, truncation)) = self.series() {
+            return harmonic.interaction(truncation, pose);
+        }
         if let Some(multipole) = &self.multipole {
             return multipole.interaction(pose);
         }

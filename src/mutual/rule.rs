@@ -71,15 +71,36 @@ pub(super) enum Kernel {
 
 /// The numbers from which a rule is reconstructed, bit for bit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct RuleMemory {
-    /// The index of the body that is integrated over, 0 or 1.
-    pub integrated: u8,
-    /// The numbers of Gauss nodes and of angles.
-    pub order: [u32; 2],
-    /// The polynomial degree for which the rule was made.
-    pub degree: u32,
-    /// The smallest separation for which the kernel is valid.
-    pub valid_from: f64,
+pub enum RuleMemory {
+    /// A quadrature.
+    Quadrature {
+        /// The index of the body that is integrated over, 0 or 1.
+        integrated: u8,
+        /// The numbers of Gauss nodes and of angles.
+        order: [u32; 2],
+        /// The polynomial degree for which the rule was made.
+        degree: u32,
+        /// The smallest separation for which the kernel is valid.
+        valid_from: f64,
+    },
+    /// A harmonic series.
+    Harmonic {
+        /// The highest degrees of both bodies.
+        degrees: [u32; 2],
+        /// The degrees to which their moments are known.
+        known: [u32; 2],
+        /// The smallest separation for which they reach the tolerance.
+        valid_from: f64,
+    },
+}
+
+impl RuleMemory {
+    /// Returns the smallest separation for which the rule is valid.
+    pub fn valid_from(&self) -> f64 {
+        match *self {
+            Self::Quadrature { valid_from, .. } | Self::Harmonic { valid_from, .. } => valid_from,
+        }
+    }
 }
 
 /// The order and the kind of nodes, and for those of a layer the identity of the polyhedron.

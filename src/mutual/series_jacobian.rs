@@ -20,12 +20,7 @@ macro_rules! sized {
         match $half {
             0 | 1 => contractions::<2, { count(2) }, { offset(5) }>($($argument),*),
             2 => contractions::<3, { count(4) }, { offset(7) }>($($argument),*),
-            3 => contractions::<4, { count(6) }, { offset(9) }>($($argument),*),
-            4 => contractions::<5, { count(8) }, { offset(11) }>($($argument),*),
-            5 => contractions::<6, { count(10) }, { offset(13) }>($($argument),*),
-            6 => contractions::<7, { count(12) }, { offset(15) }>($($argument),*),
-            7 => contractions::<8, { count(14) }, { offset(17) }>($($argument),*),
-            _ => contractions::<9, { count(16) }, { offset(19) }>($($argument),*),
+            _ => contractions::<4, { count(6) }, { offset(9) }>($($argument),*),
         }
     };
 }
@@ -33,9 +28,6 @@ macro_rules! sized {
 impl Multipole {
     /// Returns the derivatives of force and torques with respect to the pose.
     pub fn jacobian(&self, pose: &Pose) -> Jacobian {
-        if let Some(general) = &self.general {
-            return general.jacobian(pose);
-        }
         let (spreads, scale) = self.scaled_spreads(pose);
         let s = series_jacobian(&spreads, &sized!(self.half(), &spreads, &(pose.separation / scale)));
         let rotations = [&pose.rotation_first, &pose.rotation_second];
@@ -59,9 +51,6 @@ impl Multipole {
 
     /// Returns the derivatives of force and torques with respect to the lengths of both bodies.
     pub fn shape_derivatives(&self, pose: &Pose) -> ShapeDerivatives {
-        if let Some(general) = &self.general {
-            return general.shape_derivatives(pose);
-        }
         let (spreads, scale) = self.scaled_spreads(pose);
         let c = sized!(self.half(), &spreads, &(pose.separation / scale));
         let rotations = [&pose.rotation_first, &pose.rotation_second];

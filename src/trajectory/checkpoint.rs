@@ -63,10 +63,10 @@ impl Checkpoint {
         }
         self.loads.iter().flatten().try_for_each(|load| require_finite("loads of a simulation", load))?;
         for rule in self.rules.iter().flatten() {
-            if !(rule.valid_from >= 0.0 && rule.valid_from.is_finite()) {
+            if !(rule.valid_from() >= 0.0 && rule.valid_from().is_finite()) {
                 return Err(Error::invalid(
                     "least separation of a rule",
-                    rule.valid_from,
+                    rule.valid_from(),
                     "a finite number from 0 on",
                 ));
             }

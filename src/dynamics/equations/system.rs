@@ -276,10 +276,6 @@ impl System {
         for part in self.bodies.iter().flat_map(Body::parts) {
             let Shape::Polyhedron(polyhedron) = &part.shape else { continue };
             polyhedron.check(interrupt)?;
-            if let Method::Multipole(degree) = self.settings.gravity {
-                // Two degrees more estimate the truncation error of the series.
-                polyhedron.monomial_means(degree + 2, interrupt)?;
-            }
         }
         Ok(())
     }

@@ -1,0 +1,362 @@
+//! The interaction of two bodies by their harmonic moments, exact outside their circumscribed spheres.
+//!
+//! With Schmidt's semi-normalised harmonics S_lm, a_lm and b_lm the means of S_lm over the bodies, and z along
+//! the line of the centres, the addition theorem gives
+//!
+//! ```text
+//! U = sum_m sum_l,l' (-1)^(l' + m) (l + l')! a_lm b_l'm / (w_lm w_l'm r^(l + l' + 1)),
+//! w_lm = sqrt((l - m)! (l + m)!).
+//! ```
+//!
+//! Both sets of moments are rotated to this line, so that an evaluation takes work of the third power of the
+//! degree. The radial force counts each term l + l' + 1 times, the torques follow from the generators of
+//! rotations, and the transverse force from the balance of the torques.
+
+mod choice;
+mod jacobian;
+mod line;
+mod moments;
+mod truncation;
+
+use super::{Interaction, Pose, ShapeDerivatives};
+use crate::error::Result;
+use crate::interrupt::InterruptCheck;
+use crate::math::exchange::Exchange;
+use crate::math::rotation::{turned, turned_back};
+use crate::math::{Mat3, Vec3};
+use crate::shape::Shape;
+use line::{Angle, Direction, LineMoments, Tables, orders};
+use moments::Moments;
+use pulp::{Arch, Simd, WithSimd};
+use std::sync::Arc;
+pub(crate) use truncation::Truncation;
+use truncation::{Needed, needed};
+
+/// The degree to which moments are computed first.
+pub(crate) const FIRST_DEGREE: usize = 12;
+
+/// The signs of the torque on the second body, whose moments are stored with the sign (-1)^(l + m).
+const SECOND: [f64; 3] = [-1.0, -1.0, 1.0];
+
+/// The expansion of one pair.
+#[derive(Debug, Clone)]
+pub(crate) struct Harmonic {
+    moments: [Moments; 2],
+    /// What the derivatives with respect to lengths need, where they have been requested.
+    lengths: Option<Box<Lengths>>,
+    tables: Arc<Tables>,
+    arch: Arch,
+}
+
+/// The derivatives of the moments of both bodies with respect to three semi-axes or to a scale. They are kept
+/// apart from the moments in use, on which they must have no influence.
+#[derive(Debug, Clone)]
+struct Lengths {
+    moments: [Moments; 2],
+    derivatives: [Vec<Vec<f64>>; 2],
+    truncation: Truncation,
+}
+
+impl Harmonic {
+    /// Prepares the expansion of two shapes, with moments up to these degrees.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Interrupted`].
+    pub fn new(
+        [first, second]: [&Shape; 2],
+        [degree, other]: [usize; 2],
+        arch: Arch,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Self> {
+        let moments = [
+            Moments::new(first, degree, arch, interrupt)?,
+            Moments::new(second, other, arch, interrupt)?,
+        ];
+        let tables = Arc::new(Tables::new(degree.max(other)));
+        Ok(Self { moments, lengths: None, tables, arch })
+    }
+
+    /// Returns the separation down to which the series converges: the sum of the radii of the spheres that
+    /// contain the polyhedra and the focal ellipses.
+    pub fn converges_from(&self) -> f64 {
+        self.moments.iter().map(|body| body.radius).sum()
+    }
+
+    /// Returns the degrees to which the moments are known.
+    pub fn known(&self) -> [usize; 2] {
+        [0, 1].map(|body| self.moments[body].degree())
+    }
+
+    /// Returns the truncation for all separations from one up: the lowest degrees that reach the tolerance
+    /// there. `None` where the highest degree does not suffice.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Interrupted`].
+    pub fn truncation(
+        &mut self,
+        distance: f64,
+        tolerance: f64,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<Option<Truncation>> {
+        loop {
+            let [first, second] = &self.moments;
+            match needed([first, second], distance, tolerance) {
+                Needed::Degrees(degrees) => {
+                    self.know(degrees, interrupt)?;
+                    return Ok(Some(Truncation::new(degrees, degrees[0] + degrees[1], distance)));
+                }
+                Needed::Moments(body) => {
+                    let known = self.moments[body].degree();
+                    let more = (known + known / 3).min(Exchange::MAX_DEGREE);
+                    self.moments[body] = self.moments[body].to_degree(more, self.arch, interrupt)?;
+                }
+                Needed::TooMany => return Ok(None),
+            }
+        }
+    }
+
+    /// Makes sure that moments and constants are known to these degrees.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Interrupted`].
+    pub fn know(&mut self, degrees: [usize; 2], interrupt: &mut InterruptCheck) -> Result<()> {
+        for (body, degree) in degrees.into_iter().enumerate() {
+            if self.moments[body].degree() < degree && !self.moments[body].is_point() {
+                self.moments[body] = self.moments[body].to_degree(degree, self.arch, interrupt)?;
+            }
+        }
+        self.know_tables(degrees);
+        Ok(())
+    }
+
+    fn know_tables(&mut self, degrees: [usize; 2]) {
+        let most = degrees[0].max(degrees[1]);
+        if self.tables.degree() < most {
+            self.tables = Arc::new(Tables::new(most));
+        }
+    }
+
+    /// Returns force and torques.
+    pub fn interaction(&self, truncation: &Truncation, pose: &Pose) -> Interaction {
+        let values = [0, 1].map(|body| self.moments[body].values.as_slice());
+        self.interaction_of(values, self.radii(), truncation, pose)
+    }
+
+    fn radii(&self) -> [f64; 2] {
+        [0, 1].map(|body| self.moments[body].radius)
+    }
+
+    /// Returns force and torques for other moments, in units of these radii.
+    fn interaction_of(
+        &self,
+        moments: [&[f64]; 2],
+        radii: [f64; 2],
+        truncation: &Truncation,
+        pose: &Pose,
+    ) -> Interaction {
+        let line = Line::new(pose);
+        let sums = self.sums(Request::Loads, moments, radii, truncation, &line);
+        line.interaction(&sums)
+    }
+
+    /// Returns the mutual potential U (positive) per unit G m m.
+    pub fn mutual_potential(&self, truncation: &Truncation, pose: &Pose) -> f64 {
+        let line = Line::new(pose);
+        let values = [0, 1].map(|body| self.moments[body].values.as_slice());
+        self.sums(Request::Energy, values, self.radii(), truncation, &line).energy / line.distance
+    }
+
+    /// Prepares [`Self::shape_derivatives`] for degrees in use.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Interrupted`].
+    pub fn know_lengths(&mut self, degrees: [usize; 2], interrupt: &mut InterruptCheck) -> Result<()> {
+        // The derivatives of a sphere's moments begin two degrees above its own.
+        let degrees = degrees.map(|degree| (degree + 2).min(Exchange::MAX_DEGREE));
+        if self.lengths.as_ref().is_some_and(|lengths| lengths.truncation.degrees == degrees) {
+            return Ok(());
+        }
+        let [first, second] = &self.moments;
+        let moments = [
+            first.to_degree(degrees[0], self.arch, interrupt)?,
+            second.to_degree(degrees[1], self.arch, interrupt)?,
+        ];
+        let derivatives = [0, 1].map(|body| moments[body].by_lengths(degrees[body], self.arch));
+        let truncation = Truncation::new(degrees, degrees[0] + degrees[1], 0.0);
+        self.lengths = Some(Box::new(Lengths { moments, derivatives, truncation }));
+        self.know_tables(degrees);
+        Ok(())
+    }
+
+    /// Returns the derivatives of force and torques with respect to the lengths of both bodies, after
+    /// [`Self::know_lengths`].
+    pub fn shape_derivatives(&self, pose: &Pose) -> ShapeDerivatives {
+        let mut out = ShapeDerivatives::none();
+        let Some(lengths) = &self.lengths else { return out };
+        let Lengths { moments, derivatives, truncation } = &**lengths;
+        for body in 0..2 {
+            let with = |changed: &Vec<f64>| {
+                let mut values = [0, 1].map(|k| moments[k].values.as_slice());
+                let mut radii = self.radii();
+                (values[body], radii[body]) = (changed, moments[body].circumradius);
+                self.interaction_of(values, radii, truncation, pose)
+            };
+            match derivatives[body].as_slice() {
+                [a, b, c] => out.axes[body] = [with(a), with(b), with(c)],
+                [scale] => out.scale[body] = with(scale),
+                _ => {}
+            }
+        }
+        out
+    }
+
+    /// Computes sums with arrays of the size that the degrees need.
+    fn sums(
+        &self,
+        request: Request,
+        moments: [&[f64]; 2],
+        radii: [f64; 2],
+        truncation: &Truncation,
+        line: &Line,
+    ) -> Sums {
+        let ratios = radii.map(|radius| radius / line.distance);
+        let task = Task { tables: &self.tables, request, moments, truncation, line, ratios };
+        match truncation.degrees[0].max(truncation.degrees[1]) {
+            ..=6 => self.arch.dispatch(Sized::<{ orders(6) }>(task)),
+            7..=20 => self.arch.dispatch(Sized::<{ orders(20) }>(task)),
+            21..=40 => self.arch.dispatch(Sized::<{ orders(40) }>(task)),
+            _ => self.arch.dispatch(Sized::<{ orders(Exchange::MAX_DEGREE) }>(task)),
+        }
+    }
+}
+
+/// What is computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Request {
+    Energy,
+    Loads,
+    Derivatives,
+}
+
+/// The sums over all terms along the line of the centres, in units of the separation. A dash marks the
+/// weights l + l' + 1, and two of them (l + l' + 1)(l + l' + 2).
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    energy: f64,
+    radial: f64,
+    torques: [Vec3; 2],
+    second_radial: f64,
+    torques_radial: [Vec3; 2],
+    /// The derivatives of the torque on the first body by its own rotation and by that of the second body,
+    /// and of the torque on the second body by its own.
+    by_rotation: [Mat3; 3],
+}
+
+/// The line of the centres: its length, its frame, and the bodies in it.
+#[derive(Debug, Clone, Copy)]
+struct Line {
+    distance: f64,
+    directions: [Direction; 2],
+    azimuth: Angle,
+    /// The axes of the line's frame in the inertial frame, as columns.
+    inertial: Mat3,
+    /// The rotations from the line's frame into those of the bodies.
+    bodies: [Mat3; 2],
+}
+
+impl Line {
+    #[inline]
+    fn new(pose: &Pose) -> Self {
+        let distance = pose.separation.norm();
+        let along = pose.separation / distance;
+        let rotations = [&pose.rotation_first, &pose.rotation_second];
+        let directions = rotations.map(|rotation| Direction::new(turned_back(rotation, &along)));
+        let [first, second] = [0, 1].map(|body| directions[body].axes.map(|axis| turned(rotations[body], &axis)));
+        let (cos, sin) = (first[0].dot(&second[0]), first[1].dot(&second[0]));
+        let size = cos.hypot(sin);
+        let azimuth = [cos / size, sin / size];
+        let [x, y, z] = directions[1].axes;
+        let of_second = [x * azimuth[0] - y * azimuth[1], x * azimuth[1] + y * azimuth[0], z];
+        Self {
+            distance,
+            directions,
+            azimuth,
+            inertial: Mat3::from_columns(&first),
+            bodies: [Mat3::from_columns(&directions[0].axes), Mat3::from_columns(&of_second)],
+        }
+    }
+
+    /// Returns the force on the second body in this frame, in units of the separation.
+    fn force(&self, sums: &Sums) -> Vec3 {
+        let torque = sums.torques[0] + sums.torques[1];
+        Vec3::new(-torque.y, torque.x, -sums.radial)
+    }
+
+    fn interaction(&self, sums: &Sums) -> Interaction {
+        let r = self.distance;
+        Interaction {
+            force_on_first: turned(&self.inertial, &self.force(sums)) / (-r * r),
+            torque_first: turned(&self.bodies[0], &sums.torques[0]) / r,
+            torque_second: turned(&self.bodies[1], &sums.torques[1]) / r,
+        }
+    }
+}
+
+struct Task<'a> {
+    tables: &'a Tables,
+    request: Request,
+    moments: [&'a [f64]; 2],
+    truncation: &'a Truncation,
+    line: &'a Line,
+    ratios: [f64; 2],
+}
+
+/// A task with arrays for so many orders.
+struct Sized<'a, const N: usize>(Task<'a>);
+
+impl<const N: usize> WithSimd for Sized<'_, N> {
+    type Output = Sums;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Sums {
+        let Task { tables, request, moments, truncation, line, ratios } = self.0;
+        let [plain, once, twice] = &truncation.factors;
+        let [first, second] = truncation.degrees;
+        let along = |body: usize, azimuth| {
+            let degree = truncation.degrees[body];
+            LineMoments::<N>::new(tables, moments[body], degree, ratios[body], &line.directions[body], azimuth)
+        };
+        let (a, b) = (along(0, None), along(1, Some(line.azimuth)));
+        let by_first = b.coupled(plain, first);
+        let mut sums = Sums { energy: a.dot(&by_first), ..Sums::default() };
+        if request == Request::Energy {
+            return sums;
+        }
+        let signs = Vec3::from(SECOND);
+        let by_second = a.coupled(plain, second);
+        let (turned_a, turned_b) = (a.rotated(), b.rotated());
+        sums.torques = [
+            LineMoments::torque(&turned_a, &by_first),
+            LineMoments::torque(&turned_b, &by_second).component_mul(&signs),
+        ];
+        sums.radial = sums.energy + a.weighted_dot(&by_first) + b.weighted_dot(&by_second);
+        if request == Request::Loads {
+            return sums;
+        }
+        let (radial_first, radial_second) = (b.coupled(once, first), a.coupled(once, second));
+        sums.second_radial = a.dot(&b.coupled(twice, first));
+        sums.torques_radial = [
+            LineMoments::torque(&turned_a, &radial_first),
+            LineMoments::torque(&turned_b, &radial_second).component_mul(&signs),
+        ];
+        for (axis, sign) in SECOND.into_iter().enumerate() {
+            let by_own = LineMoments::torque(&turned_a[axis].rotated(), &by_first);
+            let by_other = LineMoments::torque(&turned_a, &turned_b[axis].coupled(plain, first)) * sign;
+            let second = LineMoments::torque(&turned_b[axis].rotated(), &by_second);
+            for (block, column) in [by_own, by_other, second.component_mul(&signs) * sign].iter().enumerate() {
+                sums.by_rotation[block].set_column(axis, column);
+            }
+        }
+        sums
+    }
+}

@@ -1,0 +1,201 @@
+//! The harmonic moments of a shape, with their sizes in each degree.
+//!
+//! The moments are the means of the solid harmonics of [`crate::math::harmonics`] over the body, in units of
+//! the radius R of a sphere that contains the sources of its exterior field: a polyhedron, or the focal
+//! ellipse of an ellipsoid. The root mu_l of the sum of their squares in a degree does not change where the
+//! body is rotated, and is at most one.
+
+use crate::error::Result;
+use crate::interrupt::InterruptCheck;
+use crate::math::exchange::{derivative_by_x, derivative_by_y};
+use crate::math::harmonics::{WeightedHarmonics, count, place};
+use crate::math::Vec3;
+use crate::math::lanes::BLOCK;
+use crate::shape::{Ellipsoid, Shape};
+use gauss_quad::GaussLegendre;
+use pulp::Arch;
+use std::f64::consts::PI;
+use std::num::NonZeroUsize;
+use std::sync::Arc;
+
+/// The moments of a shape up to a degree.
+#[derive(Debug, Clone)]
+pub(super) struct Moments {
+    /// The moments, in the order of [`place`].
+    pub values: Arc<Vec<f64>>,
+    /// The sizes mu_l of the degrees.
+    pub sizes: Vec<f64>,
+    /// The radius R.
+    pub radius: f64,
+    /// The circumscribed radius, to which torques are relative.
+    pub circumradius: f64,
+    /// An upper bound of mu_l for all degrees above: an estimate from the last degrees of a body, and zero
+    /// for a point or a sphere.
+    pub tail: f64,
+    shape: Shape,
+}
+
+/// The number of degrees from whose largest moments those of higher degrees are estimated: two of them may
+/// vanish by symmetry, and the sizes of the others vary.
+const ENVELOPE: usize = 6;
+
+impl Moments {
+    /// Computes the moments of a shape up to a degree.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Interrupted`].
+    pub fn new(shape: &Shape, degree: usize, arch: Arch, interrupt: &mut InterruptCheck) -> Result<Self> {
+        let values = match shape {
+            Shape::Polyhedron(polyhedron) => polyhedron.harmonic_moments(degree, arch, interrupt)?,
+            Shape::Ellipsoid(ellipsoid) if !is_sphere(ellipsoid) => {
+                Arc::new(of_ellipsoid(ellipsoid, degree, arch))
+            }
+            _ => Arc::new(vec![1.0]),
+        };
+        let of = |l: usize| &values[l * l..count(l)];
+        let degrees = values.len().isqrt();
+        let sizes: Vec<f64> = (0..degrees).map(|l| of(l).iter().map(|m| m * m).sum::<f64>().sqrt()).collect();
+        let last = degrees.saturating_sub(ENVELOPE).max(1);
+        let tail = sizes[last.min(degrees)..].iter().fold(0.0, |a: f64, b| a.max(*b));
+        let (radius, circumradius) = (shape.focal_reach(), shape.circumradius());
+        Ok(Self { values, sizes, radius, circumradius, tail, shape: shape.clone() })
+    }
+
+    /// Returns the highest degree that is known.
+    pub fn degree(&self) -> usize {
+        self.sizes.len() - 1
+    }
+
+    /// Returns whether the shape attracts as a point.
+    pub fn is_point(&self) -> bool {
+        self.sizes.len() == 1
+    }
+
+    /// Returns the moments up to another degree.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Interrupted`].
+    pub fn to_degree(&self, degree: usize, arch: Arch, interrupt: &mut InterruptCheck) -> Result<Self> {
+        Self::new(&self.shape, degree, arch, interrupt)
+    }
+
+    /// Returns the derivatives of the moments up to a degree in units of the circumscribed radius: with
+    /// respect to the semi-axes of an ellipsoid, or to a factor of all lengths of a polyhedron.
+    pub fn by_lengths(&self, degree: usize, arch: Arch) -> Vec<Vec<f64>> {
+        match &self.shape {
+            Shape::Ellipsoid(ellipsoid) => Vec::from(by_semi_axes(ellipsoid, degree, arch)),
+            Shape::Polyhedron(_) => {
+                let degrees = (0..=self.degree()).flat_map(|l| std::iter::repeat_n(l as f64, 2 * l + 1));
+                vec![self.values.iter().zip(degrees).map(|(value, l)| value * l).collect()]
+            }
+            Shape::Point => Vec::new(),
+        }
+    }
+}
+
+fn is_sphere(ellipsoid: &Ellipsoid) -> bool {
+    let [a, b, c] = ellipsoid.semi_axes();
+    a == b && b == c
+}
+
+/// Points of an ellipsoid, in a unit near its size, with weights.
+#[derive(Debug, Default)]
+struct Points {
+    points: [Vec<f64>; 3],
+    weights: Vec<f64>,
+}
+
+impl Points {
+    fn push(&mut self, point: Vec3, weight: f64) {
+        self.points.iter_mut().zip(point.iter()).for_each(|(list, x)| list.push(*x));
+        self.weights.push(weight);
+    }
+
+    /// Returns the means of the harmonics up to a degree that do not vanish by the symmetry of an ellipsoid
+    /// in x, y and z; the others are zero.
+    fn means(mut self, degree: usize, arch: Arch, vanishes: impl Fn(usize, isize) -> bool) -> Vec<f64> {
+        let length = self.weights.len().next_multiple_of(BLOCK);
+        self.points.iter_mut().chain([&mut self.weights]).for_each(|list| list.resize(length, 0.0));
+        let mut sums = vec![0.0; count(degree)];
+        let ([x, y, z], weights) = (&self.points, &*self.weights);
+        arch.dispatch(WeightedHarmonics { points: [x, y, z], weights, degree, sums: &mut sums });
+        for (l, m) in all(degree) {
+            if vanishes(l, m) {
+                sums[place(l, m)] = 0.0;
+            }
+        }
+        sums
+    }
+}
+
+/// Iterates over degrees and orders.
+fn all(degree: usize) -> impl Iterator<Item = (usize, isize)> {
+    (0..=degree).flat_map(|l| (-(l as isize)..=l as isize).map(move |m| (l, m)))
+}
+
+/// Returns the nodes and weights of Gauss's rule for means over an interval from -1 to 1.
+fn gauss(count: usize) -> impl Iterator<Item = (f64, f64)> {
+    let rule = GaussLegendre::new(NonZeroUsize::new(count).unwrap_or(NonZeroUsize::MIN));
+    let nodes: Vec<_> = rule.nodes().zip(rule.weights()).map(|(&x, &weight)| (x, 0.5 * weight)).collect();
+    nodes.into_iter()
+}
+
+/// Iterates over equal angles: cosine and sine.
+fn angles(count: usize) -> impl Iterator<Item = (f64, f64)> {
+    (0..count).map(move |k| {
+        let (sin, cos) = (2.0 * PI * k as f64 / count as f64).sin_cos();
+        (cos, sin)
+    })
+}
+
+/// Returns whether the moments of an order vanish, since an ellipsoid is symmetric in x, y and z.
+fn vanishes(l: usize, m: isize) -> bool {
+    l % 2 == 1 || m < 0 || m % 2 == 1
+}
+
+/// Returns the moments of an ellipsoid: means over its focal ellipse with the density in proportion to
+/// t = sqrt(1 - rho^2), rho being one on its edge.
+fn of_ellipsoid(ellipsoid: &Ellipsoid, degree: usize, arch: Arch) -> Vec<f64> {
+    let [long, short] = ellipsoid.focal_axes();
+    let to_body = ellipsoid.canonical().transpose();
+    let mut nodes = Points::default();
+    for (x, weight) in gauss(degree / 2 + 2) {
+        let t = 0.5 * (1.0 + x);
+        let rho = (1.0 - t * t).sqrt();
+        for (cos, sin) in angles(degree + 2) {
+            let point = Vec3::new(rho * cos, rho * sin * (short / long), 0.0);
+            nodes.push(to_body * point, 3.0 * t * t * weight / (degree + 2) as f64);
+        }
+    }
+    nodes.means(degree, arch, vanishes)
+}
+
+/// Returns the derivatives of the moments of an ellipsoid with respect to its semi-axes: 3/(l + 3) times the
+/// means of u_k dS_lm/dx_k (A u) over the directions u.
+fn by_semi_axes(ellipsoid: &Ellipsoid, degree: usize, arch: Arch) -> [Vec<f64>; 3] {
+    let unit = 1.0 / ellipsoid.sorted()[0];
+    let axes = Vec3::from(ellipsoid.semi_axes()) * unit;
+    [0, 1, 2].map(|axis| {
+        let mut nodes = Points::default();
+        for (z, weight) in gauss(degree / 2 + 1) {
+            let ring = (1.0 - z * z).sqrt();
+            for (cos, sin) in angles(degree + 2) {
+                let u = Vec3::new(ring * cos, ring * sin, z);
+                nodes.push(axes.component_mul(&u), weight * u[axis] * unit / (degree + 2) as f64);
+            }
+        }
+        let lower = nodes.means(degree, arch, |_, _| false);
+        let mut derivatives = vec![0.0; count(degree)];
+        for (l, m) in all(degree).filter(|&(l, m)| l > 0 && !vanishes(l, m)) {
+            let along_z = (m.unsigned_abs() < l).then(|| (m, ((l * l) as f64 - (m * m) as f64).sqrt()));
+            let terms = match axis {
+                0 => derivative_by_x(l, m),
+                1 => derivative_by_y(l, m),
+                _ => [along_z, None],
+            };
+            let sum: f64 = terms.into_iter().flatten().map(|(n, factor)| factor * lower[place(l - 1, n)]).sum();
+            derivatives[place(l, m)] = sum * 3.0 / (l + 3) as f64;
+        }
+        derivatives
+    })
+}
