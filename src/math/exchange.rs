@@ -168,9 +168,10 @@ fn derivative_across(l: usize, m: isize, by_y: bool) -> [Option<(isize, f64)>; 2
         _ => 1.0,
     };
     let root = |product: usize| 0.5 * (product as f64).sqrt();
-    let lower = (order > 0).then(|| (order - 1, ratio(order, order - 1) * root((l + order) * (l + order - 1))));
-    let upper = (order + 1 < l)
-        .then(|| (order + 1, ratio(order, order + 1) * root((l - order) * (l - order - 1))));
+    let lower =
+        (order > 0).then(|| (order - 1, ratio(order, order - 1) * root((l + order) * (l + order - 1))));
+    let upper =
+        (order + 1 < l).then(|| (order + 1, ratio(order, order + 1) * root((l - order) * (l - order - 1))));
     // The derivative by y exchanges cosines and sines. For order zero the two terms are equal.
     let into_sine = sine != by_y;
     let (sign_lower, sign_upper) = match (by_y, sine) {

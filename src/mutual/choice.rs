@@ -44,8 +44,7 @@ impl Pair {
     pub fn recall(&mut self, memory: Option<&RuleMemory>, interrupt: &mut InterruptCheck) -> Result<()> {
         self.reset();
         let Some(memory) = memory else { return Ok(()) };
-        let unknown =
-            || Error::invalid("rule of a pair", format!("{memory:?}"), "one that a pair has had");
+        let unknown = || Error::invalid("rule of a pair", format!("{memory:?}"), "one that a pair has had");
         let (integrated, [gauss, angles], degree, valid_from) = match *memory {
             RuleMemory::Quadrature { integrated, order, degree, valid_from } => {
                 (integrated, order, degree, valid_from)

@@ -33,9 +33,8 @@ impl FromStr for Method {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self> {
-        let degree = |n: &str| {
-            n.parse().ok().filter(|n| (2..=Self::MAX_DEGREE).contains(n)).map(Self::Multipole)
-        };
+        let degree =
+            |n: &str| n.parse().ok().filter(|n| (2..=Self::MAX_DEGREE).contains(n)).map(Self::Multipole);
         let method = match text {
             "surface" => Some(Self::Surface),
             "focal" => Some(Self::Focal),

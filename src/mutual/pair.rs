@@ -1,8 +1,8 @@
 //! A pair of parts with a method, evaluated with the rule in use.
 
 use super::faces::Faces;
-use super::rule::{FacetedRules, GradientNodes, Kernel, NodeStore, Rule};
 use super::harmonic::{Harmonic, Truncation};
+use super::rule::{FacetedRules, GradientNodes, Kernel, NodeStore, Rule};
 use super::store::NodeKind;
 use super::{
     Balance, Interaction, Method, Multipole, PartGravity, Pose, Roles, faces, means, sampled, surface,

@@ -19,15 +19,12 @@ use crate::error::{Error, Result};
 use crate::interrupt::InterruptCheck;
 use crate::math::harmonics::{self, WeightedHarmonics};
 use crate::math::lanes::BLOCK;
-use crate::math::{Mat3, Vec3, monomials, triangle};
+use crate::math::{Mat3, Vec3, triangle};
 use pulp::Arch;
 use std::cell::Cell;
 use std::mem::discriminant;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// The highest degree of the monomials whose means are computed.
-const MOST_POWERS: usize = 18;
 
 /// A homogeneous polyhedron in its own frame: the origin in the centre of mass, the axes along the principal
 /// axes of inertia. Copies share their data.
@@ -54,8 +51,6 @@ struct Solid {
     checked: AtomicBool,
     /// The cached harmonic moments.
     moments: MomentCache,
-    /// The cached means of monomials.
-    monomials: MomentCache,
 }
 
 impl PartialEq for Polyhedron {
@@ -145,7 +140,6 @@ impl Polyhedron {
             vertices,
             checked: AtomicBool::new(false),
             moments: MomentCache::default(),
-            monomials: MomentCache::default(),
         };
         Ok(Self { solid: Arc::new(solid), scale: 1.0 })
     }
@@ -299,52 +293,6 @@ impl Polyhedron {
     ) -> Result<Arc<Vec<f64>>> {
         let key = (degree, self.scale.to_bits(), Some(discriminant(&arch)));
         cached_moments(&self.solid.moments, key, || self.moments_to(degree, arch, interrupt))
-    }
-
-    /// Returns the means over the solid of the monomials of x / circumradius up to a degree, in the order of
-    /// [`monomials::index`]. They are cached.
-    ///
-    /// # Errors
-    /// [`Error::Interrupted`].
-    #[doc(hidden)]
-    pub fn monomial_means(&self, degree: usize, interrupt: &mut InterruptCheck) -> Result<Arc<Vec<f64>>> {
-        let key = (degree, self.scale.to_bits(), None);
-        cached_moments(&self.solid.monomials, key, || self.means_to(degree, interrupt))
-    }
-
-    fn means_to(&self, degree: usize, interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
-        let unit = 1.0 / self.circumradius();
-        let rule = triangle::rule(degree / 2 + 1);
-        let mut means = vec![0.0; monomials::offset(degree + 1)];
-        let work = (1 + rule.len() * means.len() / 8) as u64;
-        for face in 0..self.faces().len() {
-            interrupt.charge(work, 0.0)?;
-            let [a, b, c] = self.corners(face).map(|v| v * unit);
-            let solid = 0.5 * a.dot(&b.cross(&c));
-            for node in &rule {
-                let [i, j, k] = node.shares;
-                let x = a * i + b * j + c * k;
-                let mut powers = [[1.0; 3]; MOST_POWERS + 1];
-                for n in 0..degree {
-                    powers[n + 1] = [0, 1, 2].map(|axis| powers[n][axis] * x[axis]);
-                }
-                let mut sums = means.iter_mut();
-                for d in 0..=degree {
-                    for ((i, j), sum) in monomials::exponents(d).zip(&mut sums) {
-                        *sum += node.weight * solid * powers[i][0] * powers[j][1] * powers[d - i - j][2];
-                    }
-                }
-            }
-        }
-        let volume = self.volume() * unit.powi(3);
-        for d in 0..=degree {
-            means[monomials::offset(d)..monomials::offset(d + 1)]
-                .iter_mut()
-                .for_each(|m| *m /= (d + 3) as f64 * volume);
-        }
-        // First moments vanish, since the origin is the centre of mass.
-        means.iter_mut().skip(1).take(3).for_each(|m| *m = 0.0);
-        Ok(means)
     }
 
     fn moments_to(&self, degree: usize, arch: Arch, interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {

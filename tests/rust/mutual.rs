@@ -433,8 +433,10 @@ fn methods_by_name() {
     for (text, method) in [
         ("surface", Method::Surface),
         ("focal", Method::Focal),
+        ("harmonic", Method::Harmonic),
         ("multipole:2", Method::Multipole(2)),
-        ("multipole:16", Method::Multipole(16)),
+        ("multipole:3", Method::Multipole(3)),
+        ("multipole:60", Method::Multipole(60)),
         ("point", Method::Point),
     ] {
         assert_eq!(text.parse::<Method>().unwrap(), method);
@@ -445,9 +447,9 @@ fn methods_by_name() {
         "Surface",
         "multipole",
         "multipole:",
-        "multipole:3",
+        "multipole:1",
         "multipole:0",
-        "multipole:18",
+        "multipole:61",
         "multipole:-2",
         "multipole:2.0",
         "points",

@@ -104,7 +104,7 @@ fn records_whose_arrays_differ_in_length() {
 
 #[test]
 fn degrees_of_the_series() {
-    for degree in [0, 3, 18] {
+    for degree in [0, 1, 61] {
         let settings = Settings { gravity: Method::Multipole(degree), ..Settings::default() };
         let body = Body::with_mass("A", Shape::Point, 1.0).unwrap();
         refused(System::new(vec![body], 1.0, settings), &format!("gravity is \"multipole:{degree}\""));

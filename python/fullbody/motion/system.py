@@ -62,14 +62,17 @@ class System(Tabled):
         Gravitational constant in the units of all other numbers. With ``units`` it is that of astropy by default.
     gravity : str
         The method: ``"focal"`` (the focal rule) and ``"surface"`` (the paper's integrals, Eqs. 2-4) are exact;
-        ``"multipole:N"`` is the mutual expansion to total degree N (even, 2 to 16), and ``"point"`` takes point masses.
+        ``"harmonic"`` is the series of harmonic moments, exact to the tolerance where the spheres around the bodies are
+        apart, which ``"focal"`` uses for polyhedra there; ``"multipole:N"`` is the series to the total degree N (2 to
+        60), and ``"point"`` takes point masses.
     gravity_tolerance : float
         The tolerance of the quadrature, relative to the force, and for the torque on a body relative to the force times
         its longest semi-axis; 1e-14 by default. In the worst case the error is three to four times as large. Rounding
         adds 2e-14 to either. The error of the energy by ``"surface"`` may be thirty times the tolerance if surfaces
         nearly touch. If the quadrature cannot reach the tolerance, :class:`NotConverged` is raised.
     order : (int, int), optional
-        A fixed order (n, m) of the quadrature instead of the tolerance, with n Gauss points and m angles.
+        A fixed order (n, m) of the quadrature instead of the tolerance, with n Gauss points and m angles; for
+        ``"harmonic"`` n is the degree.
     units : (length, time, mass) or bool, optional
         Names or astropy units; ``True`` for km, hour, kg. Results are then Quantities, and plain numbers are taken to
         be in these units. Text with a unit, such as ``"1 day"``, is accepted wherever a Quantity is.

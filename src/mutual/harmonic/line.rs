@@ -178,7 +178,8 @@ impl<const N: usize> LineMoments<N> {
     #[inline(always)]
     pub fn dot(&self, other: &Self) -> f64 {
         let size = orders(self.degree);
-        product_sum(&self.cos[..size], &other.cos[..size]) + product_sum(&self.sin[..size], &other.sin[..size])
+        product_sum(&self.cos[..size], &other.cos[..size])
+            + product_sum(&self.sin[..size], &other.sin[..size])
     }
 
     /// Returns the sum of the products of all moments, each times its degree.

@@ -68,10 +68,8 @@ impl Harmonic {
         arch: Arch,
         interrupt: &mut InterruptCheck,
     ) -> Result<Self> {
-        let moments = [
-            Moments::new(first, degree, arch, interrupt)?,
-            Moments::new(second, other, arch, interrupt)?,
-        ];
+        let moments =
+            [Moments::new(first, degree, arch, interrupt)?, Moments::new(second, other, arch, interrupt)?];
         let tables = Arc::new(Tables::new(degree.max(other)));
         Ok(Self { moments, lengths: None, tables, arch })
     }
@@ -271,7 +269,8 @@ impl Line {
         let along = pose.separation / distance;
         let rotations = [&pose.rotation_first, &pose.rotation_second];
         let directions = rotations.map(|rotation| Direction::new(turned_back(rotation, &along)));
-        let [first, second] = [0, 1].map(|body| directions[body].axes.map(|axis| turned(rotations[body], &axis)));
+        let [first, second] =
+            [0, 1].map(|body| directions[body].axes.map(|axis| turned(rotations[body], &axis)));
         let (cos, sin) = (first[0].dot(&second[0]), first[1].dot(&second[0]));
         let size = cos.hypot(sin);
         let azimuth = [cos / size, sin / size];
@@ -324,7 +323,14 @@ impl<const N: usize> WithSimd for Sized<'_, N> {
         let [first, second] = truncation.degrees;
         let along = |body: usize, azimuth| {
             let degree = truncation.degrees[body];
-            LineMoments::<N>::new(tables, moments[body], degree, ratios[body], &line.directions[body], azimuth)
+            LineMoments::<N>::new(
+                tables,
+                moments[body],
+                degree,
+                ratios[body],
+                &line.directions[body],
+                azimuth,
+            )
         };
         let (a, b) = (along(0, None), along(1, Some(line.azimuth)));
         let by_first = b.coupled(plain, first);
@@ -353,7 +359,8 @@ impl<const N: usize> WithSimd for Sized<'_, N> {
             let by_own = LineMoments::torque(&turned_a[axis].rotated(), &by_first);
             let by_other = LineMoments::torque(&turned_a, &turned_b[axis].coupled(plain, first)) * sign;
             let second = LineMoments::torque(&turned_b[axis].rotated(), &by_second);
-            for (block, column) in [by_own, by_other, second.component_mul(&signs) * sign].iter().enumerate() {
+            for (block, column) in [by_own, by_other, second.component_mul(&signs) * sign].iter().enumerate()
+            {
                 sums.by_rotation[block].set_column(axis, column);
             }
         }

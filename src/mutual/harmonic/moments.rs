@@ -7,9 +7,9 @@
 
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
+use crate::math::Vec3;
 use crate::math::exchange::{derivative_by_x, derivative_by_y};
 use crate::math::harmonics::{WeightedHarmonics, count, place};
-use crate::math::Vec3;
 use crate::math::lanes::BLOCK;
 use crate::shape::{Ellipsoid, Shape};
 use gauss_quad::GaussLegendre;
@@ -193,7 +193,8 @@ fn by_semi_axes(ellipsoid: &Ellipsoid, degree: usize, arch: Arch) -> [Vec<f64>; 
                 1 => derivative_by_y(l, m),
                 _ => [along_z, None],
             };
-            let sum: f64 = terms.into_iter().flatten().map(|(n, factor)| factor * lower[place(l - 1, n)]).sum();
+            let sum: f64 =
+                terms.into_iter().flatten().map(|(n, factor)| factor * lower[place(l - 1, n)]).sum();
             derivatives[place(l, m)] = sum * 3.0 / (l + 3) as f64;
         }
         derivatives

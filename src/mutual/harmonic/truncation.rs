@@ -71,12 +71,7 @@ pub(super) fn needed(bodies: [&Moments; 2], distance: f64, tolerance: f64) -> Ne
 
 /// Returns the sums of the bounds over all degrees of the other body, for each degree of the first and of the
 /// second body, and last for all degrees beyond those that are known. `None` where the spheres meet.
-fn sums(
-    bodies: [&Moments; 2],
-    [x, y]: [f64; 2],
-    arms: [f64; 2],
-    known: [usize; 2],
-) -> Option<[Vec<f64>; 2]> {
+fn sums(bodies: [&Moments; 2], [x, y]: [f64; 2], arms: [f64; 2], known: [usize; 2]) -> Option<[Vec<f64>; 2]> {
     /// The highest degree of the tails, and the size of a term beside a tail at which it ends.
     const BEYOND: usize = 600;
     const NEGLIGIBLE: f64 = 1e-3;
@@ -105,7 +100,10 @@ fn sums(
             out[1][m.min(known[1] + 1)] += bound;
             end = if m > known[1] { bound } else { 0.0 };
             let falling = y * (l + m + 1) as f64 / ((m + 1) as f64) < 0.9;
-            if m > known[1] && (bound == 0.0 || falling && bound < NEGLIGIBLE * out[1][known[1] + 1].max(f64::MIN_POSITIVE)) {
+            if m > known[1]
+                && (bound == 0.0
+                    || falling && bound < NEGLIGIBLE * out[1][known[1] + 1].max(f64::MIN_POSITIVE))
+            {
                 break;
             }
         }
