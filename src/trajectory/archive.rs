@@ -24,7 +24,7 @@ use crate::shape::Body;
 use serde::{Deserialize, Serialize};
 
 /// The number of the format that is written, and the only one that is read.
-pub const ARCHIVE_FORMAT: u32 = 1;
+pub const ARCHIVE_FORMAT: u32 = 2;
 
 const MAGIC: &[u8; 8] = b"FULLBODY";
 const HEADER: usize = 24;
@@ -47,7 +47,7 @@ pub struct SimulationDescription {
     pub integrator: Integrator,
 }
 
-/// The contents of format 1. A change of these fields, or of those of their types, makes a new format.
+/// The contents of format 2. A change of these fields, or of those of their types, makes a new format.
 #[derive(Serialize, Deserialize)]
 struct Contents {
     producer: String,

@@ -242,7 +242,7 @@ fn nodes_and_series_of_equal_shapes_are_made_once() {
 #[test]
 fn facets_and_layers_of_a_polyhedron_are_made_once() {
     let store = Arc::new(Store::default());
-    let (start, mut state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
+    let (start, mut state) = tumbling(Method::Surface, AttitudeChart::Quaternion);
     // Far enough for a layer.
     state = replaced(state, |[position, ..]| position[1] *= 2.0);
     let cuboid = || Shape::Polyhedron(crate::polyhedron::cuboid([-0.4, -0.3, -0.2], [0.8, 0.6, 0.4]));

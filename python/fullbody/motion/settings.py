@@ -19,10 +19,15 @@ def tolerance(value: Any) -> float:
         raise InvalidInput(f"gravity_tolerance is {value!r}; expected a number such as 1e-14") from error
 
 
-def quadrature_order(value: Any) -> tuple[int, int]:
-    """Return the order as two integers; the core checks their limits."""
+def quadrature_order(value: Any, gravity: str) -> tuple[int, int]:
+    """Return the order as two integers, which are equal for the harmonic series; the core checks their limits."""
+    if gravity == "harmonic" and (degree := integer(value)) is not None:
+        value = (degree, degree)
     numbers = [integer(part) for part in value] if isinstance(value, tuple | list) else []
     match numbers:
         case [int(gauss), int(angles)] if 0 <= gauss < 2**31 and 0 <= angles < 2**31:
             return gauss, angles
-    raise InvalidInput(f"order is {value!r}; expected (n, m), whole numbers: n Gauss points, m angles")
+    raise InvalidInput(
+        f"order is {value!r}; expected (n, m), whole numbers: n Gauss points, m angles; or one degree for "
+        "gravity='harmonic'"
+    )

@@ -70,9 +70,9 @@ class System(Tabled):
         its longest semi-axis; 1e-14 by default. In the worst case the error is three to four times as large. Rounding
         adds 2e-14 to either. The error of the energy by ``"surface"`` may be thirty times the tolerance if surfaces
         nearly touch. If the quadrature cannot reach the tolerance, :class:`NotConverged` is raised.
-    order : (int, int), optional
+    order : (int, int) or int, optional
         A fixed order (n, m) of the quadrature instead of the tolerance, with n Gauss points and m angles; for
-        ``"harmonic"`` n is the degree.
+        ``"harmonic"`` one degree, from 1 to 80.
     units : (length, time, mass) or bool, optional
         Names or astropy units; ``True`` for km, hour, kg. Results are then Quantities, and plain numbers are taken to
         be in these units. Text with a unit, such as ``"1 day"``, is accepted wherever a Quantity is.
@@ -112,7 +112,7 @@ class System(Tabled):
         *,
         gravity: str = "focal",
         gravity_tolerance: float | None = None,
-        order: tuple[int, int] | None = None,
+        order: tuple[int, int] | int | None = None,
         units: tuple[object, object, object] | bool | None = None,
         attitude_chart: Literal["quaternion", "tait_bryan"] = "quaternion",
         vector_path: Literal["auto", "portable", "avx2", "avx512", "neon", "simd128"] = "auto",
@@ -137,7 +137,7 @@ class System(Tabled):
         core = self._core_bodies()
         settings: dict[str, Any] = {
             "gravity": gravity,
-            "order": None if order is None else quadrature_order(order),
+            "order": None if order is None else quadrature_order(order, gravity),
             "attitude_chart": attitude_chart,
             "vector_path": vector_path,
         }

@@ -5,6 +5,7 @@ use super::state::State;
 use crate::error::{Error, Result, require_finite};
 use crate::forces::{Force, ForceModel};
 use crate::interrupt::InterruptCheck;
+use crate::math::exchange::Exchange;
 use crate::math::lanes::VectorPath;
 use crate::math::rotation;
 use crate::mutual::{LEAST_TOLERANCE, Link, Method, Pose, Store};
@@ -114,6 +115,19 @@ impl System {
         if !(tolerance > 0.0 && tolerance < 1.0) {
             return Err(Error::invalid("gravity_tolerance", tolerance, "a number between 0 and 1"));
         }
+        let series = settings.gravity == Method::Harmonic;
+        if let Some(order) = settings.order.filter(|_| series)
+            && !(order.gauss == order.angles && (1..=Exchange::MAX_DEGREE).contains(&order.gauss))
+        {
+            return Err(Error::invalid(
+                "order",
+                format!("({}, {})", order.gauss, order.angles),
+                format!(
+                    "one degree for both bodies, from 1 to {}, with gravity=\"harmonic\"",
+                    Exchange::MAX_DEGREE
+                ),
+            ));
+        }
         if let Some(order) = settings.order
             && !((1..=512).contains(&order.gauss) && (1..=1024).contains(&order.angles))
         {
@@ -125,7 +139,7 @@ impl System {
         }
         let faceted =
             bodies.iter().find(|b| b.parts().iter().any(|p| matches!(p.shape, Shape::Polyhedron(_))));
-        if let (Some(body), Some(order)) = (faceted, settings.order) {
+        if let (Some(body), Some(order)) = (faceted, settings.order.filter(|_| !series)) {
             let found = format!("({}, {})", order.gauss, order.angles);
             let expected =
                 format!("none beside {}, a polyhedron: gravity_tolerance chooses the rules", body.name);

@@ -44,7 +44,9 @@ impl Pair {
             Some(harmonic) => harmonic,
             None => self.new_series([FIRST_DEGREE; 2], interrupt)?,
         };
-        let from = harmonic.converges_from();
+        // The polynomials of a total degree in the semi-axes are defined wherever two ellipsoids are apart.
+        let has_faces = self.bodies.iter().any(|body| body.polyhedron().is_some());
+        let from = if total.is_some() && !has_faces { 0.0 } else { harmonic.converges_from() };
         let chosen = match (total, self.fixed) {
             _ if separation <= from => None,
             (Some(total), _) => {

@@ -187,15 +187,47 @@ impl<const N: usize> LineMoments<N> {
     pub fn weighted_dot(&self, other: &Self) -> f64 {
         let mut sum = 0.0;
         for m in 0..=self.degree {
-            let start = self.start(m);
-            let range = start..start + self.degree - m + 1;
-            let both = self.cos[range.clone()].iter().zip(&other.cos[range.clone()]);
-            let both = both.zip(self.sin[range.clone()].iter().zip(&other.sin[range]));
-            for (k, ((a, b), (c, d))) in both.enumerate() {
-                sum += (a * b + c * d) * (k + m) as f64;
-            }
+            let range = self.range(m);
+            let degrees = &WHOLE[m..];
+            sum += weighted_sum(&self.cos[range.clone()], &other.cos[range.clone()], degrees);
+            sum += weighted_sum(&self.sin[range.clone()], &other.sin[range], degrees);
         }
         sum
+    }
+
+    #[inline(always)]
+    fn range(&self, order: usize) -> std::ops::Range<usize> {
+        self.start(order)..self.start(order + 1)
+    }
+
+    /// Returns the torque on the body, from the derivative of the energy with respect to its moments: the
+    /// sums of the products of these and [`Self::rotated`].
+    #[inline(always)]
+    pub fn torque(&self, derivative: &Self) -> Vec3 {
+        let mut torque = Vec3::zeros();
+        for m in 0..=self.degree {
+            let here = self.range(m);
+            let (cos, sin) = (&derivative.cos[here.clone()], &derivative.sin[here.clone()]);
+            if m < self.degree {
+                let (above, weights) = (self.range(m + 1), &WHOLE[2 * m + 2..]);
+                let (cosines, sines) = (&self.cos[above.clone()], &self.sin[above]);
+                let factor = if m == 0 { FRAC_1_SQRT_2 } else { 0.5 };
+                let sum = |a: &[f64], b: &[f64]| factor * weighted_sum(&a[1..], b, weights);
+                torque.x += sum(cos, sines) - sum(sin, cosines);
+                torque.y -= sum(cos, cosines) + sum(sin, sines);
+            }
+            if m > 0 {
+                let (below, weights) = (self.range(m - 1), &WHOLE[1..]);
+                let (cosines, sines) = (&self.cos[below.clone()][1..], &self.sin[below][1..]);
+                let factor = if m == 1 { 0.5 * SQRT_2 } else { 0.5 };
+                let sum = |a: &[f64], b: &[f64]| weighted_sum(a, b, weights);
+                torque.x += 0.5 * sum(cos, sines) - factor * sum(sin, cosines);
+                torque.y += factor * sum(cos, cosines) + 0.5 * sum(sin, sines);
+                let turned = product_sum(sin, &self.cos[here.clone()]) - product_sum(cos, &self.sin[here]);
+                torque.z += m as f64 * turned;
+            }
+        }
+        torque
     }
 
     /// Returns the change of the moments by a rotation of the body about x, y and z, per angle.
@@ -238,12 +270,34 @@ impl<const N: usize> LineMoments<N> {
         }
         out
     }
+}
 
-    /// Returns the torque on the body, from the derivative of the energy with respect to its moments.
-    #[inline(always)]
-    pub fn torque(rotated: &[Self; 3], derivative: &Self) -> Vec3 {
-        Vec3::new(rotated[0].dot(derivative), rotated[1].dot(derivative), rotated[2].dot(derivative))
+/// The whole numbers as doubles.
+static WHOLE: [f64; 2 * Exchange::MAX_DEGREE + 3] = {
+    let mut numbers = [0.0; 2 * Exchange::MAX_DEGREE + 3];
+    let mut n = 0;
+    while n < numbers.len() {
+        numbers[n] = n as f64;
+        n += 1;
     }
+    numbers
+};
+
+/// Returns the sum of products with weights, in four sums side by side.
+#[inline(always)]
+fn weighted_sum(a: &[f64], b: &[f64], weights: &[f64]) -> f64 {
+    let size = a.len().min(b.len());
+    let weights = &weights[..size];
+    let ((a, a_rest), (b, b_rest), (w, w_rest)) =
+        (a[..size].as_chunks::<4>(), b[..size].as_chunks::<4>(), weights.as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    for ((a, b), w) in a.iter().zip(b).zip(w) {
+        for k in 0..4 {
+            sums[k] += a[k] * b[k] * w[k];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).zip(w_rest).map(|((a, b), w)| a * b * w).sum();
+    ((sums[0] + sums[2]) + (sums[1] + sums[3])) + rest
 }
 
 /// Returns the sum of products, in eight sums side by side.

@@ -340,25 +340,19 @@ impl<const N: usize> WithSimd for Sized<'_, N> {
         }
         let signs = Vec3::from(SECOND);
         let by_second = a.coupled(plain, second);
-        let (turned_a, turned_b) = (a.rotated(), b.rotated());
-        sums.torques = [
-            LineMoments::torque(&turned_a, &by_first),
-            LineMoments::torque(&turned_b, &by_second).component_mul(&signs),
-        ];
+        sums.torques = [a.torque(&by_first), b.torque(&by_second).component_mul(&signs)];
         sums.radial = sums.energy + a.weighted_dot(&by_first) + b.weighted_dot(&by_second);
         if request == Request::Loads {
             return sums;
         }
         let (radial_first, radial_second) = (b.coupled(once, first), a.coupled(once, second));
         sums.second_radial = a.dot(&b.coupled(twice, first));
-        sums.torques_radial = [
-            LineMoments::torque(&turned_a, &radial_first),
-            LineMoments::torque(&turned_b, &radial_second).component_mul(&signs),
-        ];
+        sums.torques_radial = [a.torque(&radial_first), b.torque(&radial_second).component_mul(&signs)];
+        let (turned_a, turned_b) = (a.rotated(), b.rotated());
         for (axis, sign) in SECOND.into_iter().enumerate() {
-            let by_own = LineMoments::torque(&turned_a[axis].rotated(), &by_first);
-            let by_other = LineMoments::torque(&turned_a, &turned_b[axis].coupled(plain, first)) * sign;
-            let second = LineMoments::torque(&turned_b[axis].rotated(), &by_second);
+            let by_own = turned_a[axis].torque(&by_first);
+            let by_other = a.torque(&turned_b[axis].coupled(plain, first)) * sign;
+            let second = turned_b[axis].torque(&by_second);
             for (block, column) in [by_own, by_other, second.component_mul(&signs) * sign].iter().enumerate()
             {
                 sums.by_rotation[block].set_column(axis, column);

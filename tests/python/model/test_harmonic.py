@@ -70,7 +70,7 @@ def test_a_fixed_order_is_a_truncated_series():
     rng = np.random.default_rng(5)
     bodies = [Body(rock(rng, 1.0), mass=2.0, name="A"), Body(rock(rng, 0.5), mass=0.3, name="B")]
     state = pose(rng, 3.0)
-    errors = [differences(bodies, state, 1e-14, order=(n, n))[0] for n in (2, 4, 8, 16)]
+    errors = [differences(bodies, state, 1e-14, order=n)[0] for n in (2, 4, 8, 16)]
     assert (np.diff(np.log10(errors)) < -0.5).all(), errors
     odd = System(bodies, G=1.0, gravity="multipole:3").interactions(state)
     even = [System(bodies, G=1.0, gravity=f"multipole:{n}").interactions(state) for n in (2, 4)]
@@ -111,8 +111,8 @@ def test_a_resumed_run_equals_the_unbroken_one_bit_for_bit(tmp_path):
     rng = np.random.default_rng(11)
     bodies = [Body(rock(rng, 1.0), mass=2.0, name="A"), Body(rock(rng, 0.4), mass=0.3, name="B")]
     system = System(bodies, G=1.0)
-    velocity = np.array([[0.0, 0.0, 0.0], [0.0, 0.55, 0.1]])
-    state = State([[0, 0, 0], [2.8, 0, 0]], velocity, spin=[[0, 0, 0.4], [0.1, 0, 0.2]])
+    velocity = np.array([[0.0, 0.0, 0.0], [0.0, 0.7, 0.1]])
+    state = State([[0, 0, 0], [3.5, 0, 0]], velocity, spin=[[0, 0, 0.4], [0.1, 0, 0.2]])
     unbroken = fullbody.Simulation(system, state)
     broken = fullbody.Simulation(system, state)
     for simulation in (unbroken, broken):

@@ -306,7 +306,7 @@ def test_a_file_of_another_format_is_refused_by_its_format(tmp_path):
     other[8] = 4
     (tmp_path / "other.sim").write_bytes(other)
     with pytest.raises(
-        fullbody.InvalidInput, match=r"other\.sim is not a readable simulation .* of format 4; expected format 1"
+        fullbody.InvalidInput, match=r"other\.sim is not a readable simulation .* of format 4; expected format 2"
     ):
         fullbody.Simulation.load(tmp_path / "other.sim")
     with pytest.raises(fullbody.InvalidInput, match=r"the file is a simulation; fullbody\.Simulation\.load reads it"):
