@@ -376,7 +376,7 @@ def test_two_polyhedra_of_one_size_keep_energy_whichever_is_integrated_over(dist
         spin=[[0.1, 0.2, 0.3], [0.3, 0.1, 0.0]],
     )
     integrator = fullbody.DormandPrince54(rtol=1e-11, atol=1e-11)
-    simulation = fullbody.Simulation(fullbody.System(bodies, G=1.0), start, integrator=integrator)
+    simulation = fullbody.Simulation(fullbody.System(bodies, G=1.0, gravity="surface"), start, integrator=integrator)
     integrated, drifts = [], []
     while simulation.time < 3.0:
         simulation.step()

@@ -1,0 +1,53 @@
+//! The derivatives of force and torques with respect to the lengths of both bodies by the harmonic series.
+
+use super::{Harmonic, Lengths, Truncation};
+use crate::error::Result;
+use crate::interrupt::InterruptCheck;
+use crate::math::exchange::Exchange;
+use crate::mutual::{Pose, ShapeDerivatives};
+
+impl Harmonic {
+    /// Prepares [`Self::shape_derivatives`] for degrees in use.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Interrupted`].
+    pub fn know_lengths(&mut self, degrees: [usize; 2], interrupt: &mut InterruptCheck) -> Result<()> {
+        // The derivatives of a sphere's moments begin two degrees above its own.
+        let degrees = degrees.map(|degree| (degree + 2).min(Exchange::MAX_DEGREE));
+        if self.lengths.as_ref().is_some_and(|lengths| lengths.truncation.degrees == degrees) {
+            return Ok(());
+        }
+        let [first, second] = &self.moments;
+        let moments = [
+            first.to_degree(degrees[0], self.arch, interrupt)?,
+            second.to_degree(degrees[1], self.arch, interrupt)?,
+        ];
+        let derivatives = [0, 1].map(|body| moments[body].by_lengths(degrees[body], self.arch));
+        let truncation = Truncation::new(degrees, degrees[0] + degrees[1], 0.0);
+        self.lengths = Some(Box::new(Lengths { moments, derivatives, truncation }));
+        self.know_tables(degrees);
+        Ok(())
+    }
+
+    /// Returns the derivatives of force and torques with respect to the lengths of both bodies, after
+    /// [`Self::know_lengths`].
+    pub fn shape_derivatives(&self, pose: &Pose) -> ShapeDerivatives {
+        let mut out = ShapeDerivatives::none();
+        let Some(lengths) = &self.lengths else { return out };
+        let Lengths { moments, derivatives, truncation } = &**lengths;
+        for body in 0..2 {
+            let with = |changed: &Vec<f64>| {
+                let mut values = [0, 1].map(|k| moments[k].values.as_slice());
+                let mut radii = self.radii();
+                (values[body], radii[body]) = (changed, moments[body].circumradius);
+                self.interaction_of(values, radii, truncation, pose)
+            };
+            match derivatives[body].as_slice() {
+                [a, b, c] => out.axes[body] = [with(a), with(b), with(c)],
+                [scale] => out.scale[body] = with(scale),
+                _ => {}
+            }
+        }
+        out
+    }
+}
