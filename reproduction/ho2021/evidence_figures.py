@@ -6,12 +6,12 @@ from textwrap import fill
 from typing import Any
 
 import numpy as np
-from fullbody import systems
 from fullbody.plots._style import LINES, grid, legend, matplotlib
 
 from . import paper, spin, symmetry
 from .drawing import SHAPES, figure
 from .results import Results
+from .starts import SKY
 
 __all__ = ["all_figures"]
 
@@ -124,7 +124,7 @@ def inclination(results: Results) -> Any:
         by.axhline(period, color=style["color"], **_PRINTED)
         note = f"printed, {shape}s: {period:.0f} h"
         by.annotate(note, (_POLAR, period), (0, 2), textcoords="offset points", ha="center", va="bottom", **_NOTE)
-    start = systems.ho2021.KW4_SKY["i"]
+    start = SKY["i"]
     by.axvline(start, color="0.4", linewidth=1.0)
     own.set_ylabel("inclination to the\nxy-plane [deg]")
     by.set_ylabel("period of the node [h]")

@@ -11,7 +11,7 @@ from fullbody import Component, KeplerElements, Run, State, binary, systems
 from fullbody.observables import libration, obliquity
 from scipy.spatial.transform import Rotation
 
-from .starts import normal, start, turned
+from .starts import ORBIT, normal, start, turned
 
 __all__ = ["FLAT", "HOURS", "PAPER", "TURNED", "Motion", "motions", "states"]
 
@@ -97,7 +97,7 @@ def _relaxed(system: Any, state: State) -> State:
 
 def _excited(system: Any, state: State) -> State:
     """An eccentric orbit and a Beta that starts off the line."""
-    orbit = KeplerElements(a=systems.ho2021.KW4_ORBIT["a"], e=_EXCITED_E, i=0.0, Omega=0.0, omega=0.0, M=0.0)
+    orbit = KeplerElements(a=ORBIT["a"], e=_EXCITED_E, i=0.0, Omega=0.0, omega=0.0, M=0.0)
     r, v = orbit.to_cartesian(system.mu())
     m = [body.mass for body in system.bodies]
     share = np.array([-m[1], m[0]])[:, None] / sum(m)

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from . import paper
 from .kw4 import spin_range
-from .starts import RATE, ahead, normal, start, turned
+from .starts import ORBIT, RATE, ahead, normal, start, turned
 
 __all__ = [
     "COARSE",
@@ -135,7 +135,7 @@ class Reading:
 def readings(best: tuple[float, float, float]) -> list[Reading]:
     """The stated start, the best orientation of Beta (phi, theta, psi in degrees), and slips that come to about it."""
     system, state = systems.kw4_ho2021()
-    hour = float(np.rad2deg(np.sqrt(system.mu() / systems.ho2021.KW4_ORBIT["a"] ** 3)))
+    hour = float(np.rad2deg(np.sqrt(system.mu() / ORBIT["a"] ** 3)))
     rate = float(np.rad2deg(RATE))
     later = system.integrate(state, 1.0, output=[1.0])[-1]
     found = {

@@ -9,10 +9,17 @@ import numpy.typing as npt
 from fullbody import KeplerElements, State, System, systems
 from scipy.spatial.transform import Rotation
 
-__all__ = ["RATE", "ahead", "normal", "start", "turned"]
+__all__ = ["ORBIT", "RATE", "SKY", "ahead", "normal", "start", "turned"]
 
-#: Beta's stated rate of spin, rad/h.
-RATE = systems.ho2021.KW4_SPINS[1]
+_PUBLISHED = systems.published("kw4_ho2021")
+#: Beta's stated rate of spin, rad/h, and its stated orbit: size and shape, and the angles in degrees.
+RATE = _PUBLISHED["spin of Beta"][2]
+ORBIT = {"a": _PUBLISHED["semi-major axis of Beta"], "e": _PUBLISHED["eccentricity of Beta"], "M": 0.0}
+SKY = {
+    "i": _PUBLISHED["inclination of Beta"],
+    "Omega": _PUBLISHED["ascending node of Beta"],
+    "omega": _PUBLISHED["argument of periapsis of Beta"],
+}
 
 
 def start(state: State, mu: float, *, spin: float | None = None, **elements: float) -> State:
@@ -21,7 +28,7 @@ def start(state: State, mu: float, *, spin: float | None = None, **elements: flo
     if spin is not None:
         changes["spin"] = [state.spin[0], [0.0, 0.0, spin]]
     if elements:
-        orbit = {**systems.ho2021.KW4_ORBIT, **{n: np.deg2rad(x) for n, x in systems.ho2021.KW4_SKY.items()}}
+        orbit = {**ORBIT, **{name: np.deg2rad(angle) for name, angle in SKY.items()}}
         orbit.update({name: np.deg2rad(value) for name, value in elements.items()})
         r, v = KeplerElements(**orbit).to_cartesian(mu)
         changes["position"], changes["velocity"] = [state.position[0], r], [state.velocity[0], v]

@@ -12,6 +12,7 @@ from .findings import sine_growth
 from .judging import Judge, Verdict
 from .physical import FLAT, PAPER, TURNED
 from .results import Results
+from .starts import RATE
 
 __all__ = ["judge"]
 
@@ -155,7 +156,7 @@ def _spin(j: Judge, r: Results) -> None:
     text = f"x [{x[0]:.2f}, {x[1]:.2f}], y [{y[0]:.2f}, {y[1]:.2f}]"
     j.within("kw4.spheroid.spin_xy", text, ratio, 0.9, 1.1, "times the amplitude in x", why=why)
     system, _ = systems.kw4_ho2021()
-    rotation, revolution = 2 * math.pi / systems.ho2021.KW4_SPINS[1], 2 * math.pi * math.sqrt(2.548**3 / system.mu())
+    rotation, revolution = 2 * math.pi / RATE, 2 * math.pi * math.sqrt(2.548**3 / system.mu())
     apart = 100 * abs(rotation / revolution - 1)
     ours = f"{rotation:.2f} and {revolution:.2f} h at the start"
     j.within("kw4.equal_periods", ours, apart, high=0.5, unit="% apart")

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from fullbody import Body, Ellipsoid, SymplecticSplitting, System, Verner98, systems
 
 from . import kw4, paper
-from .starts import start
+from .starts import SKY, start
 
 __all__ = ["G_HELP", "G_RUN", "NODAL_HOURS", "Nodal", "Way", "nodal", "six_ways", "with_g", "with_printed_axes"]
 
@@ -90,7 +90,7 @@ class Nodal:
     @property
     def stated(self) -> float:
         """At the stated inclination."""
-        return float(self.period[self.inclination == systems.ho2021.KW4_SKY["i"]][0])
+        return float(self.period[self.inclination == SKY["i"]][0])
 
     @property
     def least(self) -> float:

@@ -8,7 +8,7 @@ from html.parser import HTMLParser
 import fullbody
 import pytest
 
-from reproduction.ho2021 import kw4_year, page, paper
+from reproduction.ho2021 import kw4_year, page, paper, starts
 from reproduction.ho2021.__main__ import main as report
 from reproduction.ho2021.page import write_report
 from reproduction.typesetting import typeset
@@ -59,7 +59,7 @@ def test_the_mean_periods_are_run_with_both_values_of_g(draft, numbers):
         assert f"{other:.4f}" == f"{said.period:.4f}" != f"{ours:.4f}"
         stated, _ = fullbody.systems.kw4_ho2021(shape)
         system = fullbody.System(stated.bodies, G=6.674e-11 * 1e-9 * 3600**2)
-        angles = {name: angle * 3.141592653589793 / 180 for name, angle in fullbody.systems.ho2021.KW4_SKY.items()}
+        angles = {name: angle * 3.141592653589793 / 180 for name, angle in starts.SKY.items()}
         r, v = fullbody.KeplerElements(a=2.548, e=0.0004, M=0.0, **angles).to_cartesian(system.mu())
         _, start = fullbody.systems.kw4_ho2021(shape)
         start = start.replace(position=[[0, 0, 0], r], velocity=[[0, 0, 0], v])

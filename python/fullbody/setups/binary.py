@@ -39,6 +39,7 @@ def binary(
     semi_major_axis: Any = None,
     eccentricity: float = 0.0,
     elements: Literal["osculating", "mean"] | None = None,
+    start_period: Any = None,
     argument_of_periapsis: Any = 0.0,
     mean_anomaly: Any = 0.0,
     pole: tuple[Any, Any] | None = None,
@@ -74,6 +75,9 @@ def binary(
         Whether the orbit has the given mean period in the bodies' actual attraction (``"mean"``), or the start is that
         of the Kepler orbit (``"osculating"``); see the notes. The default is ``"mean"`` if a period is given, since
         observed periods are means, and ``"osculating"`` for a semi-major axis alone.
+    start_period : float or Quantity, optional
+        The period for which a start of mean elements is made, as an earlier search found it (see the notes): the search
+        is left out.
     argument_of_periapsis, mean_anomaly : float or Quantity
         The angles at the start; the former is measured from the ascending node.
     pole : (longitude, latitude), optional
@@ -134,13 +138,13 @@ def binary(
     acceleration that the bodies have at the distance a (in their initial attitudes, or the mean over a turn of a
     primary that is not synchronous). If the period is given, the remaining difference (by eccentricity, tilted
     equators, a secondary that librates) is measured in integrations over 16 revolutions, up to 64 for a locked body
-    that librates slowly, and removed. The mean sidereal period (see :func:`fullbody.observables.mutual_period`) of the
-    run's first 16 (to 64) revolutions is then ``period`` to 1e-6, and the distance may differ a little from a published
-    semi-major axis. The means over the first 32 and 64 (to 128 and 256) revolutions are compared with it. If one
-    differs by more than 1e-4 there is a warning that the mean does not last, as for a body that tumbles or librates
-    irregularly, which elongated bodies do on orbits of some eccentricity. Later revolutions are not measured; neither
-    are spheres and points, whose orbits are Kepler orbits. All this takes some tenths of a second with the exact
-    methods and with short series.
+    that librates slowly, and removed: the start is made for a period that differs a little, ``start_period``. The mean
+    sidereal period (see :func:`fullbody.observables.mutual_period`) of the run's first 16 (to 64) revolutions is then
+    ``period`` to 1e-6, and the distance may differ a little from a published semi-major axis. The means over the first
+    32 and 64 (to 128 and 256) revolutions are compared with it. If one differs by more than 1e-4 there is a warning
+    that the mean does not last, as for a body that tumbles or librates irregularly, which elongated bodies do on orbits
+    of some eccentricity. Later revolutions are not measured; neither are spheres and points, whose orbits are Kepler
+    orbits. All this takes some tenths of a second with the exact methods and with short series.
 
     Examples
     --------
@@ -159,8 +163,10 @@ def binary(
     _refuse_choices(components, at_rest, elements, options)
     if elements is None:
         elements = "osculating" if period is None else "mean"
+    if start_period is not None and (elements != "mean" or period is None):
+        raise InvalidInput(f"start_period is {start_period!r}; expected it beside a period of mean elements only")
     swing = _libration(secondary, synchronous, libration)
-    convert, gravity = _units_and_gravity(units, G, (total_mass, period, semi_major_axis), components)
+    convert, gravity = _units_and_gravity(units, G, (total_mass, period, start_period, semi_major_axis), components)
     orbit = Orbit.published(eccentricity, pole, argument_of_periapsis, mean_anomaly)
     known = known_from(convert, gravity, components, total_mass, mass_ratio, equal_density, period, semi_major_axis)
     warn_above = _tolerance(mismatch_warning, "mismatch_warning")
@@ -171,7 +177,8 @@ def binary(
     start = Start.of(system, components, found, orbit, swing if synchronous else None, at_rest)
     start.refuse_overlap(system, start.separation)
     if elements == "mean":
-        plain, warning = _remembered(system, known, found, start)
+        made_for = None if start_period is None else convert.number(start_period, "time", "start_period")
+        plain, warning = _remembered(system, known, found, start, made_for)
         start.refuse_overlap(system, plain.position[1] - plain.position[0])
     else:
         plain, warning = _osculating(system, found, start, warn_above)
@@ -255,13 +262,15 @@ def _bodies(components: tuple[Component, Component], masses: tuple[float, float]
     return bodies
 
 
-def _remembered(system: System, known: Known, found: Found, start: Start) -> tuple[State, str | None]:
+def _remembered(
+    system: System, known: Known, found: Found, start: Start, start_period: float | None
+) -> tuple[State, str | None]:
     """Cache the result of :func:`_mean`, which takes tenths of a second, for equal arguments."""
     try:
-        packed = pickle.dumps((system, known, found, start))
+        packed = pickle.dumps((system, known, found, start, start_period))
     except (pickle.PicklingError, AttributeError, TypeError):
         # A force may be a function that has no name.
-        return _mean(system, known, found, start)
+        return _mean(system, known, found, start, start_period)
     return _of_packed(packed)
 
 
@@ -270,7 +279,9 @@ def _of_packed(packed: bytes) -> tuple[State, str | None]:
     return _mean(*pickle.loads(packed))
 
 
-def _mean(system: System, known: Known, found: Found, start: Start) -> tuple[State, str | None]:
+def _mean(
+    system: System, known: Known, found: Found, start: Start, start_period: float | None
+) -> tuple[State, str | None]:
     """Return a start in the bodies' actual attraction, and a warning if it does not keep its mean period."""
     if known.period is None:
         circle, mu = circular_orbit(system, found, start, keep="semi_major_axis")
@@ -280,6 +291,8 @@ def _mean(system: System, known: Known, found: Found, start: Start) -> tuple[Sta
         circle, mu = circular_orbit(system, replace(found, period=period), start, keep="period")
         return start.state(circle.semi_major_axis, mu, found.period)
 
+    if start_period is not None:
+        return made_for(start_period), None
     return start_with_period(system, found.period, made_for, start.locked)
 
 

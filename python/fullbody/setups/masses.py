@@ -76,9 +76,7 @@ def known_from(
     for place, component in enumerate(components):
         called = component.name if component.name is not None else f"body {place}"
         if isinstance(component.shape, Composite):
-            if equal_density:
-                raise InvalidInput(f"equal_density is given, and {called} is a composite; expected mass_ratio")
-            volume = np.nan
+            volume = _volume(component.shape, convert, called) if equal_density else np.nan
         else:
             volume = Body(component.shape, density=1.0, name=component.name)._core(convert, 0).volume
         density = plain(component.density, "density", f"density of {called}")
@@ -97,6 +95,17 @@ def known_from(
         plain(period, "time", "period"),
         plain(semi_major_axis, "length", "semi_major_axis"),
     )
+
+
+def _volume(composite: Composite, convert: Units, called: str) -> float:
+    """Return the sum of the volumes of the parts of a composite, which all have one density."""
+    densities = {part.density for part in composite.parts}
+    if None in densities or len(densities) > 1:
+        raise InvalidInput(
+            f"equal_density is given, and {called} is a composite of parts without one density; expected mass_ratio"
+        )
+    mass = Body(composite)._core(convert, 0).mass
+    return float(mass / scalar(convert.strip(densities.pop(), "density", "density"), "density"))
 
 
 def _positive(number: float, value: Any, what: str) -> float:

@@ -63,40 +63,28 @@ from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
-from ..base.arguments import name_of
 from ..base.atomic import as_path, check_suffix, content
 from ..base.units import Units
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..files.netcdf import SUFFIXES
-from ..model.bodies import Body
-from ..model.composite import Composite, Part
-from ..model.force import Force
-from ..model.polyhedron import Polyhedron
-from ..model.shapes import Ellipsoid, PointMass, Solid, Sphere
 from ..model.state import State
 from ..motion.run import Run
 from ..motion.system import System
 from ..record import integrators
-from .toml_forces import ELEMENTS, elements, force
+from .binary import binary
+from .toml_bodies import body, pair
+from .toml_forces import force
+from .toml_published import METADATA, replaced, with_unit
+from .toml_state import state_of
 from .toml_table import Table
 
-__all__ = ["Configuration", "read_toml"]
+__all__ = ["Configuration", "build", "read_toml", "toml_content"]
 
 _RUN = ("until", "output", "start", "origin", "file")
-#: The keys that describe a shape with a mass.
-_SOLID = ("semi_axes", "radius", "point", "polyhedron", "mass", "density")
-_PART = (*_SOLID, "position", "angles", "attitude")
-_BODY = (
-    *("name", *_SOLID, "part"),
-    *("position", "velocity", "orbit", "angles", "attitude", "spin", "rotation_period"),
-)
+_TOP = ("system", "body", "binary", "forces", "integrator", "run")
 #: The choices of ``origin``, the default first.
 _INTEGRATORS = tuple(sorted(integrators.__all__, key=lambda name: name != "Verner98"))
-_Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -170,15 +158,16 @@ def read_toml(path: Any) -> Configuration:
         If there is no such file.
     """
     path = as_path(path)
-    top = Table(path, "", _content(path), Units())
-    top.only("system", "body", "forces", "integrator", "run")
+    top = Table(path, "", {}, Units())
+    with top.naming(""):
+        top.content = {
+            key: replaced(item, with_unit) for key, item in toml_content(path).items() if key not in METADATA
+        }
+    top.only(*_TOP)
     top.units = _units(top.table("system"))
-    run, rows = top.table("run").only(*_RUN), top.tables("body")
-    bodies = [_body(row) for row in rows]
-    integrator = _integrator(top.table("integrator", required=False))
-    forces = [force(row) for row in top.tables("forces")] if "forces" in top else []
-    system = _system(top.table("system"), bodies, forces)
-    state = _state(run, system, rows)
+    run, integrator = top.table("run").only(*_RUN), _integrator(top.table("integrator", required=False))
+    with top.naming("binary" if "binary" in top else "system"):
+        system, state = build(top, {"units": top.units.names})
     attach = top.units.attach
     return Configuration(
         path,
@@ -191,7 +180,40 @@ def read_toml(path: Any) -> Configuration:
     )
 
 
-def _content(path: Path) -> dict[str, Any]:
+def build(top: Table, options: dict[str, Any], planar: bool = False) -> tuple[System, State]:
+    """Make the system and the state of a file.
+
+    Parameters
+    ----------
+    top
+        The whole file, with the units of its plain numbers.
+    options
+        Options of :class:`fullbody.System`, which have priority over those of the file; ``G`` or ``units`` is one.
+    planar
+        Whether the orbit of a binary is to be in the xy-plane with its node on the x-axis, whatever its pole is.
+    """
+    table, rows = top.table("system"), top.tables("body")
+    known = [name for name in inspect.signature(System).parameters if name not in ("bodies", "forces")]
+    options = {**table.only(*known).content, **options}
+    if isinstance(options.get("order"), list):
+        options["order"] = tuple(options["order"])
+    if "G" in table:
+        options["G"] = table.number("G", "G")
+    if "forces" in top:
+        options["forces"] = [*(force(row) for row in top.tables("forces")), *options.get("forces", ())]
+    G = options.get("G")
+    gravity = top.units.gravitational_constant if G is None and top.units.known else (G or 0.0)
+    if "binary" in top:
+        arguments = pair(top.table("binary"), rows, gravity)
+        if planar:
+            arguments["pole"] = None
+        return binary(**arguments, **{**options, "G": gravity})
+    system = System([body(row, gravity) for row in rows], **options)
+    return system, state_of(top.table("run", required=False), system, rows)
+
+
+def toml_content(path: Path) -> dict[str, Any]:
+    """Return the contents of a file of TOML."""
     if not path.exists():
         raise FileNotFoundError(f"no file {path}")
     if path.is_dir():
@@ -235,71 +257,6 @@ def _file(run: Table) -> str:
     return name
 
 
-def _body(table: Table) -> Body:
-    table.only(*_BODY)
-    if "part" in table:
-        return _composite(table)
-    shape = _shape(table)
-    masses = [key for key in ("mass", "density") if key in table]
-    values = {key: table.number(key, key) for key in masses}
-    name = _name(table)
-    with table.naming(masses[0] if len(masses) == 1 else ""):
-        return Body(shape, name=name, **values)
-
-
-def _name(table: Table) -> str | None:
-    """Return the name of a body, or ``None`` if it has none."""
-    with table.naming("name"):
-        return name_of(table.text("name") if "name" in table else None)
-
-
-def _composite(table: Table) -> Body:
-    """Make a body of several parts, each of which has its own table."""
-    for key in _SOLID:
-        if key in table:
-            raise table.fault(key, "is given beside [[body.part]]; expected it in the parts")
-    rows = table.tables("part")
-    parts = []
-    for row in rows:
-        row.only(*_PART)
-        shape = _shape(row)
-        masses = {key: row.number(key, key) for key in ("mass", "density") if key in row}
-        position = row.vector("position", "length", 3) if "position" in row else None
-        with row.naming(""):
-            parts.append(Part(shape, position=position, attitude=_attitude(row), **masses))
-    name = _name(table)
-    with table.naming("part"):
-        return Body(Composite(parts), name=name)
-
-
-def _shape(table: Table) -> Solid:
-    key = table.one_of("semi_axes", "radius", "point", "polyhedron")
-    if key is None:
-        raise table.fault("", "has none of semi_axes, radius, point, polyhedron; expected one of them")
-    if key == "polyhedron":
-        return _polyhedron(table)
-    with table.naming(key):
-        if key == "semi_axes":
-            return Ellipsoid(*map(float, table.vector(key, "length", 3)))
-        if key == "radius":
-            return Sphere(table.number(key, "length"))
-        if table.content[key] is not True:
-            raise table.fault(key, f"is {table.content[key]!r}; expected true")
-        return PointMass()
-
-
-def _polyhedron(table: Table) -> Polyhedron:
-    """Make a polyhedron, in the system's units, from a file beside this one or from the table itself."""
-    if isinstance(table.content["polyhedron"], str):
-        with table.naming("polyhedron"):
-            return Polyhedron.load(table.path.parent / table.text("polyhedron"))
-    mesh = table.table("polyhedron").only("vertices", "faces")
-    faces = mesh.take("faces", "lists of three whole numbers")
-    mesh.take("vertices", "lists of three numbers")
-    with mesh.naming(""):
-        return Polyhedron(np.array(mesh.array("vertices", "length")), faces)
-
-
 def _integrator(table: Table) -> Any:
     kind = getattr(integrators, table.choice("name", _INTEGRATORS))
     known = fields(kind)
@@ -312,86 +269,3 @@ def _integrator(table: Table) -> Any:
         settings["step"] = table.units.attach(table.number("step", "time"), "time")
     with table.naming(""):
         return kind(**settings)
-
-
-def _system(table: Table, bodies: list[Body], forces: list[Force]) -> System:
-    known = [name for name in inspect.signature(System).parameters if name not in ("bodies", "forces")]
-    options = dict(table.only(*known).content)
-    if isinstance(options.get("order"), list):
-        options["order"] = tuple(options["order"])
-    if "G" in table:
-        options["G"] = table.number("G", "G")
-    with table.naming(""):
-        return System(bodies, forces=forces, **{**options, "units": table.units.names})
-
-
-def _state(run: Table, system: System, rows: list[Table]) -> State:
-    count = len(rows)
-    position, velocity, spin = np.zeros((3, count, 3))
-    attitude = np.zeros((count, 4))
-    for k, row in enumerate(rows):
-        position[k], velocity[k] = _motion(row, system, position[:k], velocity[:k])
-        attitude[k] = _attitude(row)
-        spin[k] = _spin(row)
-    if run.choice("origin", ("given", "barycentre")) == "barycentre":
-        weights = system._masses / system._masses.sum()
-        position, velocity = position - weights @ position, velocity - weights @ velocity
-    start = run.number("start", "time") if "start" in run else 0.0
-    attach = run.units.attach
-    with run.naming(""):
-        state = State(
-            position=attach(position, "length"),
-            velocity=attach(velocity, "velocity"),
-            attitude=attitude,
-            spin=attach(spin, "spin"),
-            time=attach(start, "time"),
-        )
-    return state._named(system.names)
-
-
-def _motion(table: Table, system: System, position: _Array, velocity: _Array) -> tuple[_Array, _Array]:
-    """Return a body's position and velocity, given those of the bodies above it."""
-    k = len(position)
-    given = [key for key in ("position", "velocity", "orbit") if key in table]
-    if "orbit" not in given:
-        if k > 0 and "position" not in given:
-            raise table.fault("", "has no position and no orbit; expected one of them")
-        return (
-            table.vector("position", "length", 3) if "position" in given else np.zeros(3),
-            table.vector("velocity", "velocity", 3) if "velocity" in given else np.zeros(3),
-        )
-    if len(given) > 1:
-        raise table.fault("", f"has {' and '.join(given)}; expected an orbit, or position and velocity")
-    orbit = table.table("orbit").only("about", *ELEMENTS)
-    about = orbit.text("about", "the name of a body above this one")
-    above = system.names[:k]
-    if above.count(about) != 1:
-        raise orbit.fault("about", f"is {about!r}; expected the name of one body above this one: {', '.join(above)}")
-    shape, j = elements(orbit), above.index(about)
-    with orbit.naming(""):
-        mu = float(table.units.strip(system.mu(j, k), "mu", "mu"))
-        r, v = shape.to_cartesian(mu)
-    return position[j] + r, velocity[j] + v
-
-
-def _attitude(table: Table) -> _Array:
-    if table.one_of("attitude", "angles") == "attitude":
-        value = table.vector("attitude", None, 4)
-        if not value.any():
-            raise table.fault("attitude", "is zero; expected a quaternion [w, x, y, z]")
-        return value
-    angles = table.vector("angles", "angle", 3) if "angles" in table else np.zeros(3)
-    zero = np.zeros((1, 3))
-    return np.asarray(State.from_tait_bryan(zero, zero, angles[None]).attitude[0])
-
-
-def _spin(table: Table) -> _Array:
-    match table.one_of("spin", "rotation_period"):
-        case "spin":
-            return table.vector("spin", "spin", 3)
-        case "rotation_period":
-            period = table.number("rotation_period", "time")
-            if period == 0.0:
-                raise table.fault("rotation_period", "is 0; expected a time, negative for a retrograde spin")
-            return np.array([0.0, 0.0, 2.0 * np.pi / period])
-    return np.zeros(3)

@@ -5,6 +5,9 @@ passed on; ``epoch=`` is accepted if the published numbers have no epoch of thei
 published numbers of a system with their uncertainties and sources, the further assumptions, and the names of numbers
 that could not be read in the source itself.
 
+Each system is a file of TOML, as :func:`fullbody.read_toml` reads, in the folder of this module: functions, signatures
+and documentation follow from the files.
+
 =========================== ===========================================================================================
 :func:`kw4`                 (66391) 1999 KW4, prograde and synchronous
 :func:`kw4_ho2021`          the same as Ho et al. (2021) start it
@@ -29,15 +32,24 @@ Examples
 '2008-02-13T00:00:00 TT'
 """
 
+from typing import TYPE_CHECKING
+
+from ._functions import Ready, function
 from ._published import Published, Value, published
-from .antiope import antiope
-from .didymos import didymos, didymos_after_dart
-from .dinkinesh import dinkinesh
-from .fg3 import fg3_1996
-from .ho2021 import case1, case2, kw4, kw4_ho2021
-from .patroclus import patroclus_menoetius
-from .pluto import pluto_charon
-from .sn263 import sn263_2001
+
+if TYPE_CHECKING:
+    antiope: Ready
+    case1: Ready
+    case2: Ready
+    didymos: Ready
+    didymos_after_dart: Ready
+    dinkinesh: Ready
+    fg3_1996: Ready
+    kw4: Ready
+    kw4_ho2021: Ready
+    patroclus_menoetius: Ready
+    pluto_charon: Ready
+    sn263_2001: Ready
 
 __all__ = [
     "Published",
@@ -56,3 +68,15 @@ __all__ = [
     "published",
     "sn263_2001",
 ]
+
+
+def __getattr__(name: str) -> Ready:
+    """Make the function of a system when it is first used, since each is read from a file."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = made = function(name)
+    return made
+
+
+def __dir__() -> list[str]:
+    return __all__

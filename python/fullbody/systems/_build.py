@@ -1,40 +1,97 @@
-"""Construction of a published binary in a given frame and given units."""
+"""Construction of a ready-made system from its file, in a given frame and given units."""
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from ..base import rotations
 from ..base.arguments import options_of, refuse_unknown
-from ..base.units import USUAL as UNITS
-from ..base.units import Units
+from ..base.units import USUAL, Units
 from ..errors import InvalidInput
 from ..frames import turn_state
 from ..model.force import rebuilt
 from ..model.state import State
 from ..motion.system import System
-from ..setups.binary import binary
-from ..setups.component import Component
-from ._published import Published
+from ..setups.toml import build
+from ..setups.toml_published import METADATA, plain, replaced
+from ..setups.toml_table import Table
+from . import _files
 from ._sun import with_sun
 
+__all__ = ["FRAMES", "ready"]
+
+FRAMES = ("ecliptic", "equatorial", "orbit")
 #: CODATA 2018, 6.67430e-11 m^3 kg^-1 s^-2, in km^3 kg^-1 hour^-2.
-G = 6.67430e-11 * 1e-9 * 3600.0**2
-Frame = Literal["ecliptic", "equatorial", "orbit"]
-#: Whether results are Quantities: ``True`` for km, hour, kg, or three other units.
-UnitsChoice = bool | tuple[object, object, object]
+_G = 6.67430e-11 * 1e-9 * 3600.0**2
 
 
-def check_frame(frame: str) -> None:
-    """Raise an error for a frame that is not one of the three."""
-    if not isinstance(frame, str) or frame not in ("ecliptic", "equatorial", "orbit"):
+def ready(
+    name: str,
+    variant: Any,
+    changes: dict[str, dict[str, Any]],
+    *,
+    frame: Any = None,
+    sun: Any = False,
+    units: Any = False,
+    **options: Any,
+) -> tuple[System, State]:
+    """Make a ready-made system.
+
+    Parameters
+    ----------
+    name
+        The name of its file.
+    variant
+        The name of a variant of the file.
+    changes
+        Other values of bodies, by the name of the body and the key of its table.
+    """
+    content = _files.changed(_files.contents(name), variant, changes)
+    table = content["system"]
+    frame, published = _frame(content, frame), table.get("frame")
+    options = _with_epoch(options, table.get("epoch"))
+    # Numbers of a file without units are dimensionless.
+    base = (USUAL if Units(units).known else None) if "units" in table else options.pop("units", None)
+    if base is None and "G" not in table:
+        options["G"] = _G
+    described = {key: replaced(item, plain) for key, item in content.items() if key not in METADATA}
+    if "binary" in described and (options.get("gravity", "focal") not in ("focal", "surface") or "forces" in options):
+        # The period of the start was found for the exact attraction alone.
+        described["binary"].pop("start_period", None)
+    planar = frame == "orbit" and "binary" in described
+    top = Table(Path(f"{name}.toml"), "", described, Units(base))
+    system, state = build(top, {**options, "units": base}, planar)
+    system = system.with_options(frame=frame)
+    plane = _plane(described) if frame is not None else (0.0, 0.0)
+    if frame == "orbit" and not planar:
+        state = _rotated(state, _into(plane))
+    elif frame not in (None, "orbit", published):
+        state = turn_state(state, published, frame)
+    system, state = _in_units(system, state, units)
+    axes = (published, _into(plane)) if frame == "orbit" else (frame, None)
+    return with_sun(system, content.get("sun"), sun, axes), state
+
+
+def _frame(content: dict[str, Any], frame: Any) -> str | None:
+    """Return the frame of the state: the given one, or the default of the system."""
+    if "no_frame" in content:
+        if frame is not None:
+            raise InvalidInput(f"frame is {frame!r}; expected none: {content['no_frame']}")
+        return None
+    if frame is None:
+        return str(content.get("default_frame", content["system"]["frame"]))
+    if not isinstance(frame, str) or frame not in FRAMES:
         raise InvalidInput(f"frame is {frame!r}; expected 'ecliptic', 'equatorial' or 'orbit'")
+    return frame
 
 
-def with_epoch(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
+def _with_epoch(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
     """Return the options of the system with its epoch: the published one, or the caller's if none is published."""
-    fixed = ("bodies", "G", "units", "frame")
+    fixed = ("bodies", "G", "frame")
     refuse_unknown(options, (name for name in options_of(System) if name not in fixed), "this system")
     given = options.get("epoch")
     if epoch is not None and given is not None:
@@ -42,15 +99,38 @@ def with_epoch(options: dict[str, Any], epoch: str | None) -> dict[str, Any]:
     return {**options, "epoch": epoch if given is None else given}
 
 
-def base_units(units: UnitsChoice) -> tuple[str, str, str] | None:
-    """Return the units in which a system is built: none, or km, hour, kg. Invalid units raise an error."""
-    return UNITS if Units(units).known else None
+def _plane(described: dict[str, Any]) -> tuple[float, float]:
+    """Return node and inclination of the orbit of a binary, or of the orbit about a single body, in radians."""
+    orbits = [body["orbit"] for body in described["body"] if isinstance(body.get("orbit", {}).get("about"), str)]
+    binary = described.get("binary", {})
+    if "pole" in binary:
+        longitude, latitude = binary["pole"]
+        return longitude + np.pi / 2, np.pi / 2 - latitude
+    if binary:
+        return binary["ascending_node"], binary["inclination"]
+    return orbits[0]["Omega"], orbits[0]["i"]
 
 
-def in_units(system: System, state: State, units: UnitsChoice) -> tuple[System, State]:
+def _into(plane: tuple[float, float]) -> npt.NDArray[np.float64]:
+    """Return the quaternion that turns vectors into the axes of a plane: x towards its node, z its pole."""
+    node, inclination = plane
+    return rotations.product(rotations.turn(0, -inclination), rotations.turn(2, -node))
+
+
+def _rotated(state: State, quaternion: npt.NDArray[np.float64]) -> State:
+    """Return a state with positions, velocities and attitudes turned by a quaternion."""
+    matrix = rotations.matrices(quaternion)
+    return state.replace(
+        position=state.position @ matrix.T,
+        velocity=state.velocity @ matrix.T,
+        attitude=np.array([rotations.product(quaternion, q) for q in state.attitude]),
+    )
+
+
+def _in_units(system: System, state: State, units: Any) -> tuple[System, State]:
     """Convert a system in km, hour, kg and its state to the given units."""
     wanted = Units(units)
-    if not wanted.known or wanted == Units(UNITS):
+    if not wanted.known or wanted == Units(USUAL):
         return system, state._named(system.names)
     # The forces take Quantities here, since plain numbers are in km, hour, kg.
     united = [
@@ -61,41 +141,3 @@ def in_units(system: System, state: State, units: UnitsChoice) -> tuple[System, 
     # The system is rebuilt from its description, so that the bodies are in these units too.
     final = System._rebuild(turned._describe(), {force.name: force for force in system._functions()})
     return final, final._state(state._in(wanted))
-
-
-def in_frame(state: State, facts: Published, frame: str) -> State:
-    """Rotate a state from the frame of the published poles, or the orbit's, to a given frame."""
-    if frame in ("orbit", facts.frame):
-        return state
-    return turn_state(state, facts.frame, frame)
-
-
-def published_binary(
-    facts: Published,
-    primary: Component,
-    secondary: Component,
-    *,
-    pole: tuple[float, float],
-    frame: str,
-    units: UnitsChoice,
-    sun: bool = False,
-    options: dict[str, Any],
-    **orbit: Any,
-) -> tuple[System, State]:
-    """Set up a binary in km, hour, kg about a published pole (degrees)."""
-    check_frame(frame)
-    options = with_epoch(options, facts.epoch)
-    lon, lat = np.radians(pole)
-    system, state = binary(
-        primary,
-        secondary,
-        pole=None if frame == "orbit" else (lon, lat),
-        G=G,
-        units=base_units(units),
-        frame=frame,
-        elements="mean",
-        **orbit,
-        **options,
-    )
-    system, state = in_units(system, in_frame(state, facts, frame), units)
-    return with_sun(system, facts, sun, frame, pole), state

@@ -2,16 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 from ..errors import InvalidInput
+from ..setups.toml_published import is_published
+from . import _files
 
 __all__ = ["Published", "Value", "published"]
 
-_F = TypeVar("_F", bound=Callable[..., Any])
-_REGISTRY: dict[str, Published] = {}
+#: Nouns for keys of a file that are not their own names with spaces.
+_NOUNS = {
+    **{"diameters": "axes", "semi_axes": "semi-axes", "a/b": "axis ratio a/b", "a/c": "axis ratio a/c"},
+    **{"a": "semi-major axis", "e": "eccentricity", "i": "inclination", "Omega": "ascending node"},
+    **{"omega": "argument of periapsis", "M": "mean anomaly"},
+}
+_BINARY = {
+    "period": "orbital period",
+    "semi_major_axis": "semi-major axis",
+    "GM": "GM of the system",
+    "inclination": "inclination to the equator",
+    "ascending_node": "ascending node on the equator",
+}
+_SUN = {
+    "orbit": "heliocentric orbit (a, e, i, Omega, omega, M), ecliptic",
+    "epoch": "epoch of the heliocentric orbit",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,8 +67,8 @@ class Published:
         References with their DOI, by key.
     assumed : tuple of str
         Assumptions beyond the published numbers, one sentence each.
-    frame : str
-        The frame of the published poles and elements.
+    frame : str or None
+        The frame of the published poles and elements, if there is one.
     epoch : str or None
         The date of time zero, if the phase is published.
     second_hand : tuple of str
@@ -63,7 +80,7 @@ class Published:
     values: dict[str, Value]
     sources: dict[str, str]
     assumed: tuple[str, ...]
-    frame: str
+    frame: str | None
     epoch: str | None = None
     second_hand: tuple[str, ...] = ()
     unconfirmed: tuple[str, ...] = ()
@@ -74,7 +91,10 @@ class Published:
     def table(self) -> str:
         """Format the values, assumptions and sources as text."""
         lines = [f"{name}: {value} [{value.source}]" for name, value in self.values.items()]
-        lines += [f"frame of the poles and elements: {self.frame}", f"epoch of time zero: {self.epoch or 'arbitrary'}"]
+        lines += [
+            f"frame of the poles and elements: {self.frame or 'none'}",
+            f"epoch of time zero: {self.epoch or 'arbitrary'}",
+        ]
         lines += [f"assumed: {text}" for text in self.assumed]
         if self.second_hand:
             lines.append(f"not confirmed against the source, quoted alike by others: {', '.join(self.second_hand)}")
@@ -104,44 +124,62 @@ def published(name: str) -> Published:
     Examples
     --------
     >>> import fullbody
-    >>> print(fullbody.systems.published("antiope").values["separation"])
+    >>> print(fullbody.systems.published("antiope").values["semi-major axis"])
     171 +- 1 km
     """
-    if not isinstance(name, str) or name not in _REGISTRY:
-        raise InvalidInput(f"nothing is tabulated of {name!r}; expected one of {', '.join(sorted(_REGISTRY))}")
-    return _REGISTRY[name]
+    if not isinstance(name, str) or name not in _files.names():
+        raise InvalidInput(f"nothing is tabulated of {name!r}; expected one of {', '.join(_files.names())}")
+    return of_contents(_files.contents(name))
 
 
-#: Descriptions of parameters that most systems have; that of the frame depends on the frame of the published poles.
-_FRAMES = {
-    "ecliptic": """frame : {"ecliptic", "equatorial", "orbit"}
-    Frame of the state: the ecliptic of J2000, the ICRS, or the orbit's plane as xy-plane and its node as x-axis.""",
-    "equatorial": """frame : {"equatorial", "ecliptic", "orbit"}
-    Frame of the state: the ICRS, the ecliptic of J2000, or the orbit's plane as xy-plane and its node as x-axis.""",
-}
-_SUN = """sun : bool
-    Whether the Sun's gravity acts, as a :class:`fullbody.forces.ThirdBody` on the heliocentric orbit of the table
-    below."""
-_UNITS = """units : bool or (length, time, mass)
-    ``True`` for Quantities in km, hour, kg, or three units for Quantities in these. Plain numbers are km, hour, kg.
-**options
-    Passed to :class:`fullbody.System`."""
+def of_contents(content: dict[str, Any]) -> Published:
+    """Return the published numbers of the contents of a file."""
+    items = dict(_numbers(content))
+    doubts = {
+        word: tuple(
+            ("uncertainty of " if part.startswith("error") else "") + name
+            for name, item in items.items()
+            for part in item.get("doubt", "").split(", ")
+            if part.endswith(word)
+        )
+        for word in ("second-hand", "unconfirmed")
+    }
+    values = {
+        name: Value(
+            tuple(item["value"]) if isinstance(item["value"], list) else item["value"],
+            *(item.get(key, "") for key in ("unit", "error", "source")),
+        )
+        for name, item in items.items()
+    }
+    system = content["system"]
+    return Published(
+        values,
+        content["sources"],
+        tuple(content["assumed"]),
+        system.get("frame"),
+        system.get("epoch"),
+        doubts["second-hand"],
+        doubts["unconfirmed"],
+    )
 
 
-def documented(facts: Published) -> Callable[[_F], _F]:
-    """Write the common parameters and the table of the published numbers into a function's docstring.
+def _numbers(content: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the published numbers of a file with their names."""
 
-    They replace ``{frame}``, ``{sun}``, ``{units}`` and ``{published}``.
-    """
-    texts = {"frame": _FRAMES.get(facts.frame, ""), "sun": _SUN, "units": _UNITS, "published": facts.table()}
-    if facts.epoch is None:
-        texts["sun"] = f"{_SUN[:-1]}: at time zero as at the epoch of its elements, unless the system has an ``epoch``."
+    def of(table: dict[str, Any], name: str, nouns: dict[str, str] = _NOUNS, note: str = "") -> Any:
+        for key, item in table.items():
+            if is_published(item):
+                yield f"{nouns.get(key, key.replace('_', ' '))}{name}{note}", item
+            elif key in ("orbit", "part"):
+                for k, part in enumerate([item] if isinstance(item, dict) else item):
+                    yield from of(part, name if key == "orbit" else f" of lobe {k + 1}{name}")
 
-    def decorate(function: _F) -> _F:
-        _REGISTRY[function.__name__] = facts
-        if function.__doc__ is not None:
-            for name, text in texts.items():
-                function.__doc__ = function.__doc__.replace(f"{{{name}}}", text.replace("\n", "\n    "))
-        return function
-
-    return decorate
+    for body in content["body"]:
+        yield from of(body, f" of {body['name']}")
+    angles = "right ascension, declination" if content["system"].get("frame") == "equatorial" else "longitude, latitude"
+    yield from of(content.get("binary", {}), "", {**_BINARY, "pole": f"pole ({angles})"})
+    for variant in _files.variants(content)[1:]:
+        for body, table in content["variants"][variant].items():
+            yield from of(table, f" of {body}", note=f" ({variant})")
+    yield from of(content.get("sun", {}), "", _SUN)
+    yield from of(content.get("not_used", {}), "", note=" (not used)")

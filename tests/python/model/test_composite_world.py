@@ -413,7 +413,7 @@ def test_a_binary_with_a_composite():
                 primary, fullbody.Component(composite=Composite(parts), name="B"), total_mass=1e12, period=60.0, G=1.0,
                 equal_density=True,
             ),
-            "equal_density is given, and B is a composite; expected mass_ratio",
+            "equal_density is given, and B is a composite of parts without one density; expected mass_ratio",
         ),
     ):  # fmt: skip
         with pytest.raises(fullbody.InvalidInput, match=match):

@@ -80,7 +80,11 @@ PICTURES = ["plot()", *(f"plot.{name}()" for name in NAMES)]
             "units",
         ),
         ("networkx", ["fullbody.Polyhedron.load('a.tab', heal=True)"], "shapes"),
-        ("scipy", ["fullbody.systems.didymos()", "fullbody.systems.antiope()"], "analysis"),
+        (
+            "scipy",
+            ["fullbody.systems.didymos(gravity='multipole:4')", "fullbody.systems.fg3_1996(primary_ratios=(1.1, 1.0))"],
+            "analysis",
+        ),
     ],
 )
 def test_what_is_missing_is_named_with_its_extra(missing, calls, extra, tmp_path):

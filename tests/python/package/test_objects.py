@@ -128,7 +128,7 @@ def made(units=False):
         observables.eccentricity(run),
         observables.tumbles(run),
         systems.published("antiope"),
-        systems.published("antiope").values["separation"],
+        systems.published("antiope").values["semi-major axis"],
         wedge,
         fullbody.Body(wedge, density=2.0 * kg / km**3, name="wedge"),
     )

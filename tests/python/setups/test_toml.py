@@ -93,7 +93,11 @@ def test_rates_periods_times_and_starts(tmp_path):
         ("spin = [0, 0, 0.3611]", 'rotation_period = "0 h"', r"body\[1\]\.rotation_period: is 0"),
         ("spin = [0, 0, 0.3611]", "position = [1, 0, 0]", r"body\[1\]: has position and orbit; expected an orbit, or"),
         ("spin = [0, 0, 0.3611]", "attitude = [0, 0, 0, 0]", r"body\[1\]\.attitude: is zero; expected a quaternion"),
-        ('about = "Alpha"', 'about = "Gamma"', r"body\[1\]\.orbit\.about: is 'Gamma'; .* above this one: Alpha"),
+        (
+            'about = "Alpha"',
+            'about = "Gamma"',
+            r"body\[1\]\.orbit\.about: is 'Gamma'; expected the name of another body, or .*: Alpha",
+        ),
         ("e = 0.0004", "e = 1.0", r"body\[1\]\.orbit: .*e"),
         ("e = 0.0004, ", "", r"body\[1\]\.orbit\.e: is missing; expected a number"),
         ('i = "156.1 deg"', 'i = "156.1 km"', r"body\[1\]\.orbit\.i: .*unit km; expected a unit such as rad"),

@@ -1,0 +1,79 @@
+"""The files of the ready-made systems: their contents, their variants, and changes to them."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from functools import cache
+from typing import Any
+
+from ..errors import InvalidInput
+from ..setups.toml_bodies import FIGURES, MASSES, SHAPES
+
+__all__ = ["changed", "contents", "names", "variants"]
+
+
+@cache
+def names() -> tuple[str, ...]:
+    """Return the names of all ready-made systems, which are those of the files."""
+    found = (path.name for path in _folder().iterdir())
+    return tuple(sorted(name.removesuffix(".toml") for name in found if name.endswith(".toml")))
+
+
+@cache
+def contents(name: str) -> dict[str, Any]:
+    """Return the contents of a system's file; one that is ``based_on`` another system contains what differs from it."""
+    import tomllib
+
+    content = tomllib.loads(_folder().joinpath(f"{name}.toml").read_text(encoding="utf-8"))
+    if "based_on" not in content:
+        return content
+    return _merged(contents(content.pop("based_on")), content)
+
+
+def _folder() -> Any:
+    from importlib.resources import files
+
+    return files(__package__)
+
+
+def variants(content: dict[str, Any]) -> tuple[str, ...]:
+    """Return the names of the variants of a system, the default first."""
+    table = content.get("variants", {})
+    return (table["default"], *(name for name, part in table.items() if isinstance(part, dict))) if table else ()
+
+
+def changed(content: dict[str, Any], variant: Any, changes: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """Return the contents with a variant, and with other values of bodies by the name of the body.
+
+    A change of a body removes the period that was found for the start, which belongs to the body as it was.
+    """
+    if known := variants(content):
+        option = content["variants"]["option"]
+        if not isinstance(variant, str) or variant not in known:
+            raise InvalidInput(f"{option} is {variant!r}; expected {' or '.join(map(repr, known))}")
+        content = _merged(content, content["variants"].get(variant, {}))
+    if not changes:
+        return content
+    content = _merged(content, changes)
+    content.get("binary", {}).pop("start_period", None)
+    return content
+
+
+def _merged(content: dict[str, Any], overlay: dict[str, Any]) -> dict[str, Any]:
+    """Return a copy of the contents with the tables and values of the overlay, bodies by their names."""
+    result = deepcopy(content)
+    bodies = {body["name"]: body for body in result["body"]}
+    for key, value in overlay.items():
+        if key in bodies:
+            for group in (SHAPES, MASSES):
+                if not value.keys().isdisjoint(group):
+                    for old in (*group, *(FIGURES if group is SHAPES else ())):
+                        bodies[key].pop(old, None)
+            bodies[key].update(deepcopy(value))
+        elif isinstance(value, dict) and key in result:
+            result[key].update(deepcopy(value))
+        elif key == "assumed":
+            result[key] += value
+        else:
+            result[key] = deepcopy(value)
+    return result
