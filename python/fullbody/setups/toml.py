@@ -54,6 +54,40 @@ A number is in the system's own units, radians for angles; a text such as ``"2.5
     start = 0                         # time of the state
     origin = "barycentre"             # moves the barycentre to rest at the origin; without it "given": all stays
     file = "kw4.nc"                   # beside this file; without it, this file's name with .nc
+
+Two bodies may be described as they are published, by the arguments of :func:`fullbody.binary` and of
+:class:`fullbody.Component`. The files of :mod:`fullbody.systems` are of this kind: each can be copied and changed.
+
+.. code-block:: toml
+
+    [system]
+    units = ["km", "hour", "kg"]
+    frame = "ecliptic"                # of the poles and the elements
+
+    [[body]]
+    name = "Didymos"                  # a published number may be a table, of which value and unit count here:
+    diameters = { value = [851, 849, 620], unit = "m", error = "15", source = "Daly et al. (2023)" }
+    rotation_period = 2.26            # pole = [longitude, latitude], tilt and rotation_angle as in Component
+
+    [[body]]
+    name = "Dimorphos"
+    diameter = "151 m"                # with "a/b" and "a/c", or axis_ratios = [a/b, b/c], or the J2 of a spheroid
+    "a/b" = 1.02
+    "a/c" = 1.53
+
+    [binary]                          # in place of position, velocity and orbit of the bodies
+    equal_density = true              # or mass, density or GM of a body; mass_ratio; total_mass or GM of both
+    period = "11.921 h"               # mean, in which a start is searched unless start_period says what was found
+    semi_major_axis = 1.206
+    pole = ["310 deg", "-84 deg"]     # or inclination and ascending_node; mean_longitude or mean_anomaly
+
+    [run]
+    until = "10 day"
+
+A body with an orbit of its own may have ``pole = "orbit"``, or ``synchronous = true`` to point its x-axis at what it
+orbits about; ``about`` may be a list of bodies. ``pole_frame`` names another frame of a body's ``pole``. Tables that
+describe a ready-made system (``title``, ``text``, ``example``, ``assumed``, ``sources``, ``not_used``, ``sun``,
+``variants``, ``parameters``, ``default_frame``, ``no_frame``) are no part of the setup that is read.
 """
 
 from __future__ import annotations

@@ -179,10 +179,10 @@ def _axis_ratios(table: Table) -> tuple[float, float]:
 def _spheroid(j2: float) -> float:
     """Return the axis ratio a/c of a homogeneous spheroid of this J2, which refers to the radius R of its volume.
 
-    J2 R^2 = (a^2 - c^2)/5 and a^2 c = R^3, so that x = c/R is the real root of x^3 + 5 J2 x = 1.
+    J2 R^2 = (a^2 - c^2)/5 and a^2 c = R^3, so that x = c/R is the positive root of x^3 + 5 J2 x = 1. The others have
+    negative real parts.
     """
-    half = np.sqrt(0.25 + (5 * j2) ** 3 / 27)
-    return float((np.cbrt(0.5 + half) + np.cbrt(0.5 - half)) ** -1.5)
+    return float(np.roots([1.0, 0.0, 5 * j2, -1.0]).real.max() ** -1.5)
 
 
 def _polyhedron(table: Table) -> Polyhedron:

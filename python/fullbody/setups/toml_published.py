@@ -13,7 +13,7 @@ __all__ = ["METADATA", "is_published", "plain", "replaced", "with_unit"]
 #: Tables and keys of a file that describe a published system and build nothing.
 METADATA = (
     *("title", "text", "example", "assumed", "sources", "not_used"),
-    *("sun", "variants", "no_frame", "default_frame", "based_on", "parameters"),
+    *("sun", "variants", "no_frame", "default_frame", "parameters"),
 )
 #: The keys of a published number. The doubt says how far the number, or its error, could be confirmed.
 _KEYS = ("value", "unit", "error", "source", "doubt")
@@ -53,4 +53,6 @@ def with_unit(value: Any, unit: str) -> Any:
 
 def plain(value: float, unit: str) -> float:
     """Return a number in km, hour, kg, rad."""
+    if unit not in _FACTORS:
+        raise InvalidInput(f"unit is {unit!r}; expected one of {', '.join(filter(None, _FACTORS))}")
     return value * _FACTORS[unit]

@@ -54,8 +54,8 @@ def ready(
     table = content["system"]
     frame, published = _frame(content, frame), table.get("frame")
     options = _with_epoch(options, table.get("epoch"))
-    # Numbers of a file without units are dimensionless.
-    base = (USUAL if Units(units).known else None) if "units" in table else options.pop("units", None)
+    # Numbers of a file without units are dimensionless: the units are those that the caller says they have.
+    base, units = (USUAL if Units(units).known else None, units) if "units" in table else (units, False)
     if base is None and "G" not in table:
         options["G"] = _G
     described = {key: replaced(item, plain) for key, item in content.items() if key not in METADATA}

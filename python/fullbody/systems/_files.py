@@ -21,13 +21,10 @@ def names() -> tuple[str, ...]:
 
 @cache
 def contents(name: str) -> dict[str, Any]:
-    """Return the contents of a system's file; one that is ``based_on`` another system contains what differs from it."""
+    """Return the contents of a system's file."""
     import tomllib
 
-    content = tomllib.loads(_folder().joinpath(f"{name}.toml").read_text(encoding="utf-8"))
-    if "based_on" not in content:
-        return content
-    return _merged(contents(content.pop("based_on")), content)
+    return tomllib.loads(_folder().joinpath(f"{name}.toml").read_text(encoding="utf-8"))
 
 
 def _folder() -> Any:
@@ -72,8 +69,6 @@ def _merged(content: dict[str, Any], overlay: dict[str, Any]) -> dict[str, Any]:
             bodies[key].update(deepcopy(value))
         elif isinstance(value, dict) and key in result:
             result[key].update(deepcopy(value))
-        elif key == "assumed":
-            result[key] += value
         else:
             result[key] = deepcopy(value)
     return result
