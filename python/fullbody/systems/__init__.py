@@ -9,18 +9,18 @@ Each system is a file of TOML, as :func:`fullbody.read_toml` reads, in the folde
 and documentation follow from the files.
 
 =========================== ===========================================================================================
-:func:`kw4`                 (66391) 1999 KW4, prograde and synchronous
+:func:`kw4`                 1999 KW4 (66391), prograde and synchronous
 :func:`kw4_ho2021`          the same as Ho et al. (2021) start it
 :func:`case1`               their case 1, two spheroids that begin to tumble, dimensionless
 :func:`case2`               their case 2, two spheroids that spin like tops, dimensionless
-:func:`didymos`             (65803) Didymos and Dimorphos before the impact of DART
+:func:`didymos`             Didymos (65803) and Dimorphos before the impact of DART
 :func:`didymos_after_dart`  the same after the impact and the weeks that followed
-:func:`dinkinesh`           (152830) Dinkinesh and Selam, a satellite of two lobes
-:func:`fg3_1996`            (175706) 1996 FG3, with axis ratios to choose
-:func:`patroclus_menoetius` (617) Patroclus and Menoetius, a Trojan pair of almost equal bodies
-:func:`antiope`             (90) Antiope, a main-belt pair of almost equal bodies a diameter apart
-:func:`pluto_charon`        (134340) Pluto and Charon, doubly synchronous spheres
-:func:`sn263_2001`          (153591) 2001 SN263, three ellipsoids with axis ratios to choose
+:func:`dinkinesh`           Dinkinesh (152830) and Selam, a satellite of two lobes
+:func:`fg3_1996`            1996 FG3 (175706), with axis ratios to choose
+:func:`patroclus_menoetius` Patroclus (617) and Menoetius, a Trojan pair of almost equal bodies
+:func:`antiope`             Antiope (90), a main-belt pair of almost equal bodies a diameter apart
+:func:`pluto_charon`        Pluto (134340) and Charon, doubly synchronous spheres
+:func:`sn263_2001`          2001 SN263 (153591), three ellipsoids with axis ratios to choose
 =========================== ===========================================================================================
 
 Examples
