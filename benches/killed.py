@@ -33,7 +33,7 @@ def sweep(store: str) -> None:
         return {"energy": run.energy_drift[-1], "attitude": run.attitude[-1], "reason": run.stop_reason}
 
     print("begun", flush=True)
-    fullbody.sweep(setup, {"row": range(ROWS)}, 60.0, measure=measure, store=store, seed=5, chunk=8)
+    fullbody.sweep(setup, {"row": range(ROWS)}, 60.0, measure=measure, store=store, key="killed", rng=5, chunk=8)
 
 
 def main(kills: int) -> int:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import fullbody
 import numpy as np
-from fullbody import Component, Run, State, System, Verner98, binary, ensembles
+from fullbody import Component, Run, State, System, Verner98, binary, observables
 
 from ..publishing import listed, percent, publish, table
 from . import figures, paper, theory
@@ -47,7 +47,7 @@ def setup(beta: float, a_b: float, b_c: float) -> tuple[System, State]:
 
 def measure(run: Run) -> dict[str, Any]:
     """The largest roll, pitch and yaw; when one of them passed the limit; and the drifts."""
-    return ensembles.attitude(run, UNSTABLE) | ensembles.drift(run)
+    return observables.tumbles(run, UNSTABLE).as_dict() | observables.drift(run).as_dict()
 
 
 def sweep(folder: Path | None, draft: bool = False, progress: bool = False, **options: Any) -> xarray.Dataset:
@@ -60,6 +60,7 @@ def sweep(folder: Path | None, draft: bool = False, progress: bool = False, **op
         output=0.5,
         integrator=Verner98(1e-10, 1e-10),
         store=None if folder is None else folder / "map.nc",
+        key="agrusa2021",
         progress=progress,
         **options,
     )

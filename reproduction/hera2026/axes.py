@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import fullbody
 import numpy as np
-from fullbody import Run, State, System, Verner98, ensembles
+from fullbody import Run, State, System, Verner98, observables
 
 from . import measures, model
 from .inputs import INPUTS
@@ -35,9 +35,7 @@ def setup(a_b: float, b_c: float) -> tuple[System, State]:
 
 def measure(run: Run) -> dict[str, Any]:
     """Measure when a roll passed the limit, and the orbit that observers would fit."""
-    return {"tumbling_time": ensembles.attitude(run, measures.LIMIT)["tumbling_time"]} | measures.observed_orbit(
-        "", run
-    )
+    return {"tumbling_time": observables.tumbles(run, measures.LIMIT).time} | measures.observed_orbit("", run)
 
 
 def sweep(folder: Path | None, draft: bool = False, progress: bool = False) -> xarray.Dataset:

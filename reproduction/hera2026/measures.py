@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
-from fullbody import InvalidInput, Run, ensembles, observables
+from fullbody import InvalidInput, Run, observables
 
 from . import model, posterior
 from .ellipse import fitted_ellipse
@@ -53,7 +53,7 @@ def early(run: Run) -> dict[str, Any]:
     return {
         **observed_orbit("", run[: first + 1]),
         **observed_orbit("_later", run[first : second + 1]),
-        "tumbling_time": ensembles.attitude(run[: second + 1], LIMIT)["tumbling_time"],
+        "tumbling_time": observables.tumbles(run[: second + 1], LIMIT).time,
     }
 
 
@@ -68,7 +68,7 @@ def measure(run: Run, end: float = END) -> dict[str, Any]:
             missing.append(str(error))
             return {}
 
-    result = measured(ensembles.fate, run) | ensembles.drift(run) | measured(early, run)
+    result = measured(_fate, run) | observables.drift(run).as_dict() | measured(early, run)
     result["lock_lost"] = float(sum(run.switched_off.values()))
     dates = [_index(SPACING * round(hours(date) / SPACING)) for date in DATES]
     largest = [_largest(run, last) for last in dates]
@@ -89,6 +89,10 @@ def measure(run: Run, end: float = END) -> dict[str, Any]:
 def wrapped(angle: Any) -> Any:
     """Return an angle between minus and plus half a turn."""
     return (np.asarray(angle) + np.pi) % (2.0 * np.pi) - np.pi
+
+
+def _fate(run: Run) -> dict[str, Any]:
+    return observables.fate(run).as_dict()
 
 
 def _index(time: float) -> int:
@@ -165,8 +169,8 @@ def outcome(roll: Any, pitch: Any, yaw: Any, fate: Any) -> npt.NDArray[Any]:
     roll, pitch, yaw : array_like, (M,)
         The largest angles of the window, degrees; nan without it.
     fate : array_like of str, (M,)
-        ``"contact"``, ``"escape"`` and ``"unfinished"`` are fates of :func:`fullbody.ensembles.fate`; empty for a start
-        that was refused, ``"failed"``.
+        ``"contact"``, ``"escape"`` and ``"unfinished"`` are fates of :func:`fullbody.observables.fate`; empty for a
+        start that was refused, ``"failed"``.
     """
     limit = np.rad2deg(LIMIT)
     words = np.full(np.shape(roll), "locked", dtype=object)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import fullbody
 import numpy as np
-from fullbody import Run, State, System, Verner98, ensembles, events
+from fullbody import Run, State, System, Verner98, events, observables
 
 from ..publishing import listed, percent, publish, table
 from . import figures, paper
@@ -47,7 +47,7 @@ def measure(run: Run) -> dict[str, Any]:
         "spin": spin.max(),
         "fission": run.time[fast[0]] if len(fast) else None,
     }
-    return ensembles.fate(run) | ensembles.drift(run) | own
+    return observables.fate(run).as_dict() | observables.drift(run).as_dict() | own
 
 
 def sweep(folder: Path | None, draft: bool = False, progress: bool = False, **options: Any) -> xarray.Dataset:
@@ -61,6 +61,7 @@ def sweep(folder: Path | None, draft: bool = False, progress: bool = False, **op
         integrator=Verner98(1e-10, 1e-10),
         events=ENDS,
         store=None if folder is None else folder / "map.nc",
+        key="ho2022",
         progress=progress,
         **options,
     )

@@ -47,15 +47,16 @@ def main():
             ROWS,
             5.0,
             measure=measure,
-            seed=3,
+            rng=3,
             chunk=2,
+            key="cluster",
             store=Path(FOLDER, "dask.nc"),
             executor=client.get_executor(),
         )
         system, state = setup(1, np.random.default_rng(1))
         system.integrate(state, 1.0).save(Path(FOLDER, "run.nc"))
     Path(FOLDER, "log").rename(Path(FOLDER, "log of dask"))
-    fullbody.sweep(setup, ROWS, 5.0, measure=measure, seed=3, store=Path(FOLDER, "alone.nc"))
+    fullbody.sweep(setup, ROWS, 5.0, measure=measure, rng=3, store=Path(FOLDER, "alone.nc"), key="cluster")
 
 
 if __name__ == "__main__":

@@ -65,19 +65,14 @@ def integer(value: object) -> int | None:
 
 def generator(rng: object) -> np.random.Generator:
     """Return the generator of an argument ``rng``, which is a whole number, zero or above, or a numpy generator."""
-    if isinstance(rng, np.random.Generator):
-        return rng
-    found = integer(rng)
-    if found is None or found < 0:
-        raise InvalidInput(f"rng is {rng!r}; expected a whole number, zero or above, or a numpy.random.Generator")
-    return np.random.default_rng(found)
+    return rng if isinstance(rng, np.random.Generator) else np.random.default_rng(seed_of(rng, "rng"))
 
 
-def seed_of(value: object) -> int:
-    """Return a seed of random numbers, which is a whole number of zero or above."""
-    found = integer(value)
+def seed_of(value: object, what: str = "seed") -> int:
+    """Return a seed of random numbers: a whole number, zero or above, which a numpy generator draws."""
+    found = int(value.integers(2**63)) if isinstance(value, np.random.Generator) else integer(value)
     if found is None or found < 0:
-        raise InvalidInput(f"seed is {value!r}; expected a whole number, zero or above")
+        raise InvalidInput(f"{what} is {value!r}; expected a whole number, zero or above, or a numpy.random.Generator")
     return found
 
 

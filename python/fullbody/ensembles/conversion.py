@@ -43,7 +43,7 @@ def in_units(found: xarray.Dataset, **units: str) -> xarray.Dataset:
     >>> def setup(angle):
     ...     system, state = fullbody.systems.kw4(units=True)
     ...     return system, state.rotated("Beta", [0, 0, 1], angle)
-    >>> options = {"measure": fullbody.ensembles.libration, "output": "0.5 hour"}
+    >>> options = {"measure": "libration", "output": "0.5 hour"}
     >>> found = fullbody.sweep(setup, {"angle": ["0 deg", "10 deg"]}, "200 hour", **options)
     >>> found.libration.units, fullbody.ensembles.in_units(found, libration="deg").libration.units
     ('rad', 'deg')

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.units import is_quantity, need
+from ..base.units import need
 from ..errors import InvalidInput
-from .parameters import Plan, columns_of
+from .parameters import Column, Table
 from .work import Failure, Measured, Outcome, ordered
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["FAILURE", "dataset"]
+__all__ = ["FAILURE", "dataset", "table_of"]
 
 #: Variables that describe what went wrong in a row, with their meanings.
 FAILURE = {
@@ -26,16 +26,15 @@ FAILURE = {
 _UNDONE = Failure("NotComputed", "the sweep ended before this row", "setup")
 
 
-def dataset(plan: Plan, outcomes: Iterable[Outcome], attributes: Mapping[str, Any]) -> xarray.Dataset:
+def dataset(table: Table, outcomes: Iterable[Outcome], attributes: Mapping[str, Any]) -> xarray.Dataset:
     """Make a dataset of the outcomes so far; missing rows have an error that says so."""
     with need("data", "a sweep"):
         import xarray as xr
 
     found = ordered(outcomes)
-    failures = [_UNDONE] * len(plan)
-    columns = columns_of(plan)
+    failures = [_UNDONE] * len(table)
     #: The owner of each name of a parameter, variable or dimension.
-    taken = dict.fromkeys((*columns, *plan.dimensions, *FAILURE), "")
+    taken = dict.fromkeys((*table.columns, *table.dimensions, *FAILURE), "")
     variables: dict[str, _Variable] = {}
     models = _models(found)
     for outcome in found:
@@ -43,7 +42,7 @@ def dataset(plan: Plan, outcomes: Iterable[Outcome], attributes: Mapping[str, An
         for name, measured in outcome.values.items():
             try:
                 if name not in variables:
-                    variable = _Variable(name, *models[name], len(plan))
+                    variable = _Variable(name, *models[name], len(table))
                     for own in (name, *variable.inner):
                         if own in taken:
                             of = f"a dimension of {taken[own]}" if taken[own] else "a parameter or kept for errors"
@@ -54,17 +53,28 @@ def dataset(plan: Plan, outcomes: Iterable[Outcome], attributes: Mapping[str, An
             except InvalidInput as error:
                 failure = Failure.of(error, "measure").after(failure)
         failures[outcome.row] = failure or Failure("", "", "")
-    dims = tuple(plan.dimensions)
+    dims = tuple(table.dimensions)
     fields: dict[str, Any] = {}
     for name, variable in variables.items():
-        shape = (*plan.shape, *variable.values.shape[1:])
+        shape = (*table.shape, *variable.values.shape[1:])
         values = variable.values.astype(str) if variable.values.dtype == object else variable.values
         fields[name] = ((*dims, *variable.inner), values.reshape(shape), variable.attributes)
     for name, parts in zip(FAILURE, zip(*[(f.name, f.text, f.stage) for f in failures], strict=True), strict=True):
-        fields[name] = (dims, np.array(parts, dtype=str).reshape(plan.shape), {"long_name": FAILURE[name]})
-    coordinates: dict[str, Any] = {name: (along, *_plain(values)) for name, (along, values) in columns.items()}
-    coordinates |= {name: (name, *_plain(values)) for name, values in plan.labels.items()}
+        fields[name] = (dims, np.array(parts, dtype=str).reshape(table.shape), {"long_name": FAILURE[name]})
+    coordinates = {
+        name: (column.dimensions, column.values, {} if column.unit is None else {"units": str(column.unit)})
+        for name, column in table.coordinates.items()
+    }
     return xr.Dataset(fields, coordinates, dict(attributes))
+
+
+def table_of(found: xarray.Dataset) -> Table:
+    """Return the rows of the sweep that a map was made of, with all coordinates as columns."""
+    columns = {
+        str(name): Column(one.values, tuple(map(str, one.dims)), one.attrs.get("units"))
+        for name, one in found.coords.items()
+    }
+    return Table({str(name): size for name, size in found.error.sizes.items()}, columns)
 
 
 def _models(outcomes: Iterable[Outcome]) -> dict[str, tuple[Measured, int]]:
@@ -121,10 +131,3 @@ class _Variable:
 
     def _unlike(self, here: str, there: str) -> str:
         return f"measure gives {self._name} {here}, but {there} in row {self._row}"
-
-
-def _plain(values: Any) -> tuple[Any, dict[str, str]]:
-    """Return values without their unit, and the unit as an attribute."""
-    if is_quantity(values):
-        return values.value, {"units": str(values.unit)}
-    return values, {}

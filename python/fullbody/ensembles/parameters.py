@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
-from typing import Any, TypeAlias
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -15,12 +14,10 @@ from ..base.arguments import integer
 from ..base.units import gathered, is_quantity, need, refuse_masked
 from ..errors import InvalidInput
 
-__all__ = ["RNG", "Columns", "Draws", "Paired", "Plan", "draws", "identities", "paired", "plain_columns", "plan"]
+__all__ = ["RNG", "Column", "Draws", "Paired", "Table", "draws", "paired", "tabulated"]
 
 #: A larger number of rows than this is taken for a mistake, as it exceeds any machine's memory.
 _MOST_ROWS = 10**8
-#: Parameters as files hold them: by name, the dimensions, the values in order, and the unit.
-Columns: TypeAlias = Mapping[str, tuple[Sequence[Hashable], Sequence[Any], str | None]]
 #: The argument of a setup that receives the row's random generator; no parameter may have this name.
 RNG = "rng"
 
@@ -38,7 +35,7 @@ class Paired:
 class Draws:
     """Random draws of parameters; made by :func:`draws`."""
 
-    count: int
+    n: int
     distributions: Mapping[str, Any]
 
 
@@ -71,17 +68,17 @@ def paired(**columns: Any) -> Paired:
     return Paired(columns)
 
 
-def draws(count: int, **distributions: Any) -> Draws:
-    """Draw parameters at random in :func:`fullbody.sweep`, which then needs ``seed=``.
+def draws(n: int, **distributions: Any) -> Draws:
+    """Draw parameters at random in :func:`fullbody.sweep`, which then needs ``rng=``.
 
     Parameters
     ----------
-    count : int
+    n : int
         Number of draws.
     **distributions
         For each parameter a function of a ``numpy.random.Generator`` that returns one number, Quantity or text, or a
         distribution of ``scipy.stats`` with its parameters. The draws of each row of the map have a generator of their
-        own, made from the seed and the row's number.
+        own, made from ``rng`` and the row's number.
 
     Returns
     -------
@@ -92,12 +89,12 @@ def draws(count: int, **distributions: Any) -> Draws:
     Examples
     --------
     >>> import fullbody
-    >>> fullbody.ensembles.draws(100, mass_ratio=lambda rng: rng.uniform(0.01, 0.3)).count
+    >>> fullbody.ensembles.draws(100, mass_ratio=lambda rng: rng.uniform(0.01, 0.3)).n
     100
     """
-    number = integer(count)
+    number = integer(n)
     if number is None or number < 1:
-        raise InvalidInput(f"count is {count!r}; expected a whole number above zero")
+        raise InvalidInput(f"n is {n!r}; expected a whole number above zero")
     for name, distribution in distributions.items():
         if not callable(distribution) and not hasattr(distribution, "rvs"):
             raise InvalidInput(
@@ -109,19 +106,21 @@ def draws(count: int, **distributions: Any) -> Draws:
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """The values of a parameter and the dimensions of the map along which they lie, none for a fixed value."""
+    """The values of a parameter along some dimensions of the map, none for a fixed value."""
 
     values: Any
-    along: tuple[int, ...]
+    dimensions: tuple[str, ...]
+    unit: Any = None
 
-    def value(self, place: tuple[int, ...]) -> Any:
-        """Return the value at an index of the map, as one of Python's own types or as a Quantity."""
-        found = self.values[tuple(place[axis] for axis in self.along)] if self.along else self.values[()]
-        return found if is_quantity(found) else found.item() if isinstance(found, np.generic) else found
+    def texts(self) -> Any:
+        """Return an object array with a text for each value, equal for equal values."""
+        unit = "" if self.unit is None else f" {self.unit}"
+        values = np.asarray(self.values)
+        return np.array([f"{value!r}{unit}" for value in values.ravel().tolist()], dtype=object).reshape(values.shape)
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class Table:
     """The rows of a sweep.
 
     Attributes
@@ -131,28 +130,83 @@ class Plan:
     columns : dict
         The parameters by name.
     labels : dict
-        Labels of dimensions that are not parameters.
+        Labels of dimensions that are not parameters, by the names of the dimensions.
     random : bool
         Whether any parameters are drawn at random.
     """
 
-    dimensions: dict[str, int]
-    columns: dict[str, Column]
-    labels: dict[str, Any]
+    dimensions: dict[str, int] = field(default_factory=dict)
+    columns: dict[str, Column] = field(default_factory=dict)
+    labels: dict[str, Column] = field(default_factory=dict)
     random: bool = False
 
     def __len__(self) -> int:
-        return math.prod(self.dimensions.values())
+        return math.prod(self.shape)
 
     @property
     def shape(self) -> tuple[int, ...]:
         """The lengths of the dimensions."""
         return tuple(self.dimensions.values())
 
+    @property
+    def coordinates(self) -> dict[str, Column]:
+        """The parameters and the labels by name."""
+        return self.columns | self.labels
+
     def row(self, number: int) -> dict[str, Any]:
-        """Return the parameters of a row."""
-        place = tuple(int(k) for k in np.unravel_index(number, self.shape)) if self.dimensions else ()
-        return {name: column.value(place) for name, column in self.columns.items()}
+        """Return the parameters of a row as Python's own types or as Quantities."""
+        index = dict(zip(self.dimensions, np.unravel_index(number, self.shape), strict=True)) if self.dimensions else {}
+        found = {}
+        for name, column in self.columns.items():
+            value = column.values[tuple(index[dimension] for dimension in column.dimensions)]
+            found[name] = value.item() if column.unit is None else value << column.unit
+        return found
+
+    def texts(self) -> dict[str, str]:
+        """Return texts of the dimensions and of each coordinate, by readable names, for comparison with others."""
+        found = {"dimensions": "\n".join(f"{name}: {size}" for name, size in self.dimensions.items())}
+        for name, column in self.coordinates.items():
+            found[f"parameter {name}"] = "\n".join(["along " + ", ".join(column.dimensions), *column.texts().ravel()])
+        return found
+
+    def identities(self, numbered: bool) -> list[str]:
+        """Return a text for each row that is equal for rows of equal parameters, and of equal numbers if these count.
+
+        Rows with the same parameters are numbered among themselves.
+        """
+        texts = [[str(number) for number in range(len(self))]] if numbered else []
+        for name, column in sorted(self.coordinates.items()):
+            # Each column lies along some of the dimensions, in the table's order.
+            inner = [size if along in column.dimensions else 1 for along, size in self.dimensions.items()]
+            values = np.broadcast_to(column.texts().reshape(inner), self.shape)
+            texts.append([f"{name} = {text}" for text in values.ravel()])
+        seen: dict[str, int] = {}
+        found = []
+        for parts in zip(*texts, strict=True) if texts else [()] * len(self):
+            row = "; ".join(parts)
+            seen[row] = seen.get(row, 0) + 1
+            found.append(row if seen[row] == 1 else f"{row} ({seen[row]})")
+        return found
+
+    def add_dimension(self, name: str, size: int) -> None:
+        """Add a dimension."""
+        if name in self.dimensions:
+            raise InvalidInput(f"parameters has two dimensions of the name {name!r}; expected one")
+        if not fits(name):
+            raise InvalidInput(f"parameters has a dimension of the name {name!r}; expected text without '/'")
+        self.dimensions[name] = size
+
+    def add(self, name: Any, column: Column) -> None:
+        """Add a parameter."""
+        if not isinstance(name, str) or not name.isidentifier():
+            raise InvalidInput(
+                f"parameters has the name {name!r}; expected one that an argument of a function may have"
+            )
+        if name == RNG:
+            raise InvalidInput(f"parameters has the name {RNG!r}, which is kept for the random numbers of a row")
+        if name in self.columns:
+            raise InvalidInput(f"parameters has {name!r} twice; expected it once")
+        self.columns[name] = column
 
 
 def storable(text: str) -> bool:
@@ -169,76 +223,57 @@ def fits(name: str) -> bool:
     return name not in ("", ".") and "/" not in name and storable(name)
 
 
-def stream(seed: Any, row: int, kind: int) -> np.random.Generator:
+def stream(seed: int, row: int, kind: int) -> np.random.Generator:
     """Return the random generator of a row: kind 0 for its drawn parameters, 1 for its setup."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(row, kind)))
 
 
-def plan(parameters: Any, seed: Any) -> Plan:
+def tabulated(parameters: Any, seed: int | None) -> Table:
     """Return the rows of what :func:`fullbody.sweep` takes as parameters."""
     parts = list(parameters) if isinstance(parameters, list | tuple) else [parameters]
     if not parts:
         raise InvalidInput(
             "parameters is empty; expected a mapping, a table, draws(...), paired(...) or a list of these"
         )
-    dimensions: dict[str, int] = {}
-    columns: dict[str, Column] = {}
-    labels: dict[str, Any] = {}
+    table = Table()
     random: dict[str, Any] = {}
-
-    def dimension(name: str, size: int) -> int:
-        if name in dimensions:
-            raise InvalidInput(f"parameters has two dimensions of the name {name!r}; expected one")
-        if not fits(name):
-            raise InvalidInput(f"parameters has a dimension of the name {name!r}; expected text without '/'")
-        dimensions[name] = size
-        return len(dimensions) - 1
-
-    def column(name: Any, values: Any, along: tuple[int, ...]) -> None:
-        if not isinstance(name, str) or not name.isidentifier():
-            raise InvalidInput(
-                f"parameters has the name {name!r}; expected one that an argument of a function may have"
-            )
-        if name == RNG:
-            raise InvalidInput(f"parameters has the name {RNG!r}, which is kept for the random numbers of a row")
-        if name in columns or name in random:
-            raise InvalidInput(f"parameters has {name!r} twice; expected it once")
-        columns[name] = Column(values, along)
-
     for part in parts:
         match _kind(part):
             case Draws() as drawn:
-                dimension("draw", drawn.count)
-                for name, distribution in drawn.distributions.items():
-                    column(name, None, ())
-                    random[name] = distribution
-            case Paired() as table:
-                known = {name: _values(values, name) for name, values in table.columns.items()}
-                sizes = {name: np.size(values) if np.ndim(values) else None for name, values in known.items()}
-                lengths = set(sizes.values()) - {None}
-                if len(lengths) != 1:
-                    found = ", ".join(f"{name} has {size}" for name, size in sizes.items()) or "there are none"
-                    raise InvalidInput(f"parameters has columns that do not pair: {found}; expected one length for all")
-                axis = dimension(table.dimension, lengths.pop())  # type: ignore[arg-type]
-                for name, values in known.items():
-                    column(name, values, (axis,) if np.ndim(values) else ())
-                if table.labels is not None:
-                    labels[table.dimension] = table.labels
+                table.add_dimension("draw", drawn.n)
+                random |= drawn.distributions
+                for name in drawn.distributions:
+                    table.add(name, Column(None, ()))
+            case Paired() as pairs:
+                _add_pairs(table, pairs)
             case grid:
-                for name, given in grid.items():
-                    values = _values(given, name)
+                for name, values in grid.items():
+                    column = _column(values, name, (name,))
                     # The name is checked before it becomes that of a dimension.
-                    column(name, values, (len(dimensions),) if np.ndim(values) else ())
-                    if np.ndim(values):
-                        dimension(name, len(values))
-    for name in {"row", "draw"} & dimensions.keys() & columns.keys():
-        if columns[name].along != (list(dimensions).index(name),):
+                    table.add(name, column)
+                    if column.dimensions:
+                        table.add_dimension(name, len(column.values))
+    for name in table.dimensions.keys() & table.columns.keys():
+        if table.columns[name].dimensions != (name,):
             raise InvalidInput(f"parameters has the name {name!r}, which is that of a dimension; expected another")
-    without = Plan(dimensions, columns, labels)
-    if math.prod(without.shape) > _MOST_ROWS:
-        product = " x ".join(f"{size} ({name})" for name, size in dimensions.items())
+    if len(table) > _MOST_ROWS:
+        product = " x ".join(f"{size} ({name})" for name, size in table.dimensions.items())
         raise InvalidInput(f"parameters has {product} rows; expected at most {_MOST_ROWS} in one sweep")
-    return _draw(without, random, seed)
+    return _drawn(table, random, seed) if random else table
+
+
+def _add_pairs(table: Table, pairs: Paired) -> None:
+    columns = {name: _column(values, name, (pairs.dimension,)) for name, values in pairs.columns.items()}
+    sizes = {name: len(column.values) if column.dimensions else None for name, column in columns.items()}
+    lengths = set(sizes.values()) - {None}
+    if len(lengths) != 1:
+        found = ", ".join(f"{name} has {size}" for name, size in sizes.items()) or "there are none"
+        raise InvalidInput(f"parameters has columns that do not pair: {found}; expected one length for all")
+    table.add_dimension(pairs.dimension, lengths.pop() or 0)
+    for name, column in columns.items():
+        table.add(name, column)
+    if pairs.labels is not None:
+        table.labels[pairs.dimension] = _column(pairs.labels, pairs.dimension, (pairs.dimension,))
 
 
 def _kind(part: Any) -> Any:
@@ -256,52 +291,50 @@ def _kind(part: Any) -> Any:
     if isinstance(part.index, pd.MultiIndex):
         raise InvalidInput("parameters is a table with an index of many levels; expected table.reset_index()")
     numbered = isinstance(part.index, pd.RangeIndex) and part.index.name is None
-    name = "row" if part.index.name is None else str(part.index.name)
-    labels = None if numbered else _values(part.index.to_numpy(), name)
-    return Paired({name: part[name].to_numpy() for name in part.columns}, name, labels)
+    columns = {name: part[name].to_numpy() for name in part.columns}
+    return Paired(
+        columns,
+        "row" if part.index.name is None else str(part.index.name),
+        None if numbered else part.index.to_numpy(),
+    )
 
 
-def _values(given: Any, name: str) -> Any:
-    """Return the values of a parameter as an array with at most one dimension, or as a Quantity."""
+def _column(given: Any, name: str, dimensions: tuple[str, ...]) -> Column:
+    """Return the values of a parameter, which lie along the dimensions unless there is a single one."""
     expected = "expected numbers, Quantities or texts, one or a list of them"
-    if isinstance(given, str):
-        return np.array(given)
     if callable(given) or hasattr(given, "rvs"):
         raise InvalidInput(f"{name} is {given!r}; expected values, or fullbody.ensembles.draws(..., {name}=...)")
     refuse_masked(given, name)
-    if isinstance(given, Iterable) and not hasattr(given, "__array__"):
+    if isinstance(given, Iterable) and not isinstance(given, str) and not hasattr(given, "__array__"):
         given = list(given)
-        texts = sum(isinstance(value, str) for value in given)
-        if 0 < texts < len(given):
-            raise InvalidInput(f"{name} is {given!r}, texts and others; {expected}")
-        if not texts:
-            given = gathered(given, name)
-        if not texts and not is_quantity(given):
-            given = _exact(given, name)
-    elif not is_quantity(given) and not isinstance(given, np.ndarray):
-        # A column of an astropy table keeps its unit.
-        given = gathered(given, name)
+    kind = getattr(getattr(given, "dtype", None), "kind", "")
+    items = given if isinstance(given, list) else np.ravel(given).tolist() if kind in "OTU" and kind else [given]
+    texts = sum(isinstance(item, str) for item in items)
+    if 0 < texts < len(items):
+        raise InvalidInput(f"{name} is {given!r}, texts and others; {expected}")
+    given = given if texts else gathered(given, name)
     try:
-        values = given if is_quantity(given) else np.asarray(given)
-        if not is_quantity(values) and values.dtype.kind in "OT" and all(isinstance(v, str) for v in values.flat):
-            values = values.astype(str)
+        values = np.asarray(getattr(given, "value", given))
     except (TypeError, ValueError) as error:
         raise InvalidInput(f"{name} is {given!r}; {expected}") from error
-    if np.ndim(values) > 1 or (np.ndim(values) and not len(values)):
-        raise InvalidInput(f"{name} has shape {np.shape(values)}; {expected}")
-    texts_fit = is_quantity(values) or values.dtype.kind != "U" or all(map(storable, np.ravel(values).tolist()))
-    if not texts_fit or (not is_quantity(values) and values.dtype.kind not in "biufU"):
+    if texts:
+        values = values.astype(str)
+    elif isinstance(given, list):
+        values = _exact(given, name)
+    if values.ndim > 1 or not values.size:
+        raise InvalidInput(f"{name} has shape {values.shape}; {expected}")
+    if values.dtype.kind not in "biufU" or (values.dtype.kind == "U" and not all(map(storable, values.ravel()))):
         raise InvalidInput(f"{name} is {given!r}; {expected}")
-    return values
+    return Column(values, dimensions[: values.ndim], given.unit if is_quantity(given) else None)
 
 
-def _exact(given: Any, name: str) -> Any:
+def _exact(given: list[Any], name: str) -> Any:
     """Return values as an array that represents each integer exactly.
 
     Numpy converts integers to floats beside floats, and beside negative integers if they are near 2**64.
     """
     if any(type(value) is bool or not isinstance(value, int | float | np.integer) for value in given):
-        return given
+        return np.asarray(given)
     kinds = (np.float64,) if any(isinstance(value, float) for value in given) else (np.int64, np.uint64)
     for kind in kinds:
         with suppress(OverflowError):
@@ -314,74 +347,22 @@ def _exact(given: Any, name: str) -> Any:
     )
 
 
-def _draw(without: Plan, random: Mapping[str, Any], seed: Any) -> Plan:
-    """Return the plan with the values of the drawn parameters."""
-    if not random:
-        return without
+def _drawn(table: Table, random: Mapping[str, Any], seed: int | None) -> Table:
+    """Return the table with the values of the drawn parameters."""
     if seed is None:
-        raise InvalidInput(f"seed is None, but {next(iter(random))} is drawn; expected a whole number")
-    found: dict[str, list[Any]] = {name: [] for name in random}
-    for row in range(len(without)):
+        raise InvalidInput(f"rng is None, but {next(iter(random))} is drawn; expected a whole number or a generator")
+    values: dict[str, list[Any]] = {name: [] for name in random}
+    for row in range(len(table)):
         rng = stream(seed, row, 0)
         for name, distribution in random.items():
-            found[name].append(_drawn(distribution, rng, name))
-    along = tuple(range(len(without.dimensions)))
-    columns = {
-        name: Column(_values(found[name], name).reshape(without.shape), along) if name in random else column
-        for name, column in without.columns.items()
-    }
-    return Plan(without.dimensions, columns, without.labels, random=True)
-
-
-def _drawn(distribution: Callable[[np.random.Generator], Any] | Any, rng: np.random.Generator, name: str) -> Any:
-    value = distribution.rvs(random_state=rng) if hasattr(distribution, "rvs") else distribution(rng)
-    if isinstance(value, str):
-        return value
-    if np.ndim(value):
-        raise InvalidInput(
-            f"a draw of {name} has shape {np.shape(value)}; expected one number, Quantity or text (arrays are drawn in "
-            f"the setup, from its argument {RNG})"
-        )
-    return value if is_quantity(value) else np.asarray(value).item()
-
-
-def chunks(missing: Sequence[bool], size: int) -> Iterable[list[int]]:
-    """Yield the numbers of the missing rows in chunks, one chunk for each block of ``size`` rows."""
-    for start in range(0, len(missing), size):
-        rows = [row for row in range(start, min(start + size, len(missing))) if missing[row]]
-        if rows:
-            yield rows
-
-
-def columns_of(found: Plan) -> dict[str, tuple[tuple[str, ...], Any]]:
-    """Return the dimensions' names and the values of each parameter."""
-    names = list(found.dimensions)
-    return {
-        name: (tuple(itertools.compress(names, (k in column.along for k in range(len(names))))), column.values)
-        for name, column in found.columns.items()
-    }
-
-
-def plain_columns(found: Plan) -> Columns:
-    """Return the parameters of a plan as files hold them."""
-    return {
-        name: (
-            along,
-            np.ravel(values.value if is_quantity(values) else values).tolist(),
-            str(values.unit) if is_quantity(values) else None,
-        )
-        for name, (along, values) in columns_of(found).items()
-    }
-
-
-def identities(dimensions: Mapping[str, int], columns: Columns) -> list[tuple[str, ...]]:
-    """Return for each row of a sweep a tuple that is equal for rows of equal parameters."""
-    shape = tuple(dimensions.values())
-    parts = []
-    for name in sorted(columns):
-        along, values, unit = columns[name]
-        texts = np.array([f"{name} = {value!r} {unit or ''}" for value in values], dtype=object)
-        # Each column lies along some of the dimensions, in the plan's order.
-        inner = texts.reshape([size if dimension in along else 1 for dimension, size in dimensions.items()])
-        parts.append(np.broadcast_to(inner, shape).ravel().tolist())
-    return list(zip(*parts, strict=True)) if parts else [()] * math.prod(shape)
+            draw = distribution.rvs(random_state=rng) if hasattr(distribution, "rvs") else distribution(rng)
+            if not isinstance(draw, str) and np.ndim(draw):
+                raise InvalidInput(
+                    f"a draw of {name} has shape {np.shape(draw)}; expected one number, Quantity or text (arrays are "
+                    f"drawn in the setup, from its argument {RNG})"
+                )
+            values[name].append(draw if isinstance(draw, str) or is_quantity(draw) else np.asarray(draw).item())
+    for name in random:
+        column = _column(values[name], name, ("draw",))
+        table.columns[name] = Column(column.values.reshape(table.shape), tuple(table.dimensions), column.unit)
+    return Table(table.dimensions, table.columns, table.labels, random=True)

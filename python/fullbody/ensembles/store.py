@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+import itertools
 import json
+import os
 import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping
@@ -19,9 +22,8 @@ from ..errors import FullbodyError, InvalidInput
 from ..files import checksum
 from ..files.netcdf import SUFFIXES, write
 from ..files.reading import netcdf
-from .dataset import FAILURE
-from .identity import digest
-from .parameters import Columns, Plan, identities, plain_columns
+from .dataset import FAILURE, table_of
+from .parameters import Table
 from .work import Failure, Measured, Outcome
 
 if TYPE_CHECKING:
@@ -29,19 +31,17 @@ if TYPE_CHECKING:
 
 __all__ = ["ATTRIBUTE", "Manifest", "Store", "opened"]
 
-#: The identity of a sweep: digests of its parts by their names.
+#: The description of a sweep: texts by their names.
 Manifest = Mapping[str, str]
-#: The attribute of a map that holds the manifest.
+#: The attribute of a map that holds the description of its sweep.
 ATTRIBUTE = "fullbody_sweep"
-_LOCK = "lock"
-#: First words of the names of the parts that may differ in a sweep that extends another one.
-_EXTENSIBLE = ("dimensions", "parameter ")
+_LOCK, _DESCRIPTION = "lock", "sweep.json"
 #: Names of files left by a process that was killed while writing; see :func:`fullbody.base.atomic.replacing`.
 _LEFT = re.compile(r"\..*\.[0-9a-f]{32}\.part\.(npz|json)")
 
 
 @contextmanager
-def opened(path: Any, manifest: Manifest, plan: Plan) -> Iterator[Store]:
+def opened(path: Any, manifest: Manifest, table: Table) -> Iterator[Store]:
     """Open the store at a path, locked against other processes.
 
     Raises
@@ -51,22 +51,38 @@ def opened(path: Any, manifest: Manifest, plan: Plan) -> Iterator[Store]:
     FullbodyError
         If another process has the store open.
     """
-    store = Store(as_path(path, "store"), manifest, plan)
-    if store.look():
+    store = Store(as_path(path, "store"), manifest, table)
+    store.look()
+    if store.map is not None:
         yield store
         return
     if not store.folder.parent.is_dir():
         raise FileNotFoundError(f"no folder {store.folder.parent} to keep {store.path.name} in")
     if store.folder.exists() and not store.folder.is_dir():
         raise InvalidInput(f"{store.folder} is a file; expected a folder, or a name that ends in .nc")
-    store.folder.mkdir(exist_ok=True)
-    with (store.folder / _LOCK).open("a+b") as lock:
-        if not _hold(lock):
-            raise FullbodyError(f"another process works on {store.path}; expected one at a time")
+    with _locked(store):
         # Another process may have finished between the look at the map and now.
-        if not store.look():
+        store.look()
+        if store.map is None:
             store.begin()
         yield store
+
+
+@contextmanager
+def _locked(store: Store) -> Iterator[None]:
+    """Hold the lock of a store's folder, which is made if it is missing."""
+    store.folder.mkdir(exist_ok=True)
+    path = store.folder / _LOCK
+    busy = FullbodyError(f"another process works on {store.path}; expected one at a time")
+    try:
+        lock = path.open("a+b")
+    except FileNotFoundError:
+        raise busy from None
+    with lock:
+        # The process that completes the map removes the lock, which then locks nothing.
+        if not _hold(lock) or not path.exists() or not os.path.samestat(os.fstat(lock.fileno()), path.stat()):
+            raise busy
+        yield
 
 
 if sys.platform == "win32":
@@ -104,31 +120,30 @@ class Store:
     folder : Path
         The folder of the chunks.
     map : xarray.Dataset or None
-        The map, if it was there when it was last looked for.
+        The complete map, if it was there when it was last looked for.
+    outcomes : dict
+        The stored outcomes by rows.
     """
 
     map: xarray.Dataset | None = None
 
-    def __init__(self, path: Path, manifest: Manifest, plan: Plan) -> None:
-        self.path, self._manifest, self._plan = path, dict(manifest), plan
+    def __init__(self, path: Path, manifest: Manifest, table: Table) -> None:
+        self.path, self._manifest, self._table = path, dict(manifest), table.texts()
         self._of_map = path.suffix.lower() in SUFFIXES
         if self._of_map:
             # A missing package is reported before all work, not at the end of it.
             netcdf()
         self.folder = path.with_name(path.name + ".parts") if self._of_map else path
-        self._mark = digest(self._manifest)
-        #: For each sweep whose chunks are here, by its mark: the rows of this sweep that its rows correspond to.
-        self._rows: dict[str, list[int]] = {self._mark: list(range(len(plan)))}
-        #: Rows of this sweep that come from a map that it extends.
-        self._kept: dict[int, Outcome] = {}
+        self._numbered = manifest["rng"] != "None"
+        self._identities = table.identities(self._numbered)
+        self._rows = {identity: row for row, identity in enumerate(self._identities)}
+        self.outcomes: dict[int, Outcome] = {}
 
-    def look(self) -> bool:
-        """Read the map if it is there and return whether it is complete.
-
-        A map that this sweep extends provides its rows.
-        """
+    def look(self) -> None:
+        """Read the map if it is there; a map that this sweep extends provides its rows."""
+        self.outcomes = {}
         if not self._of_map or not self.path.exists():
-            return False
+            return
         xr = netcdf()
         try:
             file = BytesIO(content(self.path))
@@ -140,103 +155,73 @@ class Store:
                 raise InvalidInput(f"the file has no attribute {ATTRIBUTE}")
         except InvalidInput as error:
             raise InvalidInput(f"{self.path} is not a sweep's map: {error}; expected one, or a new name") from error
-        names = {name: found.coords[name] for name in found.coords if f"parameter {name}" in self._manifest}
-        columns: Columns = {
-            name: (one.dims, one.values.ravel().tolist(), one.attrs.get("units")) for name, one in names.items()
-        }
-        dimensions = {name: found.sizes[name] for name in found.error.dims}
-        rows = self._compare(found.attrs[ATTRIBUTE], dimensions, columns)
-        if rows is None:
+        table = table_of(found)
+        outcomes = dict(zip(table.identities(self._numbered), _outcomes(found), strict=True))
+        if self._is_same(json.loads(found.attrs[ATTRIBUTE]), table.texts(), outcomes):
             self.map = found
-            return True
-        self._kept = {row: outcome for row, outcome in zip(rows, _outcomes(found, rows), strict=True)}
-        return False
+        else:
+            self._take(outcomes)
 
     def begin(self) -> None:
-        """Check that the folder belongs to this sweep, or to sweeps that it extends."""
+        """Read the chunks, after a check that the folder belongs to this sweep or to one that it extends."""
         for file in self.folder.iterdir():
             if _LEFT.fullmatch(file.name):
                 file.unlink()
-        described = sorted(self.folder.glob("sweep*.json"))
-        others = sorted(file.name for file in self.folder.iterdir() if file.name != _LOCK)
-        if others and not described:
+        described, is_described = self.folder / _DESCRIPTION, False
+        if described.exists():
+            try:
+                found = json.loads(described.read_text(encoding="utf-8", errors="replace"))
+                manifest, table = ({**found[name]} for name in ("sweep", "parameters"))
+            except (ValueError, TypeError, LookupError) as error:
+                raise InvalidInput(f"{self.path} has a damaged description of its sweep: {error}") from error
+            chunks = {file: self._read(file, manifest) for file in sorted(self.folder.glob("*.npz"))}
+            is_described = self._is_same(manifest, table, set(itertools.chain(*chunks.values())))
+            of_map = self.outcomes.copy()
+            for file, outcomes in chunks.items():
+                # A process that was killed after it wrote the map left its chunks.
+                if twice := [row for row in self._take(outcomes) if row not in of_map]:
+                    raise InvalidInput(f"{file} has row {twice[0]} once more; expected each row in one file")
+        elif others := sorted(file.name for file in self.folder.iterdir() if file.name != _LOCK):
             # The store leaves no file of its own in a folder that belongs to someone else.
             (self.folder / _LOCK).unlink()
             raise InvalidInput(f"{self.folder} has {others[0]}, but no sweep; expected a new or empty folder")
-        known = False
-        for file in described:
-            try:
-                found = json.loads(file.read_text(encoding="utf-8", errors="replace"))
-                manifest, dimensions, columns = (found[name] for name in ("sweep", "dimensions", "parameters"))
-            except (ValueError, TypeError, LookupError) as error:
-                raise InvalidInput(f"{self.path} has a damaged description of its sweep: {error}") from error
-            rows = self._compare(json.dumps(manifest), dimensions, columns)
-            known |= rows is None
-            if rows is not None:
-                self._rows[digest(manifest)] = rows
-        if not known:
-            dimensions, columns = self._plan.dimensions, plain_columns(self._plan)
-            text = json.dumps({"sweep": self._manifest, "dimensions": dimensions, "parameters": columns}, indent=1)
-            with replacing(self.folder / f"sweep{len(described) or ''}.json") as temporary:
+        if not is_described:
+            text = json.dumps({"sweep": self._manifest, "parameters": self._table}, indent=1)
+            with replacing(described) as temporary:
                 temporary.write_text(text, encoding="utf-8")
 
-    def _compare(self, text: str, dimensions: Mapping[str, int], columns: Columns) -> list[int] | None:
-        """Compare another sweep with this one; return ``None`` if they are equal, or its rows' numbers in this one.
+    def _is_same(self, manifest: Manifest, table: Manifest, rows: Iterable[str]) -> bool:
+        """Return whether a stored sweep is the same as this one or, otherwise, one that this one extends.
 
         Raises
         ------
         InvalidInput
-            If they differ in more than the parameters, or if this sweep does not have all of its rows.
+            If they differ in more than the parameters, or if this sweep does not have all of the stored rows.
         """
-        try:
-            known = json.loads(text)
-            changed = [name for name in {**known, **self._manifest} if known.get(name) != self._manifest.get(name)]
-            if not changed:
-                return None
-            rows = None
-            if all(name.startswith(_EXTENSIBLE) for name in changed) and len(known) == len(self._manifest):
-                rows = self._included(identities(dimensions, columns))
-        except (ValueError, TypeError, AttributeError, LookupError) as error:
-            raise InvalidInput(f"{self.path} has a damaged description of its sweep: {error}") from error
-        if rows is None:
+        changed = _differences(manifest, self._manifest)
+        others = _differences(table, self._table)
+        if changed or not self._rows.keys() >= set(rows):
             raise InvalidInput(
-                f"{self.path} has a sweep that differs in: {', '.join(changed)}; expected the same, parameters that "
-                "include all of its rows, or another store"
+                f"{self.path} has a sweep that differs in: {'; '.join(changed + others)}; expected the same, "
+                "parameters that include all of its rows, or another store"
             )
-        return rows
+        return not others
 
-    def _included(self, stored: list[tuple[str, ...]]) -> list[int] | None:
-        """Return the rows of this sweep with the stored rows' parameters, or ``None`` if one is missing.
+    def _take(self, outcomes: Mapping[str, Outcome]) -> list[int]:
+        """Add stored outcomes, given by the identities of their rows, and return the rows that were there before."""
+        taken = {self._rows[identity]: outcome for identity, outcome in outcomes.items()}
+        twice = [row for row in taken if row in self.outcomes]
+        self.outcomes |= {row: replace(outcome, row=row) for row, outcome in taken.items()}
+        return twice
 
-        Random numbers depend on the row's number, which then has to agree too.
-        """
-        own = identities(self._plan.dimensions, plain_columns(self._plan))
-        if self._manifest["seed"] != "None":
-            return list(range(len(stored))) if own[: len(stored)] == stored else None
-        places: dict[tuple[str, ...], list[int]] = {}
-        for row in reversed(range(len(own))):
-            places.setdefault(own[row], []).append(row)
-        found = [places[one].pop() if places.get(one) else -1 for one in stored]
-        return None if -1 in found else found
-
-    def outcomes(self) -> dict[int, Outcome]:
-        """Return the outcomes so far by rows."""
-        found = dict(self._kept)
-        for file in sorted(self.folder.glob("*.npz")):
-            for outcome in self._read(file):
-                if outcome.row in found:
-                    raise InvalidInput(f"{file} has row {outcome.row} once more; expected each row in one file")
-                found[outcome.row] = outcome
-        return found
-
-    def _read(self, file: Path) -> list[Outcome]:
+    def _read(self, file: Path, manifest: Manifest) -> dict[str, Outcome]:
+        """Return the outcomes in a chunk by the identities of their rows."""
         try:
             with np.load(BytesIO(content(file))) as chunk:
                 mark, index, numbers = str(chunk["sweep"]), json.loads(str(chunk["index"])), chunk["numbers"]
-            if mark not in self._rows:
+            if mark != _mark(manifest):
                 raise InvalidInput("the chunk belongs to another sweep")
-            rows = self._rows[mark]
-            return [replace(outcome, row=rows[outcome.row]) for outcome in _unpacked(index, numbers)]
+            return dict(_unpacked(index, numbers))
         except InvalidInput as error:
             raise InvalidInput(f"{file} cannot be used: {error}; expected a chunk of this sweep") from error
         except OSError:
@@ -252,7 +237,7 @@ class Store:
         numbers = [o.value.reshape(-1) for out in outcomes for o in out.values.values() if not isinstance(o.value, str)]
         index = [
             {
-                "row": out.row,
+                "row": self._identities[out.row],
                 "failure": None if out.failure is None else [out.failure.name, out.failure.text, out.failure.stage],
                 "values": {
                     name: one.value if isinstance(one.value, str) else [one.value.shape, one.unit]
@@ -264,13 +249,14 @@ class Store:
         whole = BytesIO()
         np.savez(
             whole,
-            sweep=np.array(self._mark),
+            sweep=np.array(_mark(self._manifest)),
             index=np.array(json.dumps(index)),
             numbers=np.concatenate(numbers) if numbers else np.empty(0),
         )
-        # Chunks of a sweep that this one extends have that sweep's row numbers.
-        extends = f"-{self._mark[:8]}" if len(self._rows) > 1 else ""
-        with replacing(self.folder / f"{outcomes[0].row:08d}{extends}.npz") as temporary:
+        # A chunk of a sweep that this one extends may begin with a row of the same number.
+        names = (f"{outcomes[0].row:08d}{f'-{k}' if k else ''}.npz" for k in itertools.count())
+        path = next(path for name in names if not (path := self.folder / name).exists())
+        with replacing(path) as temporary:
             temporary.write_bytes(whole.getbuffer())
 
     def finish(self, found: xarray.Dataset) -> xarray.Dataset:
@@ -278,7 +264,7 @@ class Store:
         if not self._of_map:
             return found
         write(found.assign_attrs({ATTRIBUTE: json.dumps(self._manifest)}), self.path)
-        for file in (*self.folder.glob("*.npz"), *self.folder.glob("sweep*.json")):
+        for file in (*self.folder.glob("*.npz"), self.folder / _DESCRIPTION):
             file.unlink(missing_ok=True)
         # Other files stay in the folder; on Windows open files stay, too.
         with suppress(OSError):
@@ -289,26 +275,49 @@ class Store:
         return self.map
 
 
-def _outcomes(found: xarray.Dataset, rows: list[int]) -> Iterator[Outcome]:
-    """Yield the outcomes that a map was made of, with new row numbers."""
+def _mark(manifest: Manifest) -> str:
+    """Return a digest of the description of a sweep, which its chunks have."""
+    return hashlib.sha256(json.dumps(manifest, sort_keys=True).encode()).hexdigest()
+
+
+def _differences(stored: Manifest, given: Manifest) -> list[str]:
+    """Return the names of the texts that differ, each with the first lines that do."""
+    found = []
+    for name in sorted(stored.keys() | given.keys()):
+        lines = itertools.zip_longest(*(str(texts.get(name, "")).splitlines() for texts in (stored, given)))
+        for was, now in (pair for pair in lines if pair[0] != pair[1]):
+            there, here = ("nothing" if line is None else _short(line) for line in (was, now))
+            found.append(f"{name} ({there}, here {here})")
+            break
+    return found
+
+
+def _short(line: str) -> str:
+    line = line.strip()
+    return line if len(line) <= 60 else f"{line[:57]}..."
+
+
+def _outcomes(found: xarray.Dataset) -> Iterator[Outcome]:
+    """Yield the outcomes of the rows that a map was made of."""
     names = [name for name in found.data_vars if name not in FAILURE]
     dims = found.error.dims
     flat = {
-        name: (one.values.reshape(len(rows), *one.shape[len(dims) :]), one.attrs.get("units"))
+        name: (one.values.reshape(-1, *one.shape[len(dims) :]), one.attrs.get("units"))
         for name, one in ((str(name), found[name].transpose(*dims, ...)) for name in names)
     }
     failures = zip(*(found[name].values.ravel().tolist() for name in FAILURE), strict=True)
-    for place, (row, failure) in enumerate(zip(rows, failures, strict=True)):
+    for row, failure in enumerate(failures):
         values = {
-            name: Measured(str(value[place])) if value.dtype.kind in "OUT" else Measured(value[place], unit)
+            name: Measured(str(value[row])) if value.dtype.kind in "OUT" else Measured(value[row], unit)
             for name, (value, unit) in flat.items()
         }
         yield Outcome(row, values, Failure(*failure) if failure[0] else None)
 
 
-def _unpacked(index: Any, numbers: Any) -> Iterable[Outcome]:
-    place = 0
-    for entry in index:
+def _unpacked(index: Any, numbers: Any) -> Iterator[tuple[str, Outcome]]:
+    """Yield the identities and outcomes of rows from the parts of a chunk."""
+    start = 0
+    for row, entry in enumerate(index):
         values: dict[str, Measured] = {}
         for name, told in entry["values"].items():
             if isinstance(told, str):
@@ -316,7 +325,7 @@ def _unpacked(index: Any, numbers: Any) -> Iterable[Outcome]:
                 continue
             shape, unit = told
             size = int(np.prod(shape, dtype=np.int64))
-            values[name] = Measured(numbers[place : place + size].reshape(shape), unit)
-            place += size
+            values[name] = Measured(numbers[start : start + size].reshape(shape), unit)
+            start += size
         failure = entry["failure"]
-        yield Outcome(entry["row"], values, None if failure is None else Failure(*failure))
+        yield entry["row"], Outcome(row, values, None if failure is None else Failure(*failure))

@@ -10,21 +10,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.arguments import integer, suggestion
+from .. import observables
+from ..base.arguments import integer, seed_of, suggestion
 from ..base.progress import Progress, Report
-from ..base.units import is_quantity, need
+from ..base.units import need
 from ..base.version import version
 from ..errors import FullbodyError, Interrupted, InvalidInput, caution
 from ..events import Event
 from ..motion.options import check_for_all, differentiated, watched
 from ..record.integrators import Integrator, Verner98
-from . import identity
 from . import store as stores
 from .dataset import FAILURE, dataset
 from .executors import here, submitted
 from .many import thread_count
-from .parameters import RNG, Plan, chunks, columns_of, plan
-from .work import Job, Outcome, ordered
+from .parameters import RNG, Table, tabulated
+from .sources import described
+from .work import Job, Observable, Outcome, ordered
 
 if TYPE_CHECKING:
     import xarray
@@ -40,7 +41,7 @@ def sweep(
     parameters: Any,
     until: Any,
     *,
-    measure: Callable[..., Mapping[str, Any]] | Sequence[Callable[..., Mapping[str, Any]]],
+    measure: str | Callable[..., Any] | Sequence[str | Callable[..., Any]],
     output: Any = "ends",
     integrator: Integrator | None = None,
     events: Iterable[Event] = (),
@@ -51,7 +52,7 @@ def sweep(
     threads: int | None = None,
     store: Any = None,
     key: str | None = None,
-    seed: Any = None,
+    rng: int | np.random.Generator | None = None,
     chunk: int | None = None,
     progress: Any = False,
 ) -> xarray.Dataset:
@@ -61,8 +62,8 @@ def sweep(
     ----------
     setup : callable
         ``setup(**parameters) -> (system, state)``. An argument ``rng`` receives a ``numpy.random.Generator`` of the
-        row's own, which depends only on ``seed`` and the row's number. If it has a default value and there is no seed,
-        nothing is drawn.
+        row's own, which depends only on the sweep's ``rng`` and the row's number. If it has a default value, nothing is
+        drawn without the sweep's ``rng``.
     parameters : mapping, pandas.DataFrame, Paired, Draws, or a list of these
         A mapping of names to values makes a grid with a dimension for each list of values; a single value is a
         parameter without dimension. A table, or :func:`fullbody.ensembles.paired`, has one dimension along its rows;
@@ -71,10 +72,12 @@ def sweep(
     until : float, Quantity, text or callable
         The end of the runs, as for :meth:`fullbody.System.integrate`, or the name of the parameter that is the end, or
         a function that returns it, ``until(**parameters)``.
-    measure : callable, or list of callables
-        ``measure(run) -> dict`` of numbers, arrays of numbers of the same shape in all rows, or texts, each under the
-        name of its variable. Numbers may be Quantities. Entries that a row omits, or returns as ``None``, are nan
-        there. In a list each measure is called separately: if one fails, the values of the others remain.
+    measure : text, callable, or list of these
+        The name of an observable of :mod:`fullbody.observables`, such as ``"libration"``; or ``measure(run) -> dict``
+        of numbers, arrays of numbers of the same shape in all rows, or texts, each under the name of its variable; or a
+        function that returns the result of an observable, whose ``as_dict()`` is taken. Numbers may be Quantities.
+        Entries that a row omits, or returns as ``None``, are nan there. In a list each measure is called separately: if
+        one fails, the values of the others remain.
     output, integrator, events, dense, derivatives, chaos
         Options of :func:`fullbody.integrate_many`, for all runs; by default a run keeps its start and its end.
     executor : optional
@@ -87,13 +90,13 @@ def sweep(
         Where to keep the outcomes: a name that ends in ``.nc``, or a folder. A sweep that was interrupted for any
         reason continues from there when it is called again, and ends with the map of an uninterrupted one, bit for bit
         on a machine with the same vector instructions. A sweep whose parameters include all rows of the stored one
-        keeps those rows and computes the others. See the notes.
+        keeps those rows and computes the others. It needs ``key``. See the notes.
     key : str, optional
-        A text that stands for the setup, the measure, the events, and an end that is a function. The store then
-        compares this text instead of them, and it has to be changed whenever they change. It is needed if they use
-        things that cannot be compared, such as open files, or functions found by ``eval``.
-    seed : int or sequence of int, optional
-        The seed of random numbers, needed if anything is drawn.
+        A text of your own that stands for everything that the sweep uses and that the store does not compare. Change it
+        whenever something of that kind changes, such as a file that the setup reads. It has no effect without a store.
+    rng : int or numpy.random.Generator, optional
+        The seed of random numbers, or a generator that draws the seed, needed if anything is drawn; with a store only a
+        seed.
     chunk : int, optional
         Number of rows that are stored at a time and whose runs are in memory together; by default 16 with an executor,
         otherwise 64, or 16 per thread if that is more. The map does not depend on it.
@@ -133,16 +136,20 @@ def sweep(
     is ``map.where(map.error == "")``.
 
     A store ``map.nc`` is a folder of chunks, ``map.nc.parts``, until the sweep is complete, and then the map itself.
-    Every file is written completely or not at all. A store refuses a sweep that differs from its own: in parameters,
-    seeds, ends, output, integrators or events; in the version of fullbody, numpy or Python; and in the setup, the
-    measure, or anything that these use: default values, attributes, variables of enclosing functions, and functions,
-    classes and modules with all their content, unless they belong to an installed package. Objects that cannot be
-    compared are refused, unless ``key`` stands for them. Changes of files and environment variables that functions read
-    are not detected: change ``key`` with them.
+    Every file is written completely or not at all. A store refuses a sweep that differs from its own, and its error
+    names what differs: the key, the seed, the end, the output, the integrator, the events, the other options; the
+    version of fullbody, numpy or Python; and the source text of the setup, of the measures, and of the functions and
+    classes of your own modules that these name, and so on. Comments do not count, and of an enclosing function the
+    variables that are numbers or texts do.
+
+    A store does not notice changes of data files, environment variables, values of global variables, default values
+    that are computed, compiled code, installed packages other than fullbody and numpy, functions without a source text,
+    functions that are looked up by a text or passed in as values of other objects, and the state of a notebook. Change
+    ``key`` with them.
 
     A sweep with other parameters extends a stored sweep if all rows of the stored one are among the new ones: with more
     values in a grid, more rows of a table, or another dimension. Random numbers follow from the row's number, so that a
-    sweep with a seed keeps its rows only if they remain the first ones, as with more draws.
+    sweep with ``rng`` keeps its rows only if they remain the first ones, as with more draws.
 
     Examples
     --------
@@ -150,93 +157,71 @@ def sweep(
     >>> def setup(tilt):
     ...     system, state = fullbody.systems.kw4()
     ...     return system, state.rotated("Beta", [1, 0, 0], tilt)
-    >>> def drift(run):
-    ...     return {"drift": abs(run.energy_drift[-1])}
-    >>> found = fullbody.sweep(setup, {"tilt": [0.0, 0.1, 0.2]}, 20.0, measure=drift)
-    >>> found.drift.dims, bool((found.drift < 1e-12).all())
+    >>> found = fullbody.sweep(setup, {"tilt": [0.0, 0.1, 0.2]}, 20.0, measure="drift")
+    >>> found.energy_drift.dims, bool((found.energy_drift < 1e-12).all())
     (('tilt',), True)
     """
     with need("data", "a sweep"):
         import xarray  # noqa: F401
-    rows, job = _checked(
-        setup,
-        parameters,
-        until,
-        measure,
-        output,
-        integrator,
-        events,
-        dense,
-        derivatives,
-        chaos,
-        executor,
-        threads,
-        seed,
-    )
-    size = _chunk_size(chunk, executor, job.threads)
-    if key is not None and (store is None or not isinstance(key, str) or not key):
-        raise InvalidInput(f"key is {key!r}; expected a text that is not empty, and only with a store")
-    notes = {"title": "fullbody sweep", "fullbody_version": version()} | ({} if seed is None else {"seed": seed})
-    if store is None:
-        with Progress(progress) as report:
-            return _warned(_computed(job, rows, {}, notes, size, executor, report, None))
-    with stores.opened(store, _manifest(job, rows, key), rows) as kept:
-        if kept.map is not None:
-            return _warned(kept.map)
-        with Progress(progress) as report:
-            return _warned(kept.finish(_computed(job, rows, kept.outcomes(), notes, size, executor, report, kept)))
-
-
-def _checked(
-    setup: Any,
-    parameters: Any,
-    until: Any,
-    measure: Any,
-    output: Any,
-    integrator: Any,
-    events: Iterable[Event],
-    dense: bool,
-    derivatives: bool | Iterable[str],
-    chaos: bool,
-    executor: Any,
-    threads: int | None,
-    seed: Any,
-) -> tuple[Plan, Job]:
-    """Return the rows of a sweep and the job of each, or raise an error before any work."""
     if not callable(setup):
         raise InvalidInput(f"setup is {setup!r}; expected a function")
-    measures = tuple(measure) if isinstance(measure, list | tuple) else (measure,)
-    if not measures or not all(callable(one) for one in measures):
-        raise InvalidInput(f"measure is {measure!r}; expected a function, or a list of functions")
-    argument = _arguments(setup).get(RNG)
-    rng = argument is not None and (seed is not None or argument.default is argument.empty)
-    rows = plan(parameters, _seed(seed))
-    for name in (*rows.columns, *rows.dimensions):
+    if store is not None and isinstance(rng, np.random.Generator):
+        raise InvalidInput("rng is a generator; expected a whole number with a store, which has to draw the same again")
+    seed = None if rng is None else seed_of(rng, "rng")
+    table = tabulated(parameters, seed)
+    for name in (*table.columns, *table.dimensions):
         if name in FAILURE:
             raise InvalidInput(f"parameters has the name {name!r}, which is kept for what goes wrong with a row")
-    _check_names(setup, rows, rng)
-    if rng and seed is None:
-        raise InvalidInput(f"seed is None, but the setup takes {RNG}; expected a whole number")
-    if seed is not None and not (rng or rows.random):
-        raise InvalidInput(f"seed is {seed!r}, but nothing is drawn; expected none")
-    width = None if threads is None and executor is None else thread_count(1 if threads is None else threads)
-    check_for_all(integrator, output, None if isinstance(until, str) and until in rows.columns else until)
-    names = differentiated(derivatives)
-    wanted = False if names is None else tuple(names) or True
-    return rows, Job(
+    check_for_all(integrator, output, None if isinstance(until, str) and until in table.columns else until)
+    options = {
+        "output": output,
+        "integrator": Verner98() if integrator is None else integrator,
+        "events": watched(events),
+        "dense": bool(dense),
+        "derivatives": False if (names := differentiated(derivatives)) is None else names or True,
+        "chaos": bool(chaos),
+    }
+    functions = {"setup": setup, "measure": _measures(measure), "until": until}
+    workers = None if threads is None and executor is None else thread_count(1 if threads is None else threads)
+    job = Job(
         setup,
-        measures,
+        functions["measure"],
         until,
-        output,
-        integrator,
-        tuple(watched(events)),
-        bool(dense),
-        wanted,
-        bool(chaos),
-        width,
+        options | {"threads": workers},
         seed,
-        rng,
+        _draws(setup, table, seed),
     )
+    size = _chunk_size(chunk, executor, workers)
+    if store is not None and (not isinstance(key, str) or not key):
+        raise InvalidInput(f"key is {key!r}; expected a text that is not empty, since there is a store")
+    notes = {"title": "fullbody sweep", "fullbody_version": version()} | ({} if seed is None else {"rng": seed})
+    with Progress(progress) as report:
+        if store is None:
+            return _warned(_computed(job, table, {}, notes, size, executor, report, None))
+        manifest = {
+            "key": str(key),
+            "version of fullbody": version(),
+            "version of numpy": np.__version__,
+            "version of Python": ".".join(map(str, sys.version_info[:2])),
+            "rng": str(seed),
+        } | described({**options, **functions})
+        with stores.opened(store, manifest, table) as kept:
+            if kept.map is None:
+                computed = _computed(job, table, kept.outcomes, notes, size, executor, report, kept)
+                return _warned(kept.finish(computed))
+            return _warned(kept.map)
+
+
+def _measures(measure: Any) -> tuple[Callable[..., Any], ...]:
+    """Return measures as functions, of which some may be given by the names of observables."""
+    measures = tuple(measure) if isinstance(measure, list | tuple) else (measure,)
+    known = [name for name in observables.__all__ if name[0].islower()]
+    for name in measures:
+        if isinstance(name, str) and name not in known:
+            raise InvalidInput(f"measure has {name!r}, which is no observable; {suggestion(name, known)}")
+    if not measures or not all(isinstance(part, str) or callable(part) for part in measures):
+        raise InvalidInput(f"measure is {measure!r}; expected a function, the name of an observable, or a list of them")
+    return tuple(Observable(part) if isinstance(part, str) else part for part in measures)
 
 
 def _chunk_size(chunk: Any, executor: Any, width: int | None) -> int:
@@ -250,7 +235,7 @@ def _chunk_size(chunk: Any, executor: Any, width: int | None) -> int:
 
 def _computed(
     job: Job,
-    rows: Plan,
+    table: Table,
     outcomes: dict[int, Outcome],
     notes: dict[str, Any],
     size: int,
@@ -262,7 +247,7 @@ def _computed(
 
     An error that ends the sweep has the map so far in its attribute ``dataset``.
     """
-    count = _Count(report, len(rows), outcomes.values())
+    count = _Count(report, len(table), outcomes.values())
 
     def keep(found: list[Outcome]) -> None:
         found = ordered(found)
@@ -271,20 +256,23 @@ def _computed(
             kept.add(found)
         count.add(found)
 
-    missing = [row not in outcomes for row in range(len(rows))]
-    tasks = ([(row, rows.row(row)) for row in numbers] for numbers in chunks(missing, size))
+    missing = [row not in outcomes for row in range(len(table))]
+    blocks = (
+        [row for row in range(k, min(k + size, len(missing))) if missing[row]] for k in range(0, len(missing), size)
+    )
+    tasks = ([(row, table.row(row)) for row in rows] for rows in blocks if rows)
     try:
         here(job, tasks, keep, count.under_way) if executor is None else submitted(executor, job, tasks, keep)
     except (KeyboardInterrupt, FullbodyError, OSError) as error:
         where = "in .dataset" if kept is None else f"in {kept.path} and in .dataset"
-        done = f"{len(outcomes)} of {len(rows)} rows are done, {where}"
+        done = f"{len(outcomes)} of {len(table)} rows are done, {where}"
         raised: Any = Interrupted(f"interrupted; {done}") if isinstance(error, KeyboardInterrupt) else error
-        raised.dataset = dataset(rows, outcomes.values(), notes)
+        raised.dataset = dataset(table, outcomes.values(), notes)
         if raised is not error:
             raise raised from None
         error.add_note(done)
         raise
-    return dataset(rows, outcomes.values(), notes)
+    return dataset(table, outcomes.values(), notes)
 
 
 def _warned(found: xarray.Dataset) -> xarray.Dataset:
@@ -307,55 +295,28 @@ def _arguments(function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
         return {}
 
 
-def _check_names(setup: Callable[..., Any], rows: Plan, rng: bool) -> None:
-    """Raise an error for parameters that the setup does not take, and for missing ones."""
+def _draws(setup: Callable[..., Any], table: Table, seed: int | None) -> bool:
+    """Return whether the setup receives random numbers, after a check of the names of its arguments.
+
+    An argument ``rng`` with a default value receives random numbers only if there is a seed.
+    """
     arguments = _arguments(setup)
-    if not arguments or any(a.kind is a.VAR_KEYWORD for a in arguments.values()):
-        return
-    for name in rows.columns:
+    rng = arguments.get(RNG)
+    drawn = rng is not None and (seed is not None or rng.default is rng.empty)
+    if drawn and seed is None:
+        raise InvalidInput(f"rng is None, but the setup takes {RNG}; expected a whole number or a generator")
+    if seed is not None and not (drawn or table.random):
+        raise InvalidInput(f"rng is {seed!r}, but nothing is drawn; expected none")
+    if not arguments or any(argument.kind is argument.VAR_KEYWORD for argument in arguments.values()):
+        return drawn
+    for name in table.columns:
         if name not in arguments:
             raise InvalidInput(f"parameters has {name!r}, which the setup does not take; {suggestion(name, arguments)}")
     for name, argument in arguments.items():
         needed = argument.default is argument.empty and argument.kind is not argument.VAR_POSITIONAL
-        if needed and name not in rows.columns and not (rng and name == RNG):
-            raise InvalidInput(f"parameters has no {name!r}, which the setup needs; it has {', '.join(rows.columns)}")
-
-
-def _seed(seed: Any) -> Any:
-    """Return a seed as numpy takes it: one integer or several."""
-    if seed is None:
-        return None
-    many = isinstance(seed, list | tuple)
-    numbers = [integer(number) for number in (seed if many else [seed])]
-    if not numbers or any(number is None or number < 0 for number in numbers):
-        raise InvalidInput(f"seed is {seed!r}; expected a whole number from zero, or a list of some")
-    return numbers if many else numbers[0]
-
-
-def _manifest(job: Job, rows: Plan, key: str | None) -> Mapping[str, str]:
-    """Return digests of all that determines a sweep, by readable names. A key stands for all functions."""
-    told = {
-        "version of fullbody": version(),
-        "version of numpy": np.__version__,
-        "version of Python": ".".join(map(str, sys.version_info[:2])),
-        "seed": repr(job.seed),
-        "dimensions": identity.digest((dict(rows.dimensions), rows.labels)),
-        "output": identity.digest(job.output),
-        "integrator": identity.digest(Verner98() if job.integrator is None else job.integrator),
-        **({"events": identity.digest(job.events)} if key is None else {"key": key}),
-        "dense": repr(job.dense),
-        **({"derivatives": repr(job.derivatives)} if job.derivatives else {}),
-        **({"chaos": "True"} if job.chaos else {}),
-    }
-    told |= {f"parameter {name}": identity.digest(column) for name, column in columns_of(rows).items()}
-    measures = {f"measure {place}" if place else "measure": one for place, one in enumerate(job.measures)}
-    functions = {"setup": job.setup, **measures} if key is None else {}
-    if key is None or is_quantity(job.until) or not callable(job.until):
-        functions["until"] = job.until
-    for name, thing in functions.items():
-        for part, found in identity.parts(thing).items():
-            told[f"{name} ({part})" if part else name] = found
-    return told
+        if needed and name not in table.columns and not (drawn and name == RNG):
+            raise InvalidInput(f"parameters has no {name!r}, which the setup needs; it has {', '.join(table.columns)}")
+    return drawn
 
 
 class _Count:

@@ -11,20 +11,18 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .. import observables
 from ..base.units import is_quantity, refuse_masked
 from ..errors import InvalidInput
-from ..events import Event
 from ..model.state import State
 from ..motion.system import System
-from ..record.integrators import Integrator
 from .many import integrate_many
 from .parameters import RNG, fits, storable, stream
 
-__all__ = ["Failure", "Job", "Measured", "Outcome", "Rows", "work", "work_sent"]
+__all__ = ["Failure", "Job", "Measured", "Observable", "Outcome", "Rows", "work", "work_sent"]
 
 #: Row numbers with the parameters of the rows.
 Rows: TypeAlias = Sequence[tuple[int, Mapping[str, Any]]]
-
 
 #: Errors that end a single row; Ctrl-C ends the whole sweep.
 _FAILURES = (Exception, SystemExit)
@@ -81,15 +79,26 @@ class Job:
     setup: Callable[..., Any]
     measures: tuple[Callable[..., Any], ...]
     until: Any
-    output: Any
-    integrator: Integrator | None
-    events: tuple[Event, ...]
-    dense: bool
-    derivatives: bool | tuple[str, ...]
-    chaos: bool
-    threads: int | None
-    seed: Any
+    #: The other options of :func:`fullbody.integrate_many`.
+    options: Mapping[str, Any]
+    seed: int | None
     with_rng: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Observable:
+    """The measure that is an observable of :mod:`fullbody.observables`, given by its name."""
+
+    name: str
+
+    def __call__(self, run: Any) -> Any:
+        """Return the result, under the observable's name if it has no names of its own."""
+        result = getattr(observables, self.name)(run)
+        return result if hasattr(result, "as_dict") else {self.name: result}
+
+    @property
+    def __name__(self) -> str:
+        return self.name
 
 
 def work_sent(packed: bytes, rows: Rows) -> list[Outcome]:
@@ -116,14 +125,8 @@ def work(job: Job, rows: Rows, outcomes: list[Outcome], report: Callable[[int], 
         runs = integrate_many(
             list(members.values()),
             [ends[row] for row in members],
-            job.output,
-            job.integrator,
-            job.events,
-            job.dense,
             progress=False if report is None else lambda done, *_: report(int(done)),
-            threads=job.threads,
-            derivatives=job.derivatives,
-            chaos=job.chaos,
+            **job.options,
         )
     except KeyboardInterrupt as interrupt:
         runs = getattr(interrupt, "runs", [])
@@ -142,7 +145,7 @@ def _end(until: Any, parameters: Mapping[str, Any]) -> Any:
 
 
 def _member(job: Job, row: int, parameters: Mapping[str, Any]) -> tuple[System, State]:
-    random = {RNG: stream(job.seed, row, 1)} if job.with_rng else {}
+    random = {} if job.seed is None or not job.with_rng else {RNG: stream(job.seed, row, 1)}
     member = job.setup(**parameters, **random)
     match member:
         case (System() as system, State() as state):
@@ -185,6 +188,7 @@ def _called(measure: Any, place: int) -> str:
 
 
 def _mapping(found: Any) -> Mapping[Any, Any]:
+    found = found.as_dict() if hasattr(found, "as_dict") else found
     if not isinstance(found, Mapping):
         raise InvalidInput(f"measure gives {found!r}; expected a dict of names to numbers, arrays or texts")
     return found

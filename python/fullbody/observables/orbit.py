@@ -19,7 +19,16 @@ from ._relative import REVOLUTIONS, WINDOWED, RelativeMotion
 if TYPE_CHECKING:
     from ..motion.run import Run
 
-__all__ = ["ElementRates", "MutualPeriod", "Precession", "element_rates", "mutual_period", "orbit_precession"]
+__all__ = [
+    "ElementRates",
+    "MeanElements",
+    "MutualPeriod",
+    "Precession",
+    "element_rates",
+    "mean_elements",
+    "mutual_period",
+    "orbit_precession",
+]
 
 _Array = npt.NDArray[np.float64]
 #: The number of periodic terms of the distance, the relative range of the periapsis frequency about the mean motion,
@@ -49,6 +58,31 @@ class ElementRates(ArrayFields):
     rates: dict[str, Array]
     mean_rates: dict[str, Scalar]
 
+    def as_dict(self) -> dict[str, Any]:
+        """Return the mean rates for a table, each with ``_rate`` after the name of its element."""
+        return {f"{name}_rate": rate for name, rate in self.mean_rates.items()}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MeanElements(ArrayFields):
+    """Means of the osculating elements of an orbit.
+
+    Attributes
+    ----------
+    a : float or Quantity
+    e : float
+    i : float or Quantity
+        Inclination in radians.
+    """
+
+    a: Scalar
+    e: Scalar
+    i: Scalar
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return ``a``, ``e`` and ``i`` for a table."""
+        return {"a": self.a, "e": self.e, "i": self.i}
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MutualPeriod(ArrayFields):
@@ -73,6 +107,10 @@ class MutualPeriod(ArrayFields):
     period: Array
     mean: Scalar
     drift: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the mean as ``period``, and ``period_drift``, for a table."""
+        return {"period": self.mean, "period_drift": self.drift}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -109,6 +147,21 @@ class Precession(ArrayFields):
     anomalistic_period: Scalar | None
     sidereal_period: Scalar
     inclination: Array
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the rates, periods and inclinations for a table: ``apsidal_rate``, ``nodal_rate``,
+        ``argument_of_periapsis_rate``, ``anomalistic_period``, ``sidereal_period``, ``smallest_inclination`` and
+        ``largest_inclination``.
+        """
+        return {
+            "apsidal_rate": self.apsidal,
+            "nodal_rate": self.nodal,
+            "argument_of_periapsis_rate": self.argument_of_periapsis,
+            "anomalistic_period": self.anomalistic_period,
+            "sidereal_period": self.sidereal_period,
+            "smallest_inclination": self.inclination[0],
+            "largest_inclination": self.inclination[1],
+        }
 
 
 def element_rates(run: Run, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> ElementRates:
@@ -171,6 +224,44 @@ def element_rates(run: Run, mu: Any = None, *, body: int | str = 1, about: int |
 
 def _per_time(motion: RelativeMotion, number: Any) -> Any:
     return number / motion.units.unit("time") if motion.units.known else number
+
+
+def mean_elements(run: Run, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> MeanElements:
+    """Compute the means of an orbit's osculating semi-major axis, eccentricity and inclination.
+
+    The means are taken under a Hann window, which suppresses terms that recur several times in the run.
+
+    Parameters
+    ----------
+    run : Run
+    mu : float or Quantity, optional
+        Gravitational parameter, as for :meth:`fullbody.Run.elements`.
+    body, about : int or str
+        Indices in the system, or names.
+
+    Returns
+    -------
+    MeanElements
+
+    Raises
+    ------
+    InvalidInput
+        For a run of less than two revolutions, and for samples half a revolution apart or more.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4()
+    >>> run = system.integrate(state, 500.0, output=1.0)
+    >>> round(float(fullbody.observables.mean_elements(run).a), 2)
+    2.55
+    """
+    time = RelativeMotion(run, body, about, 8, "a mean element", REVOLUTIONS).time
+    elements = run.elements(mu, body=body, about=about)
+    # Each sample is weighted by the length of time around it.
+    weight = np.sin(np.pi * (time - time[0]) / (time[-1] - time[0])) ** 2 * np.abs(np.gradient(time))
+    weight /= weight.sum()
+    return MeanElements(*((getattr(elements, name) * weight).sum() for name in ("a", "e", "i")))
 
 
 def mutual_period(run: Run, *, body: int | str = 1, about: int | str = 0) -> MutualPeriod:

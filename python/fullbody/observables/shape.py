@@ -46,6 +46,17 @@ class OrbitShape(ArrayFields):
     a: Any
     e: Any
 
+    def as_dict(self) -> dict[str, Any]:
+        """Return the extreme distances ``periapsis`` and ``apoapsis``, and the means of ``a`` and ``e`` as
+        ``a_of_distances`` and ``e_of_distances``, for a table.
+        """
+        return {
+            "periapsis": self.periapsis.min(),
+            "apoapsis": self.apoapsis.max(),
+            "a_of_distances": self.a.mean(),
+            "e_of_distances": self.e.mean(),
+        }
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Eccentricity(ArrayFields):
@@ -66,6 +77,11 @@ class Eccentricity(ArrayFields):
     free: float | None
     forced: float
     osculating: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the eccentricities for a table, under their names with ``_eccentricity``."""
+        names = ("free", "forced", "osculating")
+        return {f"{name}_eccentricity": getattr(self, name) for name in names}
 
 
 def orbit_shape(run: Run, *, body: int | str = 1, about: int | str = 0) -> OrbitShape:

@@ -39,6 +39,8 @@ class Libration(ArrayFields):
     frequencies, amplitudes : ndarray or Quantity
         Angular frequencies and amplitudes of the strongest periodic terms, the strongest first; empty without a
         libration.
+    period : float, Quantity or None
+        The period of the strongest term.
     """
 
     time: Array
@@ -46,6 +48,13 @@ class Libration(ArrayFields):
     amplitude: Scalar | None
     frequencies: Array
     amplitudes: Array
+    period: Scalar | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the amplitude as ``libration``, and ``libration_period``, for a table; both are ``None`` for a body
+        that rotates relative to the line between the bodies.
+        """
+        return {"libration": self.amplitude, "libration_period": self.period}
 
 
 def spin_precession(run: Run, axis: Any = None, *, body: int | str = 0, about: int | str | None = None) -> Scalar:
@@ -230,9 +239,8 @@ def libration(run: Run, *, body: int | str = 1, about: int | str = 0, count: int
     fine = _between(motion, angle)
     swing = float(np.ptp(fine) / 2)
     if swing > np.pi / 2:
-        return Libration(
-            motion.span(motion.time), motion.angle(angle), None, motion.rate(np.zeros(0)), motion.angle(np.zeros(0))
-        )
+        none = motion.rate(np.zeros(0)), motion.angle(np.zeros(0)), None
+        return Libration(motion.span(motion.time), motion.angle(angle), None, *none)
     frequencies, amplitudes = signal.lines(motion.path.time, fine, count)
     return Libration(
         motion.span(motion.time),
@@ -240,6 +248,7 @@ def libration(run: Run, *, body: int | str = 1, about: int | str = 0, count: int
         motion.angle(np.float64(swing)),
         motion.rate(frequencies),
         motion.angle(amplitudes),
+        motion.span(np.float64(2 * np.pi / frequencies[0])) if len(frequencies) else None,
     )
 
 

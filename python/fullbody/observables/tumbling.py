@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..base.units import Units
+from ..base.units import Units, is_quantity
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from . import _signal as signal
@@ -46,6 +46,18 @@ class Tumbling(ArrayFields):
     time: Any
     angle: Literal["roll", "pitch", "yaw"] | None
     largest: Any
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return a table's entries: ``largest_roll``, ``largest_pitch`` and ``largest_yaw``, which are half a turn if
+        the body has gone round; ``tumbles``, 1 if the limit was passed, else 0; and ``tumbling_time``, or ``None``.
+        """
+        half_turn = np.pi * (self.largest.unit if is_quantity(self.largest) else 1.0)
+        largest = zip(_NAMES, np.minimum(self.largest, half_turn), strict=True)
+        return {
+            **{f"largest_{name}": size for name, size in largest},
+            "tumbles": float(self.time is not None),
+            "tumbling_time": self.time,
+        }
 
 
 def tumbles(run: Run, limit: Any = np.pi / 2, *, body: int | str = 1, about: int | str = 0) -> Tumbling:

@@ -17,7 +17,7 @@ def test_maps_and_flights(tmp_path, capsys):
             raise ValueError("too far")
         return system, state.rotated("Beta", [0, 0, 1], angle)
 
-    options = {"measure": lambda run: {"place": run.position[-1]}, "store": tmp_path / "map.nc"}
+    options = {"measure": lambda run: {"place": run.position[-1]}, "store": tmp_path / "map.nc", "key": "places"}
     fullbody.sweep(setup, {"angle": [0.0, 0.1, 0.2]}, 1.0, **options)
     system.integrate(state, 1.0).save(tmp_path / "run.nc")
     assert main(["info", *(str(tmp_path / f"{name}.nc") for name in ("flight", "map", "run"))]) == 0

@@ -46,6 +46,6 @@ if __name__ == "__main__":
         if child == 0:
             LOGGED[:] = Path(folder, "log"), int(die)
             rows = {"row": range(12)}
-            fullbody.sweep(setup, rows, 5.0, measure=measure, store=Path(folder, "map.nc"), seed=3, chunk=2)
+            fullbody.sweep(setup, rows, 5.0, measure=measure, store=Path(folder, "map.nc"), key="study", rng=3, chunk=2)
             os._exit(0)
         print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))

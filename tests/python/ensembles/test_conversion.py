@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from astropy import units as u
+from fullbody import observables
 from fullbody.ensembles import in_units
 
 
@@ -40,10 +41,11 @@ def test_what_cannot_be_converted_is_refused(units, text):
         in_units(found(), **units)
 
 
-def test_measures_are_reached_as_attributes():
-    """None has the name of a method of xarray's."""
+def test_no_variable_of_an_observable_has_the_name_of_a_method_of_xarray():
+    """Variables of a map are reached as its attributes."""
     system, state = fullbody.systems.kw4()
-    run = system.integrate(state, 60.0, output=0.5)
-    for measure in ("attitude", "drift", "fate", "libration", "orbit"):
-        for name in getattr(fullbody.ensembles, measure)(run):
-            assert not hasattr(xr.Dataset, name)
+    run = system.integrate(state, 200.0, output=0.5)
+    for name in observables.__all__:
+        result = getattr(observables, name)(run) if name.islower() else None
+        for entry in result.as_dict() if hasattr(result, "as_dict") else ():
+            assert not hasattr(xr.Dataset, entry)

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from astropy import units as u
-from fullbody import InvalidInput
+from fullbody import InvalidInput, observables
 from fullbody.ensembles import draws, paired
 from maps import angle, assert_same, circle, expected
 from numpy.random import SeedSequence, default_rng
@@ -101,7 +101,7 @@ def test_units():
 
 def test_draws_belong_to_the_row():
     parts = [draws(3, mass=lambda rng: rng.uniform(0.1, 0.9)), {"distance": [1.0, 2.0]}]
-    found = fullbody.sweep(circle, parts, 0.5, measure=angle, seed=7)
+    found = fullbody.sweep(circle, parts, 0.5, measure=angle, rng=7)
     assert found.mass.dims == found.angle.dims == ("draw", "distance")
     # The first of two streams of each row's own is for the parameters, the second for the setup.
     streams = [row.spawn(2) for row in SeedSequence(7).spawn(6)]
@@ -111,9 +111,16 @@ def test_draws_belong_to_the_row():
     def setup(distance, rng):
         return circle(rng.uniform(0.1, 0.9), distance)
 
-    inside = fullbody.sweep(setup, [draws(3), {"distance": [1.0, 2.0]}], 0.5, measure=angle, seed=7, chunk=4)
+    inside = fullbody.sweep(setup, [draws(3), {"distance": [1.0, 2.0]}], 0.5, measure=angle, rng=7, chunk=4)
     mass = np.reshape([default_rng(second).uniform(0.1, 0.9) for _, second in streams], (3, 2))
     np.testing.assert_allclose(inside.angle, expected(mass, found.distance.values, 0.5), rtol=1e-12)
+
+
+def test_a_generator_draws_the_seed():
+    parts = [draws(3, mass=lambda rng: rng.uniform(0.1, 0.9))]
+    found = fullbody.sweep(circle, parts, 0.5, measure=angle, rng=default_rng(7))
+    seed = int(default_rng(7).integers(2**63))
+    assert_same(found, fullbody.sweep(circle, parts, 0.5, measure=angle, rng=seed))
 
 
 def test_draws_of_scipy_and_of_quantities():
@@ -121,9 +128,9 @@ def test_draws_of_scipy_and_of_quantities():
         return circle(mass, distance.to_value("km"))
 
     parts = draws(4, mass=stats.uniform(0.1, 0.8), distance=lambda rng: rng.normal(2.0, 0.1) * u.km)
-    found = fullbody.sweep(setup, parts, 0.5, measure=angle, seed=[1, 2])
+    found = fullbody.sweep(setup, parts, 0.5, measure=angle, rng=12)
     assert found.distance.attrs == {"units": "km"}
-    rng = default_rng(SeedSequence([1, 2]).spawn(1)[0].spawn(2)[0])
+    rng = default_rng(SeedSequence(12).spawn(1)[0].spawn(2)[0])
     assert float(found.mass[0]) == stats.uniform(0.1, 0.8).rvs(random_state=rng)
     np.testing.assert_allclose(found.angle, expected(found.mass, found.distance, 0.5), rtol=1e-12)
 
@@ -242,13 +249,13 @@ def test_what_the_package_measures_stays_beside_what_it_cannot():
     """Half a revolution has a fate, the end of the run, and no mean period."""
     revolution = 2 * np.pi / expected(0.5, 1.0, 1.0)
     ends = [revolution / 2, 8 * revolution]
-    measures = [fullbody.ensembles.fate, fullbody.ensembles.orbit]
+    measures = ["fate", observables.mutual_period]
     found = fullbody.sweep(lambda end: circle(), {"end": ends}, "end", measure=measures, output=revolution / 40)
     assert found.fate.values.tolist() == ["bound", "bound"]
     np.testing.assert_allclose(found.fate_time, ends, rtol=1e-15)
     np.testing.assert_allclose(found.period, [np.nan, revolution], rtol=1e-9)
     assert found.error.values.tolist() == ["InvalidInput", ""]
-    assert str(found.error_text[0].values).startswith("orbit: ")
+    assert str(found.error_text[0].values).startswith("mutual_period: ")
 
 
 def test_all_that_goes_wrong_with_a_row_is_told():
@@ -269,6 +276,31 @@ def test_all_that_goes_wrong_with_a_row_is_told():
         "ZeroDivisionError in measure: number 1: division by zero",
     ]
     assert [told[k][::2] for k in range(3)] == [["BodiesOverlap", "run"]] * 3
+
+
+def test_observables_are_measures_by_their_names():
+    """Those with several numbers give them under names of their own; a function may return such a result."""
+
+    def setup(angle):
+        system, state = fullbody.systems.kw4(units=True)
+        return system, state.rotated("Beta", [0, 0, 1], angle)
+
+    def tumbling(run):
+        return observables.tumbles(run, "30 deg", body="Beta", about="Alpha")
+
+    measures = ["libration", tumbling, "spin_precession"]
+    found = fullbody.sweep(setup, {"angle": [0.1, 0.6]}, "200 h", measure=measures, output="0.5 h")
+    for k, start in enumerate((0.1, 0.6)):
+        system, state = setup(start)
+        run = system.integrate(state, "200 h", output="0.5 h")
+        libration, tumbles = observables.libration(run), tumbling(run)
+        assert found.libration[k] == libration.amplitude.to_value("rad")
+        assert found.libration_period[k] == libration.period.to_value("h")
+        assert found.largest_yaw[k] == tumbles.largest[2].to_value("rad")
+        assert found.tumbles[k] == float(tumbles.time is not None)
+        assert found.spin_precession[k] == observables.spin_precession(run).to_value("rad / h")
+    assert found.libration_period.attrs == {"units": "h"}
+    assert found.error.values.tolist() == ["", ""]
 
 
 def test_values_stay_beside_one_that_does_not_go():
@@ -303,9 +335,9 @@ def test_a_sweep_without_one_good_row_is_warned_of(tmp_path):
     text = (
         "all 3 rows of the sweep ended with an error; that of the first is ValueError in setup: 0.3 is too heavy; the v"
     )
-    for store in (None, tmp_path / "map.nc", tmp_path / "map.nc"):
+    for kept in ({}, *[{"store": tmp_path / "map.nc", "key": "heavy"}] * 2):
         with pytest.warns(fullbody.InconsistentInput, match=f"^{text}") as caught:
-            found = fullbody.sweep(setup, {"mass": [0.3, 0.4, 0.5]}, 0.1, measure=angle, store=store)
+            found = fullbody.sweep(setup, {"mass": [0.3, 0.4, 0.5]}, 0.1, measure=angle, **kept)
         assert [one.filename for one in caught] == [__file__]
         assert (found.error == "ValueError").all()
     with pytest.warns(
@@ -351,7 +383,7 @@ def test_what_a_file_cannot_hold_does_not_hold_up_the_map(tmp_path):
         return {"text": "whole"}
 
     masses = [0.1, 0.2, 0.3, 0.4, 0.5]
-    found = fullbody.sweep(circle, {"mass": masses}, 0.1, measure=measure, store=tmp_path / "map.nc")
+    found = fullbody.sweep(circle, {"mass": masses}, 0.1, measure=measure, store=tmp_path / "map.nc", key="files")
     told = found.error_text.values.tolist()
     assert told[0] == r"zero \0 and half a letter \udc80"
     assert "expected text that UTF-8 has" in told[1]
@@ -364,9 +396,9 @@ def test_what_a_file_cannot_hold_does_not_hold_up_the_map(tmp_path):
     ("change", "text"),
     [
         ({"setup": 3}, "setup is 3; expected a function"),
-        ({"measure": None}, "measure is None; expected a function, or a list of functions"),
+        ({"measure": None}, "measure is None; expected a function, the name of an observable, or a list of them"),
         ({"measure": []}, r"measure is \[\]; expected a function"),
-        ({"measure": [angle, 3]}, "measure is .*3]; expected a function, or a list"),
+        ({"measure": [angle, 3]}, "measure is .*3]; expected a function, the name"),
         ({"parameters": 3}, "parameters has 3; expected a mapping"),
         ({"parameters": []}, "parameters is empty"),
         ({"parameters": {"mass": []}}, r"mass has shape \(0,\)"),
@@ -390,18 +422,20 @@ def test_what_a_file_cannot_hold_does_not_hold_up_the_map(tmp_path):
             {"parameters": {"mass": np.ones(10**6), "distance": np.ones(10**6)}},
             r"1000000 \(mass\) x 1000000 \(distance\) rows; expected at most 100000000",
         ),
-        ({"parameters": draws(10**12, mass=stats.norm()), "seed": 1}, "rows; expected at most"),
+        ({"parameters": draws(10**12, mass=stats.norm()), "rng": 1}, "rows; expected at most"),
         ({"output": "end"}, "output is 'end'; expected numbers, or text with a unit"),
         ({"executor": ThreadPoolExecutor}, "executor is <class"),
-        ({"parameters": draws(2, mass=stats.norm())}, "seed is None, but mass is drawn"),
+        ({"parameters": draws(2, mass=stats.norm())}, "rng is None, but mass is drawn"),
         (
-            {"parameters": draws(2, mass=lambda rng: rng.normal(size=2)), "seed": 1},
+            {"parameters": draws(2, mass=lambda rng: rng.normal(size=2)), "rng": 1},
             r"shape \(2,\); expected one number",
         ),
-        ({"seed": 1}, "seed is 1, but nothing is drawn"),
-        ({"seed": -1}, "seed is -1; expected a whole number from zero"),
-        ({"seed": 1.5}, "seed is 1.5; expected"),
-        ({"setup": lambda mass, rng: None}, "seed is None, but the setup takes rng"),
+        ({"rng": 1}, "rng is 1, but nothing is drawn"),
+        ({"rng": -1}, "rng is -1; expected a whole number, zero or above"),
+        ({"rng": 1.5}, "rng is 1.5; expected"),
+        ({"rng": [1, 2]}, r"rng is \[1, 2\]; expected a whole number"),
+        ({"setup": lambda mass, rng: None}, "rng is None, but the setup takes rng"),
+        ({"measure": ["libration", "frate"]}, "measure has 'frate', which is no observable; did you mean 'fate'"),
         ({"setup": lambda mass, size: None}, "no 'size', which the setup needs"),
         ({"integrator": "ias15"}, "integrator is 'ias15'"),
         ({"events": [1]}, "events has 1"),
@@ -419,7 +453,7 @@ def test_arguments_that_cannot_be_used(change, text):
 
 
 def test_draws_are_checked():
-    with pytest.raises(InvalidInput, match="count is 0"):
+    with pytest.raises(InvalidInput, match="n is 0"):
         draws(0)
     with pytest.raises(InvalidInput, match="mass is 3; expected a function"):
         draws(2, mass=3)
@@ -473,5 +507,5 @@ def test_a_set_up_may_have_random_numbers_or_none():
 
     found = fullbody.sweep(setup, {"mass": [0.1, 0.2]}, 0.1, measure=angle)
     assert_same(found, fullbody.sweep(circle, {"mass": [0.1, 0.2]}, 0.1, measure=angle))
-    drawn = fullbody.sweep(setup, {"mass": [0.1, 0.2]}, 0.1, measure=angle, seed=1)
+    drawn = fullbody.sweep(setup, {"mass": [0.1, 0.2]}, 0.1, measure=angle, rng=1)
     assert not np.array_equal(drawn.angle, found.angle)

@@ -22,7 +22,8 @@ SPAWN = multiprocessing.get_context("spawn")
 
 def swept(**changes):
     arguments = {"setup": circle, "parameters": {"mass": np.linspace(0.1, 0.9, 7)}, "until": 0.5, "measure": angle}
-    return fullbody.sweep(**{**arguments, "chunk": 2, **changes})
+    key = {"key": "circles"} if "store" in changes else {}
+    return fullbody.sweep(**{**arguments, **key, "chunk": 2, **changes})
 
 
 def random(mass, rng):
@@ -54,7 +55,7 @@ def test_threads():
                 return angle(run)
 
         assert_same(swept(executor=executor, measure=measure), swept())
-        assert_same(swept(executor=executor, setup=random, seed=1), swept(setup=random, seed=1, chunk=5))
+        assert_same(swept(executor=executor, setup=random, rng=1), swept(setup=random, rng=1, chunk=5))
 
 
 @pytest.fixture(scope="module")
@@ -70,10 +71,10 @@ def test_processes(processes, tmp_path):
         executor=processes,
         setup=lambda mass, rng: random(mass, rng),
         measure=lambda run: {"angle": angle(run)["angle"] ** power, "process": float(os.getpid() == parent)},
-        seed=[1, 2],
+        rng=12,
         store=tmp_path / "map.nc",
     )
-    here = swept(setup=random, seed=[1, 2])
+    here = swept(setup=random, rng=12)
     np.testing.assert_array_equal(found.angle, here.angle**2)
     assert (found.process == 0.0).all()
 
@@ -98,7 +99,7 @@ def test_workers_take_one_thread_each():
 
     class Spy(Inline):
         def submit(self, function, *args):
-            threads.append(__import__("cloudpickle").loads(function.args[0]).threads)
+            threads.append(__import__("cloudpickle").loads(function.args[0]).options["threads"])
             return super().submit(function, *args)
 
     swept(executor=Spy())

@@ -3,6 +3,7 @@
 import functools
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -25,7 +26,8 @@ GRID = {"mass": [0.1, 0.5, 0.9], "distance": [1.0, 200.0]}
 
 def swept(store, **changes):
     arguments = {"setup": circle, "parameters": GRID, "until": 0.5, "measure": angle, "chunk": 2} | changes
-    return fullbody.sweep(**arguments, store=store)
+    key = {} if store is None else {"key": "circles"}
+    return fullbody.sweep(**{**key, **arguments}, store=store)
 
 
 @pytest.fixture
@@ -79,19 +81,16 @@ def test_other_chunks_go_on_too(begun):
     assert_same(swept(begun, chunk=5), swept(None))
 
 
-FACTOR = 2.0
-
-
 def helper(run):
-    return {"angle": FACTOR * angle(run)["angle"]}
+    return {"angle": 2.0 * angle(run)["angle"]}
 
 
 def using(run):
     return helper(run)
 
 
-def scaled(factor, run=None, /, *, power=1):
-    return (lambda run: {"angle": factor * angle(run)["angle"] ** power}) if run is None else None
+def scaled(factor):
+    return lambda run: {"angle": factor * angle(run)["angle"]}
 
 
 SAME = {
@@ -104,84 +103,103 @@ SAME = {
 
 
 @pytest.mark.parametrize(
-    ("change", "name"),
+    ("change", "told"),
     [
-        ({"setup": functools.partial(circle, distance=1.5)}, "setup"),
-        ({"setup": lambda mass: circle(mass)}, "setup"),
-        ({"measure": helper}, "measure"),
-        ({"measure": scaled(1.0)}, "measure"),
-        ({"measure": [using, helper]}, "measure 1"),
-        ({"until": 0.6}, "until"),
-        ({"until": lambda mass: 0.5}, "until"),
-        ({"output": 0.1}, "output"),
-        ({"integrator": Verner98(1e-8)}, "integrator"),
-        ({"integrator": None}, "integrator"),
-        ({"events": [events.Separation(0, 1, 4.0)]}, "events"),
-        ({"dense": True}, "dense"),
-        ({"parameters": {"mass": [0.1, 0.6]}}, "parameter mass"),
-        ({"parameters": {"mass": [0.1, 0.6, 0.7]}}, "dimensions, parameter mass"),
-        ({"parameters": {"mass": [0.1]}}, "dimensions, parameter mass"),
-        ({"parameters": {"mass": [0.1, 0.5], "distance": [1.0]}}, "dimensions, parameter distance"),
+        ({"key": "others"}, "key (circles, here others)"),
+        ({"setup": functools.partial(circle, distance=1.5)}, "setup (partial(circle, distance=1.0), here partial("),
+        ({"setup": lambda mass: circle(mass)}, "setup (partial(circle, distance=1.0), here"),
+        ({"measure": helper}, "measure ([using], here [helper]); source of helper (def helper(run):, here nothing)"),
+        ({"measure": scaled(1.0)}, "measure ([using], here [scaled.<locals>.<lambda>]); source of helper"),
+        ({"measure": [using, helper]}, "measure ([using], here [using, helper])"),
+        ({"until": 0.6}, "until (0.5, here 0.6)"),
+        ({"until": lambda mass: 0.5}, "until (0.5, here"),
+        ({"output": 0.1}, "output ('ends', here 0.1)"),
+        ({"integrator": Verner98(1e-8)}, "integrator (Verner98(rtol=1e-09, atol=1e-13), here Verner98(rtol=1e-08, "),
+        ({"integrator": None}, "integrator (Verner98(rtol=1e-09, atol=1e-13), here Verner98(rtol=1e-13, "),
+        ({"events": [events.Separation(0, 1, 4.0)]}, "events ([Separation("),
+        ({"dense": True}, "dense (False, here True)"),
+        ({"derivatives": ["G"]}, "derivatives (False, here ['G'])"),
+        ({"chaos": True}, "chaos (False, here True)"),
+        ({"parameters": {"mass": [0.1, 0.6]}}, "parameter mass (0.5, here 0.6)"),
         (
-            {"parameters": fullbody.ensembles.draws(2, mass=lambda rng: 0.1), "seed": 1},
-            "seed, dimensions, parameter mass",
+            {"parameters": {"mass": [0.1, 0.6, 0.7]}},
+            "dimensions (mass: 2, here mass: 3); parameter mass (0.5, here 0.6)",
+        ),
+        ({"parameters": {"mass": [0.1]}}, "dimensions (mass: 2, here mass: 1); parameter mass (0.5, here nothing)"),
+        (
+            {"parameters": {"mass": [0.1, 0.5], "distance": [1.0]}},
+            "dimensions (nothing, here distance: 1); parameter distance (nothing, here along distance)",
+        ),
+        (
+            {"parameters": fullbody.ensembles.draws(2, mass=lambda rng: 0.1), "rng": 1},
+            "rng (None, here 1); dimensions (mass: 2, here draw: 2); parameter mass (along mass, here along draw)",
         ),
     ],
 )
-def test_another_sweep_is_refused_by_what_differs(tmp_path, change, name):
+def test_another_sweep_is_refused_by_what_differs(tmp_path, change, told):
     for store in (tmp_path / "map.nc", tmp_path / "map"):
         swept(store, **SAME)
         swept(store, **SAME, threads=1)
-        with pytest.raises(
-            InvalidInput, match=f"{store.name} has a sweep that differs in: {name}.*; expected the same"
-        ):
+        text = re.escape(f"{store.name} has a sweep that differs in: {told}")
+        with pytest.raises(InvalidInput, match=f"{text}.*; expected the same"):
             swept(store, **{**SAME, **change})
 
 
-def test_what_functions_use_is_looked_at(tmp_path, monkeypatch):
+def test_a_changed_helper_is_refused_by_its_name_and_line(tmp_path, monkeypatch):
+    """The function that measures is the same; one that it names has another source."""
     swept(tmp_path / "map.nc", **SAME)
-    monkeypatch.setitem(globals(), "FACTOR", 3.0)
-    with pytest.raises(InvalidInput, match=r"differs in: measure \(helper\);"):
+
+    def changed(run):
+        return {"angle": 3.0 * angle(run)["angle"]}
+
+    monkeypatch.setitem(globals(), "helper", changed)
+    text = r"differs in: source of helper \(def helper\(run\):, here def changed\(run\):\); expected"
+    with pytest.raises(InvalidInput, match=text):
         swept(tmp_path / "map.nc", **SAME)
 
 
 def test_another_version_is_refused(tmp_path, monkeypatch):
     swept(tmp_path / "map.nc")
     monkeypatch.setattr(sys.modules["fullbody.ensembles.sweep"], "version", lambda: "99")
-    with pytest.raises(InvalidInput, match="differs in: version of fullbody;"):
+    with pytest.raises(InvalidInput, match=r"differs in: version of fullbody \(.*, here 99\);"):
         swept(tmp_path / "map.nc")
 
 
-def test_a_key_stands_for_functions(tmp_path):
-    """A way out for what cannot be compared, which the error names."""
+def test_a_store_needs_a_key(tmp_path):
+    for key in (None, "", 3):
+        with pytest.raises(InvalidInput, match=f"key is {key!r}; expected a text that is not empty, since there is a"):
+            swept(tmp_path / "map", key=key)
+
+
+def test_a_store_needs_a_seed_that_draws_the_same_again(tmp_path):
+    draws = fullbody.ensembles.draws(2, mass=lambda rng: rng.uniform())
+    with pytest.raises(InvalidInput, match="rng is a generator; expected a whole number with a store"):
+        swept(tmp_path / "map", parameters=draws, rng=np.random.default_rng(1))
+
+
+def test_functions_without_a_source_are_stored(tmp_path):
+    """The key stands for them."""
+    space = {"angle": angle}
+    exec("def measure(run):\n    return angle(run)", space)
+    assert_same(swept(tmp_path / "map", measure=space["measure"]), swept(None))
     lock = threading.Lock()
 
     def locked(run):
         with lock:
             return angle(run)
 
-    with pytest.raises(InvalidInput, match=r"lock, whose value cannot be seen .* or key=, a text of your own"):
-        swept(tmp_path / "map", measure=locked)
-    for store in (tmp_path / "map", tmp_path / "map.nc"):
-        found = swept(store, measure=locked, until=lambda mass, distance: 0.5, key="first")
-        assert_same(swept(store, measure=angle, until=lambda **_: 0.5, key="first"), found)
-        for change in ({"key": "second"}, {"key": "first", "output": 0.1}, {}):
-            with pytest.raises(InvalidInput, match="has a sweep that differs in:"):
-                swept(store, **change)
-    for key, store in (("", "map"), (3, "map"), ("x", None)):
-        with pytest.raises(InvalidInput, match=f"key is {key!r}; expected a text that is not empty, and only with"):
-            swept(store, key=key)
-
-
-def counted(mass, distance=1.0, *, ran):
-    """A circle, with a list of the rows that were set up."""
-    ran.append((mass, distance))
-    return circle(mass, distance)
+    assert_same(swept(tmp_path / "locked", measure=locked), swept(None))
 
 
 def extended(store, ran, parameters, **options):
-    """A sweep that counts its setups."""
-    setup = functools.partial(counted, ran=ran)
+    """A sweep that counts its setups, and is interrupted at a mass above one until ``ran`` says otherwise."""
+
+    def setup(mass, distance=1.0):
+        if mass > 1.0 and "resumed" not in ran:
+            raise KeyboardInterrupt
+        ran.append((mass, distance))
+        return circle(mass, distance)
+
     return fullbody.sweep(setup, parameters, 0.5, measure=angle, chunk=2, store=store, key="counted", **options)
 
 
@@ -199,7 +217,7 @@ def test_a_map_is_extended(tmp_path, store):
     for parameters, more in steps:
         before = len(ran)
         if more is None:
-            with pytest.raises(InvalidInput, match=r"differs in: dimensions, parameter .*include all of its rows"):
+            with pytest.raises(InvalidInput, match=r"differs in: dimensions .*; parameter .*include all of its rows"):
                 extended(tmp_path / store, ran, parameters)
         else:
             found = extended(tmp_path / store, ran, parameters)
@@ -213,17 +231,13 @@ def test_a_map_is_extended(tmp_path, store):
 def test_an_extension_that_was_cut_short_goes_on(tmp_path):
     ran = []
     extended(tmp_path / "map.nc", ran, {"mass": [0.1, 0.5]})
-
-    def cut(mass):
-        if mass > 1.0:
-            raise KeyboardInterrupt
-        return circle(mass)
-
     for masses in ([0.9, 0.1, 0.8, 0.5, 2.0], [0.7, 0.9, 0.1, 0.8, 0.5, 2.0]):
         with pytest.raises(Interrupted):
-            fullbody.sweep(cut, {"mass": masses}, 0.5, measure=angle, chunk=1, store=tmp_path / "map.nc", key="counted")
+            extended(tmp_path / "map.nc", ran, {"mass": masses})
+    assert [mass for mass, _ in ran] == [0.1, 0.5, 0.9, 0.8, 0.7]
+    ran.append("resumed")
     found = extended(tmp_path / "map.nc", ran, {"mass": [*masses, 0.6]})
-    assert [mass for mass, _ in ran] == [0.1, 0.5, 2.0, 0.6]
+    assert [mass for mass, _ in ran[6:]] == [2.0, 0.6]
     assert_same(found, fullbody.sweep(circle, {"mass": [*masses, 0.6]}, 0.5, measure=angle))
     assert [path.name for path in tmp_path.iterdir()] == ["map.nc"]
 
@@ -233,14 +247,14 @@ def test_more_draws_keep_the_first_ones(tmp_path):
     ran = []
     mass = functools.partial(np.random.Generator.uniform, low=0.1, high=0.9)
     draws = functools.partial(fullbody.ensembles.draws, mass=mass)
-    extended(tmp_path / "map.nc", ran, draws(3), seed=1)
-    found = extended(tmp_path / "map.nc", ran, draws(5), seed=1)
+    extended(tmp_path / "map.nc", ran, draws(3), rng=1)
+    found = extended(tmp_path / "map.nc", ran, draws(5), rng=1)
     assert len(ran) == 5
-    whole = fullbody.sweep(circle, draws(5), 0.5, measure=angle, seed=1)
+    whole = fullbody.sweep(circle, draws(5), 0.5, measure=angle, rng=1)
     assert_same(found, whole)
     assert [mass for mass, _ in ran] == found.mass.values.tolist()
     with pytest.raises(InvalidInput, match="differs in: dimensions"):
-        extended(tmp_path / "map.nc", ran, [{"distance": [1.0, 2.0]}, draws(5)], seed=1)
+        extended(tmp_path / "map.nc", ran, [{"distance": [1.0, 2.0]}, draws(5)], rng=1)
 
 
 def outcome(store):
@@ -366,7 +380,7 @@ def test_ctrl_c(tmp_path, store):
     whole = swept(None, parameters=rows)
     np.testing.assert_array_equal(caught.value.dataset.angle[:2], whole.angle[:2])
     if store:
-        assert json.loads((tmp_path / "map.nc.parts" / "sweep.json").read_text())["sweep"]["seed"] == "None"
+        assert json.loads((tmp_path / "map.nc.parts" / "sweep.json").read_text())["sweep"]["rng"] == "None"
         assert [path.name for path in tmp_path.rglob("*.npz")] == ["00000000.npz"]
         assert_same(swept(path, measure=measure, parameters=rows), whole)
 

@@ -56,11 +56,11 @@ PICTURES = ["plot()", *(f"plot.{name}()" for name in NAMES)]
         ("scipy", ["run.plot.scene(0.3)", "run.animate('a.gif')", "run.view()"], "plot"),
         ("scipy", ["observables.mutual_period(run)", "observables.orbit_precession(run)"], "analysis"),
         ("xarray", ["run.to_xarray()", "run.save('a.nc')", "main(['kw4'])", SWEEP.format("")], "data"),
-        ("h5netcdf", ["run.save('a.nc')", "main(['run', 'a.toml'])", SWEEP.format("store='a.nc'")], "data"),
+        ("h5netcdf", ["run.save('a.nc')", "main(['run', 'a.toml'])", SWEEP.format("store='a.nc', key='a'")], "data"),
         ("h5py", ["run.save('a.nc')", "fullbody.load('a.nc')", "main(['run', 'a.toml'])"], "data"),
         ("scipy", ["fullbody.fit(print, {'x': 1.0}, [])"], "fit"),
         ("emcee", [SAMPLE], "fit"),
-        ("cloudpickle", [SWEEP.format("store='a.nc'")], "data"),
+        ("cloudpickle", [SWEEP.format("executor=type('Pool', (), {'submit': print})()")], "data"),
         ("pandas", ["run.to_pandas()"], "data"),
         ("spiceypy", ["run.to_spk('a.bsp', {}, 1)", "run.to_ck('a.bc', {})"], "spice"),
         (

@@ -65,8 +65,8 @@ reveal_type(fullbody.analysis.periodic_orbit(mean, state, "17.4 hour"))  # Perio
 reveal_type(equilibrium.modes.plot())                           # ndarray
 reveal_type(run.transition)                                     # ndarray
 reveal_type(run.sensitivity["G"])                               # ndarray
-text: bytes = fullbody.ensembles.libration(run)["amplitude"]    # !Incompatible types in assignment
-more: bytes = fullbody.ensembles.fate(run)["fate"]              # !Incompatible types in assignment
+text: bytes = fullbody.observables.fate(run).kind               # !Incompatible types in assignment
+more: bytes = fullbody.observables.drift(run).energy            # !Incompatible types in assignment
 units: bytes = run.tangent_units                                # !Incompatible types in assignment
 run.position.tu("m")                                            # !"Array" has no attribute "tu"
 system.integrate(state, 10.0, rtol=1e-9)                        # !Unexpected keyword argument "rtol"

@@ -1,10 +1,10 @@
-"""Measures of runs against closed forms, against setups with known results, and against each other."""
+"""Fates and drifts of runs, and the tables of observables, against closed forms and setups with known results."""
 
 import fullbody
 import numpy as np
 import pytest
-from fullbody import State, events, observables
-from fullbody.ensembles import attitude, drift, fate, libration, orbit
+from fullbody import State, events
+from fullbody.observables import Drift, Fate, drift, fate, libration, mean_elements, mutual_period, tumbles
 
 YEARS = pytest.mark.parametrize("units", [False, True])
 
@@ -32,8 +32,9 @@ def fall(start, end, speed, mu=1.0):
 @pytest.mark.parametrize("output", ["ends", 1.0])
 def test_contact_by_the_error_or_by_an_event(watched, output):
     found = fate(answer(spheres(6.0, -0.5, 0.0), 20.0, output=output, events=watched))
-    assert found["fate"] == "contact"
-    assert found["fate_time"] == pytest.approx(fall(6.0, 2.0, 0.5), rel=1e-7)
+    assert found.kind == "contact"
+    assert found.time == pytest.approx(fall(6.0, 2.0, 0.5), rel=1e-7)
+    assert found.as_dict() == {"fate": found.kind, "fate_time": found.time}
 
 
 def test_contact_with_another_body():
@@ -48,16 +49,16 @@ def test_contact_with_another_body():
     assert run.error.run is None
     assert run[1:].error is run.error
     for body, about in ((1, 0), (2, 0), ("C", "B")):
-        assert fate(run, body=body, about=about) == {"fate": "contact", "fate_time": run.error.time}
+        assert fate(run, body=body, about=about) == Fate("contact", run.error.time)
     # A hit C and B; the first one goes on as it was until the run ends.
-    assert fate(run, body="A", about="B")["fate"] == "unfinished"
+    assert fate(run, body="A", about="B").kind == "unfinished"
 
 
 def test_bodies_that_part_have_not_met():
     """From touching, as after a fission."""
     apart = events.Contact(direction=1)
     found = fate(answer(spheres(2.0 + 1e-9, 0.1, 1.1), 10.0, output=0.5, events=[apart]))
-    assert found == {"fate": "bound", "fate_time": 10.0}
+    assert found == Fate("bound", 10.0)
 
 
 @pytest.mark.parametrize("speed", [0.9, 1.1])
@@ -66,28 +67,28 @@ def test_escape_and_bound_by_the_speed_of_escape(speed):
     member = spheres(30.0, speed * np.sqrt(2 / 30.0), 0.0)
     found = fate(answer(member, 200.0, output=0.5))
     if speed < 1.0:
-        assert found == {"fate": "bound", "fate_time": 200.0}
+        assert found == Fate("bound", 200.0)
     else:
         # The first sample beyond.
         time = fall(30.0, 40.0, speed * np.sqrt(2 / 30.0))
-        assert found["fate"] == "escape"
-        assert 0.0 <= found["fate_time"] - time <= 0.5
+        assert found.kind == "escape"
+        assert 0.0 <= found.time - time <= 0.5
     # The event has the moment itself, and another distance.
     escape = events.Escape(distance=35.0, terminal=True)
     found = fate(answer(member, 200.0, output="ends", events=[escape]))
-    assert found["fate"] == ("bound" if speed < 1.0 else "escape")
+    assert found.kind == ("bound" if speed < 1.0 else "escape")
     if speed > 1.0:
-        assert found["fate_time"] == pytest.approx(fall(30.0, 35.0, speed * np.sqrt(2 / 30.0)), rel=1e-7)
-        assert fate(answer(member, 200.0, output=0.5), beyond=1e3)["fate"] == "bound"
+        assert found.time == pytest.approx(fall(30.0, 35.0, speed * np.sqrt(2 / 30.0)), rel=1e-7)
+        assert fate(answer(member, 200.0, output=0.5), beyond=1e3).kind == "bound"
 
 
 def test_fates_with_units():
     u = pytest.importorskip("astropy.units")
     member = spheres(6.0, -0.5, 0.0, units=("km", "hour", "kg"))
     found = fate(answer(member, 20.0, output=1.0))
-    assert found["fate_time"].to_value(u.hour) == pytest.approx(fall(6.0, 2.0, 0.5), rel=1e-7)
+    assert found.time.to_value(u.hour) == pytest.approx(fall(6.0, 2.0, 0.5), rel=1e-7)
     away = spheres(30.0, 1.0, 0.0, units=("km", "hour", "kg"))
-    assert fate(answer(away, 20.0, output=1.0), beyond=32e3 * u.m)["fate_time"] == 3 * u.hour
+    assert fate(answer(away, 20.0, output=1.0), beyond=32e3 * u.m).time == 3 * u.hour
 
 
 def test_a_run_that_tells_nothing():
@@ -97,12 +98,12 @@ def test_a_run_that_tells_nothing():
     for measure in (fate, drift):
         with pytest.raises(fullbody.InvalidInput, match=r"is a ValueError; expected a fullbody\.Run"):
             measure(ValueError("in the place of a run"))
-    assert drift(run) == {"energy_drift": None, "energy_drift_orbital": None, "angular_momentum_drift": None}
+    assert drift(run) == Drift(None, None, None)
     # The function fails at time 3; the run ends with the last step before that.
     failing = events.Function(lambda state: 1.0 if state.time < 3.0 else None)
     found = fate(answer(spheres(6.0, 0.0, 0.4), 10.0, output=1.0, events=[failing]))
-    assert found["fate"] == "unfinished"
-    assert 2.0 < found["fate_time"] < 3.0
+    assert found.kind == "unfinished"
+    assert 2.0 < found.time < 3.0
 
 
 def turning(rate):
@@ -119,32 +120,32 @@ def turning(rate):
 def test_a_roll_that_goes_round_is_tumbling():
     """At twelve turns a revolution about its longest axis it rolls steadily for a while."""
     run = answer(turning(12.0), 1.0, output=0.02)
-    found = attitude(run)
+    found = tumbles(run).as_dict()
     assert found["tumbles"] == 1.0
     # The angle about the axis, to the first order in n over the rate.
     assert found["tumbling_time"] == pytest.approx(np.pi / 2 / 12, rel=0.05)
     assert found["largest_roll"] == np.pi
-    assert abs(observables.tumbles(run).largest[0] - 12.0) < 1.5
-    quiet = attitude(answer(turning(0.0), 20.0, output=0.2))
+    assert abs(tumbles(run).largest[0] - 12.0) < 1.5
+    quiet = tumbles(answer(turning(0.0), 20.0, output=0.2)).as_dict()
     assert (quiet["tumbles"], quiet["tumbling_time"]) == (0.0, None)
     assert max(quiet[f"largest_{name}"] for name in ("roll", "pitch", "yaw")) < 1e-2
-    some = attitude(run[:5], np.radians(40))
+    some = tumbles(run[:5], np.radians(40)).as_dict()
     assert some["tumbles"] == 1.0
-    assert some["largest_roll"] == np.abs(observables.tumbles(run[:5]).largest[0]) < np.pi
+    assert some["largest_roll"] == np.abs(tumbles(run[:5]).largest[0]) < np.pi
 
 
 def test_libration_has_the_frequency_of_the_linear_theory():
     """w^2 = 3 n^2 (B - A)/C, with an amplitude that was given."""
     system, state = turning(0.0)
     run = answer((system, state.rotated(1, [0, 0, 1], 0.05)), 60.0, output=0.1)
-    found = libration(run)
+    found = libration(run).as_dict()
     a, b = 0.02, 0.017
     w = np.sqrt(3 * (a * a - b * b) / (a * a + b * b))
     # The moon's figure makes the start a little eccentric, which forces some more.
     assert found["libration"] == pytest.approx(0.05, rel=2e-2)
     assert found["libration_period"] == pytest.approx(2 * np.pi / w, rel=2e-3)
-    round_ = libration(answer((system, state.replace(spin=[[0, 0, 0], [0, 0, 4.0]])), 20.0, output=0.1))
-    assert round_ == {"libration": None, "libration_period": None}
+    rotating = libration(answer((system, state.replace(spin=[[0, 0, 0], [0, 0, 4.0]])), 20.0, output=0.1))
+    assert rotating.as_dict() == {"libration": None, "libration_period": None}
 
 
 @YEARS
@@ -158,7 +159,7 @@ def test_means_of_an_orbit(units):
     elements = fullbody.KeplerElements(a=2.0, e=0.3, i=0.4, Omega=0.5, omega=0.6, M=0.0)
     r, v = elements.to_cartesian(1.0)
     run = answer((system, State([np.zeros(3), r], [np.zeros(3), v])), 200.0, output=0.5)
-    found = orbit(run)
+    found = mutual_period(run).as_dict() | mean_elements(run).as_dict()
     value = {name: getattr(number, "value", number) for name, number in found.items()}
     assert value["period"] == pytest.approx(2 * np.pi * 2.0**1.5, rel=1e-6)
     assert [value[name] for name in "aei"] == pytest.approx([2.0, 0.3, 0.4], rel=1e-10)
@@ -171,7 +172,8 @@ def test_means_do_not_hang_on_where_the_run_ends():
     whole = system.integrate(state, 20 * 17.41, output=0.5)
     less = system.integrate(state, 19.5 * 17.41, output=0.5)
     plain, windowed = (
-        abs(mean(whole) / mean(less) - 1) for mean in (lambda run: run.elements().a.mean(), lambda run: orbit(run)["a"])
+        abs(mean(whole) / mean(less) - 1)
+        for mean in (lambda run: run.elements().a.mean(), lambda run: mean_elements(run).a)
     )
     assert windowed < plain / 3
 
@@ -179,22 +181,18 @@ def test_means_do_not_hang_on_where_the_run_ends():
 def test_drifts_are_the_largest_of_the_run():
     system, state = fullbody.systems.case1()
     run = system.integrate(state, 100.0, output=1.0, integrator=fullbody.DormandPrince54(1e-5))
-    found = drift(run)
-    for name, value in found.items():
+    for name, value in drift(run).as_dict().items():
         assert value == np.abs(getattr(run, name)).max() > 1e-9
 
 
-def test_measures_of_a_sweep():
+def test_fates_and_drifts_are_measures_of_a_sweep():
     """Together, with a row that ends in a contact."""
     pytest.importorskip("xarray")
 
     def setup(across):
         return spheres(6.0, 0.0, across)
 
-    def measure(run):
-        return fate(run) | drift(run)
-
-    found = fullbody.sweep(setup, {"across": [0.05, 0.4, 2.0]}, 60.0, measure=measure, output=1.0)
+    found = fullbody.sweep(setup, {"across": [0.05, 0.4, 2.0]}, 60.0, measure=["fate", "drift"], output=1.0)
     assert found.fate.values.tolist() == ["contact", "bound", "escape"]
     assert found.error.values.tolist() == ["BodiesOverlap", "", ""]
     assert (found.energy_drift < 1e-11).all()

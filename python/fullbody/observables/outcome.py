@@ -1,0 +1,183 @@
+"""The outcome of a run: the fate of a body, and the drifts of what is conserved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base.values import ArrayFields
+from ..errors import BodiesOverlap, InvalidInput
+from ..events import Contact, Escape
+from ..typing import Scalar
+from ._relative import check_run
+
+if TYPE_CHECKING:
+    from ..motion.run import Run
+    from ..motion.system import System
+
+__all__ = ["Drift", "Fate", "drift", "fate"]
+
+#: The distance, in sums of the longest semi-axes, beyond which figures and spins change the energy of an orbit by less
+#: than a thousandth of its parts.
+_FAR = 20.0
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fate(ArrayFields):
+    """What became of a body in a run, and when.
+
+    Attributes
+    ----------
+    kind : {"contact", "escape", "bound", "unfinished"}
+        A contact with any body; an escape; neither until the end of the run; or a run that an error other than a
+        contact, or Ctrl-C, ended.
+    time : float or Quantity
+        The time of the contact or of the escape, otherwise the end of the run.
+    """
+
+    kind: Literal["contact", "escape", "bound", "unfinished"]
+    time: Scalar
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return ``fate`` and ``fate_time`` for a table."""
+        return {"fate": self.kind, "fate_time": self.time}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Drift(ArrayFields):
+    """The largest drifts of a run, which tell how exact its integration was.
+
+    Attributes
+    ----------
+    energy, energy_orbital, angular_momentum : float or None
+        The largest absolute values over the samples of :attr:`fullbody.Run.energy_drift`,
+        :attr:`~fullbody.Run.energy_drift_orbital` and :attr:`~fullbody.Run.angular_momentum_drift`; ``None`` for a run
+        without samples.
+    """
+
+    energy: float | None
+    energy_orbital: float | None
+    angular_momentum: float | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return ``energy_drift``, ``energy_drift_orbital`` and ``angular_momentum_drift`` for a table."""
+        return {
+            "energy_drift": self.energy,
+            "energy_drift_orbital": self.energy_orbital,
+            "angular_momentum_drift": self.angular_momentum,
+        }
+
+
+def fate(run: Run, *, body: int | str = 1, about: int | str = 0, beyond: Any = None) -> Fate:
+    """Determine whether and when a body hit another one or escaped.
+
+    Parameters
+    ----------
+    run : Run
+    body, about : int or str
+        Indices in the system, or names.
+    beyond : float or Quantity, optional
+        The distance beyond which an unbound orbit counts as escape; by default 20 times the sum of both longest
+        semi-axes.
+
+    Returns
+    -------
+    Fate
+
+    Raises
+    ------
+    InvalidInput
+        For a run without samples that did not end with a contact.
+
+    Notes
+    -----
+    A contact is an occurrence of :class:`fullbody.events.Contact`, or the overlap that ended the run. An escape is a
+    :class:`fullbody.events.Escape` that ended the run. Otherwise the body has escaped if its last sample is beyond the
+    distance with a positive energy of the relative motion as points; the time is that of the first sample from which on
+    this holds.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=0.5) for _ in range(2)]
+    >>> system = fullbody.System(bodies, G=1.0)
+    >>> starts = [fullbody.State([[0, 0, 0], [4, 0, 0]], [[0, 0, 0], [0, speed, 0]]) for speed in (0.1, 0.5, 1.5)]
+    >>> runs = fullbody.integrate_many([(system, state) for state in starts], 100.0, output=1.0)
+    >>> [fullbody.observables.fate(getattr(run, "run", run)).kind for run in runs]
+    ['contact', 'bound', 'escape']
+    """
+    check_run(run, "a fate")
+    system, units = run.system, run.system._units
+    body, about = system._place(body, "body"), system._place(about, "about")
+    limit = _far(system, body, about) if beyond is None else units.number(beyond, "length", "beyond")
+    contact = _contact(run, body)
+    if contact is not None:
+        return Fate("contact", contact)
+    last = run.events[-1] if run.events and run.stop_reason == "event" else None
+    if last is not None and isinstance(last.event, Escape) and body in _bodies(system, last.event):
+        return Fate("escape", last.time)
+    if len(run) == 0:
+        raise InvalidInput(
+            "the run has no samples, which determine its fate; expected a run with its end, as of output='ends'"
+        )
+    gone = _gone(run, body, about, limit)
+    if gone[-1]:
+        since = len(gone) - int(np.argmin(gone[::-1])) if not gone.all() else 0
+        return Fate("escape", run.time[since])
+    return Fate("bound" if run.stop_reason in ("end", "event") else "unfinished", run.time[-1])
+
+
+def _bodies(system: System, event: Any) -> set[int]:
+    return {system._place(event.i, "i"), system._place(event.j, "j")}
+
+
+def _contact(run: Run, body: int) -> Any:
+    """Return the time of a body's first contact, or ``None``."""
+    for happened in run.events:
+        event = happened.event
+        # An occurrence at which bodies separate is not counted as a contact.
+        if isinstance(event, Contact) and event.direction <= 0 and body in _bodies(run.system, event):
+            return happened.time
+    if isinstance(run.error, BodiesOverlap) and run.system.names[body] in run.error.bodies:
+        return run.system._units.attach(np.float64(run.error.time), "time")
+    return None
+
+
+def _far(system: System, body: int, about: int) -> float:
+    sizes = (system.bodies[index]._semi_axes(system._units) for index in (body, about))
+    return _FAR * float(sum(max(axes) for axes in sizes if axes is not None))
+
+
+def _gone(run: Run, body: int, about: int, limit: float) -> npt.NDArray[np.bool_]:
+    """Return at which samples a body is far away and unbound."""
+    record, masses = run._record, run.system._masses
+    r, v = (record[name][:, body] - record[name][:, about] for name in ("position", "velocity"))
+    distance, mu = np.linalg.norm(r, axis=1), run.system._G * (masses[body] + masses[about])
+    gone: npt.NDArray[np.bool_] = (distance > limit) & (np.sum(v * v, axis=1) * distance > 2.0 * mu)
+    return gone
+
+
+def drift(run: Run) -> Drift:
+    """Determine the largest drifts of a run, which tell how exact its integration was.
+
+    Parameters
+    ----------
+    run : Run
+
+    Returns
+    -------
+    Drift
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.case1()
+    >>> fullbody.observables.drift(system.integrate(state, 100.0, output="ends")).energy < 1e-12
+    True
+    """
+    check_run(run, "a drift")
+    names = ("energy_drift", "energy_drift_orbital", "angular_momentum_drift")
+    return Drift(*(float(np.abs(getattr(run, name)).max()) if len(run) else None for name in names))
