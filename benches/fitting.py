@@ -55,7 +55,7 @@ def main():
         parts = {"run": [], "iteration": []}
         for _ in range(ROUNDS):
             begin = time.process_time()
-            SYSTEM.integrate(STATE, HOURS, data.emission(SYSTEM))
+            SYSTEM.integrate(STATE, HOURS, output=data.emission(SYSTEM))
             middle = time.process_time()
             problem.jacobian(problem.point(problem.parameters.start, differentiated=True))
             parts["run"].append(middle - begin)

@@ -56,7 +56,7 @@ def main():
     parser.add_argument("--million", action="store_true", help="also a million particles whose fates alone are kept")
     arguments = parser.parse_args()
     system, state = fullbody.systems.kw4()
-    run = system.integrate(state, arguments.hours, [], dense=True)
+    run = system.integrate(state, arguments.hours, output=[], dense=True)
     x, v = particles(arguments.particles)
     cloud = fullbody.Particles(x, v)
 

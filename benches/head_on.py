@@ -121,7 +121,7 @@ def one_run(rng: np.random.Generator) -> tuple[str, str, str]:
     until = sign * rng.uniform(1.5, 4.0) * away / speed
     output = (None, np.linspace(0.0, until, 200))[rng.integers(2)]
     try:
-        run = system.integrate(state, until, output, integrator=chosen)
+        run = system.integrate(state, until, output=output, integrator=chosen)
     except fullbody.BodiesOverlap as error:
         recorded = error.run
         if style == "beside":

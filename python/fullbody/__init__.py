@@ -31,8 +31,9 @@ from .errors import (
 from .loading import load
 from .model.bodies import Body
 from .model.composite import Composite, Part, WorkingFrame
+from .model.external import Loads
 from .model.gravity import Gravity
-from .model.interactions import Energy, Interactions, Invariants, Loads
+from .model.interactions import Energy, Interactions, Invariants
 from .model.jacobian import Jacobian
 from .model.polyhedron import Polyhedron
 from .model.shapes import Ellipsoid, PointMass, Sphere

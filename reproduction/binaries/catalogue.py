@@ -116,7 +116,7 @@ def exchanged(one: observations.Catalogued) -> tuple[int, ...]:
     """Find the rows whose components are in the other order, by the published orbit."""
     system, state = points(one.epoch, one.share)(**one.published)
     times = one.data.emission(system)
-    first = system.integrate(state, times[0], "ends", integrator=INTEGRATOR)[-1]
+    first = system.integrate(state, times[0], output="ends", integrator=INTEGRATOR)[-1]
     run = system.integrate(first, times[-1], dense=True, integrator=INTEGRATOR)
     offsets, sigma = np.stack([one.data.east, one.data.north], axis=1), one.data.sigma
     kept, turned = (

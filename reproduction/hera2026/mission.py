@@ -223,7 +223,7 @@ def simulated(truth: Truth) -> list[Any]:
         rates = exact.range_rate + rng.normal(0.0, RATE_ERROR, len(times))
         data.append(Radar(times, range=ranges, range_rate=rates, **options))
         times = np.arange(first + IMAGES / 2, last, IMAGES)
-        images = system.integrate(state, times[-1], times, integrator=Verner98(1e-11, 1e-11))
+        images = system.integrate(state, times[-1], output=times, integrator=Verner98(1e-11, 1e-11))
         for body, places in (("Dimorphos", PLACES * shape), ("Didymos", np.zeros((1, 3)))):
             lines = Landmarks.directions(images, body, name, places)
             outward = np.einsum("kij,lj->kli", rotations.matrices(images.attitude[:, system.index(body)]), places)

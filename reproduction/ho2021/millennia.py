@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> None:
         if not arguments.quiet and sys.stderr.isatty():
             print(f"\r{part * length * step / _YEAR:7.0f} of {arguments.years:g} years ", end="", file=sys.stderr)
         samples = step * (part * length + spacing * np.arange(part > 0, length // spacing + 1))
-        result = sim.integrate(samples[-1], samples)
+        result = sim.integrate(samples[-1], output=samples)
         # The samples are saved first: if the command ends between the two files, the part is run again with the same
         # bits.
         result.save(out / f"part-{part:04d}.nc")

@@ -90,7 +90,7 @@ def test_derivatives_of_landmarks():
     system, state = setup(**values)
     times = np.array([20.0, 60.0, 100.0])
     options = {"integrator": fullbody.Verner98(1e-10, 1e-10), "derivatives": ["mass of Dimorphos"]}
-    run = system.integrate(state, times[-1], times, **options)
+    run = system.integrate(state, times[-1], output=times, **options)
     lines = mission.Landmarks.directions(run, "Dimorphos", "Hera 1", 0.07 * mission.PLACES)
     data = mission.Landmarks(
         times, 0.07 * mission.PLACES, "Dimorphos", "Hera 1", lines, np.full(lines.shape[:2], True), 1e-4

@@ -196,7 +196,7 @@ def frequencies(run: Run, quantity: Any, count: int = 3) -> Frequencies:
     values = quantity(run) if callable(quantity) else quantity
     unit = getattr(values, "unit", None)
     plain = np.asarray(getattr(values, "value", values), dtype=np.float64)
-    time: npt.NDArray[np.float64] = run._record["time"]
+    time: npt.NDArray[np.float64] = run.arrays["time"]
     number = integer(count)
     if number is None or number < 1:
         raise InvalidInput(f"count is {count!r}; expected a whole number above zero")

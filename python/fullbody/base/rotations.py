@@ -74,6 +74,13 @@ def matrices(quaternions: Any) -> _Array:
     return _core.rotation_matrices(q.reshape(-1, 4)).reshape(*q.shape[:-1], 3, 3)
 
 
+def tait_bryan(quaternions: Any) -> _Array:
+    """Return the paper's angles (K, 3), phi and psi in (-pi, pi] and theta in [-pi/2, pi/2], of quaternions (K, 4)."""
+    q = np.ascontiguousarray(quaternions, dtype=np.float64)
+    zeros = np.zeros((len(q), 3))
+    return _core.State(0.0, zeros, zeros, q, zeros).tait_bryan if len(q) else zeros
+
+
 def is_rotation(matrix: Any, tolerance: float = 1e-9) -> bool:
     """Return whether a matrix (3, 3) is orthogonal with determinant one."""
     m = np.asarray(matrix, dtype=np.float64)

@@ -10,13 +10,13 @@ from typing import Any, TypeAlias
 from .. import _core
 from ..base.arguments import integer
 from ..base.progress import Progress, Report
+from ..base.units import from_text
 from ..errors import Interrupted, InvalidInput, caution
 from ..events import Event
 from ..model.failures import explained
-from ..model.state import State
+from ..model.state import State, strip
 from ..motion.input_warnings import start_warnings
-from ..motion.integration import Task, prepare
-from ..motion.options import check_for_all, differentiated, watched
+from ..motion.integration import Task, differentiated, integrator_of, watched
 from ..motion.run import Run
 from ..motion.system import System
 from ..record.integrators import Integrator
@@ -124,6 +124,15 @@ def integrate_many(
     return many.answers
 
 
+def check_for_all(integrator: Any, output: Any, until: Any) -> None:
+    """Raise an error for options that are invalid for any system, whatever its units are."""
+    if integrator is not None and not isinstance(integrator, Integrator):
+        raise InvalidInput(f"integrator is {integrator!r}; expected one of fullbody's, such as Verner98(...)")
+    for name, value in (("output", output), ("until", until)):
+        if isinstance(value, str) and not (name == "output" and value == "ends"):
+            from_text(value, name, "time")
+
+
 def thread_count(threads: Any) -> int:
     """Return a number of threads, or raise an error."""
     number = integer(threads)
@@ -164,8 +173,9 @@ class _Many:
             raise InvalidInput("members is one member; expected a list of them: [(system, state), ...]")
         check_for_all(None if _is_sequence(integrator) else integrator, output, until)
         self._until, self._integrator = until, integrator
-        self._output, self._events, self._dense = output, events, dense
-        self._following = (False if derivatives is None else derivatives or True, chaos)
+        following = False if derivatives is None else derivatives or True
+        self._options: dict[str, Any] = {"output": output, "events": events, "dense": dense}
+        self._options |= {"derivatives": following, "chaos": chaos}
         self.answers: list[Any] = []
         #: The number of members that are not pairs of a system and a state.
         self.refused = 0
@@ -193,17 +203,17 @@ class _Many:
         system, state = member
         if not isinstance(system, System):
             raise InvalidInput(f"system is {system!r}; expected a System")
-        start, integrator, described = prepare(system, state, integrator)
-        task = Task(system, integrator, start.time, until, self._output, self._events, self._dense, *self._following)
-        tag = (index, task, system, start, integrator)
+        integrator, start = integrator_of(integrator), strip(state, system.context)
+        task = Task(system, integrator, start.time, until, **self._options)
+        tag = (index, task, start, integrator)
         options = (task.until, task.output, task.conditions, task.dense, task.following)
-        return (tag, system._core, start, described, *options)
+        return (tag, system.context.core, start, integrator._describe(system.context.units), *options)
 
     def take(self, tag: Any, record: Any, counts: Any, time: Any, error: BaseException | None) -> None:
         """Store the result of a member."""
-        index, task, system, start, integrator = tag
+        index, task, start, integrator = tag
         if record is not None:
-            if (warning := next(start_warnings(system, start, integrator._tolerance), None)) is not None:
+            if (warning := next(start_warnings(task.context, start, integrator._tolerance), None)) is not None:
                 self._warnings[index] = warning
             run = task.run(record, counts)
             if error is None:
@@ -214,7 +224,7 @@ class _Many:
                 self.answers[index] = run
                 raise KeyboardInterrupt
         elif error is not None:
-            error = explained(error, system.context, start, " at the start")
+            error = explained(error, task.context, start, " at the start")
         self.answers[index] = error
         if error is not None and not isinstance(error, Exception):
             raise error

@@ -17,12 +17,12 @@ from ..base.units import need
 from ..base.version import version
 from ..errors import FullbodyError, Interrupted, InvalidInput, caution
 from ..events import Event
-from ..motion.options import check_for_all, differentiated, watched
+from ..motion.integration import differentiated, watched
 from ..record.integrators import Integrator, Verner98
 from . import store as stores
 from .dataset import FAILURE, dataset
 from .executors import here, submitted
-from .many import thread_count
+from .many import check_for_all, thread_count
 from .parameters import RNG, Table, tabulated
 from .sources import described
 from .work import Job, Observable, Outcome, ordered

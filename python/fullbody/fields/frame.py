@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..base.units import Units
 from ..errors import InvalidInput, caution
+from ..model.context import SystemLike
 from ..model.gravity import Gravity, gravity_at, points_in
-from ..model.state import State
+from ..model.interactions import interactions
+from ..model.state import State, strip
 from ..typing import Array, Scalar
-
-if TYPE_CHECKING:
-    from ..motion.system import System
 
 __all__ = ["Frame"]
 
@@ -27,11 +26,11 @@ _STEADY = 1e-3
 class Frame:
     """Base class of :class:`fullbody.fields.Synodic`: the frame itself."""
 
-    def __init__(self, system: System, state: State) -> None:
-        if len(system) != 2:
-            raise InvalidInput(f"system has {len(system)} bodies; expected 2")
-        self.system, self._state, self._units = system, state, system._units
-        core, masses = system._strip(state), system._masses
+    def __init__(self, system: SystemLike, state: State) -> None:
+        if len(system.context) != 2:
+            raise InvalidInput(f"system has {len(system.context)} bodies; expected 2")
+        self.system, self._state, self._units = system, state, system.context.units
+        core, masses = strip(state, system.context), system.context.masses
         self._masses = masses
         self.primary = int(masses[1] > masses[0])
         first, second = self.primary, 1 - self.primary
@@ -48,7 +47,7 @@ class Frame:
         self._turn = np.stack([x, np.cross(z, x), z], axis=1)
         self._poses, self._attitudes = (core.position[None], core.attitude[None]), core.rotation_matrix
         self._centres = (core.position - self._origin) @ self._turn
-        self._bodies = system._core_bodies()
+        self._bodies = system.context.bodies
         self._check_rest(core)
 
     def __reduce__(self) -> Any:
@@ -57,7 +56,7 @@ class Frame:
 
     def _check_rest(self, core: Any) -> None:
         """Warn of a pair that is not at rest in the frame."""
-        force = self._units.strip(self.system.interactions(self._state).force, "force", "force")
+        force = self._units.strip(interactions(self.system, self._state).force, "force", "force")
         needed = -self._masses[:, None] * self._rate**2 * (self._centres * [1.0, 1.0, 0.0]) @ self._turn.T
         off = float(np.abs(force - needed).max() / np.abs(needed).max())
         way = core.velocity[1] - core.velocity[0]
@@ -70,7 +69,7 @@ class Frame:
         if large := [text for text, share in told.items() if share > _STEADY]:
             deviations.append(f"the bodies are not on a circular orbit ({', and '.join(large)})")
         for body, turn, spin, name in zip(
-            self._bodies, core.rotation_matrix, core.spin, self.system.names, strict=True
+            self._bodies, core.rotation_matrix, core.spin, self.system.context.names, strict=True
         ):
             inertia = turn @ np.diag(body.inertia) @ turn.T
             cross = np.cross(np.eye(3), turn @ spin - self._rate * self._turn[:, 2])
@@ -140,7 +139,7 @@ class Frame:
 
     def _gravity(self, x: _Numbers) -> Gravity:
         """Return gravity as numbers, at points of the frame and along inertial axes."""
-        return gravity_at(self.system._attracting, *self._poses, self._origin + x @ self._turn.T, Units())
+        return gravity_at(self.system.context.attraction, *self._poses, self._origin + x @ self._turn.T, Units())
 
     def _acceleration_and_gradient(self, x: _Numbers) -> tuple[_Numbers, _Numbers]:
         """Return half the gradient of C, which is the acceleration at rest in the frame, and its derivatives."""
@@ -153,7 +152,7 @@ class Frame:
         return bool(np.trace(self._gravity(x).gradient) < -0.01 * self._rate**2)
 
 
-def _remade(kind: type[Frame], system: System, state: State) -> Frame:
+def _remade(kind: type[Frame], system: SystemLike, state: State) -> Frame:
     """Rebuild the frame of a copy or a pickle, without the warnings."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,15 +12,13 @@ from ..base.arguments import integer
 from ..base.units import Units
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
+from ..model.context import SystemLike
 from ..model.gravity import gravity_at
-from ..model.state import State
-from ..record.derivatives import Differentiated
+from ..model.interactions import interactions
+from ..model.state import State, strip
+from ..record.record import Record
 from ..typing import Array
 from .samples import samples
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
-    from ..motion.system import System
 
 __all__ = ["SurfaceField", "SurfaceRange", "surface", "surface_along"]
 
@@ -92,7 +90,7 @@ class SurfaceRange(ArrayFields):
     greatest_surface_acceleration: Array
 
 
-def surface_along(run: Run, body: int | str = 0, *, rows: int = 36) -> SurfaceRange:
+def surface_along(run: Record, body: int | str = 0, *, rows: int = 36) -> SurfaceRange:
     """Compute the smallest and the largest slope and acceleration at each point of a body's surface along a run.
 
     They change if a body librates, rolls or comes nearer to the other one; the largest slope decides whether loose
@@ -126,7 +124,7 @@ def surface_along(run: Run, body: int | str = 0, *, rows: int = 36) -> SurfaceRa
     >>> bool((found.greatest_slope > found.least_slope).all())
     True
     """
-    if not isinstance(run, Differentiated) or not len(run):
+    if not isinstance(run, Record) or not len(run):
         raise InvalidInput(f"run is {run!r}; expected a fullbody.Run with samples")
     first = surface(run.system, run[0], body, rows=rows)
     low: Any = [first.slope, first.surface_acceleration]
@@ -145,7 +143,7 @@ def surface_along(run: Run, body: int | str = 0, *, rows: int = 36) -> SurfaceRa
     )
 
 
-def surface(system: System, state: State, body: int | str = 0, *, rows: int = 36) -> SurfaceField:
+def surface(system: SystemLike, state: State, body: int | str = 0, *, rows: int = 36) -> SurfaceField:
     """Compute geopotential, acceleration and slope on a body's surface, with its rotation and the tide of the other
     bodies.
 
@@ -189,20 +187,22 @@ def surface(system: System, state: State, body: int | str = 0, *, rows: int = 36
     >>> field.slope.shape, bool(field.slope.max() < 0.5)
     ((648,), True)
     """
-    place, units = system._place(body, "body"), system._units
+    place, units = system.context.index(body, "body"), system.context.units
     count = integer(rows)
     if count is None or count < 2:
         raise InvalidInput(f"rows is {rows!r}; expected a whole number, 2 or more")
-    core, own = system._strip(state), system._core_bodies()[place]
+    core, own = strip(state, system.context), system.context.bodies[place]
     found = samples(own, count)
     if not len(found.points):
-        raise InvalidInput(f"{system.names[place]} has no surface; expected a body other than a point mass")
+        raise InvalidInput(f"{system.context.names[place]} has no surface; expected a body other than a point mass")
     r, turn, spin = found.points, core.rotation_matrix[place], core.spin[place]
     here, pose = core.position[place], (core.position[None], core.attitude[None])
-    all_bodies = gravity_at(system._attracting, *pose, here + r @ turn.T, Units())
-    rest = [gravity_at(system._attracting, *pose, here, Units(), k) for k in range(len(system)) if k != place]
+    all_bodies = gravity_at(system.context.attraction, *pose, here + r @ turn.T, Units())
+    rest = [
+        gravity_at(system.context.attraction, *pose, here, Units(), k) for k in range(len(system.context)) if k != place
+    ]
     others = sum(float(other.potential) for other in rest)
-    loads = system.interactions(state)
+    loads = interactions(system, state)
     force, torque = (units.strip(v, d, d)[place] for v, d in ((loads.force, "force"), (loads.torque, "torque")))
     centre = turn.T @ force / own.mass
     turning = np.cross(spin, r)
@@ -212,7 +212,7 @@ def surface(system: System, state: State, body: int | str = 0, *, rows: int = 36
     across = np.linalg.norm(np.cross(acceleration, found.normals), axis=1)
     diagonals = found.cells[:, 2] - found.cells[:, 0], found.cells[:, 3] - found.cells[:, 1]
     return SurfaceField(
-        name=system.names[place],
+        name=system.context.names[place],
         point=units.attach(r, "length"),
         normal=found.normals,
         area=units.attach(0.5 * np.linalg.norm(np.cross(*diagonals), axis=1), "area"),

@@ -142,8 +142,8 @@ class Synodic(Frame):
         count = integer(rows)
         if count is None or count < 4:
             raise InvalidInput(f"rows is {rows!r}; expected a whole number, 4 or more")
-        return roche_lobe(self, place(body, self.system.names, "body"), count)
+        return roche_lobe(self, place(body, self.system.context.names, "body"), count)
 
     def __repr__(self) -> str:
-        names = " and ".join(self.system.names)
+        names = " and ".join(self.system.context.names)
         return f"Synodic({names}, {number(self.separation)} apart, rate {number(self.rate)})"

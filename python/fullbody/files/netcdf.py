@@ -13,7 +13,9 @@ from ..base.atomic import check_suffix, replacing
 from ..base.units import need
 from ..base.version import version
 from ..errors import InvalidInput
+from ..model.context import Context
 from ..record.derivatives import tangent_labels
+from ..record.record import Record
 from ..record.statistics import STOP_REASONS, Statistics
 from . import checksum, occurrences
 from .reading import Content, check_order, check_unit, netcdf
@@ -21,9 +23,6 @@ from .reading import Content, check_order, check_unit, netcdf
 if TYPE_CHECKING:
     import pandas
     import xarray
-
-    from ..motion.run import Run
-    from ..motion.system import System
 
 __all__ = ["SUFFIXES", "check_format", "contents", "save", "to_pandas", "to_xarray", "write"]
 
@@ -72,41 +71,60 @@ _FORMAT = 1
 SUFFIXES = (".nc", ".nc4")
 
 
-def to_xarray(run: Run) -> xarray.Dataset:
-    """Convert a run to an ``xarray.Dataset``; see :meth:`fullbody.Run.to_xarray`."""
+def to_xarray(run: Record) -> xarray.Dataset:
+    """Convert the run to an ``xarray.Dataset``, with units, the system and the integrator in its attributes.
+
+    Returns
+    -------
+    xarray.Dataset
+        A dataset with the samples along the dimension ``time``. Events that happened have the dimension ``event``,
+        labelled with their kinds, and variables ``event_time``, ``event_position`` and so on;
+        ``.attrs["fullbody_events"]`` lists the requested events as JSON, and ``event_index`` is the index in that
+        list. ``start_time``, ``start_energy`` and ``start_angular_momentum`` are those of ``run.start``. External
+        forces have the dimension ``force``, labelled with their names, and variables ``work``, ``impulse`` and
+        ``angular_impulse``; ``.attrs["fullbody_switched_off"]`` is ``run.switched_off`` as JSON.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.case1()
+    >>> run = system.integrate(state, 100.0, output=50.0, events=[fullbody.events.Apoapsis(0, 1)])
+    >>> run.to_xarray().event_time.round(3).values.tolist()
+    [48.719, 92.867]
+    """
     with need("data", "a run as a dataset"):
         import xarray as xr
 
-    units = run.system._units
+    units = run.context.units
 
     def attributes(dimension: str | None, text: str) -> dict[str, str]:
         unit = {"units": str(units.unit(dimension))} if dimension and units.known else {}
         return {"long_name": text, **unit}
 
     variables = {
-        name: (("time", *dims), run._record[name], attributes(dimension, text))
+        name: (("time", *dims), run.arrays[name], attributes(dimension, text))
         for name, (dims, dimension, text) in _VARIABLES.items()
     }
     for name, (numbers, dims, dimension) in _START.items():
         text = f"{dimension} at the start of the run"
-        variables[name] = (dims, run._start[numbers], attributes(dimension, text))
+        variables[name] = (dims, run.invariants[numbers], attributes(dimension, text))
     coordinates: dict[str, Any] = {name: (name, labels) for name, labels in _COORDINATES.items()}
-    coordinates["body"] = ("body", list(run.system.names))
-    coordinates["time"] = ("time", run._record["time"], attributes("time", "time"))
-    if forces := [force.name for force in run.system.forces]:
+    coordinates["body"] = ("body", list(run.context.names))
+    coordinates["time"] = ("time", run.arrays["time"], attributes("time", "time"))
+    if forces := list(run.context.forces):
         coordinates["force"] = ("force", forces, {"long_name": "external forces"})
         for name, (dims, dimension, text) in _OF_FORCES.items():
-            variables[name] = (("time", "force", *dims), run._record[name], attributes(dimension, text))
-    if "transition" in run._record:
-        numbers = tangent_labels(run.system.names)
+            variables[name] = (("time", "force", *dims), run.arrays[name], attributes(dimension, text))
+    if "transition" in run.arrays:
+        numbers = tangent_labels(run.context.names)
         coordinates |= {name: (name, numbers) for name in ("tangent", "start_tangent")}
-        if run._parameters:
-            coordinates["parameter"] = ("parameter", list(run._parameters))
-    if "chaos" in run._record:
+        if run.parameters:
+            coordinates["parameter"] = ("parameter", list(run.parameters))
+    if "chaos" in run.arrays:
         coordinates["indicator"] = ("indicator", _INDICATORS)
     for name, (dims, text) in _DERIVATIVES.items():
-        if name in run._record:
-            variables[name] = (("time", *dims), run._record[name], attributes(None, text))
+        if name in run.arrays:
+            variables[name] = (("time", *dims), run.arrays[name], attributes(None, text))
     of_events, labels, watched = occurrences.to_dataset(run, attributes)
     s = run.statistics
     return xr.Dataset(
@@ -116,31 +134,44 @@ def to_xarray(run: Run) -> xarray.Dataset:
             "title": "fullbody run",
             "fullbody_version": version(),
             "fullbody_format": _FORMAT,
-            "fullbody_system": json.dumps(run.system._describe()),
-            "fullbody_integrator": json.dumps(
-                run.integrator._describe(lambda step: units.number(step, "time", "step"))
-            ),
+            "fullbody_system": json.dumps(run.context.describe()),
+            "fullbody_integrator": json.dumps(run.integrator._describe(units)),
             "fullbody_statistics": json.dumps([s.steps, s.rejected, s.evaluations]),
             "fullbody_events": watched,
             "stop_reason": run.stop_reason,
             "references": "Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35",
         }
         | ({"fullbody_switched_off": json.dumps(run.switched_off)} if forces else {})
-        | ({"fullbody_parameters": json.dumps(run._parameters)} if "transition" in run._record else {}),
+        | ({"fullbody_parameters": json.dumps(run.parameters)} if "transition" in run.arrays else {}),
     )
 
 
-def to_pandas(run: Run) -> pandas.DataFrame:
-    """Convert a run to a ``pandas.DataFrame``; see :meth:`fullbody.Run.to_pandas`."""
+def to_pandas(run: Record) -> pandas.DataFrame:
+    """Convert the run to a ``pandas.DataFrame`` with a row per sample and a column per number.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A table whose columns are (quantity, body, component) and whose index is the time; ``.attrs["units"]`` names
+        the units if the system has them.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.case1()
+    >>> frame = system.integrate(state, 10.0, output=5.0).to_pandas()
+    >>> frame["position", "A", "x"].round(3).to_list()
+    [-4.0, -3.607, -2.444]
+    """
     with need("data", "a run as a table"):
         import pandas as pd
 
-    units = run.system._units
+    units = run.context.units
     columns, values, named = [], [], {}
     for name, (dims, dimension, _) in _VARIABLES.items():
-        rows = run._record[name]
+        rows = run.arrays[name]
         values.append(rows.reshape(len(rows), int(np.prod(rows.shape[1:]))))
-        bodies = run.system.names if "body" in dims else ("",)
+        bodies = run.context.names if "body" in dims else ("",)
         columns += [(name, body, part) for body in bodies for part in _COORDINATES[dims[-1]]]
         if dimension and units.known:
             named[name] = str(units.unit(dimension))
@@ -148,7 +179,7 @@ def to_pandas(run: Run) -> pandas.DataFrame:
         named["time"] = str(units.unit("time"))
     frame = pd.DataFrame(
         np.concatenate(values, axis=1),
-        index=pd.Index(run._record["time"], name="time"),
+        index=pd.Index(run.arrays["time"], name="time"),
         columns=pd.MultiIndex.from_tuples(columns, names=["quantity", "body", "component"]),
     )
     # The rows are sorted, since pandas otherwise warns of slow look-ups.
@@ -157,8 +188,36 @@ def to_pandas(run: Run) -> pandas.DataFrame:
     return frame
 
 
-def save(run: Run, path: Any) -> None:
-    """Write a run to a file; see :meth:`fullbody.Run.save`."""
+def save(run: Record, path: Any) -> None:
+    """Write the run to a NetCDF file, exactly and atomically; :func:`fullbody.load` reads it.
+
+    A file keeps the samples, the start, the system, the integrator, the statistics, the events and the stop reason.
+    It keeps neither the continuous solution of ``dense=True`` nor the functions of
+    :class:`fullbody.events.Function`, of which it keeps the names with the times and states of the events. It does
+    not keep the functions of :class:`fullbody.forces.Function` either: the system of a run from a file has the
+    force, but its integration raises an error that names the force.
+
+    The file ends with a checksum of its content, after the part that NetCDF reads. :func:`fullbody.load` checks it
+    first. Other programs ignore the checksum and remove it when they write to the file; :func:`fullbody.load` then
+    warns.
+
+    The file is on the disk before it replaces another one. If the path is a symbolic link, the file that it points
+    to is replaced, and other hard links to that file keep the old content. The permissions of a replaced file are
+    kept; a new file has the permissions that the umask leaves.
+
+    Parameters
+    ----------
+    path : str or Path
+        A name that ends in ``.nc`` or ``.nc4``.
+
+    Raises
+    ------
+    InvalidInput
+        For another ending.
+    OSError
+        If the file cannot be written, for lack of space or permission, or because the path is a write-protected
+        file, a folder or a device; the error has the path.
+    """
     check_suffix(path, SUFFIXES)
     netcdf()
     write(to_xarray(run), path)
@@ -191,39 +250,39 @@ def check_format(content: Content) -> None:
     content.check_format("fullbody_format", _FORMAT)
 
 
-def contents(content: Content, system: System) -> dict[str, Any]:
+def contents(content: Content, context: Context) -> dict[str, Any]:
     """Return the arguments of ``Run``, except its system and integrator, by name."""
     lengths = {name: len(labels) for name, labels in _COORDINATES.items()}
     start = [content.numbers(name, {dim: lengths[dim] for dim in dims}) for name, (_, dims, _) in _START.items()]
     time = content.numbers("time", {"time": None})
-    sizes: dict[str, int | None] = {**lengths, "body": len(system), "time": len(time)}
+    sizes: dict[str, int | None] = {**lengths, "body": len(context), "time": len(time)}
     kept: dict[str, tuple[str, ...]] = {name: dims for name, (dims, _, _) in _VARIABLES.items()}
     switched_off: dict[str, int] = {}
     parameters: tuple[str, ...] = ()
-    if system.forces:
-        sizes["force"] = len(system.forces)
+    if context.forces:
+        sizes["force"] = len(context.forces)
         kept |= {name: ("force", *dims) for name, (dims, _, _) in _OF_FORCES.items()}
-        switched_off = content.parsed("fullbody_switched_off", lambda counts: _switched_off(counts, system))
+        switched_off = content.parsed("fullbody_switched_off", lambda counts: _switched_off(counts, context))
     if content.has_attribute("fullbody_parameters"):
         parameters = content.parsed("fullbody_parameters", _names)
-        sizes |= {"tangent": 12 * len(system), "start_tangent": 12 * len(system), "parameter": len(parameters)}
+        sizes |= {"tangent": 12 * len(context), "start_tangent": 12 * len(context), "parameter": len(parameters)}
         kept["transition"] = _DERIVATIVES["transition"][0]
         if parameters:
             kept["sensitivity"] = _DERIVATIVES["sensitivity"][0]
     if "chaos" in content:
         sizes["indicator"] = len(_INDICATORS)
         kept["chaos"] = _DERIVATIVES["chaos"][0]
-    record = {name: content.numbers(name, {dim: sizes[dim] for dim in ("time", *dims)}) for name, dims in kept.items()}
+    arrays = {name: content.numbers(name, {dim: sizes[dim] for dim in ("time", *dims)}) for name, dims in kept.items()}
     check_order(time, "time", repeated=False)
-    check_unit(record["attitude"], "attitude")
+    check_unit(arrays["attitude"], "attitude")
     reason = content.text("stop_reason")
     if reason not in STOP_REASONS:
         raise InvalidInput(f"attribute stop_reason is {reason!r}; expected one of {', '.join(STOP_REASONS)}")
     return {
-        "record": {"time": time, **record},
+        "arrays": {"time": time, **arrays},
         "start": np.concatenate([values.reshape(-1) for values in start]),
         "statistics": content.parsed("fullbody_statistics", _statistics),
-        "events": occurrences.from_file(content, system.context, len(parameters)),
+        "events": occurrences.from_file(content, context, len(parameters)),
         "stop_reason": reason,
         "switched_off": switched_off,
         "parameters": parameters,
@@ -243,9 +302,8 @@ def _names(names: list[Any]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _switched_off(counts: dict[str, Any], system: System) -> dict[str, int]:
-    names = [force.name for force in system.forces]
+def _switched_off(counts: dict[str, Any], context: Context) -> dict[str, int]:
     for name, count in counts.items():
-        if name not in names or (number := integer(count)) is None or not 0 <= number < 2**63:
+        if name not in context.forces or (number := integer(count)) is None or not 0 <= number < 2**63:
             raise InvalidInput(f"{name!r} has {count!r}; expected a force of the system and a count")
     return counts

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,10 +16,8 @@ from ..errors import InvalidInput
 from ..events import Event, Occurrence
 from ..model.context import Context
 from ..model.state import strip, wrap
+from ..record.record import Record
 from .reading import Content, check_order, check_unit
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
 
 __all__ = ["from_file", "to_dataset"]
 
@@ -41,7 +39,7 @@ _KINDS = [name for name in events.__all__ if name not in ("Event", "Occurrence")
 
 
 def to_dataset(
-    run: Run, attributes: Callable[[str | None, str], dict[str, str]]
+    run: Record, attributes: Callable[[str | None, str], dict[str, str]]
 ) -> tuple[dict[str, Any], dict[str, Any], str]:
     """Return variables, coordinates, and the events as JSON. If no event happened, there are no variables.
 
@@ -57,7 +55,7 @@ def to_dataset(
     text = json.dumps([_describe(event) for event in watched])
     if not watched:
         return {}, {}, text
-    states = [strip(happened.state, run.system.context) for happened in run.events]
+    states = [strip(happened.state, run.context) for happened in run.events]
     variables: dict[str, Any] = {"event_index": ("event", places, {"long_name": "index in fullbody_events"})}
     for name, (dims, dimension, meaning) in _VARIABLES.items():
         values = np.array([getattr(state, name) for state in states])

@@ -14,8 +14,8 @@ from ..base.arguments import suggestion
 from ..base.differences import REFUSALS, Differences
 from ..errors import InvalidInput
 from ..model.state import State
-from ..motion.samples import chosen, joined
 from ..motion.system import System
+from ..record.record import joined
 from .chain import Chain, SetupDerivatives, SetupResult
 from .free import Parameters
 from .noise import log_determinant, relative
@@ -245,9 +245,9 @@ class Problem:
         later, earlier = times[times >= epoch], times[times < epoch][::-1]
         integrate, state = made.system.integrate, made.state
         if not earlier.size:
-            return integrate(state, later[-1] if later.size else epoch, later, **options)
-        back = integrate(state, earlier[-1], earlier, **options)
-        ahead = integrate(state, later[-1] if later.size else epoch, later, **options)
+            return integrate(state, later[-1] if later.size else epoch, output=later, **options)
+        back = integrate(state, earlier[-1], output=earlier, **options)
+        ahead = integrate(state, later[-1] if later.size else epoch, output=later, **options)
         return joined(ahead, back)
 
     def sampled(self, made: SetupResult, observations: list[Any]) -> Run:
@@ -256,7 +256,7 @@ class Problem:
 
     def of(self, one: Any, run: Run, what: str) -> Any:
         """Call a method of observations with the samples of a run at the times of these observations."""
-        return getattr(one, what)(chosen(run, self._emission(one, run.system)))
+        return getattr(one, what)(run[run.indices(self._emission(one, run.system))])
 
     def jacobian(self, point: Point) -> Jacobian:
         """Return the derivatives of a point: those of the motion are exact, those of the setup are differences."""
@@ -303,7 +303,7 @@ class Problem:
         return np.concatenate(parts)
 
     def _derivatives(self, one: Any, run: Run) -> Any:
-        part = chosen(run, self._emission(one, run.system))
+        part = run[run.indices(self._emission(one, run.system))]
         if hasattr(one, "derivatives"):
             try:
                 return one.derivatives(part)

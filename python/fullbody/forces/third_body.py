@@ -233,9 +233,8 @@ class ThirdBody(Force):
         first, last = (number(units.attach(time, "time")) for time in (times[0], times[-1]))
         return f"{mu}; {len(times)} positions from {first} to {last}"
 
-    def _input_warnings(
-        self, described: dict[str, Any], names: tuple[str, ...], start: _core.State, units: Units
-    ) -> Iterator[str]:
+    @classmethod
+    def _input_warnings(cls, described: dict[str, Any], start: _core.State, context: Context) -> Iterator[str]:
         """Yield a warning if the rows of a table are so far apart that the spline does not follow the path.
 
         The cubic through two rows before a row and two after it misses the row by 64 times the spline's error.
@@ -255,11 +254,11 @@ class ThirdBody(Force):
             error = np.linalg.norm(there - positions[2:-2], axis=1) / 64 / np.linalg.norm(positions[2:-2], axis=1)
         worst = int(np.argmax(error))
         if error[worst] > _COARSE:
-            when = number(units.attach(times[worst + 2], "time"), 4)
+            when = number(context.units.attach(times[worst + 2], "time"), 4)
             yield (
-                f"the positions of {self.name} are so far apart in time that the spline between them is wrong by about "
-                f"{error[worst]:.1g} of the distance near time {when}; expected rows nearer to each other, for an "
-                f"error below {_COARSE:g}: check the unit of the times"
+                f"the positions of {described['name']} are so far apart in time that the spline between them is wrong "
+                f"by about {error[worst]:.1g} of the distance near time {when}; expected rows nearer to each other, "
+                f"for an error below {_COARSE:g}: check the unit of the times"
             )
 
     @classmethod

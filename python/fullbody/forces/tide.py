@@ -90,12 +90,11 @@ class Tide(Force):
         lag, radius = (number(units.attach(described[key], of)) for key, of in (("lag", "time"), ("radius", "length")))
         return f"by {described['by']} on {described['on']}, k2 = {number(described['k2'])}, lag {lag}, radius {radius}"
 
-    def _input_warnings(
-        self, described: dict[str, Any], names: tuple[str, ...], start: _core.State, units: Units
-    ) -> Iterator[str]:
+    @classmethod
+    def _input_warnings(cls, described: dict[str, Any], start: _core.State, context: Context) -> Iterator[str]:
         """Yield a warning if a body turns by more than a radian within the lag, relative to the other one."""
         on, by, lag = (described[key] for key in ("on", "by", "lag"))
-        deformed, raiser = names.index(on), names.index(by)
+        deformed, raiser = context.index(on), context.index(by)
         r, v = start.position[raiser] - start.position[deformed], start.velocity[raiser] - start.velocity[deformed]
         orbital = np.cross(r, v) / (r @ r)
         spin = matrices(start.attitude[deformed]) @ start.spin[deformed]
@@ -106,7 +105,8 @@ class Tide(Force):
         if max(relative, along) > 1.0:
             turns = f"{on} turns relative to {by}" if relative >= along else f"{by} goes round {on}"
             yield (
-                f"{self.name} has a lag of {number(units.attach(np.float64(lag), 'time'), 4)}, within which {turns} by "
+                f"{described['name']} has a lag of {number(context.units.attach(np.float64(lag), 'time'), 4)}, within "
+                f"which {turns} by "
                 f"{np.degrees(max(relative, along)):.4g} degrees; a constant time lag is a law of first order in that "
                 "angle; expected an angle much smaller than a radian (57.3 degrees): check the unit of the lag"
             )

@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
 from ..base.arguments import place, suggestion
+from ..base.tables import Table
 from ..base.units import Units
 from ..errors import InvalidInput
 from .calls import Call
 
-__all__ = ["Context", "SystemLike"]
+__all__ = ["Context", "S", "SystemLike"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +99,10 @@ class Context:
             raise InvalidInput(f"{what} is {name!r}{is_other}; {expected}")
         return list(self.forces).index(str(name))
 
+    def natural_size(self, parameter: str) -> float:
+        """Return a natural size of changes of a parameter of the system."""
+        return self.core.changed(parameter, 0.0)[3]
+
     def describe(self) -> dict[str, Any]:
         """Return the core's description of the system with the notes, from which it can be rebuilt."""
         core = self.core
@@ -111,3 +116,21 @@ class SystemLike(Protocol):
     @property
     def context(self) -> Context:
         """The context of the system."""
+
+    @property
+    def bodies(self) -> tuple[Any, ...]:
+        """The bodies."""
+
+    def changed(self, parameter: str, by: float) -> Self:
+        """Return the system with one of its parameters changed."""
+
+    def _tables(self) -> tuple[Table, ...]: ...
+
+
+if TYPE_CHECKING:
+    from typing_extensions import TypeVar as TypeVarWithDefault
+
+    S = TypeVarWithDefault("S", bound=SystemLike, default=Any)
+else:
+    #: The class of the system of a run or a flight.
+    S = TypeVar("S")

@@ -128,10 +128,9 @@ class Force(ScalarFields):
         """Return a few words about the force, from its description in numbers of these units."""
         return ""
 
-    def _input_warnings(
-        self, described: dict[str, Any], names: tuple[str, ...], start: _core.State, units: Units
-    ) -> Iterator[str]:
-        """Return warnings about the force at a start, from its description in numbers of these units."""
+    @classmethod
+    def _input_warnings(cls, described: dict[str, Any], start: _core.State, context: Context) -> Iterator[str]:
+        """Return warnings about a force of this kind at a start, from its description."""
         yield from ()
 
     def _call(self, context: Context) -> Call | None:

@@ -13,8 +13,10 @@ from ..base.units import Units
 from ..base.values import brief, same
 from ..errors import InvalidInput
 from ..typing import Array
+from .context import SystemLike
+from .state import State, strip
 
-__all__ = ["Gravity"]
+__all__ = ["Gravity", "gravity", "gravity_at", "points_in"]
 
 _Numbers = npt.NDArray[np.float64]
 
@@ -98,3 +100,47 @@ def gravity_at(
         units.attach(field, "acceleration"),
         lambda: units.attach(ask((3, 3))[0], "gravity gradient"),
     )
+
+
+def gravity(system: SystemLike, state: State, points: Any, body: int | str | None = None) -> Gravity:
+    """Return potential, field and gravity gradient of the bodies at points of the inertial frame, outside or
+    inside.
+
+    The sum is over the bodies only and does not include external forces such as the pull of a third body.
+
+    Parameters
+    ----------
+    state : State
+    points : array_like or Quantity, (..., 3)
+        Inertial.
+    body : int or str, optional
+        The body whose gravity is computed, by its name or index; by default all bodies.
+
+    Returns
+    -------
+    Gravity
+        ``.potential`` (...), ``.field`` (..., 3) and ``.gradient`` (..., 3, 3), inertial.
+
+    Raises
+    ------
+    InvalidInput
+        For a point at a point mass or with coordinates that are not finite, which the message gives by its index;
+        for the gradient on a polyhedron's surface.
+
+    See Also
+    --------
+    Body.gravity : The gravity of one body in its own frame.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.case1()
+    >>> gravity = system.gravity(state, [[0.0, 0.0, 5.0], [0.0, 0.0, 6.0]])
+    >>> gravity.field.shape, gravity.gradient.shape
+    ((2, 3), (2, 3, 3))
+    """
+    context = system.context
+    core = strip(state, context)
+    index = None if body is None else context.index(body)
+    pose = core.position[None], core.attitude[None]
+    return gravity_at(context.attraction, *pose, points_in(points, context.units), context.units, index)

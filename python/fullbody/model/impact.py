@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,9 +12,7 @@ from ..base.arguments import directions, warn_if_degrees
 from ..base.tables import number
 from ..base.units import scalar
 from ..errors import InvalidInput
-
-if TYPE_CHECKING:
-    from ..motion.system import System
+from ..model.context import SystemLike
 
 __all__ = ["impulse"]
 
@@ -22,7 +20,7 @@ _Array = npt.NDArray[np.float64]
 
 
 def impulse(
-    system: System,
+    system: SystemLike,
     core: _core.State,
     index: int,
     axes: _Array,
@@ -34,7 +32,7 @@ def impulse(
     ejecta: Any,
 ) -> tuple[_Array, _Array]:
     """Return the changes of a body's velocity (inertial) and spin (body frame); see :meth:`fullbody.State.impact`."""
-    units, turn = system._units, core.rotation_matrix[index]
+    units, turn = system.context.units, core.rotation_matrix[index]
     amount = units.number(mass, "mass", "mass of the projectile")
     if amount <= 0.0:
         raise InvalidInput(f"mass of the projectile is {mass!r}; expected a number above zero")
@@ -49,7 +47,7 @@ def impulse(
     if abs(angles[1]) > np.pi / 2:
         raise InvalidInput(f"latitude is {latitude!r}; expected an angle from -pi/2 to pi/2")
     way = np.array([np.cos(angles[1]) * np.cos(angles[0]), np.cos(angles[1]) * np.sin(angles[0]), np.sin(angles[1])])
-    (point,), (normal,) = _core.surface(system._core, index, way[None])
+    (point,), (normal,) = _core.surface(system.context.core, index, way[None])
     spin = core.spin[index]
     # This is the velocity in the body frame, relative to the surface at the point that is struck.
     relative = turn.T @ (axes @ coming) - np.cross(spin, point)
@@ -62,5 +60,5 @@ def impulse(
     out = normal if ejecta is None else turn.T @ (axes @ directions(ejecta, "ejecta", one=True))
     out = out / np.linalg.norm(out)
     momentum = amount * (relative + (enhanced - 1.0) * (out @ relative) * out)
-    body = system._core_bodies()[index]
+    body = system.context.bodies[index]
     return turn @ momentum / body.mass, np.cross(point, momentum) / body.inertia

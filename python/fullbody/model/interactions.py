@@ -10,8 +10,11 @@ import numpy as np
 from ..base.tables import Table, Tabled, head, number, vector
 from ..base.values import ArrayFields, ScalarFields, block
 from ..typing import Array, Scalar
+from .context import SystemLike
+from .failures import explaining
+from .state import State, strip
 
-__all__ = ["Energy", "Interactions", "Invariants", "Loads"]
+__all__ = ["Energy", "Interactions", "Invariants", "angular_momentum", "energy", "interactions", "momentum"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -50,26 +53,6 @@ class Interactions(ArrayFields, Tabled):
         return block("Interactions(", **{name: getattr(self, name) for name in names})
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Loads(ArrayFields):
-    """The loads of one external force in a state.
-
-    Attributes
-    ----------
-    force : ndarray or Quantity, (N, 3)
-        Forces in the inertial frame. For a third body they are the part that moves the bodies relative to the nominal
-        barycentre.
-    torque : ndarray or Quantity, (N, 3)
-        Torques about each body's centre, in its body frame.
-    """
-
-    force: Array
-    torque: Array
-
-    def __repr__(self) -> str:
-        return block("Loads(", force=self.force, torque=self.torque)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Energy(ScalarFields, Tabled):
     """The energy of a state in its parts.
@@ -105,3 +88,73 @@ class Invariants(ArrayFields):
     time: Any
     energy: Energy
     angular_momentum: Any
+
+
+def interactions(system: SystemLike, state: State) -> Interactions:
+    """Return the forces and torques on the bodies and the potential energy in a state.
+
+    Parameters
+    ----------
+    state : State
+
+    Returns
+    -------
+    Interactions
+
+    Raises
+    ------
+    BodiesOverlap
+    NotConverged
+        If the quadrature reaches its limit of nodes, as for bodies in contact with sharp rims.
+
+    Notes
+    -----
+    The results are those of the paper's Eqs. (2) and (3), and for the potential energy minus Eq. (4).
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.case1()
+    >>> f = system.interactions(state)
+    >>> f.force.shape, f.torque.shape
+    ((2, 3), (2, 3))
+    >>> bool(abs(f.force.sum()) < 1e-15)
+    True
+    """
+    context = system.context
+    core, attach = strip(state, context), context.units.attach
+    with explaining(context, core):
+        force, torque, energy, truncation_error = context.core.interactions(core)
+    return Interactions(attach(force, "force"), attach(torque, "torque"), attach(energy, "energy"), truncation_error)
+
+
+def energy(system: SystemLike, state: State) -> Energy:
+    """Return the energy of a state in its parts.
+
+    Parameters
+    ----------
+    state : State
+
+    Returns
+    -------
+    Energy
+    """
+    context = system.context
+    core = strip(state, context)
+    with explaining(context, core):
+        parts = context.core.energy(core)
+    return Energy(*(context.units.attach(part, "energy") for part in parts))
+
+
+def momentum(system: SystemLike, state: State) -> Array:
+    """Return the total momentum (3,) of a state in the inertial frame."""
+    context = system.context
+    total: Array = context.units.attach(context.core.momentum(strip(state, context)), "momentum")
+    return total
+
+
+def angular_momentum(system: SystemLike, state: State) -> Array:
+    """Return the total angular momentum (3,) about the origin, inertial frame: the paper's ``eq:Total_angmom``."""
+    context = system.context
+    total: Array = context.units.attach(context.core.angular_momentum(strip(state, context)), "angular momentum")
+    return total

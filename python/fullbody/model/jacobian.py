@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from ..base.arguments import names_of
 from ..base.values import ArrayFields
 from ..typing import Array
+from .context import SystemLike
+from .failures import explaining
+from .state import State, strip
 
-__all__ = ["Jacobian"]
+__all__ = ["Jacobian", "jacobian"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -47,3 +52,42 @@ class Jacobian(ArrayFields):
     def __repr__(self) -> str:
         bodies, parameters = len(self.flow) // 12, ", ".join(self.by_parameter)
         return f"Jacobian({bodies} bodies{', parameters ' + parameters if parameters else ''})"
+
+
+def jacobian(system: SystemLike, state: State, parameters: Iterable[str] = ()) -> Jacobian:
+    """Return the derivatives of forces, torques and rates of change at a state, exact to round-off.
+
+    Parameters
+    ----------
+    state : State
+    parameters : iterable of str
+        Names from :attr:`parameters`.
+
+    Returns
+    -------
+    Jacobian
+
+    Examples
+    --------
+    >>> import fullbody, numpy as np
+    >>> system, state = fullbody.systems.kw4()
+    >>> jacobian = system.jacobian(state)
+    >>> jacobian.rates.shape
+    (24, 24)
+    >>> bool(np.allclose(jacobian.force_by_position.sum(axis=2), 0.0))
+    True
+    """
+    context, names = system.context, names_of(parameters, "parameters")
+    core, attach, n = strip(state, context), context.units.attach, len(context)
+    with explaining(context, core):
+        loads, rates, forcing, flow = context.core.jacobian(core, names)
+    blocks = loads.reshape(n, 2, 3, n, 2, 3)
+    return Jacobian(
+        attach(np.ascontiguousarray(blocks[:, 0, :, :, 0]), "force gradient"),
+        attach(np.ascontiguousarray(blocks[:, 0, :, :, 1]), "force"),
+        attach(np.ascontiguousarray(blocks[:, 1, :, :, 0]), "force"),
+        attach(np.ascontiguousarray(blocks[:, 1, :, :, 1]), "torque"),
+        flow,
+        rates,
+        dict(zip(names, forcing, strict=True)),
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -16,10 +16,7 @@ from ..base.units import Units, gathered, is_quantity, numbers, refuse_cycles, s
 from ..base.values import block
 from ..errors import InvalidInput, caution
 from ..typing import Array, Scalar
-from .context import Context
-
-if TYPE_CHECKING:
-    from ..motion.system import System
+from .context import Context, SystemLike
 
 __all__ = ["State", "strip", "wrap"]
 
@@ -340,7 +337,7 @@ class State(Tabled):
 
     def impact(
         self,
-        system: System,
+        system: SystemLike,
         body: int | str,
         *,
         mass: Any,
@@ -409,13 +406,13 @@ class State(Tabled):
 
         index = self._place(body, "body of impact")
         axes = self._axes(index, along, about, "impact")
-        core = system._strip(self)
+        core = strip(self, system.context)
         dv, spin_up = impulse(system, core, index, axes, mass, velocity, longitude, latitude, beta, ejecta)
         velocities, spins = core.velocity, core.spin
         velocities[index] += dv
         spins[index] += spin_up
         changed = _core.State(core.time, core.position, velocities, core.attitude, spins)
-        return State._wrap(changed, system._units, self._names)
+        return State._wrap(changed, system.context.units, self._names)
 
     def rotated(
         self,
@@ -560,7 +557,10 @@ def strip(state: State, context: Context) -> _core.State:
     """Return a state as the core takes it, in the units of a system, or raise an error for what is not a state."""
     if not isinstance(state, State):
         raise InvalidInput(f"state is {state!r}; expected a State")
-    return state._in(context.units)
+    core = state._in(context.units)
+    if len(core.position) != len(context):
+        raise InvalidInput(f"state has {len(core.position)} bodies; expected {len(context)}, as in the system")
+    return core
 
 
 def _rebuild(names: tuple[str, ...], *arguments: Any) -> State:

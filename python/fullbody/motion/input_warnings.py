@@ -9,11 +9,12 @@ import numpy as np
 
 from ..base import tables
 from ..base.units import unit_named
+from ..model.force import KINDS
 
 if TYPE_CHECKING:
     from .. import _core
     from ..base.units import Units
-    from .system import System
+    from ..model.context import Context
 
 __all__ = ["density_warning", "start_warnings"]
 
@@ -32,7 +33,7 @@ def density_warning(units: Units, body: _core.Body, name: str) -> str | None:
     return f"{name} has a density of {density:.3g} kg/m3; {expected}"
 
 
-def start_warnings(system: System, start: _core.State, tolerance: float | None) -> Iterator[str]:
+def start_warnings(context: Context, start: _core.State, tolerance: float | None) -> Iterator[str]:
     """Return warnings about a start.
 
     Parameters
@@ -40,20 +41,20 @@ def start_warnings(system: System, start: _core.State, tolerance: float | None) 
     tolerance
         The sum of the integrator's tolerances, relative to the distance of the nearest body; ``None`` for fixed steps.
     """
-    fast, far = system._core.start_warnings(start, tolerance)
+    fast, far = context.core.start_warnings(start, tolerance)
     if fast is not None:
-        yield _unbound(system, *fast)
+        yield _unbound(context, *fast)
     if far is not None:
-        yield _far(system, *far, tolerance)
-    for force, described in zip(system.forces, system._core.forces, strict=True):
-        yield from force._input_warnings(described, system.names, start, system._units)
+        yield _far(context, *far, tolerance)
+    for described in context.core.forces:
+        yield from KINDS[described["kind"]]._input_warnings(described, start, context)
 
 
-def _unbound(system: System, body: int, speed: float, escape: float, limit: float) -> str:
+def _unbound(context: Context, body: int, speed: float, escape: float, limit: float) -> str:
     """Return the warning that a body is much faster than its speed of escape and cannot be bound."""
-    fast, held = (tables.number(system._units.attach(np.float64(value), "velocity"), 4) for value in (speed, escape))
-    who = f"{' and '.join(system.names)} start" if len(system) == 2 else f"{system.names[body]} starts"
-    whom = "each other" if len(system) == 2 else "the barycentre of the others"
+    fast, held = (tables.number(context.units.attach(np.float64(value), "velocity"), 4) for value in (speed, escape))
+    who = f"{' and '.join(context.names)} start" if len(context) == 2 else f"{context.names[body]} starts"
+    whom = "each other" if len(context) == 2 else "the barycentre of the others"
     return (
         f"{who} at {fast} relative to {whom}, {speed / escape:.3g} times the speed of escape there, "
         f"{held}; expected at most {limit:g} times, unless a fast flyby is meant: check the units of the velocities, "
@@ -62,7 +63,7 @@ def _unbound(system: System, body: int, speed: float, escape: float, limit: floa
 
 
 def _far(
-    system: System,
+    context: Context,
     pair: tuple[int, int],
     apart: float,
     heavy: int,
@@ -75,7 +76,7 @@ def _far(
     """Return the warning that bodies near each other are far from the barycentre, the origin of the integration."""
 
     def length(value: float, digits: int = 4) -> str:
-        return tables.number(system._units.attach(np.float64(value), "length"), digits)
+        return tables.number(context.units.attach(np.float64(value), "length"), digits)
 
     if tolerance is None:
         follows = "Every step loses that much"
@@ -84,11 +85,11 @@ def _far(
             "A step cannot be more exact than that: with smaller tolerances steps grow ever shorter, and the run may "
             "never end"
         )
-    who = system.names[heavy]
+    who = context.names[heavy]
     instead = f"{who} as a fullbody.forces.ThirdBody on a prescribed path, which costs no digits"
     remedy = instead if tolerance is None else f"{instead}, or rtol and atol of {enough:g} or more"
     return (
-        f"{who} is {length(distance)} from {' and '.join(system.names[place] for place in sorted(pair))}, which are "
+        f"{who} is {length(distance)} from {' and '.join(context.names[place] for place in sorted(pair))}, which are "
         f"{length(apart)} apart, and so heavy that the barycentre, which positions are counted from, is far from these "
         f"two: their coordinates round at {length(rounding, 2)}, {rounding / apart:.2g} of their distance. "
         f"{follows}; expected bodies within {limit:g} such distances, or {remedy}"

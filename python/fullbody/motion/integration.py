@@ -1,4 +1,4 @@
-"""The integration of a system: checks of its start and options, and the run made of the core's record."""
+"""The integration of a system: checks of its start and options, and the run made of the core's arrays."""
 
 from __future__ import annotations
 
@@ -6,91 +6,153 @@ import contextlib
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, cast
 
 import numpy as np
 
 from .. import _core
-from ..base.atomic import replacing
+from ..base.arguments import names_of, sequence
+from ..base.atomic import as_path, replacing
 from ..base.progress import Progress, over_time
-from ..base.units import scalar
 from ..errors import FullbodyError, Interrupted, InvalidInput, caution
 from ..events import Event, Occurrence
+from ..model.context import Context, S
 from ..model.failures import explained, explaining
-from ..model.state import State
+from ..model.state import State, strip, wrap
 from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98
 from ..record.statistics import Statistics
+from ..record.times import end_of_run, sampling, warn_of_spacing
 from .input_warnings import start_warnings
-from .options import autosaving, differentiated, sampling, watched
 from .run import Run
 
-if TYPE_CHECKING:
-    from .system import System
-
-__all__ = ["Task", "begin", "integrate", "prepare", "write"]
+__all__ = ["Task", "advance", "begin", "integrate", "integrator_of", "write"]
 
 
-def prepare(
-    system: System, state: State, integrator: Integrator | None
-) -> tuple[_core.State, Integrator, dict[str, Any]]:
-    """Check the system, the state and the integrator of a new simulation.
+def integrate(
+    system: S,
+    state: State,
+    until: Any = None,
+    *,
+    duration: Any = None,
+    output: Any = None,
+    integrator: Integrator | None = None,
+    events: Iterable[Event] = (),
+    dense: bool = False,
+    progress: Any = False,
+    autosave: tuple[Any, float] | None = None,
+    derivatives: bool | Iterable[str] = False,
+    chaos: bool = False,
+) -> Run[S]:
+    """Integrate the motion from a state to a time.
+
+    Parameters
+    ----------
+    state : State
+    until : float, Quantity or text with a unit
+        End of the run; a time before ``state.time`` makes a run backwards.
+    duration : float, Quantity or text with a unit
+        Length of the run, such as ``"30 day"``, in place of ``until``; below zero for a run backwards.
+    output : None, "ends", float, Quantity or array_like
+        The times that are recorded. ``None`` means every accepted step, ``"ends"`` the start and the end, a number the
+        spacing of times from the start to the end, and an array exactly these times; with an empty array only events
+        (and ``dense``) are recorded.
+    integrator : Integrator, optional
+        :class:`fullbody.Verner98` unless given.
+    events : iterable of Event
+        Events to detect, from :mod:`fullbody.events`; a terminal one ends the run.
+    dense : bool
+        Whether the run is kept as a function of time, ``run(t)``, which takes 2.3 kB per step for two bodies.
+    progress : bool, str or callable
+        ``True`` or a title for a progress bar, or a function of (done, total, description) that is called at most every
+        50 ms, with the time that has passed and the length of the run. The result of the function is ignored; an error
+        that it raises ends the run.
+    autosave : (path, seconds), optional
+        The path of a file and an interval. The simulation is written to the file when the run begins, at this interval
+        and when the run ends for whatever reason; :meth:`fullbody.Simulation.load` continues from it. A file that
+        cannot be written ends the run with an OSError.
+    derivatives : bool or sequence of str
+        Whether the run is differentiated with respect to its start, for ``run.transition``; or the names from
+        ``system.parameters`` by which it is differentiated as well, for ``run.sensitivity``. The motion itself has the
+        same bits with and without derivatives.
+    chaos : bool
+        Whether tangent growth is measured, for ``run.megno``, ``run.lyapunov`` and ``run.fast_lyapunov``.
 
     Returns
     -------
-    start : _core.State
-        The state in the system's units.
-    integrator : Integrator
-        The given integrator, or the default one.
-    described : dict
-        The description of the integrator that the core takes.
+    Run
+
+    Raises
+    ------
+    InvalidInput, BodiesOverlap, NotConverged, StepSizeTooSmall, ChartSingularity
+        If an error ends the run; the run so far is in its attribute ``run``.
+    Interrupted
+        On Ctrl-C; it is a KeyboardInterrupt with the run so far in its attribute ``run``.
+
+    Warns
+    -----
+    InconsistentInput
+        For starts that are probably a mistake, see :class:`fullbody.Simulation`; for a text as ``until`` that is a time
+        before the start; and for a spacing that is longer than the run.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.case1()
+    >>> run = system.integrate(state, 10.0, output=1.0)
+    >>> run.position.shape
+    (11, 2, 3)
     """
+    core, chosen = begin(system.context, state, integrator)
+    task = Task(
+        system,
+        chosen,
+        core.time,
+        until,
+        duration=duration,
+        output=output,
+        events=events,
+        dense=dense,
+        derivatives=derivatives,
+        chaos=chaos,
+    )
+    return advance(core, task, progress, autosave)
+
+
+def integrator_of(integrator: Integrator | None) -> Integrator:
+    """Return the integrator, the default one for ``None``, or raise an error for what is not one."""
     integrator = Verner98() if integrator is None else integrator
     if not isinstance(integrator, Integrator):
         raise InvalidInput(f"integrator is {integrator!r}; expected one of fullbody's, such as Verner98(...)")
-    start = system._strip(state)
-    return start, integrator, integrator._describe(lambda step: system._units.number(step, "time", "step"))
+    return integrator
 
 
-def begin(system: System, state: State, integrator: Integrator | None) -> tuple[_core.Simulation, Integrator]:
+def begin(context: Context, state: State, integrator: Integrator | None) -> tuple[_core.Simulation, Integrator]:
     """Make a simulation of the core, and warn of a start that is probably a mistake."""
-    start, integrator, described = prepare(system, state, integrator)
-    with explaining(system.context, start, " at the start"):
-        core = _core.Simulation(system._core, start, described, json.dumps(system.context.notes))
-    for warning in start_warnings(system, start, integrator._tolerance):
+    integrator, start = integrator_of(integrator), strip(state, context)
+    with explaining(context, start, " at the start"):
+        core = _core.Simulation(context.core, start, integrator._describe(context.units), json.dumps(context.notes))
+    for warning in start_warnings(context, start, integrator._tolerance):
         caution(warning)
     return core, integrator
 
 
-def integrate(
-    system: System,
-    integrator: Integrator,
-    core: _core.Simulation,
-    until: Any,
-    output: Any,
-    *,
-    events: Iterable[Event],
-    dense: bool,
-    progress: Any,
-    autosave: tuple[Any, float] | None,
-    derivatives: bool | Iterable[str],
-    chaos: bool,
-) -> Run:
-    """Move a simulation of the core to a time; see :meth:`fullbody.System.integrate`."""
-    task = Task(system, integrator, core.time, until, output, events, dense, derivatives, chaos)
+def advance(core: _core.Simulation, task: Task, progress: Any, autosave: tuple[Any, float] | None) -> Any:
+    """Move a simulation of the core through a task, and return the run."""
     path, keep = None, None
     if autosave is not None:
-        path, seconds = place = autosaving(autosave)
+        path, seconds = place = _autosaving(autosave)
         keep = (seconds, lambda data: write(place[0], data))
         # A path that cannot be written is reported now, not when the first file is due.
         write(path, core.to_bytes())
+    warn_of_spacing(task.output, task.until - core.time, task.context.units)
     before = core.statistics
     with Progress(progress) as report:
-        record, error = core.integrate(
+        arrays, error = core.integrate(
             task.until, task.output, task.conditions, task.dense, over_time(report), keep, task.following
         )
     counts = (now - then for now, then in zip(core.statistics, before, strict=True))
-    run = task.run(record, counts)
+    run = task.run(arrays, counts)
     if path is not None:
         try:
             write(path, core.to_bytes())
@@ -114,33 +176,37 @@ class Task:
 
     def __init__(
         self,
-        system: System,
+        system: Any,
         integrator: Integrator,
-        time: float,
+        start: float,
         until: Any,
-        output: Any,
-        events: Iterable[Event],
-        dense: bool,
+        *,
+        duration: Any = None,
+        output: Any = None,
+        events: Iterable[Event] = (),
+        dense: bool = False,
         derivatives: bool | Iterable[str] = False,
         chaos: bool = False,
     ) -> None:
         self._system, self._integrator = system, integrator
-        self.until = scalar(system._units.strip(until, "time", "until"), "until")
+        self.context: Context = system.context
+        self.until = end_of_run(until, duration, start, self.context.units)
         self.derivatives = differentiated(derivatives)
-        self.output = sampling(output, system._units)
+        self.output = sampling(output, self.context.units)
         if isinstance(self.output, float):
-            self._refuse_flood((self.until - time) / self.output, until, output)
+            self._refuse_flood((self.until - start) / self.output, until, output)
         self.events = watched(events)
-        self.conditions = [event._event_spec(system.context) for event in self.events]
+        self.conditions = [event._event_spec(self.context) for event in self.events]
         self.dense = bool(dense)
         #: The parameters of derivatives and whether chaos is measured, as the core takes them.
         self.following = (self.derivatives, bool(chaos))
 
     def _refuse_flood(self, count: float, until: Any, output: Any) -> None:
         """Raise an error for more samples than the memory can hold, instead of letting the process be killed."""
-        numbers = 13 * len(self._system) + 8
+        bodies = len(self.context)
+        numbers = 13 * bodies + 8
         if self.derivatives is not None:
-            numbers += 12 * len(self._system) * (12 * len(self._system) + len(self.derivatives))
+            numbers += 12 * bodies * (12 * bodies + len(self.derivatives))
         most = 2.0**34 / (8.0 * numbers)
         if abs(count) > most:
             raise InvalidInput(
@@ -148,31 +214,31 @@ class Task:
                 f"and a spacing with at most {most:.3g}, which take 17 GB"
             )
 
-    def run(self, record: dict[str, Any], counts: Iterable[int]) -> Run:
-        """Return the run of a record."""
-        system, units = self._system, self._system._units
+    def run(self, arrays: dict[str, Any], counts: Iterable[int]) -> Run[Any]:
+        """Return the run of the core's arrays."""
+        context = self.context
         parts = ("start", "events", "dense", "stop_reason", "switched_off")
-        start, happened, solution, (reason, _), switched_off = (record.pop(name) for name in parts)
-        off = zip(system.forces, switched_off, strict=True)
+        start, happened, solution, (reason, _), switched_off = (arrays.pop(name) for name in parts)
+        off = zip(context.forces, switched_off, strict=True)
         return Run(
-            system,
+            self._system,
             self._integrator,
-            record,
+            arrays,
             np.array(start),
             Statistics(*counts),
             events=[
-                Occurrence(self.events[index], units.attach(time, "time"), system._state(state), derivatives)
+                Occurrence(self.events[index], context.units.attach(time, "time"), wrap(state, context), derivatives)
                 for index, time, state, derivatives in happened
             ],
             stop_reason=reason,
-            dense=None if solution is None else Dense(system, solution),
-            switched_off={force.name: times for force, times in off if times is not None},
+            dense=None if solution is None else Dense(context, solution),
+            switched_off={force: times for force, times in off if times is not None},
             parameters=tuple(self.derivatives or ()),
         )
 
-    def failed(self, error: BaseException, run: Run, time: float) -> BaseException:
+    def failed(self, error: BaseException, run: Run[Any], time: float) -> BaseException:
         """Return the error that ended a run at a time, with the run so far in its attribute ``run``."""
-        error = explained(error, self._system.context)
+        error = explained(error, self.context)
         if isinstance(error, KeyboardInterrupt):
             # This is also the case if Ctrl-C arrived within a function of the caller.
             run.stop_reason = "interrupted"
@@ -182,5 +248,31 @@ class Task:
             # until Python's search for cycles.
             run.error = type(error)(*error.args)
         with contextlib.suppress(AttributeError):
-            error.run = run  # type: ignore[attr-defined]
+            cast(Any, error).run = run
         return error
+
+
+def watched(events: Iterable[Event]) -> list[Event]:
+    """Return the events as a list, or raise an error that shows what is not an event."""
+    if isinstance(events, str):
+        raise InvalidInput(f"events is {events!r}, which is text; expected a list of fullbody.events")
+    return list(sequence(events, Event, "events", "a list of fullbody.events", "fullbody.events"))
+
+
+def differentiated(derivatives: Any) -> list[str] | None:
+    """Return the parameters by which a run is differentiated, or ``None`` if it is not differentiated."""
+    if isinstance(derivatives, bool):
+        return [] if derivatives else None
+    return names_of(derivatives, "derivatives")
+
+
+def _autosaving(autosave: Any) -> tuple[Path, float]:
+    """Return the path to write to, and the number of seconds between two files."""
+    try:
+        where, every = autosave
+        path, seconds = as_path(where), float(every)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InvalidInput(f"autosave is {autosave!r}; expected (path, seconds)") from error
+    if not 0.0 <= seconds < 1e9:
+        raise InvalidInput(f"seconds of autosave is {seconds!r}; expected a number from 0 to below 1e9")
+    return path, seconds

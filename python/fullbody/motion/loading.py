@@ -15,15 +15,15 @@ from .system import System
 __all__ = ["load_flight", "run_in"]
 
 
-def run_in(content: Content) -> Run:
+def run_in(content: Content) -> Run[System]:
     """Return the run in a file."""
     netcdf.check_format(content)
     system = content.parsed("fullbody_system", System._rebuild)
     integrator = content.parsed("fullbody_integrator", rebuild)
-    return Run(system, integrator, **netcdf.contents(content, system))
+    return Run(system, integrator, **netcdf.contents(content, system.context))
 
 
-def load_flight(path: Any) -> Flight:
+def load_flight(path: Any) -> Flight[System]:
     """Read a flight that :meth:`fullbody.Flight.save` wrote.
 
     Parameters
@@ -50,7 +50,7 @@ def load_flight(path: Any) -> Flight:
     return read(path, "flight", _flight)
 
 
-def _flight(content: Content) -> Flight:
+def _flight(content: Content) -> Flight[System]:
     content.check_format(*flights.FORMAT)
     system = content.parsed("fullbody_system", System._rebuild)
-    return Flight(system, **flights.contents(content, system))
+    return Flight(system, **flights.contents(content, system.context))

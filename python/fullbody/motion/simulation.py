@@ -18,12 +18,12 @@ from ..events import Event
 from ..model.failures import explaining
 from ..model.force import Force, forces_of
 from ..model.interactions import Invariants
-from ..model.state import State
+from ..model.state import State, strip, wrap
 from ..record import conserved
 from ..record.integrators import Integrator, rebuild
 from ..record.statistics import Statistics
 from ..typing import Scalar
-from .integration import begin, integrate, write
+from .integration import Task, advance, begin, write
 from .run import Run
 from .system import System
 
@@ -65,7 +65,7 @@ class Simulation:
         if not isinstance(system, System):
             raise InvalidInput(f"system is {system!r}; expected a System")
         self._system = system
-        self._idle, self._integrator = begin(system, state, integrator)
+        self._idle, self._integrator = begin(system.context, state, integrator)
 
     #: Whether a run or a step is under way; functions that are called in one may not use the simulation.
     _running = False
@@ -100,17 +100,17 @@ class Simulation:
     @property
     def time(self) -> Scalar:
         """Present time."""
-        time: Scalar = self._system._units.attach(self._core.time, "time")
+        time: Scalar = self._system.context.units.attach(self._core.time, "time")
         return time
 
     @property
     def state(self) -> State:
         """Present state; setting it starts the integration anew from there."""
-        return self._system._state(self._core.state)
+        return wrap(self._core.state, self._system.context)
 
     @state.setter
     def state(self, state: State) -> None:
-        core = self._system._strip(state)
+        core = strip(state, self._system.context)
         with explaining(self._system.context, core):
             self._core.set_state(core)
 
@@ -124,7 +124,7 @@ class Simulation:
         """Time, energy and angular momentum at the state with which the simulation began or to which it was last
         set.
         """
-        return conserved.named(self._core.start, self._system._units)
+        return conserved.named(self._core.start, self._system.context.units)
 
     @property
     def energy_drift(self) -> float:
@@ -192,7 +192,7 @@ class Simulation:
 
     def step(self, until: Any = float("inf")) -> None:
         """Take one accepted step towards a time, but never beyond it; no step is taken if it is the present time."""
-        end = scalar(self._system._units.strip(until, "time", "until"), "until")
+        end = scalar(self._system.context.units.strip(until, "time", "until"), "until")
         if np.isnan(end):
             raise InvalidInput(f"until is {until!r}; expected a number")
         if end == self._core.time:
@@ -203,29 +203,29 @@ class Simulation:
 
     def integrate(
         self,
-        until: Any,
-        output: Any = None,
+        until: Any = None,
         *,
+        duration: Any = None,
+        output: Any = None,
         events: Iterable[Event] = (),
         dense: bool = False,
         progress: Any = False,
         autosave: tuple[Any, float] | None = None,
         derivatives: bool | Iterable[str] = False,
         chaos: bool = False,
-    ) -> Run:
+    ) -> Run[System]:
         """Integrate to a time and record the run; see :meth:`fullbody.System.integrate`.
 
         Parameters
         ----------
-        until : float or Quantity
+        until : float, Quantity or text with a unit
+        duration : float, Quantity or text with a unit
+            Exactly one of the two is given.
         output : None, "ends", float, Quantity or array_like
         events : iterable of Event
         dense : bool
         progress : bool, str or callable
         autosave : (path, seconds), optional
-            The path of a file and an interval. The simulation is written to the file when the run begins, at this
-            interval, and when the run ends for whatever reason; :meth:`load` continues from it. A file that cannot be
-            written ends the run with an OSError.
         derivatives : bool or sequence of str
         chaos : bool
             Derivatives and chaos indicators start at the state at which this call begins; files of the simulation do
@@ -236,19 +236,20 @@ class Simulation:
         Run
         """
         with self._run() as core:
-            return integrate(
+            task = Task(
                 self._system,
                 self._integrator,
-                core,
+                core.time,
                 until,
-                output,
+                duration=duration,
+                output=output,
                 events=events,
                 dense=dense,
-                progress=progress,
-                autosave=autosave,
                 derivatives=derivatives,
                 chaos=chaos,
             )
+            run: Run[System] = advance(core, task, progress, autosave)
+            return run
 
     def save(self, path: Any) -> None:
         """Write the simulation to a file, exactly and atomically; :meth:`load` reads it.

@@ -1,46 +1,34 @@
-"""A system: bodies under their mutual gravity, their interactions at a state, and their integration."""
+"""A system: bodies under their mutual gravity and external forces, and questions about them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, Literal, Self, cast
+from typing import Any, Literal, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..base import epochs
-from ..base.arguments import names_of, place, refuse_unknown, sequence
-from ..base.progress import Progress
+from ..base.arguments import refuse_unknown, sequence
 from ..base.tables import Table, Tabled
 from ..base.units import Units, scalar
 from ..errors import InvalidInput, caution
-from ..events import Event
 from ..model.bodies import Body
 from ..model.composite import Composite, warn_of_cancelling
 from ..model.context import Context
-from ..model.failures import explaining
+from ..model.external import loads, third_body
 from ..model.force import Force, forces_of, rebuilt
-from ..model.gravity import Gravity, gravity_at, points_in
-from ..model.interactions import Energy, Interactions, Loads
-from ..model.jacobian import Jacobian
+from ..model.gravity import gravity
+from ..model.interactions import angular_momentum, energy, interactions, momentum
+from ..model.jacobian import jacobian
 from ..model.shapes import Solid
-from ..model.state import State, strip, wrap
-from ..particles.events import ParticleEvent
-from ..particles.flight import Flight
-from ..particles.given import Particles
-from ..particles.rules import Bounce, Escape, Radiation
-from ..particles.task import FlightTask
-from ..record.dense import Dense
-from ..record.integrators import Integrator
+from ..model.state import strip, wrap
 from ..typing import Array, Scalar
+from .flights import fly
 from .input_warnings import density_warning
-from .integration import begin
-from .integration import integrate as _integrate
-from .options import sampling
-from .run import Run
+from .integration import integrate
 from .settings import quadrature_order, tolerance
 from .tables import system_tables
 
@@ -103,7 +91,18 @@ class System(Tabled):
     System(['Alpha', 'Beta'], G=8.64960768e-13, gravity='focal')
     """
 
-    __slots__ = ("_G", "_bodies", "_calls", "_core", "_forces", "_options", "_units", "context")
+    __slots__ = ("_bodies", "_forces", "_options", "context")
+
+    interactions = interactions
+    energy = energy
+    momentum = momentum
+    angular_momentum = angular_momentum
+    gravity = gravity
+    jacobian = jacobian
+    loads = loads
+    third_body = third_body
+    integrate = integrate
+    fly = fly
 
     def __init__(
         self,
@@ -120,21 +119,18 @@ class System(Tabled):
         frame: str | None = None,
         forces: Sequence[Force] = (),
     ) -> None:
-        self._units = Units(units)
+        own = Units(units)
         given = sequence(bodies, Body, "bodies", "a sequence of Body", "a sequence of Body")
-        self._bodies = tuple(body._with(self._units) for body in given)
-        if G is None:
-            if not self._units.known:
-                raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
-            self._G = self._units.gravitational_constant
-        else:
-            self._G = scalar(self._units.strip(G, "G", "G"), "G")
+        self._bodies = tuple(body._with(own) for body in given)
+        if G is None and not own.known:
+            raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
+        constant = own.gravitational_constant if G is None else scalar(own.strip(G, "G", "G"), "G")
         if frame is not None and not isinstance(frame, str):
             raise InvalidInput(f"frame is {frame!r}; expected a name, such as 'ecliptic'")
         for name, value in (("gravity", gravity), ("attitude_chart", attitude_chart), ("vector_path", vector_path)):
             if not isinstance(value, str):
                 raise InvalidInput(f"{name} is {value!r}; expected text")
-        core = self._core_bodies()
+        core = tuple(body._core(own, index) for index, body in enumerate(self._bodies))
         settings: dict[str, Any] = {
             "gravity": gravity,
             "order": None if order is None else quadrature_order(order, gravity),
@@ -145,38 +141,32 @@ class System(Tabled):
             settings["gravity_tolerance"] = tolerance(gravity_tolerance)
         self._forces = forces_of(forces)
         date = None if epoch is None else epochs.to_text(epoch)
-        names = tuple(b.name if b.name is not None else f"body {i}" for i, b in enumerate(self._bodies))
-        handle = _core.System(core, self._G, settings, [], {})
+        names = tuple(body.name if body.name is not None else f"body {k}" for k, body in enumerate(self._bodies))
         # Forces describe themselves in the context of the bodies.
-        context = Context(self._units, self._G, names, tuple(core), handle, date, frame)
-        calls = {force.name: call for force in self._forces if (call := force._call(context)) is not None}
+        alone = Context(own, constant, names, core, _core.System(core, constant, settings, [], {}), date, frame)
+        calls = {force.name: call for force in self._forces if (call := force._call(alone)) is not None}
+        described = [force._describe(alone) for force in self._forces]
         functions = {name: call.given() for name, call in calls.items()}
-        described = [force._describe(context) for force in self._forces]
-        if described:
-            handle = _core.System(core, self._G, settings, described, functions)
-        self.context = replace(
-            context,
-            core=handle,
-            forces={force.name: force._kind for force in self._forces},
-            calls=calls,
-            notes={
-                "units": self._units.names,
-                "epoch": date,
-                "frame": frame,
-                "bodies": [body._notes() for body in self._bodies],
-                "forces": [force._notes() for force in self._forces],
-            },
-        )
-        self._core, self._calls = handle, calls
-        reached = self._core.settings["gravity_tolerance"]
-        for body, made, name in zip(self._bodies, core, self.names, strict=True):
-            if (warning := density_warning(self._units, made, name)) is not None:
-                caution(warning)
-            if isinstance(body.shape, Composite):
-                warn_of_cancelling(name, np.array([mass for _, mass, *_ in made.given]), reached)
-        self._options: dict[str, Any] = self._core.settings | {"epoch": date, "frame": frame}
+        handle = _core.System(core, constant, settings, described, functions) if described else alone.core
+        notes = {
+            "units": own.names,
+            "epoch": date,
+            "frame": frame,
+            "bodies": [body._notes() for body in self._bodies],
+            "forces": [force._notes() for force in self._forces],
+        }
+        kinds = {force.name: force._kind for force in self._forces}
+        #: Units, names and bodies, with the core's handle, for the package's own modules.
+        self.context = replace(alone, core=handle, forces=kinds, calls=calls, notes=notes)
+        self._options: dict[str, Any] = handle.settings | {"epoch": date, "frame": frame}
         if self._options["order"] is not None:
             self._options["order"] = tuple(self._options["order"])
+        for body, made, name in zip(self._bodies, core, names, strict=True):
+            if (warning := density_warning(own, made, name)) is not None:
+                caution(warning)
+            if isinstance(body.shape, Composite):
+                masses = np.array([mass for _, mass, *_ in made.given])
+                warn_of_cancelling(name, masses, self._options["gravity_tolerance"])
 
     @property
     def bodies(self) -> tuple[Body, ...]:
@@ -191,13 +181,13 @@ class System(Tabled):
     @property
     def G(self) -> Scalar:
         """Gravitational constant."""
-        constant: Scalar = self._units.attach(self._G, "G")
+        constant: Scalar = self.context.units.attach(self.context.G, "G")
         return constant
 
     @property
     def units(self) -> tuple[str, str, str] | None:
         """Units of length, time and mass, if the system has any."""
-        return self._units.names
+        return self.context.units.names
 
     @property
     def epoch(self) -> Any:
@@ -210,14 +200,12 @@ class System(Tabled):
         >>> system.epoch.jd
         np.float64(2459849.0)
         """
-        text = self._options["epoch"]
-        return None if text is None else epochs.to_time(text)
+        return None if self.context.epoch is None else epochs.to_time(self.context.epoch)
 
     @property
     def frame(self) -> str | None:
         """The name of the inertial frame, if one was given."""
-        name: str | None = self._options["frame"]
-        return name
+        return self.context.frame
 
     @property
     def options(self) -> dict[str, Any]:
@@ -232,13 +220,8 @@ class System(Tabled):
     @property
     def masses(self) -> Array:
         """Masses (N,)."""
-        masses: Array = self._units.attach(self._masses, "mass")
+        masses: Array = self.context.units.attach(self.context.masses, "mass")
         return masses
-
-    @property
-    def _masses(self) -> npt.NDArray[np.float64]:
-        """Masses (N,) as numbers in the system's units."""
-        return self._core.masses
 
     def mu(self, body: int | str = 1, about: int | str = 0) -> Scalar:
         """Return G times the sum of two masses.
@@ -248,7 +231,7 @@ class System(Tabled):
         body, about : int or str
             Indices in :attr:`~fullbody.System.bodies`, or names, of two bodies.
         """
-        return self._units.attach_mu(self.context.mu(*self.context.pair(body, about)))
+        return self.context.units.attach_mu(self.context.mu(*self.context.pair(body, about)))
 
     def index(self, body: int | str) -> int:
         """Return the index of a body.
@@ -270,7 +253,7 @@ class System(Tabled):
         >>> system.index("Beta"), system["Beta"].shape
         (1, Ellipsoid(a=0.285, b=0.2315, c=0.1745))
         """
-        return self._place(body, "body")
+        return self.context.index(body)
 
     def __getitem__(self, body: int | str) -> Body:
         return self._bodies[self.index(body)]
@@ -280,10 +263,6 @@ class System(Tabled):
 
     def __contains__(self, body: object) -> bool:
         return body in self.names if isinstance(body, str) else body in self._bodies
-
-    def _place(self, index: object, what: str) -> int:
-        """Return the index of a body from its index or name, or raise an error that lists the bodies."""
-        return place(index, self.names, what)
 
     def with_options(self, **options: Any) -> Self:
         """Return a system of the same bodies and G with other settings.
@@ -311,7 +290,7 @@ class System(Tabled):
         """
         refuse_unknown(options, (*self._options, "forces"), "with_options, which keeps bodies, G and units")
         options = {**self._options, "forces": self._forces, **options}
-        return type(self)(self._bodies, self.G, units=self._units.names, **options)
+        return type(self)(self._bodies, self.G, units=self.units, **options)
 
     def with_body(self, body: int | str, shape: Solid | Composite, mass: Any = None, density: Any = None) -> Self:
         """Return the system with another shape of one body.
@@ -345,18 +324,18 @@ class System(Tabled):
         >>> system["Dimorphos"].shape, [force.name for force in system.forces]
         (Sphere(radius=0.075), ['Sun'])
         """
-        index = self._place(body, "body")
+        index = self.index(body)
         old = self._bodies[index]
         if mass is None and density is None:
             mass = old.mass
         if isinstance(shape, Composite):
             if density is not None:
                 raise InvalidInput(f"density of {self.names[index]} is {density!r}; expected a mass beside a composite")
-            new = Body(shape._with(self._units).with_mass(mass), name=old.name)
+            new = Body(shape._with(self.context.units).with_mass(mass), name=old.name)
         else:
             new = Body(shape, mass, density, old.name)
         bodies = (*self._bodies[:index], new, *self._bodies[index + 1 :])
-        return type(self)(bodies, self.G, units=self._units.names, forces=self._forces, **self._options)
+        return type(self)(bodies, self.G, units=self.units, forces=self._forces, **self._options)
 
     def with_force(self, force: Force) -> Self:
         """Return the system with one more external force.
@@ -394,20 +373,12 @@ class System(Tabled):
         """
         return self.with_options(forces=forces)
 
-    def _core_bodies(self) -> list[_core.Body]:
-        """Return the core's bodies in the system's units."""
-        return [body._core(self._units, index) for index, body in enumerate(self._bodies)]
-
     def _functions(self) -> tuple[Force, ...]:
         """Return the forces that files cannot keep."""
-        return tuple(force for force in self._forces if force.name in self._calls)
+        return tuple(force for force in self._forces if force.name in self.context.calls)
 
     def __len__(self) -> int:
         return len(self._bodies)
-
-    def _describe(self) -> dict[str, Any]:
-        """Return the core's description of the system, in numbers of its own units, with notes."""
-        return self.context.describe()
 
     @classmethod
     def _rebuild(cls, described: dict[str, Any], functions: dict[str, Force] | None = None) -> Self:
@@ -432,7 +403,7 @@ class System(Tabled):
         )
 
     def __eq__(self, other: object) -> bool:
-        if not isinstance(other, System) or self._describe() != other._describe():
+        if not isinstance(other, System) or self.context.describe() != other.context.describe():
             return False
         return self._functions() == other._functions()
 
@@ -440,156 +411,16 @@ class System(Tabled):
         return hash(repr(self))
 
     def _tables(self) -> tuple[Table, ...]:
-        return system_tables(self)
+        return system_tables(self.context, self._bodies, self._forces, self._options)
 
     def __repr__(self) -> str:
-        units = "" if self._units.names is None else f", units={self._units.names}"
+        units = "" if self.units is None else f", units={self.units}"
         forces = f", forces={[force.name for force in self._forces]}" if self._forces else ""
         gravity = f"gravity={self._options['gravity']!r}"
-        return f"System({list(self.names)}, G={float(f'{self._G:.9g}')!r}, {gravity}{units}{forces})"
+        return f"System({list(self.names)}, G={float(f'{self.context.G:.9g}')!r}, {gravity}{units}{forces})"
 
     def __reduce__(self) -> Any:
-        return partial(System, units=self._units.names, forces=self._forces, **self._options), (self._bodies, self._G)
-
-    def loads(self, state: State) -> dict[str, Loads]:
-        """Return the loads of each external force in a state, by its name.
-
-        The nominal barycentre is that of the state: a third body is where its path places it relative to this
-        barycentre.
-
-        Parameters
-        ----------
-        state : State
-
-        Returns
-        -------
-        dict of Loads
-            The forces (N, 3) in the inertial frame and the torques (N, 3) in body frames, by name.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> system, state = fullbody.systems.kw4()
-        >>> tide = fullbody.forces.Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01)
-        >>> system.with_forces([tide]).loads(state)["tide on Alpha"].force.shape
-        (2, 3)
-        """
-        core = self._strip(state)
-        with explaining(self.context, core):
-            forces, torques = self._core.external_loads(core)
-        attach = self._units.attach
-        both = zip(self._forces, forces, torques, strict=True)
-        return {force.name: Loads(attach(f, "force"), attach(m, "torque")) for force, f, m in both}
-
-    def third_body(self, name: str, time: Any) -> tuple[Array, Array]:
-        """Return the position and velocity of a third body relative to the system's nominal barycentre.
-
-        Parameters
-        ----------
-        name : str
-            Name of a :class:`fullbody.forces.ThirdBody` of the system.
-        time : float, Quantity or array_like, () or (K,)
-
-        Returns
-        -------
-        position, velocity : ndarray or Quantity, (3,) or (K, 3)
-        """
-        index = self._third_body(name, "name")
-        times = self._units.strip(time, "time", "time")
-        both = self._core.third_body(index, np.atleast_1d(times))
-        position, velocity = (array.reshape(*times.shape, 3) for array in both)
-        return self._units.attach(position, "length"), self._units.attach(velocity, "velocity")
-
-    def _third_body(self, name: object, what: str) -> int:
-        """Return the index of a third body among the forces by its name, or raise an error that lists them."""
-        return self.context.third_body(name, what)
-
-    def interactions(self, state: State) -> Interactions:
-        """Return the forces and torques on the bodies and the potential energy in a state.
-
-        Parameters
-        ----------
-        state : State
-
-        Returns
-        -------
-        Interactions
-
-        Raises
-        ------
-        BodiesOverlap
-        NotConverged
-            If the quadrature reaches its limit of nodes, as for bodies in contact with sharp rims.
-
-        Notes
-        -----
-        The results are those of the paper's Eqs. (2) and (3), and for the potential energy minus Eq. (4).
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> system, state = fullbody.systems.case1()
-        >>> f = system.interactions(state)
-        >>> f.force.shape, f.torque.shape
-        ((2, 3), (2, 3))
-        >>> bool(abs(f.force.sum()) < 1e-15)
-        True
-        """
-        core = self._strip(state)
-        with explaining(self.context, core):
-            force, torque, energy, truncation_error = self._core.interactions(core)
-        attach = self._units.attach
-        loads = (attach(force, "force"), attach(torque, "torque"))
-        return Interactions(*loads, attach(energy, "energy"), truncation_error)
-
-    def gravity(self, state: State, points: Any, body: int | str | None = None) -> Gravity:
-        """Return potential, field and gravity gradient of the bodies at points of the inertial frame, outside or
-        inside.
-
-        The sum is over the bodies only and does not include external forces such as the pull of a third body.
-
-        Parameters
-        ----------
-        state : State
-        points : array_like or Quantity, (..., 3)
-            Inertial.
-        body : int or str, optional
-            The body whose gravity is computed, by its name or index; by default all bodies.
-
-        Returns
-        -------
-        Gravity
-            ``.potential`` (...), ``.field`` (..., 3) and ``.gradient`` (..., 3, 3), inertial.
-
-        Raises
-        ------
-        InvalidInput
-            For a point at a point mass or with coordinates that are not finite, which the message gives by its index;
-            for the gradient on a polyhedron's surface.
-
-        See Also
-        --------
-        Body.gravity : The gravity of one body in its own frame.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> system, state = fullbody.systems.case1()
-        >>> gravity = system.gravity(state, [[0.0, 0.0, 5.0], [0.0, 0.0, 6.0]])
-        >>> gravity.field.shape, gravity.gradient.shape
-        ((2, 3), (2, 3, 3))
-        """
-        core = self._strip(state)
-        if len(core.position) != len(self):
-            raise InvalidInput(f"state has {len(core.position)} bodies; expected {len(self)}, as in the system")
-        place = None if body is None else self._place(body, "body")
-        pose = core.position[None], core.attitude[None]
-        return gravity_at(self._attracting, *pose, points_in(points, self._units), self._units, place)
-
-    @property
-    def _attracting(self) -> _core.Attraction:
-        """The bodies' gravity, which is prepared at its first use."""
-        return self.context.attraction
+        return partial(System, units=self.units, forces=self._forces, **self._options), (self._bodies, self.context.G)
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -615,241 +446,65 @@ class System(Tabled):
         >>> fullbody.systems.kw4()[0].parameters[:4]
         ('G', 'mass of Alpha', 'density of Alpha', 'semi-axis a of Alpha')
         """
-        return tuple(self._core.parameters)
+        return tuple(self.context.core.parameters)
 
-    def _changed(self, name: str, by: float) -> tuple[Self, float]:
-        """Return the system with one of its :attr:`parameters` changed, and a natural size of such changes."""
-        bodies, forces, G, size = self._core.changed(name, by)
-        described = self._describe() | {"bodies": bodies, "forces": forces, "G": G}
-        for body, note in zip(self.names, described["notes"]["bodies"], strict=True):
-            if name.startswith("semi-axis") and name.endswith(f" of {body}"):
+    def changed(self, parameter: str, by: float) -> Self:
+        """Return the system with one of its :attr:`parameters` changed by a number in the system's units.
+
+        Parameters
+        ----------
+        parameter : str
+        by : float
+
+        Raises
+        ------
+        InvalidInput
+            For a name that is not among the parameters, and for a change that leaves no valid system.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> float(system.changed("mass of Beta", 1e9)["Beta"].mass)
+        136000000000.0
+        """
+        bodies, forces, G, _ = self.context.core.changed(parameter, by)
+        described = self.context.describe() | {"bodies": bodies, "forces": forces, "G": G}
+        notes = [dict(note) for note in described["notes"]["bodies"]]
+        for body, note in zip(self.names, notes, strict=True):
+            if parameter.startswith("semi-axis") and parameter.endswith(f" of {body}"):
                 # A sphere with one changed semi-axis is an ellipsoid.
                 note.pop("shape", None)
-        return self._rebuild(described, {force.name: force for force in self._functions()}), size
+        described["notes"]["bodies"] = notes
+        return self._rebuild(described, {force.name: force for force in self._functions()})
 
-    def jacobian(self, state: State, parameters: Iterable[str] = ()) -> Jacobian:
-        """Return the derivatives of forces, torques and rates of change at a state, exact to round-off.
+    # These names serve folders that are not yet typed with the context.
+    _units = property(lambda self: self.context.units)
+    _core = property(lambda self: self.context.core)
+    _G = property(lambda self: self.context.G)
+    _masses = property(lambda self: self.context.masses)
+    _attracting = property(lambda self: self.context.attraction)
 
-        Parameters
-        ----------
-        state : State
-        parameters : iterable of str
-            Names from :attr:`parameters`.
+    def _place(self, index: object, what: str) -> int:
+        return self.context.index(index, what)
 
-        Returns
-        -------
-        Jacobian
+    def _core_bodies(self) -> list[_core.Body]:
+        return list(self.context.bodies)
 
-        Examples
-        --------
-        >>> import fullbody, numpy as np
-        >>> system, state = fullbody.systems.kw4()
-        >>> jacobian = system.jacobian(state)
-        >>> jacobian.rates.shape
-        (24, 24)
-        >>> bool(np.allclose(jacobian.force_by_position.sum(axis=2), 0.0))
-        True
-        """
-        core = self._strip(state)
-        names = names_of(parameters, "parameters")
-        with explaining(self.context, core):
-            loads, rates, forcing, flow = self._core.jacobian(core, names)
-        n = len(self)
-        blocks = loads.reshape(n, 2, 3, n, 2, 3)
-        attach = self._units.attach
-        return Jacobian(
-            attach(np.ascontiguousarray(blocks[:, 0, :, :, 0]), "force gradient"),
-            attach(np.ascontiguousarray(blocks[:, 0, :, :, 1]), "force"),
-            attach(np.ascontiguousarray(blocks[:, 1, :, :, 0]), "force"),
-            attach(np.ascontiguousarray(blocks[:, 1, :, :, 1]), "torque"),
-            flow,
-            rates,
-            dict(zip(names, forcing, strict=True)),
-        )
+    def _describe(self) -> dict[str, Any]:
+        return self.context.describe()
 
-    def energy(self, state: State) -> Energy:
-        """Return the energy of a state in its parts.
+    def _third_body(self, name: object, what: str) -> int:
+        return self.context.third_body(name, what)
 
-        Parameters
-        ----------
-        state : State
-
-        Returns
-        -------
-        Energy
-        """
-        core = self._strip(state)
-        with explaining(self.context, core):
-            parts = self._core.energy(core)
-        return Energy(*(self._units.attach(part, "energy") for part in parts))
-
-    def momentum(self, state: State) -> Array:
-        """Return the total momentum (3,) of a state in the inertial frame."""
-        momentum: Array = self._units.attach(self._core.momentum(self._strip(state)), "momentum")
-        return momentum
-
-    def angular_momentum(self, state: State) -> Array:
-        """Return the total angular momentum (3,) about the origin, inertial frame: the paper's ``eq:Total_angmom``."""
-        momentum = self._core.angular_momentum(self._strip(state))
-        total: Array = self._units.attach(momentum, "angular momentum")
-        return total
-
-    def _strip(self, state: State) -> _core.State:
+    def _strip(self, state: Any) -> _core.State:
         return strip(state, self.context)
 
-    def _state(self, core: _core.State) -> State:
-        """Return the core's state with units and the bodies' names."""
+    def _state(self, core: _core.State) -> Any:
         return wrap(core, self.context)
 
-    def integrate(
-        self,
-        state: State,
-        until: Any,
-        output: Any = None,
-        integrator: Integrator | None = None,
-        events: Iterable[Event] = (),
-        dense: bool = False,
-        progress: Any = False,
-        autosave: tuple[Any, float] | None = None,
-        derivatives: bool | Iterable[str] = False,
-        chaos: bool = False,
-    ) -> Run:
-        """Integrate the motion from a state to a time.
-
-        Parameters
-        ----------
-        state : State
-        until : float, Quantity or text with a unit
-            End of the run, such as ``"30 day"``; a time before ``state.time`` makes a run backwards.
-        output : None, "ends", float, Quantity or array_like
-            The times that are recorded. ``None`` means every accepted step, ``"ends"`` the start and the end, a number
-            the spacing of times from the start to the end, and an array exactly these times; with an empty array only
-            events (and ``dense``) are recorded.
-        integrator : Integrator, optional
-            :class:`fullbody.Verner98` unless given.
-        events : iterable of Event
-            Events to detect, from :mod:`fullbody.events`; a terminal one ends the run.
-        dense : bool
-            Whether the run is kept as a function of time, ``run(t)``, which takes 2.3 kB per step for two bodies.
-        progress : bool, str or callable
-            ``True`` or a title for a progress bar, or a function of (done, total, description) that is called at most
-            every 50 ms with the time that has passed, the whole time, and a text. The result of the function is
-            ignored; an error that it raises ends the run.
-        autosave : (path, seconds), optional
-            The path of a file and an interval. The simulation is written to the file when the run begins, at this
-            interval and when the run ends; :meth:`fullbody.Simulation.load` continues from it.
-        derivatives : bool or sequence of str
-            Whether the run is differentiated with respect to its start, for ``run.transition``; or the names from
-            ``system.parameters`` by which it is differentiated as well, for ``run.sensitivity``. The motion itself has
-            the same bits with and without derivatives.
-        chaos : bool
-            Whether tangent growth is measured, for ``run.megno``, ``run.lyapunov`` and ``run.fast_lyapunov``.
-
-        Returns
-        -------
-        Run
-
-        Raises
-        ------
-        InvalidInput, BodiesOverlap, NotConverged, StepSizeTooSmall, ChartSingularity
-            If an error ends the run; the run so far is in its attribute ``run``.
-        Interrupted
-            On Ctrl-C; it is a KeyboardInterrupt with the run so far in its attribute ``run``.
-
-        Warns
-        -----
-        InconsistentInput
-            For starts that are probably a mistake; see :class:`fullbody.Simulation`.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> system, state = fullbody.systems.case1()
-        >>> run = system.integrate(state, 10.0, output=1.0)
-        >>> run.position.shape
-        (11, 2, 3)
-        """
-        core, chosen = begin(self, state, integrator)
-        return _integrate(
-            self,
-            chosen,
-            core,
-            until,
-            output,
-            events=events,
-            dense=dense,
-            progress=progress,
-            autosave=autosave,
-            derivatives=derivatives,
-            chaos=chaos,
-        )
-
-    def fly(
-        self,
-        state: State,
-        particles: Particles,
-        until: Any,
-        output: Any = None,
-        *,
-        integrator: Integrator | None = None,
-        contact: str | Bounce = "stop",
-        escape: Escape | None = None,
-        radiation: Radiation | None = None,
-        events: Iterable[ParticleEvent] = (),
-        bodies_integrator: Integrator | None = None,
-        threads: int | None = None,
-        progress: Any = False,
-    ) -> Flight:
-        """Fly massless particles among the bodies, from a state to a time.
-
-        The bodies are integrated first, as by :meth:`integrate`, and the particles are integrated along their
-        continuous solution, which takes 2.3 kB per step for two bodies. For several flights along the same motion, keep
-        a run with ``dense=True`` and use :meth:`fullbody.Run.fly`, where the other parameters are described.
-
-        Parameters
-        ----------
-        state : State
-            State of the bodies at the particles' time.
-        particles : Particles
-        until : float, Quantity or text with a unit
-            End of the flight; a time before ``state.time`` makes a flight backwards.
-        output : None, "ends", float, Quantity or array_like
-        integrator : Integrator, optional
-        contact : {"stop", "remove"} or Bounce
-        escape : Escape, optional
-        radiation : Radiation, optional
-        events : iterable of ParticleEvent
-        bodies_integrator : Integrator, optional
-            Integrator of the bodies, as in :meth:`integrate`.
-        threads : int, optional
-        progress : bool, str or callable
-
-        Returns
-        -------
-        Flight
-
-        Raises
-        ------
-        InvalidInput, Interrupted
-            For the same reasons as :meth:`fullbody.Run.fly` and :meth:`integrate`.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> system, state = fullbody.systems.kw4()
-        >>> up = fullbody.Particles.from_surface(system, state, "Beta", longitude=0.0, latitude=0.5, speed=0.1)
-        >>> system.fly(state, up, 24.0).fate.tolist()
-        ['impact']
-        """
-        options: dict[str, Any] = {"integrator": integrator, "contact": contact, "escape": escape}
-        options |= {"radiation": radiation, "events": events, "threads": threads}
-        task, samples = FlightTask(self, particles, **options), sampling(output, self._units)
-        run = self.integrate(
-            state, until, output=[], integrator=bodies_integrator, dense=True, progress=progress and "bodies"
-        )
-        dense = cast(Dense, run.dense)
-        with Progress(progress if callable(progress) else progress and "particles") as report:
-            return task.fly(dense, *dense.range, samples, report)
+    def _changed(self, name: str, by: float) -> tuple[Self, float]:
+        return self.changed(name, by), self.context.natural_size(name)
 
 
 def _noted(parts: list[Any], notes: dict[str, Any], what: str) -> list[tuple[Any, dict[str, Any]]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -11,12 +11,9 @@ import numpy.typing as npt
 from ..base import rotations
 from ..base.arguments import directions
 from ..errors import InvalidInput
-from ..record.derivatives import Differentiated
+from ..record.record import Record
 from . import _follow as follow
 from . import _signal as signal
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
 
 _Array = npt.NDArray[np.float64]
 #: The least number of revolutions for a mean; from :data:`WINDOWED` on, a window separates it from periodic terms.
@@ -30,7 +27,7 @@ _APART, _MISS, _TURN, _POINTS = 0.5, 0.1, 1.0, 2_000_000
 
 def check_run(run: object, what: str) -> None:
     """Raise an error if an object is not a run, such as an exception in its place."""
-    if not isinstance(run, Differentiated):
+    if not isinstance(run, Record):
         raise InvalidInput(f"the run of {what} is a {type(run).__name__}; expected a fullbody.Run")
 
 
@@ -48,20 +45,18 @@ class RelativeMotion:
     """
 
     def __init__(
-        self, run: Run, body: int | str, about: int | str | None, least: int, what: str, revolutions: int = 0
+        self, run: Record, body: int | str, about: int | str | None, least: int, what: str, revolutions: int = 0
     ) -> None:
         check_run(run, what)
-        body = run.system._place(body, f"body of {what}")
-        about = int(body == 0) if about is None else about
-        about = run.system._place(about, f"about of {what}")
-        if body == about:
-            raise InvalidInput(f"body and about of {what} are both {body}; expected two bodies")
-        self.body, self.about, self.what = body, about, what
-        self.name = f"body {body} ({run.system.names[body]})"
-        self.units = run.system._units
-        self.time = run._record["time"]
+        if about is None:
+            about = int(run.context.index(body, f"body of {what}") == 0)
+        self.body, self.about = body, about = run.context.pair(body, about, f" of {what}")
+        self.what = what
+        self.name = f"body {body} ({run.context.names[body]})"
+        self.units = run.context.units
+        self.time = run.arrays["time"]
         signal.check_times(self.time, least, what)
-        record = run._record
+        record = run.arrays
         self.r = record["position"][:, body] - record["position"][:, about]
         self.v = record["velocity"][:, body] - record["velocity"][:, about]
         normal = np.cross(self.r, self.v)
@@ -70,7 +65,7 @@ class RelativeMotion:
         if radial.any():
             raise InvalidInput(
                 f"at time {self.units.attach(self.time[radial][0], 'time')} {self.name} moves along its line to "
-                f"{run.system.names[about]}, or not at all; {what} needs the plane of an orbit"
+                f"{run.context.names[about]}, or not at all; {what} needs the plane of an orbit"
             )
         self.normal = normal / size[:, None]
         self.matrix = rotations.matrices(record["attitude"][:, body])

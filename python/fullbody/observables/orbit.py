@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,13 +11,11 @@ import numpy.typing as npt
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..orbit.elements import KeplerElements
+from ..record.record import Record
 from ..typing import Array, Scalar
 from . import _signal as signal
 from ._follow import Path
 from ._relative import REVOLUTIONS, WINDOWED, RelativeMotion
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
 
 __all__ = [
     "ElementRates",
@@ -164,7 +162,7 @@ class Precession(ArrayFields):
         }
 
 
-def element_rates(run: Run, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> ElementRates:
+def element_rates(run: Record, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> ElementRates:
     """Compute osculating elements with their rates.
 
     Parameters
@@ -219,14 +217,14 @@ def element_rates(run: Run, mu: Any = None, *, body: int | str = 1, about: int |
         columns["e"],
         *(motion.angle(columns[name]) for name in ("i", "Omega", "omega", "M")),
     ]
-    return ElementRates(KeplerElements._trusted(attached, run.system.frame), rates, means)
+    return ElementRates(KeplerElements._trusted(attached, run.context.frame), rates, means)
 
 
 def _per_time(motion: RelativeMotion, number: Any) -> Any:
     return number / motion.units.unit("time") if motion.units.known else number
 
 
-def mean_elements(run: Run, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> MeanElements:
+def mean_elements(run: Record, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> MeanElements:
     """Compute the means of an orbit's osculating semi-major axis, eccentricity and inclination.
 
     The means are taken under a Hann window, which suppresses terms that recur several times in the run.
@@ -264,7 +262,7 @@ def mean_elements(run: Run, mu: Any = None, *, body: int | str = 1, about: int |
     return MeanElements(*((getattr(elements, name) * weight).sum() for name in ("a", "e", "i")))
 
 
-def mutual_period(run: Run, *, body: int | str = 1, about: int | str = 0) -> MutualPeriod:
+def mutual_period(run: Record, *, body: int | str = 1, about: int | str = 0) -> MutualPeriod:
     """Compute the period of the mutual orbit, revolution by revolution, and its drift.
 
     The period is sidereal: a revolution is a full turn in the orbit's plane, from a direction that turns with the plane
@@ -330,7 +328,7 @@ def _sharpened(motion: RelativeMotion, moments: _Array, start: float) -> _Array:
     return moments
 
 
-def orbit_precession(run: Run, axis: Any = None, *, body: int | str = 1, about: int | str = 0) -> Precession:
+def orbit_precession(run: Record, axis: Any = None, *, body: int | str = 1, about: int | str = 0) -> Precession:
     """Compute the mean apsidal and nodal precession of an orbit.
 
     The apsidal rate is the mean motion in the orbit's plane less the frequency of the distance. Unlike the slope of the

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -11,12 +11,10 @@ import numpy.typing as npt
 from ..base.values import ArrayFields
 from ..errors import BodiesOverlap, InvalidInput
 from ..events import Contact, Escape
+from ..model.context import Context, SystemLike
+from ..record.record import Record
 from ..typing import Scalar
 from ._relative import check_run
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
-    from ..motion.system import System
 
 __all__ = ["Drift", "Fate", "drift", "fate"]
 
@@ -71,7 +69,7 @@ class Drift(ArrayFields):
         }
 
 
-def fate(run: Run, *, body: int | str = 1, about: int | str = 0, beyond: Any = None) -> Fate:
+def fate(run: Record, *, body: int | str = 1, about: int | str = 0, beyond: Any = None) -> Fate:
     """Determine whether and when a body hit another one or escaped.
 
     Parameters
@@ -110,57 +108,57 @@ def fate(run: Run, *, body: int | str = 1, about: int | str = 0, beyond: Any = N
     ['contact', 'bound', 'escape']
     """
     check_run(run, "a fate")
-    system, units = run.system, run.system._units
-    body, about = system._place(body, "body"), system._place(about, "about")
-    limit = _far(system, body, about) if beyond is None else units.number(beyond, "length", "beyond")
-    contact = _contact(run, body)
+    context = run.context
+    first, second = context.index(body, "body"), context.index(about, "about")
+    limit = _far(run.system, first, second) if beyond is None else context.units.number(beyond, "length", "beyond")
+    contact = _contact(run, first)
     if contact is not None:
         return Fate("contact", contact)
     last = run.events[-1] if run.events and run.stop_reason == "event" else None
-    if last is not None and isinstance(last.event, Escape) and body in _bodies(system, last.event):
+    if last is not None and isinstance(last.event, Escape) and first in _bodies(context, last.event):
         return Fate("escape", last.time)
     if len(run) == 0:
         raise InvalidInput(
             "the run has no samples, which determine its fate; expected a run with its end, as of output='ends'"
         )
-    gone = _gone(run, body, about, limit)
+    gone = _gone(run, first, second, limit)
     if gone[-1]:
         since = len(gone) - int(np.argmin(gone[::-1])) if not gone.all() else 0
         return Fate("escape", run.time[since])
     return Fate("bound" if run.stop_reason in ("end", "event") else "unfinished", run.time[-1])
 
 
-def _bodies(system: System, event: Any) -> set[int]:
-    return {system._place(event.i, "i"), system._place(event.j, "j")}
+def _bodies(context: Context, event: Any) -> set[int]:
+    return {context.index(event.i, "i"), context.index(event.j, "j")}
 
 
-def _contact(run: Run, body: int) -> Any:
+def _contact(run: Record, body: int) -> Any:
     """Return the time of a body's first contact, or ``None``."""
     for happened in run.events:
         event = happened.event
         # An occurrence at which bodies separate is not counted as a contact.
-        if isinstance(event, Contact) and event.direction <= 0 and body in _bodies(run.system, event):
+        if isinstance(event, Contact) and event.direction <= 0 and body in _bodies(run.context, event):
             return happened.time
-    if isinstance(run.error, BodiesOverlap) and run.system.names[body] in run.error.bodies:
-        return run.system._units.attach(np.float64(run.error.time), "time")
+    if isinstance(run.error, BodiesOverlap) and run.context.names[body] in run.error.bodies:
+        return run.context.units.attach(np.float64(run.error.time), "time")
     return None
 
 
-def _far(system: System, body: int, about: int) -> float:
-    sizes = (system.bodies[index]._semi_axes(system._units) for index in (body, about))
+def _far(system: SystemLike, body: int, about: int) -> float:
+    sizes = (system.bodies[index]._semi_axes(system.context.units) for index in (body, about))
     return _FAR * float(sum(max(axes) for axes in sizes if axes is not None))
 
 
-def _gone(run: Run, body: int, about: int, limit: float) -> npt.NDArray[np.bool_]:
+def _gone(run: Record, body: int, about: int, limit: float) -> npt.NDArray[np.bool_]:
     """Return at which samples a body is far away and unbound."""
-    record, masses = run._record, run.system._masses
-    r, v = (record[name][:, body] - record[name][:, about] for name in ("position", "velocity"))
-    distance, mu = np.linalg.norm(r, axis=1), run.system._G * (masses[body] + masses[about])
+    arrays = run.arrays
+    r, v = (arrays[name][:, body] - arrays[name][:, about] for name in ("position", "velocity"))
+    distance, mu = np.linalg.norm(r, axis=1), run.context.mu(body, about)
     gone: npt.NDArray[np.bool_] = (distance > limit) & (np.sum(v * v, axis=1) * distance > 2.0 * mu)
     return gone
 
 
-def drift(run: Run) -> Drift:
+def drift(run: Record) -> Drift:
     """Determine the largest drifts of a run, which tell how exact its integration was.
 
     Parameters

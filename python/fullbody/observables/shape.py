@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..base.values import ArrayFields
+from ..record.record import Record
 from ._follow import Path
 from ._relative import WINDOWED, RelativeMotion
 from .orbit import frequencies, passages
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
 
 __all__ = ["Eccentricity", "OrbitShape", "eccentricity", "orbit_shape"]
 
@@ -84,7 +82,7 @@ class Eccentricity(ArrayFields):
         return {f"{name}_eccentricity": getattr(self, name) for name in names}
 
 
-def orbit_shape(run: Run, *, body: int | str = 1, about: int | str = 0) -> OrbitShape:
+def orbit_shape(run: Record, *, body: int | str = 1, about: int | str = 0) -> OrbitShape:
     """Compute semi-major axis and eccentricity from the distances alone, revolution by revolution.
 
     The distance is what an observer or a spacecraft measures, whatever the masses and figures of the bodies. Osculating
@@ -170,7 +168,7 @@ def _extremes(
     return sign * found
 
 
-def eccentricity(run: Run, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> Eccentricity:
+def eccentricity(run: Record, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> Eccentricity:
     """Compute the mean eccentricity of an orbit: the free part, the part that the figures force, and the osculating
     one.
 
@@ -218,7 +216,8 @@ def eccentricity(run: Run, mu: Any = None, *, body: int | str = 1, about: int | 
     (0.02, 0.0023)
     """
     motion = RelativeMotion(run, body, about, 16, "an eccentricity", WINDOWED)
-    total = float(motion.units.strip(run.system.mu(motion.about, motion.body) if mu is None else mu, "mu", "mu"))
+    context = run.context
+    total = context.mu(motion.body, motion.about) if mu is None else context.units.number(mu, "mu", "mu")
     path = motion.path
     longitude, rate = motion.longitude
     distance, growth = _radial(path)

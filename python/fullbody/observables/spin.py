@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,12 +11,10 @@ import numpy.typing as npt
 from ..base.arguments import integer
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
+from ..record.record import Record
 from ..typing import Array, Scalar
 from . import _signal as signal
 from ._relative import NEAREST, REVOLUTIONS, RelativeMotion
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
 
 __all__ = ["Libration", "libration", "obliquity", "roll_pitch_yaw", "spin_precession"]
 
@@ -57,7 +55,7 @@ class Libration(ArrayFields):
         return {"libration": self.amplitude, "libration_period": self.period}
 
 
-def spin_precession(run: Run, axis: Any = None, *, body: int | str = 0, about: int | str | None = None) -> Scalar:
+def spin_precession(run: Record, axis: Any = None, *, body: int | str = 0, about: int | str | None = None) -> Scalar:
     """Compute the mean rate at which a body's pole of rotation turns about an axis.
 
     Parameters
@@ -105,7 +103,7 @@ def spin_precession(run: Run, axis: Any = None, *, body: int | str = 0, about: i
     return found
 
 
-def obliquity(run: Run, *, body: int | str = 1, about: int | str = 0) -> Array:
+def obliquity(run: Record, *, body: int | str = 1, about: int | str = 0) -> Array:
     """Compute the angle (K,) between a body's pole of rotation and the pole of its orbit about another.
 
     Parameters
@@ -133,7 +131,7 @@ def obliquity(run: Run, *, body: int | str = 1, about: int | str = 0) -> Array:
     return found
 
 
-def roll_pitch_yaw(run: Run, *, body: int | str = 1, about: int | str = 0) -> Array:
+def roll_pitch_yaw(run: Record, *, body: int | str = 1, about: int | str = 0) -> Array:
     """Compute the attitude of a body in its orbit's frame as roll, pitch and yaw.
 
     The x-axis of the orbit's frame points from the body to the other one and its z-axis along the orbit's normal; the
@@ -174,7 +172,7 @@ def roll_pitch_yaw(run: Run, *, body: int | str = 1, about: int | str = 0) -> Ar
     return found
 
 
-def libration(run: Run, *, body: int | str = 1, about: int | str = 0, count: int = 3) -> Libration:
+def libration(run: Record, *, body: int | str = 1, about: int | str = 0, count: int = 3) -> Libration:
     """Compute the libration of a body's longest axis, its amplitude and its strongest periodic terms.
 
     Parameters
@@ -218,8 +216,8 @@ def libration(run: Run, *, body: int | str = 1, about: int | str = 0, count: int
     if (integer(count) or 0) < 1:
         raise InvalidInput(f"count is {count!r}; expected a whole number of 1 or more")
     motion = RelativeMotion(run, body, about, 16, "a libration", REVOLUTIONS)
-    axes = run.system.bodies[motion.body]._semi_axes(motion.units)
-    if axes is None:
+    axes = run.context.bodies[motion.body].semi_axes
+    if not any(axes):
         raise InvalidInput(f"{motion.name} is a point; it has no axis to librate")
     longest = int(np.argmax(axes))
     if sorted(axes)[1] == axes[longest]:

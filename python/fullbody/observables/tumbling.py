@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -11,12 +11,10 @@ import numpy.typing as npt
 from ..base.units import Units, is_quantity
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
+from ..record.record import Record
 from . import _signal as signal
 from ._relative import RelativeMotion
 from .spin import angles, in_orbit_frame
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
 
 __all__ = ["Tumbling", "tumbles"]
 
@@ -60,7 +58,7 @@ class Tumbling(ArrayFields):
         }
 
 
-def tumbles(run: Run, limit: Any = np.pi / 2, *, body: int | str = 1, about: int | str = 0) -> Tumbling:
+def tumbles(run: Record, limit: Any = np.pi / 2, *, body: int | str = 1, about: int | str = 0) -> Tumbling:
     """Determine whether and when a body's roll, pitch or yaw passes a limit.
 
     The angles are those of :func:`roll_pitch_yaw`, but relative to the nearest of the attitudes in which an ellipsoid

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import warn_if_degrees
 from ..errors import InvalidInput
+from ..model.context import SystemLike
 from .columns import Column, Rows, column, jitter_of, positive_rows
 from .data import Observations
 from .photocentre import photocentre, semi_axes
 from .vectors import Vectors, turn
-
-if TYPE_CHECKING:
-    from ..motion.system import System
 
 __all__ = ["Astrometry"]
 
@@ -237,22 +235,24 @@ class Astrometry(Observations):
         matrix[:, 1, 0] *= self._correlation
         return matrix
 
-    def _observed(self, system: System) -> _Array:
+    def _observed(self, system: SystemLike) -> _Array:
         return self._offsets
 
-    def _attach(self, values: _Array, system: System) -> Any:
+    def _attach(self, values: _Array, system: SystemLike) -> Any:
         return self._united(values)
 
-    def _model(self, system: System, states: dict[str, _Array], masses: Any = None) -> _Array:
-        if system.frame is None:
+    def _model(self, system: SystemLike, states: dict[str, _Array], masses: Any = None) -> _Array:
+        if system.context.frame is None:
             raise InvalidInput(
                 "astrometry needs to know the axes of the system; give fullbody.System(..., frame='ecliptic')"
             )
-        body, about = system._place(self.body, "body"), system._place(self.about, "about")
+        body, about = system.context.index(self.body, "body"), system.context.index(self.about, "about")
         if body == about:
-            raise InvalidInput(f"body and about of Astrometry are both {system.names[body]}; expected two bodies")
+            raise InvalidInput(
+                f"body and about of Astrometry are both {system.context.names[body]}; expected two bodies"
+            )
         retarded = self._retarded(system, states, masses)
-        axes = turn(system.frame, self.frame)
+        axes = turn(system.context.frame, self.frame)
         centres = {one: retarded.centre[..., one, :] for one in (body, about)}
         if self.photocentre:
             to_sun = self.geometry._of(system).sun(retarded.times)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,12 +13,10 @@ from ..base.arguments import directions, suggestion
 from ..base.units import Units, numbers, scalar
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
-from ..model.state import State
+from ..model.context import SystemLike
+from ..model.state import State, strip
 from ..typing import Array
 from .laws import Law, LommelSeeliger
-
-if TYPE_CHECKING:
-    from ..motion.system import System
 
 __all__ = ["BrightnessDerivatives", "Photometer", "brightness", "brightness_derivatives"]
 
@@ -69,7 +67,7 @@ class Photometer:
 
     def __init__(
         self,
-        system: System,
+        system: SystemLike,
         law: Law | dict[str, Law],
         albedo: Any,
         mutual: bool,
@@ -78,9 +76,11 @@ class Photometer:
         if not isinstance(mutual, bool | np.bool_):
             raise InvalidInput(f"mutual is {mutual!r}; expected True or False")
         self.laws: list[Law] = []
-        self.albedo = np.empty(len(system))
-        laws, albedos = (_by_name(value, system.names, what) for value, what in ((law, "law"), (albedo, "albedo")))
-        for index, (name, one, factor) in enumerate(zip(system.names, laws, albedos, strict=True)):
+        self.albedo = np.empty(len(system.context))
+        laws, albedos = (
+            _by_name(value, system.context.names, what) for value, what in ((law, "law"), (albedo, "albedo"))
+        )
+        for index, (name, one, factor) in enumerate(zip(system.context.names, laws, albedos, strict=True)):
             if not isinstance(one, Law):
                 raise InvalidInput(f"law of {name} is {one!r}; expected a law such as LommelSeeliger()")
             self.laws.append(one)
@@ -90,7 +90,9 @@ class Photometer:
         radius = Units().number(sun_radius, "angle", "sun_radius")
         # Albedos are multiplied in here, so that the derivative with respect to an albedo of zero is known.
         described = [one._describe() for one in self.laws]
-        self._core = _core.Photometer(system._core_bodies(), described, [1.0] * len(system), bool(mutual), radius)
+        self._core = _core.Photometer(
+            system.context.bodies, described, [1.0] * len(system.context), bool(mutual), radius
+        )
 
     def brightness(
         self, times: _Array, position: _Array, attitude: _Array, to_observer: _Array, to_sun: _Array
@@ -135,7 +137,7 @@ class Photometer:
 
 
 def brightness(
-    system: System,
+    system: SystemLike,
     state: State,
     to_observer: Any,
     to_sun: Any,
@@ -196,12 +198,12 @@ def brightness(
     """
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
     found = photometer.brightness(*_at(system, state, to_observer, to_sun))
-    area: Array = system._units.attach(found[0], "area")
+    area: Array = system.context.units.attach(found[0], "area")
     return area
 
 
 def brightness_derivatives(
-    system: System,
+    system: SystemLike,
     state: State,
     to_observer: Any,
     to_sun: Any,
@@ -238,15 +240,15 @@ def brightness_derivatives(
     dimensions = {"position": "length", "semi_axes": "length"}
     names = BrightnessDerivatives.__dataclass_fields__
     return BrightnessDerivatives(
-        *(system._units.attach(getattr(found, name)[0], dimensions.get(name, "area")) for name in names)
+        *(system.context.units.attach(getattr(found, name)[0], dimensions.get(name, "area")) for name in names)
     )
 
 
-def _at(system: System, state: State, to_observer: Any, to_sun: Any) -> tuple[_Array, ...]:
+def _at(system: SystemLike, state: State, to_observer: Any, to_sun: Any) -> tuple[_Array, ...]:
     """Return the arguments of a photometer for one epoch."""
-    core = system._strip(state)
-    if len(core.position) != len(system):
-        raise InvalidInput(f"state has {len(core.position)} bodies; expected {len(system)}, as in the system")
+    core = strip(state, system.context)
+    if len(core.position) != len(system.context):
+        raise InvalidInput(f"state has {len(core.position)} bodies; expected {len(system.context)}, as in the system")
     both = (directions(value, what, True) for value, what in ((to_observer, "to_observer"), (to_sun, "to_sun")))
     rows = (np.array([core.time]), core.position[None], core.attitude[None])
     return (*rows, *(vector[None] for vector in both))

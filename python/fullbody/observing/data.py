@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -14,15 +14,13 @@ from ..base.differences import difference
 from ..base.tables import Table, Tabled
 from ..base.units import need
 from ..errors import InvalidInput
+from ..model.context import SystemLike
 from ..record.displaced import FunctionDerivatives
+from ..record.record import Record
 from .columns import Column, Rows, read_table
 from .states import RetardedStates, samples_at, states_at
 from .times import in_system
 from .vectors import Vectors
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
-    from ..motion.system import System
 
 __all__ = ["Errors", "Observations"]
 
@@ -161,7 +159,7 @@ class Observations(Tabled):
     def _what(self) -> str:
         return type(self).__name__
 
-    def emission(self, system: System) -> Any:
+    def emission(self, system: SystemLike) -> Any:
         """Return the times of a system's clock at which the observed light left its barycentre: runs need states there.
 
         Parameters
@@ -172,39 +170,39 @@ class Observations(Tabled):
         -------
         ndarray or Quantity, (K,)
         """
-        return system._units.attach(self._emission(system), "time")
+        return system.context.units.attach(self._emission(system), "time")
 
-    def _emission(self, system: System) -> _Array:
+    def _emission(self, system: SystemLike) -> _Array:
         return self.geometry._of(system).emission(self._clock(system))
 
-    def _clock(self, system: System) -> _Array:
+    def _clock(self, system: SystemLike) -> _Array:
         """Return the times of the observations on a system's clock, converted once for each epoch and unit."""
-        key = system._options["epoch"], system.units
+        key = system.context.epoch, system.context.units.names
         if key not in self._clocks:
             self._clocks[key] = in_system(self.times, system, f"times of {self._what()}")
         return self._clocks[key]
 
-    def _retarded(self, system: System, states: dict[str, _Array], masses: Any = None) -> RetardedStates:
+    def _retarded(self, system: SystemLike, states: dict[str, _Array], masses: Any = None) -> RetardedStates:
         """Return the states of the bodies when the observed light left them; other masses move the barycentre."""
-        known = system._masses if masses is None else masses
+        known = system.context.masses if masses is None else masses
         return RetardedStates(self.geometry._of(system), self._clock(system), known, states)
 
-    def _model(self, system: System, states: dict[str, _Array], masses: Any = None) -> _Array:
+    def _model(self, system: SystemLike, states: dict[str, _Array], masses: Any = None) -> _Array:
         """Return predictions (..., K, C) in plain numbers from the states at the times of emission.
 
         Positions and velocities may be several for each time, (..., K, N, 3).
         """
         raise NotImplementedError
 
-    def _observed(self, system: System) -> _Array:
+    def _observed(self, system: SystemLike) -> _Array:
         """Return the observed values (K, C), in the numbers of the predictions."""
         raise NotImplementedError
 
-    def _covariance(self, system: System) -> _Array:
+    def _covariance(self, system: SystemLike) -> _Array:
         """Return the covariance (K, C, C) of each row, in the numbers of the predictions."""
         raise NotImplementedError
 
-    def _attach(self, values: _Array, system: System) -> Any:
+    def _attach(self, values: _Array, system: SystemLike) -> Any:
         """Return predictions or residuals with the units of the observations."""
         raise NotImplementedError
 
@@ -213,7 +211,7 @@ class Observations(Tabled):
         return False
 
     def _partials(
-        self, system: System, states: dict[str, _Array], parameters: Sequence[str] = ()
+        self, system: SystemLike, states: dict[str, _Array], parameters: Sequence[str] = ()
     ) -> tuple[_Array, dict[str, _Array]]:
         """Return derivatives of the predictions with respect to the states, and to parameters of the system at given
         states.
@@ -222,7 +220,7 @@ class Observations(Tabled):
         states: a step along the imaginary axis gives their derivatives to the last digits. The latter are (K, C) by
         the names of the parameters.
         """
-        count, kinds = len(system), ("position", "velocity")
+        count, kinds = len(system.context), ("position", "velocity")
         found = np.zeros((*self._observed(system).shape, 12 * count))
         for body in range(count):
             # All six components of a body take one call, which costs hardly more than one component.
@@ -239,24 +237,24 @@ class Observations(Tabled):
                 found[..., 12 * body + 6 + axis] = self._model(system, turned).imag / _STEP
         return found, {name: self._partial(system, states, name) for name in parameters}
 
-    def _partial(self, system: System, states: dict[str, _Array], parameter: str) -> _Array:
+    def _partial(self, system: SystemLike, states: dict[str, _Array], parameter: str) -> _Array:
         """Return derivatives (K, C) of the predictions with respect to a parameter of the system at given states.
 
         A mass acts through the barycentre, along the imaginary axis; any other change of the bodies is differenced.
         """
         kind, _, body = parameter.partition(" of ")
-        if kind == "mass" and body in system.names:
-            masses = system._masses.astype(np.complex128)
-            masses[system.names.index(body)] += 1j * _STEP
+        if kind == "mass" and body in system.context.names:
+            masses = system.context.masses.astype(np.complex128)
+            masses[system.context.names.index(body)] += 1j * _STEP
             return np.asarray(self._model(system, states, masses).imag / _STEP)
         if kind.startswith("semi-axis") and not self._depends_on_figures():
             return np.zeros(self._observed(system).shape)
-        step = _SHARE * system._changed(parameter, 0.0)[1]
+        step = _SHARE * system.context.natural_size(parameter)
         plain = self._model(system, states)
 
         def change(by: float) -> _Array:
-            changed = system._changed(parameter, by)[0]
-            alike = changed._core.bodies == system._core.bodies
+            changed = system.changed(parameter, by)
+            alike = changed.context.core.bodies == system.context.core.bodies
             return np.asarray(0.0 * plain if alike else self._model(changed, states) - plain)
 
         return difference(change, step)
@@ -265,12 +263,12 @@ class Observations(Tabled):
         """Return derivatives (K, C, ...) of the predictions, including numbers that each prediction solves for."""
         return values
 
-    def _residuals(self, run: Run) -> _Array:
+    def _residuals(self, run: Record) -> _Array:
         system = run.system
         states = states_at(run, self._emission(system), self._what())
         return self._observed(system) - self._model(system, states)
 
-    def predict(self, run: Run) -> Any:
+    def predict(self, run: Record) -> Any:
         """Compute the predictions of a run at the times of the observations.
 
         Parameters
@@ -292,11 +290,11 @@ class Observations(Tabled):
         states = states_at(run, self._emission(run.system), self._what())
         return self._attach(self._model(run.system, states), run.system)
 
-    def residuals(self, run: Run) -> Any:
+    def residuals(self, run: Record) -> Any:
         """Return the observations minus the predictions, in the form of :meth:`predict`."""
         return self._attach(self._residuals(run), run.system)
 
-    def pulls(self, run: Run) -> _Array:
+    def pulls(self, run: Record) -> _Array:
         """Return the residuals (K, C) made independent of each other and divided by their standard errors.
 
         They are L^-1 times the residuals of each row, where L is the Cholesky factor of the row's covariance. The first
@@ -304,17 +302,17 @@ class Observations(Tabled):
         """
         return self._whiten(self._residuals(run), run.system)
 
-    def _whiten(self, values: _Array, system: System) -> _Array:
+    def _whiten(self, values: _Array, system: SystemLike) -> _Array:
         """Return values (K, C, ...) multiplied by the inverse of the Cholesky factors of the rows' covariances."""
         factor = np.linalg.cholesky(self._covariance(system))
         flat = values.reshape(*values.shape[:2], -1)
         return np.asarray(np.linalg.solve(factor, flat).reshape(values.shape))
 
-    def chi2(self, run: Run) -> float:
+    def chi2(self, run: Record) -> float:
         """Return the sum of the squares of the :meth:`pulls`."""
         return float(np.sum(self.pulls(run) ** 2))
 
-    def derivatives(self, run: Run) -> FunctionDerivatives:
+    def derivatives(self, run: Record) -> FunctionDerivatives:
         """Compute the derivatives of the :meth:`pulls` by the start of a run and by its parameters.
 
         Parameters
@@ -331,8 +329,8 @@ class Observations(Tabled):
         """
         system = run.system
         place = samples_at(run, self._emission(system), self._what())
-        states = {name: run._record[name][place] for name in ("position", "velocity", "attitude", "spin")}
-        by_state, direct = self._partials(system, states, run._parameters)
+        states = {name: run.arrays[name][place] for name in ("position", "velocity", "attitude", "spin")}
+        by_state, direct = self._partials(system, states, run.parameters)
 
         def of_pulls(values: _Array) -> _Array:
             return -self._whiten(self._project(values), system)

@@ -10,11 +10,11 @@ import numpy as np
 from ..base.units import Units, gathered, is_quantity, numbers
 from ..errors import InvalidInput
 from ..frames import pole_vector
+from ..model.context import SystemLike
 from . import paths
 from .vectors import Vectors
 
 if TYPE_CHECKING:
-    from ..motion.system import System
     from ..orbit.elements import KeplerElements
 
 __all__ = ["Geometry"]
@@ -164,7 +164,7 @@ class Geometry(Vectors):
     @classmethod
     def from_system(
         cls,
-        system: System,
+        system: SystemLike,
         *,
         span: Any,
         sun: str = "Sun",

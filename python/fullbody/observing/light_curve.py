@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidInput
+from ..record.record import Record
 from .brightness import Photometer
 from .laws import LommelSeeliger
 from .states import RetardedStates, refuse_inside, states_at
@@ -15,7 +16,6 @@ from .times import in_system
 from .vectors import Vectors
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
     from .laws import Law
 
 __all__ = ["light_curve"]
@@ -24,7 +24,7 @@ _Array = npt.NDArray[np.float64]
 
 
 def light_curve(
-    run: Run,
+    run: Record,
     times: Any,
     geometry: Vectors,
     *,
@@ -87,7 +87,7 @@ def light_curve(
         raise InvalidInput(f"times has shape {when.shape}; expected (K,)")
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
     states = states_at(run, local.emission(when), "a light curve")
-    retarded = RetardedStates(local, when, system._masses, states)
+    retarded = RetardedStates(local, when, system.context.masses, states)
     attitude = retarded.attitude(states["attitude"], states["spin"])
     to_sun = local.sun(when)
     for what, place in (("observer", retarded.observer), ("Sun", to_sun)):

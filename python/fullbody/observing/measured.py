@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,11 +11,9 @@ import numpy.typing as npt
 from ..base.tables import Table, Tabled
 from ..base.units import gathered, is_quantity, numbers, refuse_booleans, strip_to
 from ..errors import InvalidInput
+from ..model.context import SystemLike
+from ..record.record import Record
 from .times import in_system
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
-    from ..motion.system import System
 
 __all__ = ["Measured"]
 
@@ -54,7 +52,7 @@ class Measured(Tabled):
     (1,)
     """
 
-    def __init__(self, name: str, function: Callable[[Run], Any], value: Any, sigma: Any, times: Any = None) -> None:
+    def __init__(self, name: str, function: Callable[[Any], Any], value: Any, sigma: Any, times: Any = None) -> None:
         if not callable(function):
             raise InvalidInput(f"function of {name!r} is {function!r}; expected a function of a run")
         self.name = name
@@ -86,7 +84,7 @@ class Measured(Tabled):
             return strip_to(value, self.unit, f"{what} of {self.name}")
         return numbers(value, f"{what} of {self.name}")
 
-    def emission(self, system: System) -> Any:
+    def emission(self, system: SystemLike) -> Any:
         """Return the times (K,) of a system's clock at which the function needs samples, in their order.
 
         Raises
@@ -96,7 +94,9 @@ class Measured(Tabled):
         """
         if self.times is None:
             raise InvalidInput(f"{self.name} has no times; give Measured(..., times=) to say when its run is sampled")
-        return system._units.attach(np.sort(in_system(self.times, system, f"times of {self.name}").ravel()), "time")
+        return system.context.units.attach(
+            np.sort(in_system(self.times, system, f"times of {self.name}").ravel()), "time"
+        )
 
     @property
     def value(self) -> Any:
@@ -111,7 +111,7 @@ class Measured(Tabled):
     def _united(self, values: _Array) -> Any:
         return values if self.unit is None else values * self.unit
 
-    def _prediction(self, run: Run) -> _Array:
+    def _prediction(self, run: Record) -> _Array:
         found = np.atleast_1d(self._plain(self.function(run), "the function's result"))
         if found.shape != self._value.shape:
             raise InvalidInput(f"the function of {self.name} gave shape {found.shape}; expected {self._value.shape}")
@@ -119,19 +119,19 @@ class Measured(Tabled):
             raise InvalidInput(f"the function of {self.name} gave {found}; expected finite numbers")
         return found
 
-    def predict(self, run: Run) -> Any:
+    def predict(self, run: Record) -> Any:
         """Return the value of the function for a run (C,), with the unit of the measured value."""
         return self._united(self._prediction(run))
 
-    def residuals(self, run: Run) -> Any:
+    def residuals(self, run: Record) -> Any:
         """Return the measured values minus the predictions (C,)."""
         return self._united(self._value - self._prediction(run))
 
-    def pulls(self, run: Run) -> _Array:
+    def pulls(self, run: Record) -> _Array:
         """Return the residuals (C,) divided by the standard errors."""
         return np.asarray((self._value - self._prediction(run)) / self._sigma)
 
-    def chi2(self, run: Run) -> float:
+    def chi2(self, run: Record) -> float:
         """Return the sum of the squares of the :meth:`pulls`."""
         return float(np.sum(self.pulls(run) ** 2))
 

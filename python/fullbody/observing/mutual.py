@@ -11,12 +11,12 @@ import numpy.typing as npt
 from .. import _core
 from ..errors import InvalidInput
 from ..events import Occultation
+from ..model.context import SystemLike
+from ..record.record import Record
 from .states import refuse_inside
 from .vectors import SystemGeometry, Vectors
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
-    from ..motion.system import System
     from ..typing import Scalar
 
 __all__ = ["KINDS", "MutualEvent", "mutual_events", "occultation"]
@@ -68,7 +68,7 @@ class MutualEvent:
         return None if self.begin is None or self.end is None else self.end - self.begin
 
 
-def mutual_events(run: Run, geometry: Vectors) -> list[MutualEvent]:
+def mutual_events(run: Record, geometry: Vectors) -> list[MutualEvent]:
     """All occultations and eclipses among the bodies of a run, in the order of time.
 
     Contacts are located on the continuous solution, each to the last digits of its time; between the samples of a step
@@ -113,30 +113,30 @@ def mutual_events(run: Run, geometry: Vectors) -> list[MutualEvent]:
         raise InvalidInput("this run keeps no continuous solution; integrate with dense=True")
     system = run.system
     local = geometry._of(system)
-    start, stop = run.dense._core.range
+    start, stop = run.dense.core.range
     first, last = sorted((start, stop))
     begin, end = local.ends()
     span = [max(first, float(local.emission(begin))), min(last, float(local.emission(end)))]
     if not span[0] < span[1]:
-        attach = system._units.attach
+        attach = system.context.units.attach
         raise InvalidInput(
             f"the run, from {attach(first, 'time')} to {attach(last, 'time')}, and the geometry, from "
             f"{attach(begin, 'time')} to {attach(end, 'time')} at the observer, have no time in common"
         )
     kinds = [kind for kind in KINDS if kind == "occultation" or geometry._sun is not None]
-    pairs = [(i, j) for i in range(len(system)) for j in range(len(system)) if i != j]
+    pairs = [(i, j) for i in range(len(system.context)) for j in range(len(system.context)) if i != j]
     asked = [(kind, i, j, total) for kind in kinds for i, j in pairs for total in (False, True)]
     towards = {}
-    weights = system._masses / system._masses.sum()
+    weights = system.context.masses / system.context.masses.sum()
     for kind in kinds:
         knots, toward = _table(local, kind, span)
-        states = run.dense._core.states(np.clip(np.array(knots), span[0], span[1]))
+        states = run.dense.core.states(np.clip(np.array(knots), span[0], span[1]))
         centre = states["position"] - np.einsum("n,tnx->tx", weights, states["position"])[:, None]
         what = "observer" if kind == "occultation" else "Sun"
         refuse_inside(system, what, np.array(toward), centre, states["attitude"], np.array(knots))
         towards[kind] = _core.Toward(knots, toward, KINDS[kind] / local.light_speed, False)
     conditions = [_core.Condition.Occultation(i, j, total, towards[kind]) for kind, i, j, total in asked]
-    crossings = run.dense._core.crossings(system._core, conditions, span)
+    crossings = run.dense.core.crossings(system.context.core, conditions, span)
     intervals = {key: _intervals(*found, span, start < stop) for key, found in zip(asked, crossings, strict=True)}
     found = []
     for kind, i, j in ((kind, i, j) for kind in kinds for i, j in pairs):
@@ -153,24 +153,24 @@ def mutual_events(run: Run, geometry: Vectors) -> list[MutualEvent]:
     times[known] = _arrivals(run, local, times[known], hidden[which], eclipsed[which])
 
     def attached(time: float, is_known: bool) -> Any:
-        return system._units.attach(float(time), "time") if is_known else None
+        return system.context.units.attach(float(time), "time") if is_known else None
 
     return [
-        MutualEvent(kind, system.names[i], system.names[j], *map(attached, row, mask))
+        MutualEvent(kind, system.context.names[i], system.context.names[j], *map(attached, row, mask))
         for (_, kind, i, j), row, mask in zip(found, times, known, strict=True)
     ]
 
 
 def _arrivals(
-    run: Run, local: SystemGeometry, times: _Array, hidden: npt.NDArray[np.intp], eclipsed: npt.NDArray[np.bool_]
+    run: Record, local: SystemGeometry, times: _Array, hidden: npt.NDArray[np.intp], eclipsed: npt.NDArray[np.bool_]
 ) -> _Array:
     """Return when the observer sees contacts that conditions have at times (T,), with the indices of hidden bodies."""
     emitted = times.copy()
     if eclipsed.any() and np.isfinite(local.light_speed):
         # Sunlight that passes the barycentre at that time reaches the body earlier or later, and leaves it then.
         assert run.dense is not None
-        position = run.dense._core.states(times[eclipsed])["position"]
-        weights = run.system._masses / run.system._masses.sum()
+        position = run.dense.core.states(times[eclipsed])["position"]
+        weights = run.context.masses / run.context.masses.sum()
         place = position[np.arange(len(position)), hidden[eclipsed]] - np.einsum("n,tnx->tx", weights, position)
         seen = local.arrival(times[eclipsed])
         ways = [vector / np.linalg.norm(vector, axis=1)[:, None] for vector in (local.sun(seen), local.observer(seen))]
@@ -207,7 +207,7 @@ def _table(local: SystemGeometry, kind: str, span: list[float]) -> tuple[list[fl
 
 
 def occultation(
-    system: System,
+    system: SystemLike,
     geometry: Vectors,
     body: int | str,
     by: int | str,
@@ -254,6 +254,6 @@ def occultation(
     local = geometry._of(system)
     span = [float(local.emission(end)) for end in local.ends()]
     times, toward = _table(local, kind, span)
-    when = system._units.attach(np.array(times), "time")
-    places = system._place(body, "body"), system._place(by, "by")
+    when = system.context.units.attach(np.array(times), "time")
+    places = system.context.index(body, "body"), system.context.index(by, "by")
     return Occultation(*places, toward=toward, times=when, total=total, direction=direction, terminal=terminal)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,13 +12,11 @@ from ..base.units import Units, need
 from ..errors import InvalidInput
 from ..forces.ephemeris import about_sun, barycentric, dense_table
 from ..frames import rotation
+from ..model.context import SystemLike
 from ..spice.conventions import spiceypy
 from ..spice.kernel import plain
 from ..spice.state import loaded
 from .times import LIGHT_SPEED, are_dates, date, kilometres, seconds, system_epoch
-
-if TYPE_CHECKING:
-    from ..motion.system import System
 
 __all__ = ["from_orbit", "from_spice", "from_system"]
 
@@ -39,20 +37,20 @@ def from_orbit(orbit: Any, epoch: Any, observer: Any, ephemeris: Any, span: Any,
     return _table(from_sun, start, length, observer, ephemeris, light_time, "ecliptic", longest)
 
 
-def from_system(system: System, sun: str, observer: Any, ephemeris: Any, span: Any, light_time: bool) -> Table:
+def from_system(system: SystemLike, sun: str, observer: Any, ephemeris: Any, span: Any, light_time: bool) -> Table:
     """Compute the vectors of a system with a Sun; see :meth:`fullbody.observing.Geometry.from_system`."""
     what = "a geometry from the system's own Sun"
     epoch, second, km = system_epoch(system, what), seconds(system, what), kilometres(system, what)
-    if system.frame is None:
+    if system.context.frame is None:
         raise InvalidInput(f"{what} needs the system's frame; give fullbody.System(..., frame='ecliptic')")
-    index = system._third_body(sun, "sun")
+    index = system.context.third_body(sun, "sun")
     start, length = _span(span)
     late = float((start - epoch).to_value("s"))
 
     def from_sun(times: _Array) -> _Array:
-        return np.asarray(-km * system._core.third_body(index, (times + late) / second)[0])
+        return np.asarray(-km * system.context.core.third_body(index, (times + late) / second)[0])
 
-    return _table(from_sun, start, length, observer, ephemeris, light_time, system.frame, np.inf)
+    return _table(from_sun, start, length, observer, ephemeris, light_time, system.context.frame, np.inf)
 
 
 def _table(

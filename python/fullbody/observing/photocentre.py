@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidInput
+from ..model.context import SystemLike
 from ..model.shapes import Ellipsoid, PointMass, Sphere
-
-if TYPE_CHECKING:
-    from ..motion.system import System
 
 __all__ = ["photocentre", "semi_axes"]
 
@@ -20,17 +18,17 @@ _Array = npt.NDArray[np.float64]
 _LEAST = 1e-12
 
 
-def semi_axes(system: System, body: int) -> _Array:
+def semi_axes(system: SystemLike, body: int) -> _Array:
     """Return the semi-axes (3,) of an ellipsoid in the system's unit; zeros for a point."""
     shape = system.bodies[body].shape
     if isinstance(shape, PointMass):
         return np.zeros(3)
     if not isinstance(shape, Ellipsoid | Sphere):
         raise InvalidInput(
-            f"{system.names[body]} is a {type(shape).__name__}; expected an ellipsoid, a sphere or a point for "
+            f"{system.context.names[body]} is a {type(shape).__name__}; expected an ellipsoid, a sphere or a point for "
             "photocentre=True"
         )
-    parts = [part for part, *_ in system.bodies[body]._core(system._units, body).parts]
+    parts = [part for part, *_ in system.context.bodies[body].parts]
     return np.array(parts[0], dtype=np.float64)
 
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ..base.units import is_quantity
 from ..errors import InvalidInput
+from ..model.context import SystemLike
 from .brightness import Photometer
 from .columns import Column, Rows, column, jitter_of, positive_rows
 from .data import Observations
@@ -20,7 +21,6 @@ from .times import are_dates
 from .vectors import Vectors
 
 if TYPE_CHECKING:
-    from ..motion.system import System
     from .laws import Law
 
 __all__ = ["Photometry"]
@@ -170,28 +170,28 @@ class Photometry(Observations):
         """Return the magnitudes (K,) that a run predicts, with the zero points of its nights."""
         return np.asarray(self.magnitude - self.residuals(run))
 
-    def _observed(self, system: System) -> _Array:
+    def _observed(self, system: SystemLike) -> _Array:
         return self.magnitude[:, None]
 
-    def _covariance(self, system: System) -> _Array:
+    def _covariance(self, system: SystemLike) -> _Array:
         return np.asarray(self.sigma[:, None, None] ** 2)
 
-    def _attach(self, values: _Array, system: System) -> _Array:
+    def _attach(self, values: _Array, system: SystemLike) -> _Array:
         return values[:, 0]
 
     def _widen(self, jitter: Any) -> None:
         self.sigma = np.hypot(self.sigma, jitter_of(jitter, "mag" if is_quantity(jitter) else None))
 
-    def _photometer(self, system: System) -> Photometer:
+    def _photometer(self, system: SystemLike) -> Photometer:
         return Photometer(system, self.law, self.albedo, self.mutual, self.sun_radius)
 
-    def _model(self, system: System, states: dict[str, _Array], masses: Any = None) -> _Array:
+    def _model(self, system: SystemLike, states: dict[str, _Array], masses: Any = None) -> _Array:
         retarded = self._retarded(system, states, masses)
         view = self._view(system, states, retarded)
         total = self._total(self._photometer(system).brightness(*view))
         return magnitudes(total, view[3], view[4], self.reduced)[:, None]
 
-    def _view(self, system: System, states: dict[str, _Array], retarded: RetardedStates) -> tuple[_Array, ...]:
+    def _view(self, system: SystemLike, states: dict[str, _Array], retarded: RetardedStates) -> tuple[_Array, ...]:
         """Return the arguments of a photometer: times, centres, attitudes, vectors to the observer and to the Sun."""
         attitude = retarded.attitude(states["attitude"], states["spin"])
         to_sun = self.geometry._of(system).sun(retarded.times)
@@ -208,7 +208,7 @@ class Photometry(Observations):
         return np.asarray(total)
 
     def _partials(
-        self, system: System, states: dict[str, _Array], parameters: Sequence[str] = ()
+        self, system: SystemLike, states: dict[str, _Array], parameters: Sequence[str] = ()
     ) -> tuple[_Array, dict[str, _Array]]:
         """Return derivatives (K, 1, 12 N) of the predictions with respect to the states, and (K, 1) by parameters.
 
@@ -225,7 +225,7 @@ class Photometry(Observations):
         later = np.sum(place * retarded.velocity + rotation * states["spin"], axis=-1)
         speed = retarded.light_speed - np.sum(toward * retarded.velocity, axis=-1)
         place = place + toward * (later / speed)[..., None]
-        delay, weights = retarded.delay[..., None], (system._masses / system._masses.sum())[:, None]
+        delay, weights = retarded.delay[..., None], (system.context.masses / system.context.masses.sum())[:, None]
         moving, spin = delay * place, delay * rotation
         parts = [
             place - weights * place.sum(axis=1, keepdims=True),
@@ -235,11 +235,11 @@ class Photometry(Observations):
         ]
         axes: dict[str, _Array] = {
             f"semi-axis {axis} of {body}": factor[:, None] * found.semi_axes.sum(axis=1)[:, place, [k]]
-            for place, body in enumerate(system.names)
+            for place, body in enumerate(system.context.names)
             for k, axis in enumerate("abc")
         }
         # Masses move the barycentre, and with it all bodies alike, while light depends on their relative positions.
-        axes |= {f"mass of {body}": np.zeros((len(self), 1)) for body in system.names}
+        axes |= {f"mass of {body}": np.zeros((len(self), 1)) for body in system.context.names}
         direct = {name: axes[name] if name in axes else self._partial(system, states, name) for name in parameters}
         return np.concatenate(parts, axis=-1).reshape(len(self), 1, -1), direct
 

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ..base.units import is_quantity, unit_named
 from ..errors import InvalidInput
+from ..model.context import SystemLike
 from .columns import Column, Rows, column, jitter_of, positive_rows
 from .data import Observations
 from .vectors import Vectors
-
-if TYPE_CHECKING:
-    from ..motion.system import System
 
 __all__ = ["Radar", "RangeAndRate"]
 
@@ -137,8 +135,8 @@ class Radar(Observations):
             return values
         return (values * unit_named(_KINDS[name][1])).to(unit)
 
-    def _in_system(self, name: str, values: _Array, system: System) -> _Array:
-        return system._units.strip(self._united(name, values), _KINDS[name][0], f"{name} of Radar")
+    def _in_system(self, name: str, values: _Array, system: SystemLike) -> _Array:
+        return system.context.units.strip(self._united(name, values), _KINDS[name][0], f"{name} of Radar")
 
     def _widen(self, jitter: Any) -> None:
         both = jitter if len(self._values) == 2 else (jitter,)
@@ -152,25 +150,25 @@ class Radar(Observations):
             for name, one in zip(self._values, both, strict=True)
         }
 
-    def _observed(self, system: System) -> _Array:
+    def _observed(self, system: SystemLike) -> _Array:
         return np.stack([self._in_system(name, values, system) for name, values in self._values.items()], axis=1)
 
-    def _covariance(self, system: System) -> _Array:
+    def _covariance(self, system: SystemLike) -> _Array:
         sigma = np.stack([self._in_system(name, values, system) for name, values in self._sigma.items()], axis=1)
         return np.asarray(sigma[:, :, None] ** 2 * np.eye(sigma.shape[1]))
 
-    def _attach(self, values: _Array, system: System) -> Any:
+    def _attach(self, values: _Array, system: SystemLike) -> Any:
         found: dict[str, Any] = dict.fromkeys(_KINDS)
         for place, name in enumerate(self._values):
-            part, unit = system._units.attach(values[:, place], _KINDS[name][0]), self._units[name]
+            part, unit = system.context.units.attach(values[:, place], _KINDS[name][0]), self._units[name]
             found[name] = part if unit is None or not is_quantity(part) else part.to(unit)
         return RangeAndRate(**found)
 
-    def _model(self, system: System, states: dict[str, _Array], masses: Any = None) -> _Array:
-        body = system._place(self.body, "body")
-        about = None if self.about is None else system._place(self.about, "about")
+    def _model(self, system: SystemLike, states: dict[str, _Array], masses: Any = None) -> _Array:
+        body = system.context.index(self.body, "body")
+        about = None if self.about is None else system.context.index(self.about, "about")
         if body == about:
-            raise InvalidInput(f"body and about of Radar are both {system.names[body]}; expected two bodies")
+            raise InvalidInput(f"body and about of Radar are both {system.context.names[body]}; expected two bodies")
         retarded = self._retarded(system, states, masses)
         way = retarded.observer[:, None] - retarded.centre
         distance = np.sqrt(np.einsum("...x,...x->...", way, way))

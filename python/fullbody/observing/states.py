@@ -2,43 +2,39 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import numpy.typing as npt
 
 from ..base.rotations import matrices
 from ..errors import InvalidInput
+from ..model.context import SystemLike
+from ..record.record import Record
 from .vectors import SystemGeometry
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
-    from ..motion.system import System
 
 __all__ = ["RetardedStates", "refuse_inside", "samples_at", "states_at"]
 
 _Array = npt.NDArray[np.float64]
 
 
-def states_at(run: Run, times: _Array, what: str) -> dict[str, _Array]:
+def states_at(run: Record, times: _Array, what: str) -> dict[str, _Array]:
     """Return states of a run at times (K,), from its continuous solution or from samples at these times."""
     if run.dense is not None:
-        low, high = sorted(run.dense._core.range)
+        low, high = sorted(run.dense.core.range)
         outside = times[(times < low) | (times > high)]
         if not outside.size:
-            return run.dense._core.states(np.ascontiguousarray(times))
-        attach = run.system._units.attach
+            return run.dense.core.states(np.ascontiguousarray(times))
+        attach = run.context.units.attach
         first, last, when = (attach(float(value), "time") for value in (low, high, outside[0]))
         raise InvalidInput(
             f"{what} needs the state at time {when}, which the run, from {first} to {last}, does not cover"
         )
     place = samples_at(run, times, what)
-    return {name: run._record[name][place] for name in ("position", "velocity", "attitude", "spin")}
+    return {name: run.arrays[name][place] for name in ("position", "velocity", "attitude", "spin")}
 
 
-def samples_at(run: Run, times: _Array, what: str) -> npt.NDArray[np.intp]:
+def samples_at(run: Record, times: _Array, what: str) -> npt.NDArray[np.intp]:
     """Return the indices of the samples of a run at times (K,)."""
-    known = run._record["time"]
+    known = run.arrays["time"]
     order = np.argsort(known, kind="stable")
     place = order[np.clip(np.searchsorted(known[order], times), 0, len(known) - 1)] if len(known) else np.array([], int)
     if not len(known) or not np.array_equal(known[place], times):
@@ -46,7 +42,9 @@ def samples_at(run: Run, times: _Array, what: str) -> npt.NDArray[np.intp]:
     return place
 
 
-def refuse_inside(system: System, what: str, place: _Array, centre: _Array, attitude: _Array, times: _Array) -> None:
+def refuse_inside(
+    system: SystemLike, what: str, place: _Array, centre: _Array, attitude: _Array, times: _Array
+) -> None:
     """Raise an error for an observer, or a Sun, inside a body, from where there is no direction to see it.
 
     Parameters
@@ -60,16 +58,16 @@ def refuse_inside(system: System, what: str, place: _Array, centre: _Array, atti
         Of the bodies at these times. Those other than ellipsoids count as ellipsoids with the same moments of inertia.
     times : ndarray, (K,)
     """
-    axes = np.array([body.semi_axes for body in system._core_bodies()])
+    axes = np.array([body.semi_axes for body in system.context.bodies])
     away = place[:, None] - centre
     for k, body in np.argwhere(np.einsum("knx,knx->kn", away, away) < axes.max(axis=1) ** 2):
         own = matrices(attitude[k, body][None])[0].T @ away[k, body]
         if np.linalg.norm(own / axes[body]) < 1.0:
-            when, far = system._units.attach(float(times[k]), "time"), np.linalg.norm(away[k, body])
+            when, far = system.context.units.attach(float(times[k]), "time"), np.linalg.norm(away[k, body])
             raise InvalidInput(
-                f"the {what} of the geometry is inside {system.names[body]} at time {when}, "
-                f"{system._units.attach(float(far), 'length')} from its centre; expected a distant one, with vectors "
-                "from the barycentre in the system's unit of length"
+                f"the {what} of the geometry is inside {system.context.names[body]} at time {when}, "
+                f"{system.context.units.attach(float(far), 'length')} from its centre; expected a distant one, with "
+                "vectors from the barycentre in the system's unit of length"
             )
 
 

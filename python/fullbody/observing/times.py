@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..base import epochs
 from ..errors import InvalidInput
-
-if TYPE_CHECKING:
-    from ..motion.system import System
+from ..model.context import SystemLike
 
 __all__ = ["LIGHT_SPEED", "are_dates", "date", "in_system", "kilometres", "seconds", "system_epoch"]
 
@@ -33,16 +31,16 @@ def date(given: Any, what: str) -> Any:
         raise InvalidInput(f"{what}: {error}") from error
 
 
-def system_epoch(system: System, what: str) -> Any:
+def system_epoch(system: SystemLike, what: str) -> Any:
     """Return the date of a system's time zero, TDB; the error for a system without one says what needs it."""
-    if system.epoch is None:
+    if system.context.epoch is None:
         raise InvalidInput(
             f"{what} needs the date of the system's time zero; give fullbody.System(..., epoch='2022-09-26 TDB')"
         )
-    return system.epoch.tdb
+    return epochs.to_time(system.context.epoch).tdb
 
 
-def in_system(times: Any, system: System, what: str) -> _Array:
+def in_system(times: Any, system: SystemLike, what: str) -> _Array:
     """Return times as numbers in a system's unit of time since its epoch, in the shape given.
 
     Dates are converted to TDB, which is the time scale of a system.
@@ -51,23 +49,23 @@ def in_system(times: Any, system: System, what: str) -> _Array:
         since = (times.tdb - system_epoch(system, f"a date in {what}")).to_value("s")
         numbers = np.asarray(since, dtype=np.float64) / seconds(system, f"a date in {what}")
     else:
-        numbers = system._units.strip(times, "time", what)
+        numbers = system.context.units.strip(times, "time", what)
     if not np.isfinite(numbers).all():
         raise InvalidInput(f"{what} has times that are not finite; expected finite numbers or dates")
     return numbers
 
 
-def seconds(system: System, what: str) -> float:
+def seconds(system: SystemLike, what: str) -> float:
     """Return the number of seconds in a system's unit of time."""
     return _size(system, "time", "s", what)
 
 
-def kilometres(system: System, what: str) -> float:
+def kilometres(system: SystemLike, what: str) -> float:
     """Return the number of kilometres in a system's unit of length."""
     return _size(system, "length", "km", what)
 
 
-def _size(system: System, dimension: str, unit: str, what: str) -> float:
-    if not system._units.known:
+def _size(system: SystemLike, dimension: str, unit: str, what: str) -> float:
+    if not system.context.units.known:
         raise InvalidInput(f"{what} needs the system's units; give fullbody.System(..., units=('km', 'hour', 'kg'))")
-    return float(system._units.unit(dimension).to(unit))
+    return float(system.context.units.unit(dimension).to(unit))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,11 +13,9 @@ from ..base.arguments import directions, refuse_mixture, vectors
 from ..base.units import gathered, is_quantity, need, numbers, refuse_booleans, strip_to
 from ..errors import InconsistentInput, InvalidInput, caution
 from ..frames import rotation
+from ..model.context import SystemLike
 from ..typing import Array
 from .times import LIGHT_SPEED, are_dates, kilometres, seconds, system_epoch
-
-if TYPE_CHECKING:
-    from ..motion.system import System
 
 __all__ = ["SystemGeometry", "Vectors", "turn"]
 
@@ -213,9 +211,9 @@ class Vectors:
                 InconsistentInput,
             )
 
-    def _of(self, system: System) -> SystemGeometry:
+    def _of(self, system: SystemLike) -> SystemGeometry:
         """Return the geometry in the time, units and axes of a system."""
-        key = ("system", system._options["epoch"], system.units, system.frame)
+        key = ("system", system.context.epoch, system.context.units.names, system.context.frame)
         if key not in self._known:
             self._known[key] = SystemGeometry(self, system)
         found: SystemGeometry = self._known[key]
@@ -259,7 +257,7 @@ class SystemGeometry:
         The speed of light in the system's units; infinite if the geometry has no light time.
     """
 
-    def __init__(self, geometry: Vectors, system: System) -> None:
+    def __init__(self, geometry: Vectors, system: SystemLike) -> None:
         self._geometry = geometry
         self._late, self._rate = 0.0, 1.0
         if geometry._origin is not None:
@@ -271,12 +269,12 @@ class SystemGeometry:
             self._length = kilometres(system, "a geometry with units of length")
         self._turn = np.eye(3)
         if geometry.frame is not None:
-            if system.frame is None:
+            if system.context.frame is None:
                 raise InvalidInput(
                     f"the geometry is in the frame {geometry.frame!r}, and that of the system is not known; "
                     "give fullbody.System(..., frame='ecliptic')"
                 )
-            self._turn = turn(geometry.frame, system.frame)
+            self._turn = turn(geometry.frame, system.context.frame)
         self.light_speed = np.inf
         if geometry.light_time:
             what = "the light time (light_time=True of the geometry)"

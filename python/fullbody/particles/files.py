@@ -13,28 +13,30 @@ from ..base.version import version
 from ..errors import InvalidInput
 from ..files.netcdf import SUFFIXES, write
 from ..files.reading import Content, netcdf
+from ..model.context import Context
 from .events import rebuilt
 from .rules import FATES
 
 if TYPE_CHECKING:
     import xarray
 
-    from ..motion.system import System
-
 __all__ = ["FORMAT", "contents", "save", "to_xarray"]
 
 #: The attribute that marks a file as a flight, and the number of the format, the only one that is read.
 FORMAT = ("fullbody_flight", 1)
 
-#: The variables with one number for each particle: their further dimensions, the dimension of their unit, their
-#: meaning.
+#: The variables of samples and of particles: their dimensions, the dimension of their unit, their meaning.
 _NUMBERS: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "fate_time": ((), "time", "when the flight ended"),
-    "longitude": ((), "angle", "longitude of the impact, body frame"),
-    "latitude": ((), "angle", "latitude of the impact, body frame"),
-    "speed": ((), "velocity", "speed of the impact relative to the surface"),
-    "incidence": ((), "angle", "angle between path and normal at the impact"),
-    "last_time": ((), "time", "time to which the particle was followed"),
+    "position": (("time", "particle", "axis"), "length", "positions, inertial"),
+    "velocity": (("time", "particle", "axis"), "velocity", "velocities, inertial"),
+    "last_position": (("particle", "axis"), "length", "last positions, inertial"),
+    "last_velocity": (("particle", "axis"), "velocity", "last velocities, inertial"),
+    "fate_time": (("particle",), "time", "when the flight ended"),
+    "longitude": (("particle",), "angle", "longitude of the impact, body frame"),
+    "latitude": (("particle",), "angle", "latitude of the impact, body frame"),
+    "speed": (("particle",), "velocity", "speed of the impact relative to the surface"),
+    "incidence": (("particle",), "angle", "angle between path and normal at the impact"),
+    "last_time": (("particle",), "time", "time to which the particle was followed"),
 }
 _WHOLE = {"fate": "what became of the particle", "fate_body": "place of the body, -1 without one", "strikes": "impacts"}
 _OF_EVENTS = {
@@ -48,61 +50,70 @@ _CORE = {"event_index": "event"}
 
 
 def to_xarray(flight: Any) -> xarray.Dataset:
-    """Convert a flight to an ``xarray.Dataset``; see :meth:`fullbody.Flight.to_xarray`."""
+    """Convert the flight to an ``xarray.Dataset``, with units, and the system in its attributes.
+
+    Returns
+    -------
+    xarray.Dataset
+        The dimensions are ``time``, ``particle``, ``axis`` and ``event``; numbers of ``fate`` are indices of its
+        attribute ``flag_meanings``.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4()
+    >>> flight = system.fly(state, fullbody.Particles([[3.0, 0.0, 0.0]], [[0.0, 0.8, 0.0]]), 2.0, output=1.0)
+    >>> dict(flight.to_xarray().sizes)
+    {'time': 3, 'particle': 1, 'axis': 3, 'event': 0}
+    """
     with need("data", "a flight as a dataset"):
         import xarray as xr
 
-    units, record = flight.system._units, flight._record
+    units, arrays = flight.context.units, flight.arrays
 
     def attributes(dimension: str, text: str) -> dict[str, str]:
         return {"long_name": text} | ({"units": str(units.unit(dimension))} if units.known else {})
 
-    samples = record["samples"].transpose(1, 0, 2)
     variables: dict[str, Any] = {
-        "position": (("time", "particle", "axis"), samples[..., :3], attributes("length", "positions, inertial")),
-        "velocity": (("time", "particle", "axis"), samples[..., 3:], attributes("velocity", "velocities, inertial")),
-        "last_position": (
-            ("particle", "axis"),
-            record["last"][:, :3],
-            attributes("length", "last positions, inertial"),
-        ),
-        "last_velocity": (
-            ("particle", "axis"),
-            record["last"][:, 3:],
-            attributes("velocity", "last velocities, inertial"),
-        ),
+        name: (dims, arrays[name], attributes(dimension, text)) for name, (dims, dimension, text) in _NUMBERS.items()
     }
-    for name, (dims, dimension, text) in _NUMBERS.items():
-        variables[name] = (("particle", *dims), record[name], attributes(dimension, text))
     for name, text in _WHOLE.items():
-        variables[name] = ("particle", record[name].astype(np.int64), {"long_name": text})
+        variables[name] = ("particle", arrays[name].astype(np.int64), {"long_name": text})
     variables["fate"][2]["flag_values"] = list(range(len(FATES)))
     variables["fate"][2]["flag_meanings"] = " ".join(FATES)
     for name, (dims, dimension) in _OF_EVENTS.items():
-        variables[name] = (("event", *dims), record[name], attributes(dimension, f"{dimension} of each event"))
+        variables[name] = (("event", *dims), arrays[name], attributes(dimension, f"{dimension} of each event"))
     for name in _EVENT_WHOLE:
-        variables[name] = ("event", record[_CORE.get(name, name)].astype(np.int64))
+        variables[name] = ("event", arrays[_CORE.get(name, name)].astype(np.int64))
     return xr.Dataset(
         variables,
-        {"time": ("time", record["time"], attributes("time", "time")), "axis": ("axis", ["x", "y", "z"])},
+        {"time": ("time", arrays["time"], attributes("time", "time")), "axis": ("axis", ["x", "y", "z"])},
         {
             "title": "fullbody flight",
             "fullbody_version": version(),
             FORMAT[0]: FORMAT[1],
-            "fullbody_system": json.dumps(flight.system._describe()),
-            "fullbody_events": json.dumps([event._describe(flight.system.context) for event in flight.watched]),
+            "fullbody_system": json.dumps(flight.context.describe()),
+            "fullbody_events": json.dumps([event._describe(flight.context) for event in flight.watched]),
         },
     )
 
 
 def save(flight: Any, path: Any) -> None:
-    """Write a flight to a file; see :meth:`fullbody.Flight.save`."""
+    """Write a NetCDF file exactly and atomically; :func:`fullbody.load_flight` reads it.
+
+    The file has a checksum of its whole content, as a run's file has. Functions of events are kept by name only.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file's name, which ends in ``.nc`` or ``.nc4``.
+    """
     check_suffix(path, SUFFIXES)
     netcdf()
     write(to_xarray(flight), path)
 
 
-def contents(content: Content, system: System) -> dict[str, Any]:
+def contents(content: Content, context: Context) -> dict[str, Any]:
     """Return the arguments of ``Flight``, except its system, by name."""
     watched = content.parsed("fullbody_events", lambda described: [rebuilt(event) for event in described])
     time = content.numbers("time", {"time": None})
@@ -113,26 +124,23 @@ def contents(content: Content, system: System) -> dict[str, Any]:
     def numbers(name: str, *dims: str) -> Any:
         return content.numbers(name, {dim: sizes[dim] for dim in dims}, missing=True)
 
-    both = [numbers(name, "time", "particle", "axis") for name in ("position", "velocity")]
-    last = [numbers(name, "particle", "axis") for name in ("last_position", "last_velocity")]
-    record: dict[str, Any] = {
-        "time": time,
-        "samples": np.ascontiguousarray(np.concatenate(both, axis=-1).transpose(1, 0, 2)),
-        "last": np.concatenate(last, axis=-1),
-    }
-    record |= {name: numbers(name, "particle", *dims) for name, (dims, _, _) in _NUMBERS.items()}
+    arrays: dict[str, Any] = {"time": time} | {name: numbers(name, *dims) for name, (dims, _, _) in _NUMBERS.items()}
     whole = {name: content.numbers(name, {"particle": p}, whole=True) for name in _WHOLE}
-    for name, low, high in (("fate", 0, len(FATES) - 1), ("fate_body", -1, len(system) - 1), ("strikes", 0, 2**32 - 1)):
+    for name, low, high in (
+        ("fate", 0, len(FATES) - 1),
+        ("fate_body", -1, len(context) - 1),
+        ("strikes", 0, 2**32 - 1),
+    ):
         if p and not (low <= whole[name].min() and whole[name].max() <= high):
             raise InvalidInput(f"{name} has other values than whole numbers from {low} to {high}")
     kinds = {"fate": np.int8, "fate_body": np.int32, "strikes": np.uint32}
-    record |= {name: whole[name].astype(kind) for name, kind in kinds.items()}
+    arrays |= {name: whole[name].astype(kind) for name, kind in kinds.items()}
     index = content.numbers("event_index", {"event": None}, whole=True)
     sizes["event"] = len(index)
-    record["event"] = index
+    arrays["event"] = index
     if len(index) and not 0 <= index.min() <= index.max() < len(watched):
         raise InvalidInput("event_index counts beyond the events of the file")
     for name in _EVENT_WHOLE[1:]:
-        record[name] = content.numbers(name, {"event": len(index)}, whole=True)
-    record |= {name: numbers(name, "event", *dims) for name, (dims, _) in _OF_EVENTS.items()}
-    return {"record": record, "watched": watched}
+        arrays[name] = content.numbers(name, {"event": len(index)}, whole=True)
+    arrays |= {name: numbers(name, "event", *dims) for name, (dims, _) in _OF_EVENTS.items()}
+    return {"arrays": arrays, "watched": watched}

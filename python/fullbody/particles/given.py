@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,11 +12,9 @@ from ..base.arguments import integer, warn_if_degrees
 from ..base.units import AnyUnits, Units, gathered
 from ..base.values import same
 from ..errors import InvalidInput
+from ..model.context import SystemLike
 from ..model.state import State
 from .launch import LaunchSite, cone, launched
-
-if TYPE_CHECKING:
-    from ..motion.system import System
 
 __all__ = ["Particles"]
 
@@ -140,7 +138,7 @@ class Particles:
     @classmethod
     def from_surface(
         cls,
-        system: System,
+        system: SystemLike,
         state: State,
         body: int | str,
         *,
@@ -198,16 +196,16 @@ class Particles:
         """
         site = LaunchSite(system, state, body)
         angles = {"longitude": longitude, "latitude": latitude, "azimuth": azimuth, "elevation": elevation}
-        numbers = {name: system._units.strip(value, "angle", name) for name, value in angles.items()}
+        numbers = {name: system.context.units.strip(value, "angle", name) for name, value in angles.items()}
         for name, value in angles.items():
             warn_if_degrees(value, name)
-        numbers["speed"] = system._units.strip(speed, "velocity", "speed")
+        numbers["speed"] = system.context.units.strip(speed, "velocity", "speed")
         return cls(*launched(site, **numbers), area_to_mass, state.time)
 
     @classmethod
     def ejecta(
         cls,
-        system: System,
+        system: SystemLike,
         state: State,
         body: int | str,
         *,
@@ -253,7 +251,7 @@ class Particles:
         count = integer(number)
         if count is None or count < 1:
             raise InvalidInput(f"number is {number!r}; expected a whole number above zero")
-        site, units = LaunchSite(system, state, body), system._units
+        site, units = LaunchSite(system, state, body), system.context.units
         opening = units.number(opening_angle, "angle", "opening_angle")
         if not 0.0 <= opening <= np.pi:
             raise InvalidInput(f"opening_angle is {opening_angle!r}; expected an angle from 0 to pi")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -10,10 +10,8 @@ import numpy.typing as npt
 from .. import _core
 from ..base.arguments import integer
 from ..errors import InvalidInput
-from ..model.state import State
-
-if TYPE_CHECKING:
-    from ..motion.system import System
+from ..model.context import SystemLike
+from ..model.state import State, strip
 
 __all__ = ["LaunchSite", "cone", "launched"]
 
@@ -23,11 +21,13 @@ _Array = npt.NDArray[np.float64]
 class LaunchSite:
     """The surface of a body, with the motion of the body in a state."""
 
-    def __init__(self, system: System, state: State, body: int | str) -> None:
-        self.system, self.index = system, system._place(body, "body")
-        core = system._strip(state)
-        if len(core.position) != len(system):
-            raise InvalidInput(f"state has {len(core.position)} bodies; expected {len(system)}, as the system has")
+    def __init__(self, system: SystemLike, state: State, body: int | str) -> None:
+        self.system, self.index = system, system.context.index(body, "body")
+        core = strip(state, system.context)
+        if len(core.position) != len(system.context):
+            raise InvalidInput(
+                f"state has {len(core.position)} bodies; expected {len(system.context)}, as the system has"
+            )
         self.position, self.velocity = core.position[self.index], core.velocity[self.index]
         self.rotation, self.spin = core.rotation_matrix[self.index], core.spin[self.index]
 
@@ -35,11 +35,11 @@ class LaunchSite:
         """Return points (P, 3) of the surface in directions from the centre, and the outward normals, in the body
         frame.
         """
-        return _core.surface(self.system._core, self.index, np.ascontiguousarray(directions))
+        return _core.surface(self.system.context.core, self.index, np.ascontiguousarray(directions))
 
     def moved(self, place: _Array, velocity: _Array) -> tuple[Any, Any]:
         """Return inertial positions and velocities of points that move relative to the body, with units."""
-        units = self.system._units
+        units = self.system.context.units
         turning = velocity + np.cross(self.spin, place)
         position = self.position + place @ self.rotation.T
         return (

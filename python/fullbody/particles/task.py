@@ -4,27 +4,26 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from .. import _core
 from ..base.arguments import integer, sequence
-from ..base.progress import Report, over_time
+from ..base.progress import Progress, Report, over_time
 from ..base.tables import number
 from ..base.units import scalar
 from ..errors import FullbodyError, Interrupted, InvalidInput, caution
+from ..model.context import Context, S
 from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98
+from ..record.times import end_of_run, sampling, warn_of_spacing
 from .events import ParticleEvent, Shadow
 from .flight import Flight
 from .given import Particles
 from .rules import Bounce, Escape, Radiation
 
-if TYPE_CHECKING:
-    from ..motion.system import System
-
-__all__ = ["FlightTask"]
+__all__ = ["FlightTask", "fly"]
 
 
 class FlightTask:
@@ -32,7 +31,7 @@ class FlightTask:
 
     def __init__(
         self,
-        system: System,
+        context: Context,
         particles: Particles,
         *,
         integrator: Integrator | None,
@@ -42,24 +41,24 @@ class FlightTask:
         events: Iterable[ParticleEvent],
         threads: int | None,
     ) -> None:
-        self._system = system
+        self._context = context
         if not isinstance(particles, Particles):
             raise InvalidInput(f"particles is {particles!r}; expected fullbody.Particles")
-        self._numbers, self._time = particles._numbers(system._units), particles._time(system._units)
+        self._numbers, self._time = particles._numbers(context.units), particles._time(context.units)
         integrator = Verner98(rtol=1e-12, atol=1e-12) if integrator is None else integrator
         if not isinstance(integrator, Integrator) or integrator._tolerance is None:
             raise InvalidInput(f"integrator is {integrator!r}; expected one with step control, such as Verner98(...)")
-        self._integrator = integrator._describe(float)
+        self._integrator = integrator._describe(context.units)
         if not (isinstance(contact, Bounce) or contact in ("stop", "remove")):
             raise InvalidInput(f"contact is {contact!r}; expected 'stop', 'remove' or a fullbody.particles.Bounce")
-        self._contact = contact._numbers(system.context) if isinstance(contact, Bounce) else contact
+        self._contact = contact._numbers(context) if isinstance(contact, Bounce) else contact
         for name, value, kind in (("escape", escape, Escape), ("radiation", radiation, Radiation)):
             if value is not None and not isinstance(value, kind):
                 raise InvalidInput(f"{name} is {value!r}; expected a fullbody.particles.{kind.__name__}")
-        self._escape = None if escape is None else escape._numbers(system.context)
-        self._radiation = None if radiation is None else radiation._numbers(system.context)
+        self._escape = None if escape is None else escape._numbers(context)
+        self._radiation = None if radiation is None else radiation._numbers(context)
         self.events = sequence(events, ParticleEvent, "events", "a list of them", "events of fullbody.particles")
-        self._event_spec = [event._event_spec(system.context) for event in self.events]
+        self._event_spec = [event._event_spec(context) for event in self.events]
         if threads is not None and ((count := integer(threads)) is None or count < 1):
             raise InvalidInput(f"threads is {threads!r}; expected a whole number above zero, or None")
         self._threads = threads
@@ -68,22 +67,27 @@ class FlightTask:
             caution("the particles have an area_to_mass, and no light acts on them: radiation is not given")
         if self._radiation is not None and not lit and not any(isinstance(event, Shadow) for event in self.events):
             caution("radiation is given, and no particle has an area_to_mass: light does not act on them")
-        for force in system.forces:
-            if force._kind == "Function":
-                caution(f"{force.name} is a function of the bodies' states, which particles do not feel")
+        for force, of_kind in context.forces.items():
+            if of_kind == "Function":
+                caution(f"{force} is a function of the bodies' states, which particles do not feel")
 
-    def fly(self, dense: Dense, start: Any, until: Any, output: Any, report: Report | None) -> Flight:
+    def fly(
+        self, system: S, dense: Dense, start: Any, until: Any, duration: Any, output: Any, report: Report | None
+    ) -> Flight[S]:
         """Integrate particles along a continuous solution, from the given start, the particles' time, or its first
         time.
         """
-        units = self._system._units
+        units = self._context.units
+        output = sampling(output, units)
         time = self._start(dense.range[0] if start is None and self._time is None else start)
-        end = scalar(units.strip(until, "time", "until"), "until")
+        last = dense.core.range[1]
+        end = last if until is None and duration is None else end_of_run(until, duration, time, units)
+        warn_of_spacing(output, end - time, units)
         if isinstance(output, float) and abs(end - time) / output * len(self._numbers[0]) * 48.0 > 2.0**34:
             raise InvalidInput(f"output is {output!r}, which asks for more than 17 GB; expected a longer spacing")
         record, error = _core.fly(
-            self._system._core,
-            dense._core,
+            self._context.core,
+            dense.core,
             (time, *self._numbers),
             end,
             output,
@@ -95,10 +99,12 @@ class FlightTask:
             self._threads,
             over_time(report),
         )
+        samples, last_state = record.pop("samples").transpose(1, 0, 2), record.pop("last")
+        arrays = {"position": samples[..., :3], "velocity": samples[..., 3:]}
+        arrays |= {"last_position": last_state[:, :3], "last_velocity": last_state[:, 3:]}
         for name, values in record.items():
-            record[name] = values = np.asarray(values, dtype=np.int64) if isinstance(values, list) else values
-            values.flags.writeable = False
-        flight = Flight(self._system, record, self.events)
+            arrays[name] = np.asarray(values, dtype=np.int64) if isinstance(values, list) else values
+        flight = Flight(system, arrays, self.events)
         if error is None:
             return flight
         if isinstance(error, KeyboardInterrupt):
@@ -111,7 +117,7 @@ class FlightTask:
 
     def _start(self, start: Any) -> float:
         """Return the start of the flight, which has to agree with the particles' time if they have one."""
-        units, own = self._system._units, self._time
+        units, own = self._context.units, self._time
         if start is None and own is not None:
             return own
         time = scalar(units.strip(start, "time", "start"), "start")
@@ -122,3 +128,88 @@ class FlightTask:
                 "start of that time, or Particles(particles.position, particles.velocity), which have no time"
             )
         return time
+
+
+def fly(
+    run: Any,
+    particles: Particles,
+    until: Any = None,
+    *,
+    duration: Any = None,
+    output: Any = None,
+    start: Any = None,
+    integrator: Integrator | None = None,
+    contact: str | Bounce = "stop",
+    escape: Escape | None = None,
+    radiation: Radiation | None = None,
+    events: Iterable[ParticleEvent] = (),
+    threads: int | None = None,
+    progress: Any = False,
+) -> Flight[Any]:
+    """Fly massless particles along a run with ``dense=True``.
+
+    The particles are attracted by all bodies and by third bodies (relative to the system's nominal barycentre,
+    which falls freely with the coordinates), and accelerated by radiation. Tides, YORP, BYORP and
+    :class:`fullbody.forces.Function` act on bodies only; a warning says so for the latter.
+
+    Parameters
+    ----------
+    particles : Particles
+    until : float, Quantity or text with a unit, optional
+        End of the flight, within the run; by default the end of the run. It is before the start for a flight
+        backwards.
+    duration : float, Quantity or text with a unit, optional
+        Length of the flight, in place of ``until``; below zero for a flight backwards.
+    output : None, "ends", float, Quantity or array_like
+        The times that are recorded. With ``None`` only fates and last positions are recorded; ``"ends"`` means the
+        start and the end, a number the spacing of times from the start to the end, and an array exactly these
+        times.
+    start : float, Quantity or text with a unit, optional
+        Time of the particles, within the run; by default their own, or the start of the run if they have none.
+    integrator : Integrator, optional
+        Integrator of the particles, with step control; by default ``Verner98(rtol=1e-12, atol=1e-12)``. The error
+        of a step is held below ``rtol`` times the distance from the nearest centre plus ``atol`` times that
+        distance at the start; the error of the velocity likewise, relative to sqrt(v^2 + Phi) with the potential of
+        the bodies' masses. The accuracy of the bodies' positions is the run's tolerance, so that a smaller one here
+        gains nothing.
+    contact : {"stop", "remove"} or Bounce
+        The contact response: the flight ends and the particle stays at the surface (``"stop"``) or is removed, or
+        the particle bounces.
+    escape : Escape, optional
+        The condition at which a particle has escaped, which ends its flight.
+    radiation : Radiation, optional
+        Radiation pressure of a third body.
+    events : iterable of ParticleEvent
+        Events to detect, from :mod:`fullbody.particles`.
+    threads : int, optional
+        Number of threads; by default as many as the machine runs at once. Results do not depend on it.
+    progress : bool, str or callable
+        Progress bar or function, as in :meth:`fullbody.System.integrate`.
+
+    Returns
+    -------
+    Flight
+
+    Raises
+    ------
+    InvalidInput
+        If particles are inside a body or have another time than the start; if times are outside of the run; and if
+        the run has no continuous solution.
+    Interrupted
+        On Ctrl-C, with the flight so far in the attribute ``flight``.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4()
+    >>> run = system.integrate(state, 24.0, dense=True)
+    >>> flight = run.fly(fullbody.Particles([[3.0, 0.0, 0.0]], [[0.0, 0.8, 0.0]]), output="ends")
+    >>> flight.position.shape
+    (2, 1, 3)
+    """
+    options: dict[str, Any] = {"integrator": integrator, "contact": contact, "escape": escape}
+    options |= {"radiation": radiation, "events": events, "threads": threads}
+    task = FlightTask(run.context, particles, **options)
+    dense = run.continuous()
+    with Progress(progress) as report:
+        return task.fly(run.system, dense, start, until, duration, output, report)

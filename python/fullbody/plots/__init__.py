@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InvalidInput
+from ..record.record import Record
 from .fields import roche_lobes, surface_map, surface_scene, zero_velocity
 from .particles import impacts
 
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from mpl_toolkits.mplot3d.axes3d import Axes3D
 
-    from ..motion.run import Run
     from ..observing.geometry import Geometry
     from ._style import ArrayOfAxes
     from .summary import Page
@@ -46,7 +46,7 @@ class Plots:
 
     __slots__ = ("_run",)
 
-    def __init__(self, run: Run) -> None:
+    def __init__(self, run: Record) -> None:
         self._run = run
 
     def __eq__(self, other: object) -> bool:
@@ -331,7 +331,7 @@ class Plots:
 
     def _place(self, body: Any, what: str) -> Any:
         """Return the index of a named body, and anything else as it is."""
-        return self._run.system._place(body, what) if isinstance(body, str) else body
+        return self._run.context.index(body, what) if isinstance(body, str) else body
 
     def _places(self, bodies: Any) -> Any:
         if isinstance(bodies, str):

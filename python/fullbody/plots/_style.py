@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from ..base import rotations
 from ..base.units import need
 from ..errors import InvalidInput
-from ..record.track import attitudes
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
+from ..record.record import Record
 
 Array = npt.NDArray[np.float64]
 ArrayOfAxes: TypeAlias = npt.NDArray[np.object_]
@@ -68,13 +66,13 @@ def wishes(kwargs: dict[str, Any], artist: str = "lines.Line2D") -> dict[str, An
     return named
 
 
-def unit(run: Run, dimension: str) -> str:
+def unit(run: Record, dimension: str) -> str:
     """Return the unit of a dimension as text, empty if the system has none."""
-    units = run.system._units
+    units = run.context.units
     return str(units.unit(dimension).to_string("unicode")) if units.known else ""
 
 
-def label(run: Run, text: str, dimension: str) -> str:
+def label(run: Record, text: str, dimension: str) -> str:
     """Return an axis label with its unit."""
     name = unit(run, dimension)
     return f"{text} [{name}]" if name else f"{text} [system units]"
@@ -85,9 +83,9 @@ def short(name: str) -> str:
     return name if len(name) <= _NAME else f"{name[: _NAME - 1]}…"
 
 
-def called(run: Run, body: int) -> str:
+def called(run: Record, body: int) -> str:
     """Return a body's name for a picture, with dollar signs escaped, as they would begin a formula."""
-    return plain(short(run.system.names[body]))
+    return plain(short(run.context.names[body]))
 
 
 def plain(text: str) -> str:
@@ -95,21 +93,21 @@ def plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def joined(run: Run) -> str:
+def joined(run: Record) -> str:
     """Return the bodies' names as a phrase."""
-    *names, last = (short(name) for name in run.system.names)
+    *names, last = (short(name) for name in run.context.names)
     return f"{', '.join(names)} and {last}" if names else last
 
 
-def _clock(run: Run) -> tuple[float, str]:
+def _clock(run: Record) -> tuple[float, str]:
     """Return the number of the system's units of time in one unit of the time axis, and that unit's name.
 
     The unit is days if the system's unit would lead to thousands, and years if days would.
     """
-    units = run.system._units
+    units = run.context.units
     if not units.known:
         return 1.0, "system units"
-    known, own = run._record["time"], units.unit("time")
+    known, own = run.arrays["time"], units.unit("time")
     span = float(np.abs(known).max()) if len(known) else 0.0
     for name in ("d", "yr"):
         if span > _LONG and (own.to(name) < 1.0):
@@ -119,14 +117,14 @@ def _clock(run: Run) -> tuple[float, str]:
     return 1.0, unit(run, "time")
 
 
-def times(run: Run, moments: Array | None = None) -> Array:
+def times(run: Record, moments: Array | None = None) -> Array:
     """Return the samples' times, or others, in the unit that :func:`time_label` names."""
-    known: Array = run._record["time"] if moments is None else moments
+    known: Array = run.arrays["time"] if moments is None else moments
     factor = _clock(run)[0]
     return known if factor == 1.0 else known / factor
 
 
-def time_label(ax: Any, run: Run) -> None:
+def time_label(ax: Any, run: Record) -> None:
     """Label the time axis."""
     ax.set_xlabel(f"time [{_clock(run)[1]}]")
 
@@ -247,30 +245,30 @@ def check_axes(ax: Any, what: str, projection: str = "") -> Any:
     return ax
 
 
-def check_body(run: Run, index: int, what: str) -> int:
+def check_body(run: Record, index: int, what: str) -> int:
     """Return an index in the system as a non-negative number, or raise an error."""
-    count = len(run.system)
+    count = len(run.context)
     if not isinstance(index, int) or not -count <= index < count:
         raise InvalidInput(f"{what} is {index!r}; expected a body's place, 0 to {count - 1}")
     return index % count
 
 
-def chosen(run: Run, bodies: Sequence[int] | None) -> list[int]:
+def chosen(run: Record, bodies: Sequence[int] | None) -> list[int]:
     """Return the indices of the bodies to draw."""
     if bodies is None:
-        return list(range(len(run.system)))
+        return list(range(len(run.context)))
     places = [check_body(run, body, "one of bodies") for body in bodies]
     if not places:
         raise InvalidInput("bodies is empty; expected at least one place")
     return places
 
 
-def split_far(run: Run, about: int | None = None) -> tuple[list[int], list[tuple[int, float]]]:
+def split_far(run: Record, about: int | None = None) -> tuple[list[int], list[tuple[int, float]]]:
     """Return the bodies that fit in one picture with ``about``, and the others with their smallest distance from it.
 
     Without ``about``, the picture is that of the two bodies that come nearest to each other.
     """
-    position, count = run._record["position"], len(run.system)
+    position, count = run.arrays["position"], len(run.context)
     if about is None:
         gaps = {
             (i, j): float(np.linalg.norm(position[:, i] - position[:, j], axis=1).min())
@@ -285,20 +283,20 @@ def split_far(run: Run, about: int | None = None) -> tuple[list[int], list[tuple
     return [body for body in range(count) if body not in gone], far
 
 
-def far_label(run: Run, body: int, distance: float) -> str:
+def far_label(run: Record, body: int, distance: float) -> str:
     """Return the label of a body that is outside the picture."""
     return f"{called(run, body)}: outside, {distance:.2g} {unit(run, 'length')}".rstrip()
 
 
-def check_samples(run: Run) -> None:
+def check_samples(run: Record) -> None:
     """Raise an error for a run without samples."""
     if len(run) == 0:
         raise InvalidInput("the run has no samples; expected at least one to draw")
 
 
-def attitudes_of(run: Run, body: int) -> _core.State:
-    """Return the attitudes of one body along the run."""
-    return attitudes(run._record["attitude"][:, body])
+def matrices(run: Record, body: int) -> Array:
+    """Return the rotation matrices (K, 3, 3) of one body along the run."""
+    return rotations.matrices(run.arrays["attitude"][:, body])
 
 
 @dataclass(frozen=True, slots=True)
@@ -324,9 +322,9 @@ class Surface:
         return float(np.linalg.norm(self.position) + np.linalg.norm(self.columns, axis=0).max())
 
 
-def surfaces(run: Run, body: int) -> list[Surface]:
+def surfaces(run: Record, body: int) -> list[Surface]:
     """Return the surfaces of a body, without its voids; none for a point."""
-    parts = run.system.bodies[body]._core(run.system._units, body).parts
+    parts = run.context.bodies[body].parts
 
     def surface(shape: Any, position: Any, rotation: Any) -> Surface:
         if not isinstance(shape, _core.Polyhedron):
@@ -341,6 +339,6 @@ def surfaces(run: Run, body: int) -> list[Surface]:
     ]
 
 
-def reach(run: Run, body: int) -> float:
+def reach(run: Record, body: int) -> float:
     """Return an upper bound of the distance of a body's points from its centre; zero for a point."""
     return max((surface.reach for surface in surfaces(run, body)), default=0.0)

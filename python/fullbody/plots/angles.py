@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from ..record.track import attitudes
+from ..base import rotations
+from ..record.record import Record
 from ._style import (
     called,
     check_samples,
@@ -24,13 +25,10 @@ from ._style import (
 )
 from .sampling import followed
 
-if TYPE_CHECKING:
-    from ..motion.run import Run
-
 _SYMBOLS = (r"$\phi$", r"$\theta$", r"$\psi$")
 
 
-def angles(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, **kwargs: Any) -> Any:
+def angles(run: Record, axes: Any, *, bodies: Sequence[int] | None = None, **kwargs: Any) -> Any:
     """Draw Tait-Bryan angles; see :meth:`fullbody.plots.Plots.angles`."""
     check_samples(run)
     places, kwargs = chosen(run, bodies), wishes(kwargs)
@@ -38,7 +36,7 @@ def angles(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, **kwargs
     moments, attitude = followed(run)
     time = times(run, moments)
     for row, body in enumerate(places):
-        values = np.rad2deg(attitudes(attitude[:, body]).tait_bryan)
+        values = np.rad2deg(rotations.tait_bryan(attitude[:, body]))
         left, right = flat[2 * row], flat[2 * row + 1]
         for ax, columns in ((left, (0, 1)), (right, (2,))):
             for column in columns:

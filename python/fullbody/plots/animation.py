@@ -13,6 +13,7 @@ import numpy as np
 
 from ..base.atomic import check_suffix, replacing
 from ..errors import FullbodyError, InvalidInput
+from ..record.record import Record
 from ._style import check_samples, matplotlib, split_far
 from .between import at
 from .sampling import warn_if_aliased
@@ -20,7 +21,6 @@ from .scene import draw_body, scene, stage, title
 from .sunlight import Sunlight, directions
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
     from ..observing.vectors import Vectors
 
 __all__ = ["animate"]
@@ -40,7 +40,7 @@ _SUFFIXES = (".mp4", ".gif", ".html")
 
 
 def animate(
-    run: Run,
+    run: Record,
     path: Any,
     *,
     seconds: float,
@@ -49,7 +49,44 @@ def animate(
     dpi: float,
     geometry: Vectors | None = None,
 ) -> Path:
-    """Write an animation; see :meth:`fullbody.Run.animate`."""
+    """Write an animation of the bodies to a file.
+
+    Parameters
+    ----------
+    path : str or Path
+        A name that ends in ``.mp4`` (which needs the program ffmpeg), ``.gif`` or ``.html`` (one page that works
+        offline).
+    seconds : float
+        Length of the animation.
+    fps : int
+        Pictures per second, at equal steps of time; between samples they are drawn as in
+        :meth:`fullbody.plots.Plots.scene`.
+    size : (float, float)
+        Width and height in inches.
+    dpi : float
+        Dots per inch.
+    geometry : fullbody.observing.Geometry, optional
+        Lights the bodies by its Sun, with their shadows on each other. A polyhedron casts the shadow of an
+        ellipsoid.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InvalidInput
+        For another ending, or a run without samples.
+    FullbodyError
+        If ffmpeg is needed but missing.
+
+    Warns
+    -----
+    UserWarning
+        If a body makes more than half a turn between two pictures, or between two samples of a run without
+        ``dense=True``.
+    """
     path = Path(path)
     kind = path.suffix.lower()
     check_suffix(path, _SUFFIXES)
@@ -62,7 +99,7 @@ def animate(
     animation = matplotlib("animation")
     if kind == ".mp4" and not animation.writers.is_available("ffmpeg"):
         raise FullbodyError("an MP4 needs the program ffmpeg, which is not found; install it, or write .gif or .html")
-    known = run._record["time"]
+    known = run.arrays["time"]
     times = np.linspace(known[0], known[-1], max(2, round(seconds * fps)) if len(known) > 1 else 1)
     warn_if_aliased(run, times)
     # The figure has no window, since the animation goes to a file.
@@ -94,7 +131,7 @@ def animate(
                 artists: list[Any] = []
                 light = None if sun is None else Sunlight(run, sun, centre, attitude)
                 for body in near:
-                    name = run.system.names[body]
+                    name = run.context.names[body]
                     artists += draw_body(
                         ax, run, body, centre[body], attitude[body], name, {}, mesh=(25, 13), light=light
                     )

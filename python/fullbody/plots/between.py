@@ -10,10 +10,10 @@ import numpy as np
 from ..base.units import need, scalar
 from ..errors import InvalidInput
 from ..particles.rules import FATES
+from ..record.record import Record
 from ._style import Array, split_far
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
     from ..particles.flight import Flight
 
 __all__ = ["Trails", "at", "moment", "track", "trails"]
@@ -24,21 +24,21 @@ _SMOOTH = 1000
 _PARTS = 12
 
 
-def moment(run: Run, time: Any) -> float:
+def moment(run: Record, time: Any) -> float:
     """Return a time of the run in the system's units; the run's end for ``None``."""
-    known = run._record["time"]
+    known = run.arrays["time"]
     if time is None:
         return float(known[-1])
-    wanted = scalar(run.system._units.strip(time, "time", "time"), "time")
-    span = (known.min(), known.max(), *(() if run.dense is None else run.dense._core.range))
+    wanted = scalar(run.context.units.strip(time, "time", "time"), "time")
+    span = (known.min(), known.max(), *(() if run.dense is None else run.dense.core.range))
     if not min(span) <= wanted <= max(span):
         raise InvalidInput(f"time is {time}; expected one within the run, from {min(span):.8g} to {max(span):.8g}")
     return wanted
 
 
-def track(run: Run, end: float, count: int = _SMOOTH) -> Array:
+def track(run: Record, end: float, count: int = _SMOOTH) -> Array:
     """Return the samples' times up to ``end`` and ``end`` itself; if they are few, ``count`` times in all."""
-    known = run._record["time"]
+    known = run.arrays["time"]
     passed = known <= end if known[-1] >= known[0] else known >= end
     stops = np.append(known[passed], [end] if end not in known else [])
     parts = max(1, (count - 1) // max(1, len(stops) - 1))
@@ -46,15 +46,15 @@ def track(run: Run, end: float, count: int = _SMOOTH) -> Array:
     return np.asarray(np.interp(places, np.arange(len(stops)), stops))
 
 
-def at(run: Run, times: Array) -> tuple[Array, Array]:
+def at(run: Record, times: Array) -> tuple[Array, Array]:
     """Return centres (T, N, 3) from the barycentre and attitudes (T, N, 4) at times (T,) within the run.
 
     They are taken from the continuous solution if the run has one (``dense=True``). Otherwise centres between samples
     are cubics that fit positions and velocities, and attitudes follow the shorter turn.
     """
-    record = run._record
-    if run.dense is not None and _inside(times, run.dense._core.range):
-        states = run.dense._core.states(times)
+    record = run.arrays
+    if run.dense is not None and _inside(times, run.dense.core.range):
+        states = run.dense.core.states(times)
         return _from_barycentre(run, states["position"]), np.asarray(states["attitude"])
     known, order = np.unique(record["time"], return_index=True)
     place = np.minimum(np.searchsorted(known, times), len(known) - 1)
@@ -64,8 +64,8 @@ def at(run: Run, times: Array) -> tuple[Array, Array]:
     with need("plot", "a picture between two samples"):
         from scipy.spatial.transform import Rotation, Slerp
 
-    turned = np.empty((len(times), len(run.system), 4))
-    for body in range(len(run.system)):
+    turned = np.empty((len(times), len(run.context), 4))
+    for body in range(len(run.context)):
         turns = Rotation.from_quat(attitude[:, body], scalar_first=True)
         turned[:, body] = Slerp(known, turns)(times).as_quat(scalar_first=True)
     return _curve(known, centres, _from_barycentre(run, record["velocity"][order]), times), turned
@@ -92,16 +92,16 @@ class Trails:
     parts: int
 
 
-def trails(run: Run, flight: Flight, particles: int, places: int) -> Trails:
+def trails(run: Record, flight: Flight, particles: int, places: int) -> Trails:
     """Return the particles of a flight at its samples within a run, and at times between them if there is room.
 
     If there are many particles and samples, an even selection is taken, with at most ``particles`` particles and
     ``places`` positions in all. Positions between samples lie on cubics that fit positions and velocities, except where
     a particle lands.
     """
-    if flight.system != run.system:
+    if flight.context.describe() != run.context.describe():
         raise InvalidInput("flight is one among other bodies than the run's; expected one of the same system")
-    known, span = flight._record["time"], (run._record["time"].min(), run._record["time"].max())
+    known, span = flight.arrays["time"], (run.arrays["time"].min(), run.arrays["time"].max())
     inside = np.flatnonzero((known >= span[0]) & (known <= span[1]))
     if len(inside) < 2:
         raise InvalidInput(f"flight has {len(inside)} samples within the run; expected two or more, such as output=0.1")
@@ -111,21 +111,20 @@ def trails(run: Run, flight: Flight, particles: int, places: int) -> Trails:
     stops = known[inside][moments]
     parts = int(np.clip((room - 1) // (len(stops) - 1), 1, _PARTS)) if len(moments) == len(inside) else 1
     times = np.interp(np.arange(parts * (len(stops) - 1) + 1) / parts, np.arange(len(stops)), stops)
-    samples = np.array(flight._record["samples"][taken][:, inside[moments]])
-    ended = flight._record["fate_time"][taken]
+    x, v = (np.array(flight.arrays[name][inside[moments]][:, taken]) for name in ("position", "velocity"))
+    ended = flight.arrays["fate_time"][taken]
     landed = np.where(
-        np.isin(flight._record["fate"][taken], [FATES.index("impact"), FATES.index("rest")]), ended, np.nan
+        np.isin(flight.arrays["fate"][taken], [FATES.index("impact"), FATES.index("rest")]), ended, np.nan
     )
-    samples[..., :3] -= _barycentre(run, stops)
-    samples[..., 3:] -= _barycentre(run, stops, "velocity")
+    x -= _barycentre(run, stops)[:, None]
+    v -= _barycentre(run, stops, "velocity")[:, None]
     backwards = stops[-1] < stops[0]
     order = slice(None, None, -1) if backwards else slice(None)
     # The velocity jumps when a particle lands, so that a straight line is taken there.
     within = (np.minimum(stops[1:], stops[:-1]) <= landed[:, None]) & (
         landed[:, None] <= np.maximum(stops[1:], stops[:-1])
     )
-    x, v = np.moveaxis(samples[:, order, :3], 1, 0), np.moveaxis(samples[:, order, 3:], 1, 0)
-    curved = _curve(stops[order], x, v, times[order], within[:, order].T)
+    curved = _curve(stops[order], x[order], v[order], times[order], within[:, order].T)
     return Trails(times, np.ascontiguousarray(np.moveaxis(curved, 0, 1)[:, order]), landed, parts)
 
 
@@ -148,25 +147,25 @@ def _curve(known: Array, centres: Array, velocities: Array, times: Array, straig
     return np.where(bent, cubic, straight)
 
 
-def _from_barycentre(run: Run, vectors: Array) -> Array:
+def _from_barycentre(run: Record, vectors: Array) -> Array:
     """Subtract from positions or velocities (T, N, 3) those of the barycentre of the bodies that fit in one picture."""
     return np.asarray(vectors - _mean(run, vectors)[:, None])
 
 
-def _mean(run: Run, vectors: Array) -> Array:
+def _mean(run: Record, vectors: Array) -> Array:
     """Return the mean position or velocity (T, 3) of that barycentre."""
-    weights = np.zeros(len(run.system))
+    weights = np.zeros(len(run.context))
     near = split_far(run)[0]
-    weights[near] = run.system._masses[near]
+    weights[near] = run.context.masses[near]
     return np.asarray(np.einsum("n,tnx->tx", weights / weights.sum(), vectors))
 
 
-def _barycentre(run: Run, times: Array, what: str = "position") -> Array:
+def _barycentre(run: Record, times: Array, what: str = "position") -> Array:
     """Return positions or velocities (T, 3) of that barycentre at any times, by interpolation."""
-    if run.dense is not None and _inside(times, run.dense._core.range):
-        return _mean(run, run.dense._core.states(times)[what])
-    known, order = np.unique(run._record["time"], return_index=True)
-    means = _mean(run, run._record[what][order])
+    if run.dense is not None and _inside(times, run.dense.core.range):
+        return _mean(run, run.dense.core.states(times)[what])
+    known, order = np.unique(run.arrays["time"], return_index=True)
+    means = _mean(run, run.arrays[what][order])
     return np.stack([np.interp(times, known, means[:, c]) for c in range(3)], axis=1)
 
 

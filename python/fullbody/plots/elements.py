@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ..record.record import Record
 from ._style import (
     check_body,
     check_samples,
@@ -21,9 +22,6 @@ from ._style import (
     wishes,
 )
 
-if TYPE_CHECKING:
-    from ..motion.run import Run
-
 #: Name, symbol and description of each element.
 _ROWS = (
     ("a", "$a$", "semi-major axis"),
@@ -36,7 +34,7 @@ _ROWS = (
 
 
 def elements(
-    run: Run,
+    run: Record,
     axes: Any,
     *,
     mu: Any,

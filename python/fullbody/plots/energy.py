@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ..record import conserved
+from ..record.record import Record
 from ._style import check_samples, grid, legend, line, single, time_label, times, wishes
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
 
 #: Half the spacing of doubles at 1, the smallest relative change that exists.
 _FLOOR = 0.5 * float(np.finfo(np.float64).eps)
 
 
-def energy(run: Run, ax: Any, **kwargs: Any) -> Any:
+def energy(run: Record, ax: Any, **kwargs: Any) -> Any:
     """Draw the drifts of energy and angular momentum; see :meth:`fullbody.plots.Plots.energy`."""
     check_samples(run)
     ax, kwargs = single(ax, (7.0, 3.2)), wishes(kwargs)
@@ -27,9 +26,9 @@ def energy(run: Run, ax: Any, **kwargs: Any) -> Any:
     }
     for place, (of, name) in enumerate(drifts.items()):
         # A drift relative to zero is left out: a single body has no orbital energy, one at rest no angular momentum.
-        if not run._size_at_start(of):
+        if not conserved.size(of, run.invariants):
             continue
-        drift = run._drift(of)
+        drift = getattr(run, of)
         # Zero has no logarithm: the line continues from the sample before to the one after.
         shown = drift != 0.0
         name = name if shown.any() else f"{name}: no change"

@@ -235,7 +235,7 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
         }
         ax.annotate(point.name, place[:2], **aside, **look, zorder=4)
     ax.set(xlabel=_length(pair.position, "x"), ylabel=_length(pair.position, "y"), aspect="equal")
-    ax.set_title(plain(f"rotating frame of {' and '.join(pair.system.names)}"), fontsize="medium")
+    ax.set_title(plain(f"rotating frame of {' and '.join(pair.system.context.names)}"), fontsize="medium")
     grid(ax)
     curve, dot = matplotlib("lines").Line2D, {"linestyle": "none", "marker": "o", "markersize": 4, "color": "black"}
     handles = []
@@ -268,7 +268,7 @@ def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any)
     """
     ax = _stage(ax)
     all_points = []
-    for k, (name, body) in enumerate(zip(pair.system.names, pair._bodies, strict=True)):
+    for k, (name, body) in enumerate(zip(pair.system.context.names, pair._bodies, strict=True)):
         colour = LINES[k % len(LINES)]["color"]
         points = numbers(pair.roche_lobe(name, rows=rows).points)
         all_points.append(points.reshape(-1, 3))

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..errors import InvalidInput
 from ..observables import roll_pitch_yaw
+from ..record.record import Record
 from ._style import (
     Array,
-    attitudes_of,
     called,
     check_body,
     check_samples,
@@ -19,20 +19,18 @@ from ._style import (
     grid,
     legend,
     line,
+    matrices,
     single,
     time_label,
     times,
     wishes,
 )
 
-if TYPE_CHECKING:
-    from ..motion.run import Run
-
 #: A body whose yaw in radians exceeds this rotates relative to the line to the other body, so it does not librate.
 _ROUND = 2.0 * np.pi
 
 
-def libration(run: Run, ax: Any, *, body: int, about: int, **kwargs: Any) -> Any:
+def libration(run: Record, ax: Any, *, body: int, about: int, **kwargs: Any) -> Any:
     """Draw roll, pitch and yaw; see :meth:`fullbody.plots.Plots.libration`."""
     check_samples(run)
     body, about = check_body(run, body, "body"), check_body(run, about, "about")
@@ -52,7 +50,7 @@ def libration(run: Run, ax: Any, *, body: int, about: int, **kwargs: Any) -> Any
     return ax
 
 
-def _angles(run: Run, body: int, about: int) -> dict[str, Any]:
+def _angles(run: Record, body: int, about: int) -> dict[str, Any]:
     """Return roll, pitch and yaw (K,) of a body that librates, or the tilt of the z-axis of one that does not."""
     try:
         turned = np.asarray(roll_pitch_yaw(run, body=body, about=about))
@@ -62,12 +60,12 @@ def _angles(run: Run, body: int, about: int) -> dict[str, Any]:
         # Samples too far apart to follow the attitude still give the tilt; motion along a line has no orbital frame.
         if not _normal(run, body, about).any(axis=1).all():
             raise
-    normal, axis = _normal(run, body, about), attitudes_of(run, body).rotation_matrix[:, :, 2]
+    normal, axis = _normal(run, body, about), matrices(run, body)[:, :, 2]
     across = np.linalg.norm(np.cross(normal, axis), axis=1)
     return {"tilt": np.arctan2(across, np.sum(normal * axis, axis=1))}
 
 
-def _normal(run: Run, body: int, about: int) -> Array:
+def _normal(run: Record, body: int, about: int) -> Array:
     """Return normals (K, 3) of the orbit, of any length; zero if the motion is along a line."""
-    r, v = (run._record[name][:, body] - run._record[name][:, about] for name in ("position", "velocity"))
+    r, v = (run.arrays[name][:, body] - run.arrays[name][:, about] for name in ("position", "velocity"))
     return np.asarray(np.cross(r, v))

@@ -9,11 +9,11 @@ import numpy as np
 from ..observing.light_curve import light_curve as computed
 from ..observing.mutual import mutual_events
 from ..observing.times import in_system
+from ..record.record import Record
 from ._style import Array, called, grid, label, legend, line, panels, wishes
 from ._style import single as single_axes
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
     from ..observing.vectors import Vectors
 
 #: The arguments of a light curve; all others are those of a line.
@@ -24,7 +24,9 @@ _BARS = {"occultation": "#56b4e9", "eclipse": "#e69f00"}
 _GAP = 8.0
 
 
-def light_curve(run: Run, times: Any, geometry: Vectors, ax: Any, *, bodies: bool, events: bool, **kwargs: Any) -> Any:
+def light_curve(
+    run: Record, times: Any, geometry: Vectors, ax: Any, *, bodies: bool, events: bool, **kwargs: Any
+) -> Any:
     """Draw magnitudes; see :meth:`fullbody.plots.Plots.light_curve`."""
     options = {name: kwargs.pop(name) for name in _OPTIONS if name in kwargs}
     moments = np.atleast_1d(in_system(times, run.system, "times"))
@@ -34,7 +36,7 @@ def light_curve(run: Run, times: Any, geometry: Vectors, ax: Any, *, bodies: boo
     order = np.argsort(moments)
     curves = [("all bodies", total[order])]
     if bodies:
-        curves += [(called(run, body), single[order, body]) for body in range(len(run.system))]
+        curves += [(called(run, body), single[order, body]) for body in range(len(run.context))]
     kwargs, size = wishes(kwargs), (7.0, 1.6 + 1.8 * len(curves))
     flat, result = panels(ax, (len(curves),), size) if bodies else ([single_axes(ax, size)], None)
     for one, (name, values) in zip(flat, curves, strict=True):
@@ -59,7 +61,7 @@ def _broken(moments: Array, values: Array) -> tuple[Array, Array]:
     return np.insert(moments, gaps, np.nan), np.insert(shown, gaps, np.nan)
 
 
-def _mark(ax: Any, run: Run, geometry: Vectors, moments: Array) -> None:
+def _mark(ax: Any, run: Record, geometry: Vectors, moments: Array) -> None:
     """Draw bars from the beginning to the end of each mutual event, darker in totality."""
     first, last = moments.min(), moments.max()
     named: set[str] = set()

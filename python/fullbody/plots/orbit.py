@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..errors import InvalidInput
+from ..record.record import Record
 from ._style import (
     LINES,
     Array,
-    attitudes_of,
     called,
     check_body,
     check_samples,
@@ -20,19 +20,17 @@ from ._style import (
     legend,
     line,
     matplotlib,
+    matrices,
     single,
     split_far,
     surfaces,
     wishes,
 )
 
-if TYPE_CHECKING:
-    from ..motion.run import Run
-
 _PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
 
-def orbit(run: Run, ax: Any, *, about: int, plane: str, shapes: bool, **kwargs: Any) -> Any:
+def orbit(run: Record, ax: Any, *, about: int, plane: str, shapes: bool, **kwargs: Any) -> Any:
     """Draw projected paths; see :meth:`fullbody.plots.Plots.orbit`."""
     if plane not in _PLANES:
         raise InvalidInput(f"plane is {plane!r}; expected one of {list(_PLANES)}")
@@ -40,7 +38,7 @@ def orbit(run: Run, ax: Any, *, about: int, plane: str, shapes: bool, **kwargs: 
     about = check_body(run, about, "about")
     ax = single(ax, (5.5, 5.0))
     across, up = _PLANES[plane]
-    position = run._record["position"]
+    position = run.arrays["position"]
     kwargs = wishes(kwargs)
     near, far = split_far(run, about)
     for place, body in enumerate(k for k in near if k != about):
@@ -62,13 +60,13 @@ def orbit(run: Run, ax: Any, *, about: int, plane: str, shapes: bool, **kwargs: 
     return ax
 
 
-def _outline(ax: Any, run: Run, body: int, centre: Array, plane: list[int]) -> None:
+def _outline(ax: Any, run: Record, body: int, centre: Array, plane: list[int]) -> None:
     """Draw the outline of each part as seen along the third axis: the ellipse of P R diag(a^2) R^T P^T."""
     drawn = surfaces(run, body)
     if not drawn:
         ax.plot(*centre[:, None], marker="+", color=LINES[2]["color"], linestyle="none")
         return
-    matrix = attitudes_of(run, body).rotation_matrix[-1][plane]
+    matrix = matrices(run, body)[-1][plane]
     turn = np.linspace(0.0, 2.0 * np.pi, 73)
     for surface in drawn:
         columns = matrix @ surface.columns

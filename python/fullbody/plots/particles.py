@@ -40,7 +40,7 @@ def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | No
     InvalidInput
         For a body that the system does not have, or another colour.
     """
-    place = flight.system._place(body, "body")
+    place = flight.context.index(body)
     if colour is not None and colour not in _COLOURS:
         raise InvalidInput(f"colour is {colour!r}; expected one of {', '.join(map(repr, _COLOURS))}, or None")
     own = {"c", "color"} & kwargs.keys()
@@ -56,11 +56,11 @@ def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | No
         in_degrees = colour == "incidence"
         unit = "deg" if in_degrees else unit_of(values)
         style["c"] = (np.degrees(numbers(values)) if in_degrees else numbers(values))[struck]
-    longitude, latitude = (np.degrees(flight._record[name][struck]) for name in ("longitude", "latitude"))
+    longitude, latitude = (np.degrees(flight.arrays[name][struck]) for name in ("longitude", "latitude"))
     drawn = ax.scatter(longitude, latitude, **{**style, **kwargs})
     if colour is not None:
         colour_bar(ax, drawn, f"{_COLOURS[colour]} [{unit}]")
     world(ax)
-    ax.set_title(f"{plain(flight.system.names[place])}, {int(struck.sum())} of {len(flight)} particles")
+    ax.set_title(f"{plain(flight.context.names[place])}, {int(struck.sum())} of {len(flight)} particles")
     grid(ax)
     return ax

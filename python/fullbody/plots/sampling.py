@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ..errors import caution
+from ..record.record import Record
 from ._style import Array
 from .between import at, track
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
 
 __all__ = ["followed", "warn_if_aliased"]
 
@@ -20,36 +16,36 @@ __all__ = ["followed", "warn_if_aliased"]
 _SEEN, _PART, _MOST = 20.0, 1.0 / 48.0, 400_000
 
 
-def followed(run: Run) -> tuple[Array, Array]:
+def followed(run: Record) -> tuple[Array, Array]:
     """Return times (T,) and attitudes (T, N, 4) for curves of angles, dense enough to resolve every turn of a body.
 
     Points at nearly equal phases of each turn would look like slow curves. If no body makes many turns, the samples are
     returned. A warning tells where samples are more than half a turn apart.
     """
-    known = run._record["time"]
+    known = run.arrays["time"]
     warn_if_aliased(run, known, "samples")
     turns = _turns(run, known, known)
     if turns.sum(axis=1).max(initial=0.0) <= _SEEN or (run.dense is None and turns.max() > 0.5):
-        return known, np.asarray(run._record["attitude"])
+        return known, np.asarray(run.arrays["attitude"])
     count = 1 + (len(known) - 1) * int(np.ceil(turns.max() / _PART))
     times = track(run, float(known[-1]), min(_MOST, count))
     return times, at(run, times)[1]
 
 
-def _turns(run: Run, times: Array, known: Array) -> Array:
+def _turns(run: Record, times: Array, known: Array) -> Array:
     """Return the turns (N, T - 1) of each body between times that increase or decrease."""
     order = np.unique(known, return_index=True)[1]
-    rate = np.linalg.norm(run._record["spin"][order], axis=2)
-    fastest = [np.interp(times[:-1], known[order], rate[:, body]) for body in range(len(run.system))]
+    rate = np.linalg.norm(run.arrays["spin"][order], axis=2)
+    fastest = [np.interp(times[:-1], known[order], rate[:, body]) for body in range(len(run.context))]
     return np.asarray(np.array(fastest) * np.abs(np.diff(times)) / (2.0 * np.pi))
 
 
-def warn_if_aliased(run: Run, times: Array, shown: str = "pictures") -> None:
+def warn_if_aliased(run: Record, times: Array, shown: str = "pictures") -> None:
     """Warn if a body turns by more than half a turn between two pictures, as it would seem to turn otherwise.
 
     The same holds between two samples, unless the run has its continuous solution.
     """
-    known = run._record["time"]
+    known = run.arrays["time"]
     advice = {"pictures": "show more of them, or a shorter time"} if shown == "pictures" else {}
     if run.dense is None:
         advice["samples"] = "record more of them (output=), or with dense=True"
@@ -62,7 +58,7 @@ def warn_if_aliased(run: Run, times: Array, shown: str = "pictures") -> None:
         body = int(np.argmax(turns))
         if turns[body] > 0.5:
             caution(
-                f"{run.system.names[body]} makes up to {turns[body]:.2g} turns between two {what} and will seem to "
+                f"{run.context.names[body]} makes up to {turns[body]:.2g} turns between two {what} and will seem to "
                 f"turn otherwise; {advice[what]}",
                 UserWarning,
             )

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..record.track import attitudes
+from ..base import rotations
+from ..record.record import Record
 from ._style import (
     LINES,
     Array,
@@ -27,7 +28,6 @@ from .between import at, moment, track
 from .sunlight import Sunlight, directions
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
     from ..observing.vectors import Vectors
 
 #: The length of the drawn body axes relative to the body.
@@ -37,7 +37,7 @@ _MARGIN = 0.11
 _FACE = ("#9ecae1", "#fdae6b", "#d9d9d9", "#a1d99b", "#e7cbdc", "#cfe8f7")
 
 
-def scene(run: Run, time: Any, ax: Any, *, path: bool, geometry: Vectors | None = None, **kwargs: Any) -> Any:
+def scene(run: Record, time: Any, ax: Any, *, path: bool, geometry: Vectors | None = None, **kwargs: Any) -> Any:
     """Draw the bodies in 3D; see :meth:`fullbody.plots.Plots.scene`."""
     check_samples(run)
     if ax is None:
@@ -47,7 +47,7 @@ def scene(run: Run, time: Any, ax: Any, *, path: bool, geometry: Vectors | None 
     now = moment(run, time)
     centres, attitude = (values[0] for values in at(run, np.array([now])))
     paths = at(run, track(run, now))[0]
-    names = [called(run, body) for body in range(len(run.system))]
+    names = [called(run, body) for body in range(len(run.context))]
     surface = _surface(kwargs)
     light = None
     if geometry is not None:
@@ -92,14 +92,14 @@ def _surface(kwargs: dict[str, Any]) -> dict[str, Any]:
     return {**wishes(rest, "collections.PolyCollection"), **kept}
 
 
-def title(ax: Any, run: Run, time: str) -> None:
+def title(ax: Any, run: Record, time: str) -> None:
     """Write the time with its unit above a scene."""
     ax.set_title(f"time {time} {unit(run, 'time')}".rstrip(), fontsize="medium")
 
 
 def draw_body(
     ax: Any,
-    run: Run,
+    run: Record,
     body: int,
     centre: Array,
     attitude: Array,
@@ -112,7 +112,7 @@ def draw_body(
     drawn = surfaces(run, body)
     if not drawn:
         return list(ax.plot(*centre[:, None], marker="o", color=LINES[body % len(LINES)]["color"], label=name))
-    matrix = attitudes(attitude[None]).rotation_matrix[0]
+    matrix = rotations.matrices(attitude)
     u, v = np.meshgrid(np.linspace(0.0, 2.0 * np.pi, mesh[0]), np.linspace(0.0, np.pi, mesh[1]))
     ball = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=-1)
     style = {"color": _FACE[body % len(_FACE)], "edgecolor": "0.45", "linewidth": 0.15, "rstride": 1, "cstride": 1}
@@ -165,7 +165,7 @@ def _facets(corners: Array, style: dict[str, Any]) -> Any:
     return Poly3DCollection(corners, shade=np.ndim(style["facecolors"]) < 2, **style)
 
 
-def frame(ax: Any, run: Run, centres: Array, bodies: list[int]) -> None:
+def frame(ax: Any, run: Record, centres: Array, bodies: list[int]) -> None:
     """Set equal scales on all axes, wide enough for the whole paths (T, n, 3) of some bodies, and labels with units."""
     sizes = [_REACH * reach(run, body) for body in bodies]
     low = (centres - np.array(sizes)[:, None]).min(axis=(0, 1))

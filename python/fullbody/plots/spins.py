@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..errors import InvalidInput
+from ..record.record import Record
 from ._style import (
-    attitudes_of,
     called,
     check_samples,
     chosen,
@@ -17,6 +17,7 @@ from ._style import (
     label,
     legend,
     line,
+    matrices,
     panels,
     steady,
     time_label,
@@ -24,11 +25,8 @@ from ._style import (
     wishes,
 )
 
-if TYPE_CHECKING:
-    from ..motion.run import Run
 
-
-def spins(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, frame: str, **kwargs: Any) -> Any:
+def spins(run: Record, axes: Any, *, bodies: Sequence[int] | None = None, frame: str, **kwargs: Any) -> Any:
     """Draw angular velocities; see :meth:`fullbody.plots.Plots.spins`."""
     if frame not in ("body", "inertial"):
         raise InvalidInput(f"frame is {frame!r}; expected 'body' or 'inertial'")
@@ -37,9 +35,9 @@ def spins(run: Run, axes: Any, *, bodies: Sequence[int] | None = None, frame: st
     flat, result = panels(axes, (len(places),), (7.0, 0.4 + 2.2 * len(places)))
     time = times(run)
     for body, ax in zip(places, flat, strict=True):
-        spin = run._record["spin"][:, body]
+        spin = run.arrays["spin"][:, body]
         if frame == "inertial":
-            spin = np.einsum("kij,kj->ki", attitudes_of(run, body).rotation_matrix, spin)
+            spin = np.einsum("kij,kj->ki", matrices(run, body), spin)
         for component, letter in enumerate("xyz"):
             ax.plot(time, spin[:, component], **line(component, {"label": rf"$\omega_{letter}$", **kwargs}))
         ax.set_ylabel(label(run, "spin", "spin"))

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..errors import InvalidInput
+from ..record.record import Record
 from ._style import check_body, check_samples, joined, matplotlib, plain
 from .elements import elements
 from .energy import energy
@@ -15,9 +16,6 @@ from .libration import libration
 from .orbit import orbit
 from .spins import spins
 from .work import work
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -41,13 +39,13 @@ class Page:
         return f"<page of {len(self.axes)} plots: {', '.join(self.axes)}; its .figure saves it>"
 
 
-def summary(run: Run, figure: Any, *, body: int, about: int) -> Page:
+def summary(run: Record, figure: Any, *, body: int, about: int) -> Page:
     """Draw the summary; see :meth:`fullbody.plots.Plots.__call__`."""
     check_samples(run)
     if figure is not None and not isinstance(figure, matplotlib("figure").FigureBase):
         raise InvalidInput(f"figure is {figure!r}; expected a matplotlib Figure or SubFigure")
-    count = len(run.system)
-    pair, forces = count > 1, [force.name for force in run.system.forces]
+    count = len(run.context)
+    pair, forces = count > 1, list(run.context.forces)
     if figure is None:
         size = (11.0, (4.6 if pair else 0.6) + 2.1 * count + 2.4 + (2.4 if forces else 0.0))
         figure = matplotlib().figure(figsize=size, layout="constrained")
@@ -60,7 +58,7 @@ def summary(run: Run, figure: Any, *, body: int, about: int) -> Page:
         names = ("a", "e", "i")
         panels = right.subplots(len(names), 1, sharex=True)
         body, about = check_body(run, body, "body"), check_body(run, about, "about")
-        run.system.mu(body, about)
+        run.context.pair(body, about)
         try:
             elements(run, panels, mu=None, body=body, about=about, names=names)
             axes.update(zip(names, panels, strict=True))
@@ -71,11 +69,11 @@ def summary(run: Run, figure: Any, *, body: int, about: int) -> Page:
             right.text(0.5, 0.5, f"no elements: {fill(str(error), 48)}", ha="center", va="center")
     left, right = rows[0].subfigures(1, 2)
     spins(run, left.subplots(count, 1, sharex=True, squeeze=False)[:, 0], frame="body")
-    axes |= {f"spin of {name}": ax for name, ax in zip(run.system.names, left.axes, strict=True)}
+    axes |= {f"spin of {name}": ax for name, ax in zip(run.context.names, left.axes, strict=True)}
     for place, ax in enumerate(right.subplots(count, 1, sharex=True, squeeze=False)[:, 0]):
         other = body if place == about else about
         try:
-            axes[f"attitude of {run.system.names[place]}"] = libration(run, ax, body=place, about=other)
+            axes[f"attitude of {run.context.names[place]}"] = libration(run, ax, body=place, about=other)
             # The lowest panel labels the time axis for all.
             ax.label_outer()
         except InvalidInput as error:

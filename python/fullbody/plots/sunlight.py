@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..record.track import attitudes
+from ..base import rotations
+from ..record.record import Record
 from ._style import Array, surfaces
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
     from ..observing.vectors import Vectors
 
 __all__ = ["Sunlight", "casts", "directions"]
@@ -19,14 +19,14 @@ __all__ = ["Sunlight", "casts", "directions"]
 NIGHT = 0.18
 
 
-def directions(run: Run, geometry: Vectors, times: Array) -> Array:
+def directions(run: Record, geometry: Vectors, times: Array) -> Array:
     """Return unit vectors (T, 3) to the Sun at times of a run, in the inertial frame, from the observing geometry."""
     local = geometry._of(run.system)
     toward = local.sun(local.arrival(times))
     return np.asarray(toward / np.linalg.norm(toward, axis=1)[:, None])
 
 
-def casts(run: Run, body: int) -> list[tuple[Array, Array]]:
+def casts(run: Record, body: int) -> list[tuple[Array, Array]]:
     """Return the ellipsoids of a body that cast its shadow, in its frame: matrices to unit spheres, and centres.
 
     A polyhedron casts the shadow of an ellipsoid whose vertices have the same second moments.
@@ -55,12 +55,12 @@ class Sunlight:
     attitude : ndarray, (N, 4)
     """
 
-    def __init__(self, run: Run, sun: Array, centres: Array, attitude: Array) -> None:
+    def __init__(self, run: Record, sun: Array, centres: Array, attitude: Array) -> None:
         self._sun = sun
-        turns = attitudes(np.ascontiguousarray(attitude)).rotation_matrix
+        turns = rotations.matrices(attitude)
         self._casts = [
             (body, k, inverse @ turns[body].T, centres[body] + turns[body] @ position)
-            for body in range(len(run.system))
+            for body in range(len(run.context))
             for k, (inverse, position) in enumerate(casts(run, body))
         ]
 

@@ -2,32 +2,30 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..errors import InvalidInput
+from ..record.record import Record
 from ._style import check_samples, grid, label, legend, line, matplotlib, plain, single, time_label, times, wishes
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
 
 #: The ratio of the largest to the smallest work above which a linear axis would show the smallest as zero.
 _APART = 30.0
 _NAME = 24
 
 
-def work(run: Run, ax: Any, **kwargs: Any) -> Any:
+def work(run: Record, ax: Any, **kwargs: Any) -> Any:
     """Draw the work of external forces; see :meth:`fullbody.plots.Plots.work`."""
     check_samples(run)
-    forces = run.system.forces
+    forces = list(run.context.forces)
     if not forces:
         raise InvalidInput("the run has no external forces; expected a system with some to draw their work")
     ax, kwargs = single(ax, (7.0, 3.2)), wishes(kwargs)
-    done = run._record["work"]
+    done = run.arrays["work"]
     sizes = np.abs(done).max(axis=0)
     for place, force in enumerate(forces):
-        name = force.name if len(force.name) <= _NAME else f"{force.name[: _NAME - 1]}…"
+        name = force if len(force) <= _NAME else f"{force[: _NAME - 1]}…"
         name = plain(name) if sizes[place] > 0.0 else f"{plain(name)}: none"
         ax.plot(times(run), done[:, place], **line(place, {"label": name, **kwargs}))
     sizes = sizes[sizes > 0.0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -12,13 +12,13 @@ import numpy.typing as npt
 from .. import _core
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
-from ..model.state import State
+from ..model.context import Context
+from ..model.state import State, wrap
 from ..typing import Array, Scalar
 
-if TYPE_CHECKING:
-    from ..motion.system import System
-
 __all__ = ["Dense", "Samples"]
+
+_Array = npt.NDArray[np.float64]
 
 
 class Dense:
@@ -32,15 +32,15 @@ class Dense:
         The first and the last time, in the direction of the run.
     """
 
-    def __init__(self, system: System, core: _core.Dense) -> None:
-        self._system = system
-        self._core = core
+    def __init__(self, context: Context, core: _core.Dense) -> None:
+        self.context = context
+        self.core = core
 
     @property
     def range(self) -> tuple[Scalar, Scalar]:
         """The first and the last time, in the direction of the run."""
-        start, end = self._core.range
-        return (self._system._units.attach(start, "time"), self._system._units.attach(end, "time"))
+        start, end = self.core.range
+        return (self.context.units.attach(start, "time"), self.context.units.attach(end, "time"))
 
     @overload
     def __call__(self, time: float | str) -> State: ...
@@ -58,20 +58,14 @@ class Dense:
         -------
         State or Samples
         """
-        units = self._system._units
+        units = self.context.units
         values = units.strip(time, "time", "time")
-        low, high = sorted(self._core.range)
-        outside = values[~((values >= low) & (values <= high))]
-        if outside.size:
-            first, last = units.attach(low, "time"), units.attach(high, "time")
-            raise InvalidInput(
-                f"time is {units.attach(outside[0], 'time')}; expected one from {first} to {last}, which the run covers"
-            )
-        if values.ndim == 0:
-            return self._system._state(self._core.state(float(values)))
-        if values.ndim != 1:
+        if values.ndim > 1:
             raise InvalidInput(f"time has shape {values.shape}; expected a number or (K,)")
-        arrays = self._core.states(values)
+        if values.ndim == 0:
+            self._check(values)
+            return wrap(self.core.state(float(values)), self.context)
+        arrays = self.states(values)
         return Samples(
             units.attach(values, "time"),
             units.attach(arrays["position"], "length"),
@@ -79,6 +73,26 @@ class Dense:
             arrays["attitude"],
             units.attach(arrays["spin"], "spin"),
         )
+
+    def states(self, times: _Array, what: str = "time") -> dict[str, _Array]:
+        """Return the states at times (K,), all in numbers of the system's units; see :meth:`fullbody.Run.states`."""
+        self._check(times, what)
+        return self.core.states(np.ascontiguousarray(times))
+
+    def covers(self, times: _Array) -> npt.NDArray[np.bool_]:
+        """Return which of some times, in the system's units, are within the run."""
+        low, high = sorted(self.core.range)
+        return np.asarray((times >= low) & (times <= high))
+
+    def _check(self, times: _Array, what: str = "time") -> None:
+        outside = times[~self.covers(times)]
+        if outside.size:
+            attach = self.context.units.attach
+            first, last = (attach(end, "time") for end in sorted(self.core.range))
+            raise InvalidInput(
+                f"{what} is {attach(outside[0], 'time')}, which the run does not cover; expected one from {first} to "
+                f"{last}, which the run covers"
+            )
 
     def __copy__(self) -> Dense:
         return self
@@ -91,7 +105,7 @@ class Dense:
 
     def __repr__(self) -> str:
         start, end = self.range
-        return f"Dense(from {start} to {end}, {self._core.bytes / 1e6:.1f} MB)"
+        return f"Dense(from {start} to {end}, {self.core.bytes / 1e6:.1f} MB)"
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

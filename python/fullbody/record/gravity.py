@@ -2,50 +2,50 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..errors import InvalidInput
 from ..model.gravity import Gravity, gravity_at, points_in
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
+from .record import Record
 
 __all__ = ["gravity"]
 
 
-def gravity(run: Run, time: Any, points: Any, body: int | str | None) -> Gravity:
-    """Compute gravity at points and times; see :meth:`fullbody.Run.gravity`."""
-    units = run.system._units
-    times, array = units.strip(time, "time", "time"), points_in(points, units)
+def gravity(run: Record, time: Any, points: Any, body: int | str | None = None) -> Gravity:
+    """Return the gravity of the bodies at points of the inertial frame and times of the run; see
+    :meth:`System.gravity`.
+
+    Parameters
+    ----------
+    time : float, Quantity or array_like, (...)
+        Times of samples, or any times within a run with ``dense=True``. The shapes of times and points are broadcast:
+        times (K,) and points (K, 3) are a track, times (K, 1) and points (P, 3) are all points at all times.
+    points : array_like or Quantity, (..., 3)
+    body : int or str, optional
+
+    Returns
+    -------
+    Gravity
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.case1()
+    >>> run = system.integrate(state, 10.0, output=5.0, dense=True)
+    >>> run.gravity([[1.0], [2.5]], [[0.0, 0.0, 5.0], [0.0, 3.0, 5.0], [0.0, 0.0, 9.0]]).potential.shape
+    (2, 3)
+    """
+    context = run.context
+    times, array = context.units.strip(time, "time", "time"), points_in(points, context.units)
     try:
         shape = np.broadcast_shapes(times.shape, array.shape[:-1])
     except ValueError as error:
         shapes = f"times of shape {times.shape} and points of shape {array.shape}"
         raise InvalidInput(f"{shapes} do not go together; expected shapes that numpy broadcasts") from error
-    asked, states = np.unique(times, return_inverse=True)
-    place = None if body is None else run.system._place(body, "body")
-    of = np.broadcast_to(states.reshape(times.shape), shape)
-    poses = _poses(run, asked)
-    return gravity_at(run.system._attracting, *poses, np.broadcast_to(array, (*shape, 3)), units, place, of)
-
-
-def _poses(run: Run, times: npt.NDArray[np.float64]) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return positions (K, N, 3) and attitudes (K, N, 4) at times (K,), as plain numbers."""
-    units = run.system._units
-    if run.dense is not None:
-        found = run.dense(units.attach(times, "time"))
-        return units.strip(found.position, "length", "position"), found.attitude
-    own = run._record["time"]
-    order = np.argsort(own, kind="stable")
-    places = np.searchsorted(own[order], times).clip(max=len(own) - 1)
-    missing = np.flatnonzero(own[order][places] != times) if len(own) else np.arange(len(times))
-    if missing.size:
-        raise InvalidInput(
-            f"time is {units.attach(times[missing[0]], 'time')}, of no sample; expected times of samples, or a run "
-            "with dense=True"
-        )
-    places = order[places]
-    return run._record["position"][places], run._record["attitude"][places]
+    distinct, index = np.unique(times, return_inverse=True)
+    states = run.states(distinct)
+    poses, index = (states["position"], states["attitude"]), np.broadcast_to(index.reshape(times.shape), shape)
+    only = None if body is None else context.index(body)
+    return gravity_at(context.attraction, *poses, np.broadcast_to(array, (*shape, 3)), context.units, only, index)

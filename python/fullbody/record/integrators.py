@@ -7,8 +7,12 @@ from typing import Any, ClassVar, Literal, get_args
 
 from .. import _core
 from ..base.arguments import positive
+from ..base.units import Units
 from ..base.values import ScalarFields
 from ..errors import InvalidInput, PrecisionWarning, caution
+from ..model.context import SystemLike
+from ..model.state import State, strip
+from .step_size import longest_step
 
 __all__ = [
     "DormandPrince54",
@@ -33,11 +37,11 @@ class Integrator(ScalarFields):
         """The tolerance of a step relative to the distance of the nearest body; ``None`` with fixed steps."""
         return None
 
-    def _describe(self, strip: Any) -> dict[str, Any]:
-        """Return name and numeric settings; ``strip`` converts a time to the system's units."""
+    def _describe(self, units: Units) -> dict[str, Any]:
+        """Return name and settings, in numbers of a system's units."""
         settings = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
         if "step" in settings:
-            settings["step"] = strip(settings["step"])
+            settings["step"] = units.number(settings["step"], "time", "step")
         return {"name": type(self).__name__, **settings}
 
 
@@ -152,9 +156,9 @@ class Verner98(_Adaptive):
         """
         return cls(0.0, 0.0)
 
-    def _describe(self, strip: Any) -> dict[str, Any]:
+    def _describe(self, units: Units) -> dict[str, Any]:
         tightest = self.rtol == 0.0 and self.atol == 0.0
-        return {"name": _TO_ROUNDOFF} if tightest else _Adaptive._describe(self, strip)
+        return {"name": _TO_ROUNDOFF} if tightest else _Adaptive._describe(self, units)
 
     def __repr__(self) -> str:
         tightest = self.rtol == 0.0 and self.atol == 0.0
@@ -266,7 +270,13 @@ class SymplecticSplitting(Integrator):
 
     @classmethod
     def suggest(
-        cls, system: Any, state: Any, *, energy_error: float = 1e-9, scheme: _Scheme = "ABA864", trial: Any = None
+        cls,
+        system: SystemLike,
+        state: State,
+        *,
+        energy_error: float = 1e-9,
+        scheme: _Scheme = "ABA864",
+        trial: Any = None,
     ) -> SymplecticSplitting:
         """Find by short trial runs the longest step that keeps the energy's error below a bound.
 
@@ -307,9 +317,10 @@ class SymplecticSplitting(Integrator):
         >>> fullbody.SymplecticSplitting.suggest(system, state, energy_error=1e-9).step  # doctest: +SKIP
         1.15
         """
-        from .step_size import longest_step
+        context = system.context
 
-        def integrator(step: float) -> SymplecticSplitting:
-            return cls(step=system._units.attach(step, "time"), scheme=scheme)
+        def describe(step: float) -> dict[str, Any]:
+            return cls(step=step, scheme=scheme)._describe(context.units)
 
-        return integrator(longest_step(integrator, system, state, energy_error, trial))
+        step = longest_step(describe, context, strip(state, context), energy_error, trial)
+        return cls(step=context.units.attach(step, "time"), scheme=scheme)

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from .. import _core
 from ..base.arguments import positive
 from ..errors import InvalidInput, NotConverged, StepSizeTooSmall
-
-if TYPE_CHECKING:
-    from ..model.state import State
-    from ..motion.system import System
+from ..model.context import Context
+from ..model.failures import explained
+from . import conserved
 
 __all__ = ["longest_step"]
 
@@ -31,24 +31,30 @@ _CLEAR, _ORDERS = 0.03, 3
 
 
 def longest_step(
-    integrator: Callable[[float], Any], system: System, state: State, energy_error: float, trial: Any
+    describe: Callable[[float], dict[str, Any]], context: Context, start: _core.State, energy_error: float, trial: Any
 ) -> float:
-    """Find the longest step, in the system's units, that keeps the energy's error below a bound in short runs."""
+    """Find the longest step, in the system's units, that keeps the energy's error below a bound in short runs.
+
+    ``describe`` returns the description of the integrator with a step.
+    """
     if not (isinstance(energy_error, int | float) and 0.0 < energy_error < 1.0):
         raise InvalidInput(f"energy_error is {energy_error!r}; expected a number above zero and below one")
-    if len(system) < 2:
+    if len(context) < 2:
         raise InvalidInput("the system has one body, whose motion the splitting solves at any step; expected more")
-    start = system._strip(state)
-    rates = _orbital_rates(start.position, start.velocity, system._core.masses, system._G)
+    rates = _orbital_rates(start.position, start.velocity, context.masses, context.G)
     period = 2 * math.pi / rates.max()
-    length = _PERIODS * period if trial is None else system._units.strip(positive(trial, "s", "trial"), "time", "trial")
-    until = system._units.attach(start.time + length, "time")
-    turning = _turning(system, start.spin, rates)
+    length = (
+        _PERIODS * period if trial is None else context.units.number(positive(trial, "s", "trial"), "time", "trial")
+    )
+    turning = _turning(context, start.spin, rates)
 
     def error(step: float) -> float:
         """Return the largest error of the energy relative to the orbital energy, or infinity if it grows."""
-        run = system.integrate(state, until, integrator=integrator(step))
-        drift = np.abs(run.energy_drift_orbital)
+        core = _core.Simulation(context.core, start, describe(step), "")
+        arrays, failed = core.integrate(start.time + length, None, [], False, None, None, (None, False))
+        if failed is not None:
+            raise explained(failed, context)
+        drift = np.abs(conserved.drift("energy_drift_orbital", np.array(arrays["start"]), arrays))
         half = len(drift) // 2
         first, second = drift[:half].max(initial=0.0), drift[half:].max()
         return math.inf if second > _GROWTH * first and second > 0.1 * energy_error else float(max(first, second))
@@ -70,7 +76,7 @@ def longest_step(
         # The error falls with at least the sixth power of the step, but only until round-off remains.
         ahead = math.log(found / energy_error) / math.log(1 / _RATIO) / 12 if energy_error < found < math.inf else 1.0
         step *= _RATIO ** max(1, math.floor(ahead))
-    attach = system._units.attach
+    attach = context.units.attach
     raise NotConverged(
         f"no step keeps the error of the energy below {energy_error:g} for {attach(length, 'time'):.5g}: the least is "
         f"{best[0]:.1e} at a step of {attach(best[1], 'time'):.3g}{reason}; take a larger energy_error, or Verner98"
@@ -89,10 +95,9 @@ def _orbital_rates(position: Any, velocity: Any, masses: Any, constant: float) -
     return np.array(rates)
 
 
-def _turning(system: System, spin: Any, rates: Any) -> Any:
+def _turning(context: Context, spin: Any, rates: Any) -> Any:
     """Return the rates at which triaxial bodies turn relative to others, for either sense of the orbit."""
-    moments = [body.inertia for body in system.bodies]
-    triaxial = [len({float(getattr(moment, "value", moment)) for moment in body}) == 3 for body in moments]
+    triaxial = [len(set(body.inertia.tolist())) == 3 for body in context.bodies]
     own = np.linalg.norm(spin, axis=1)[triaxial]
     return np.abs(np.concatenate([np.subtract.outer(own, rates).ravel(), np.add.outer(own, rates).ravel()]))
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
+from ..base import rotations
 from ..base.values import ArrayFields
 from ..typing import Array
 
@@ -54,15 +54,9 @@ class Track(ArrayFields):
     @property
     def rotation_matrix(self) -> npt.NDArray[np.float64]:
         """Rotation matrices (K, 3, 3) from the body frame to the inertial frame."""
-        return attitudes(self.attitude).rotation_matrix if len(self.attitude) else np.zeros((0, 3, 3))
+        return rotations.matrices(self.attitude)
 
     @property
     def tait_bryan(self) -> npt.NDArray[np.float64]:
         """The paper's angles (K, 3): phi and psi in (-pi, pi], theta in [-pi/2, pi/2], radians."""
-        return attitudes(self.attitude).tait_bryan if len(self.attitude) else np.zeros((0, 3))
-
-
-def attitudes(quaternions: npt.NDArray[np.float64]) -> _core.State:
-    """Return attitudes (K, 4) as a state of the core, which converts them to matrices (K, 3, 3) or angles (K, 3)."""
-    zeros = np.zeros((len(quaternions), 3))
-    return _core.State(0.0, zeros, zeros, np.ascontiguousarray(quaternions), zeros)
+        return rotations.tait_bryan(self.attitude)

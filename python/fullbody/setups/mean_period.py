@@ -104,7 +104,7 @@ def _errors(
 ) -> list[float]:
     """Return the relative errors of the mean sidereal periods over each of these numbers of revolutions."""
     integrator = Verner98(rtol=tolerance, atol=tolerance)
-    run = system.integrate(start, lengths[-1] * period, period / samples, integrator=integrator)
+    run = system.integrate(start, lengths[-1] * period, output=period / samples, integrator=integrator)
     means = [mutual_period(run[: length * samples + 1]).mean for length in lengths]
     return [float(getattr(mean, "value", mean)) / period - 1.0 for mean in means]
 

@@ -9,21 +9,19 @@ from __future__ import annotations
 import math
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..base.atomic import as_path, check_suffix, replacing
 from ..base.version import version
 from ..errors import InvalidInput
+from ..record.record import Record
 from .conventions import Conventions, body_numbers, spiceypy
 from .kernel import binary
 from .nodes import nodes, turns
 
-if TYPE_CHECKING:
-    from ..motion.run import Run
-
-__all__ = ["write"]
+__all__ = ["to_ck"]
 
 #: The tolerance of the interpolation between the nodes, rad.
 _TOLERANCE = 1e-12
@@ -34,12 +32,59 @@ _SECONDS = 2**32
 _LONGEST = 26
 
 
-def write(run: Run, path: Any, ids: Any) -> tuple[Path, Path, Path]:
-    """Write attitudes of the bodies; see :meth:`fullbody.Run.to_ck`."""
+def to_ck(run: Record, path: Any, ids: dict[str, int]) -> tuple[Path, Path, Path]:
+    """Write the attitudes of the bodies as a CK kernel of SPICE, with its clock and frames.
+
+    The requirements for the system are those of :meth:`to_spk`. The three files belong together. The CK gives
+    frames along the bodies' principal axes, such as ``ALPHA_FIXED`` for Alpha, relative to the axes of the ICRF
+    (SPICE's J2000). Segments are of type 5. For a run with ``dense=True`` the nodes are so close that interpolated
+    angles are accurate to 1e-12 rad, or to the angle by which the body turns in the last digit of the run's time.
+    Otherwise the nodes are the samples. A body's frame has the body's number with the opposite sign, or a thousand
+    times a negative number.
+
+    Parameters
+    ----------
+    path : str or Path
+        A name that ends in ``.bc``; the name of the clock's kernel ends in ``.tsc`` and that of the frames' in
+        ``.tf``.
+    ids : dict of int
+        NAIF's numbers of the bodies to write, by name.
+
+    Returns
+    -------
+    tuple of Path
+        The paths of the three files.
+
+    Raises
+    ------
+    InvalidInput
+        For the same reasons as :meth:`to_spk`, and for names of bodies from which no valid names of frames follow.
+    OSError
+        If a file cannot be written.
+
+    Warns
+    -----
+    PrecisionWarning
+        If the error of interpolated angles is larger; the message gives it.
+
+    Examples
+    --------
+    >>> import fullbody, spiceypy, tempfile
+    >>> system, state = fullbody.systems.didymos(units=True, frame="equatorial")
+    >>> system = system.with_options(epoch="2022-09-26T12:00:00 TDB")
+    >>> run = system.integrate(state, 12.0, dense=True)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     paths = [str(path) for path in run.to_ck(f"{folder}/didymos.bc", {"Dimorphos": 120065803})]
+    ...     spiceypy.furnsh(paths)
+    ...     matrix = spiceypy.pxform("DIMORPHOS_FIXED", "J2000", 8304 * 86400.0 + 3600.0)
+    ...     spiceypy.unload(paths)
+    >>> float(abs(matrix - run(1.0).rotation_matrix[1]).max()) < 1e-12
+    True
+    """
     check_suffix(path, (".bc",))
     place = Conventions(run.system, "a CK kernel")
-    bodies = body_numbers(ids, run.system.names)
-    frames = _frame_names(bodies, run.system.names)
+    bodies = body_numbers(ids, run.context.names)
+    frames = _frame_names(bodies, run.context.names)
     # A quaternion changes by half the angle.
     found = nodes(run, place, turns(place), 0.5 * _TOLERANCE, lambda change: f"{2.0 * change:.1e} rad")
     spice = spiceypy()

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from ..base import epochs
 from ..base.arguments import integer, suggestion
 from ..base.units import need
 from ..errors import InvalidInput
 from ..frames import rotation
-
-if TYPE_CHECKING:
-    from ..motion.system import System
+from ..model.context import SystemLike
 
 __all__ = ["Conventions", "body_numbers", "number", "spiceypy"]
 
@@ -40,20 +39,20 @@ class Conventions:
         Time zero in seconds of TDB past J2000.
     """
 
-    def __init__(self, system: System, what: str) -> None:
+    def __init__(self, system: SystemLike, what: str) -> None:
         spiceypy()
         missing = {
-            "units": (system.units, "units=('km', 'hour', 'kg')"),
-            "epoch": (system.epoch, "epoch='2022-09-26T00:00:00 TDB'"),
-            "frame": (system.frame, "frame='ecliptic'"),
+            "units": (system.context.units.names, "units=('km', 'hour', 'kg')"),
+            "epoch": (system.context.epoch, "epoch='2022-09-26T00:00:00 TDB'"),
+            "frame": (system.context.frame, "frame='ecliptic'"),
         }
         for name, (value, example) in missing.items():
             if value is None:
                 raise InvalidInput(f"{what} needs the system's {name}; give fullbody.System(..., {example})")
-        self.km = float(system._units.unit("length").to("km"))
-        self.second = float(system._units.unit("time").to("s"))
-        self.axes = rotation(system.frame, "equatorial")
-        date = system.epoch.tdb
+        self.km = float(system.context.units.unit("length").to("km"))
+        self.second = float(system.context.units.unit("time").to("s"))
+        self.axes = rotation(system.context.frame, "equatorial")
+        date = epochs.to_time(str(system.context.epoch)).tdb
         # The fraction of the day has digits that would be lost in the number of days.
         self.epoch = float((date.jd1 - 2451545.0) * 86400.0 + date.jd2 * 86400.0)
 

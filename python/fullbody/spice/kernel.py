@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..base.atomic import replacing
 from ..base.version import version
 from ..errors import FullbodyError
+from ..record.record import Record
 from .conventions import spiceypy
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
 
 __all__ = ["binary", "plain"]
 
 
 @contextmanager
-def binary(path: Any, opener: str, run: Run) -> Iterator[int]:
+def binary(path: Any, opener: str, run: Record) -> Iterator[int]:
     """Yield the handle of a new kernel that replaces ``path``; its comments tell its origin."""
     spice = spiceypy()
     with replacing(path) as temporary:
@@ -42,9 +40,9 @@ def plain(error: Exception) -> str:
     return str(getattr(error, "long", "") or getattr(error, "explain", "") or error).strip()
 
 
-def _comments(run: Run) -> list[str]:
+def _comments(run: Record) -> list[str]:
     """Return the comments as lines of ASCII, the only characters that kernels hold."""
     system = run.system
     lines = [f"Written by fullbody {version()}.", f"System: {system!r}", f"Integrator: {run.integrator!r}"]
-    lines += [f"Epoch of the system: {system.options['epoch']}, its frame: {system.frame}"]
+    lines += [f"Epoch of the system: {system.options['epoch']}, its frame: {system.context.frame}"]
     return [line.encode("ascii", "backslashreplace").decode()[:1000] for line in lines]

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..base import rotations
 from ..errors import InvalidInput, PrecisionWarning, caution
+from ..record.record import Record
 from .conventions import Conventions
-
-if TYPE_CHECKING:
-    from ..motion.run import Run
 
 __all__ = ["Nodes", "centres", "nodes", "turns"]
 
@@ -67,7 +65,7 @@ def turns(place: Conventions) -> Curve:
     return curve
 
 
-def nodes(run: Run, place: Conventions, curve: Curve, tolerance: float, said: Callable[[float], str]) -> Nodes:
+def nodes(run: Record, place: Conventions, curve: Curve, tolerance: float, said: Callable[[float], str]) -> Nodes:
     """Choose nodes so close that the interpolation is within the tolerance of the continuous solution.
 
     For a run without a continuous solution the nodes are the samples, and the error is that at every second sample.
@@ -88,7 +86,7 @@ def nodes(run: Run, place: Conventions, curve: Curve, tolerance: float, said: Ca
             f"within {said(error)}; integrate with dense=True, or with output= at a shorter spacing"
         )
     else:
-        low, high = sorted(run.dense._core.range)
+        low, high = sorted(run.dense.core.range)
         first, last = place.et(low), place.et(high)
         # Seconds past J2000 are rounded, so the nodes are kept within the run.
         while place.time(first) < low:
@@ -101,7 +99,7 @@ def nodes(run: Run, place: Conventions, curve: Curve, tolerance: float, said: Ca
         for _ in range(_DOUBLINGS):
             et = np.linspace(first, last, 2 * intervals + 1)
             times = place.time(et)
-            values, rates = curve(run.dense._core.states(times))
+            values, rates = curve(run.dense.core.states(times))
             error = _error(et, values, rates)
             # The remaining error is the rounding of the times.
             floor = 2.0 * np.spacing(np.abs(times).max()) * place.second * np.abs(rates).max()
@@ -121,9 +119,9 @@ def _degree(count: int) -> int:
     return 2 * min(_WINDOW, count // 2 * 2) - 1
 
 
-def _of_samples(run: Run, place: Conventions, curve: Curve) -> tuple[_Array, _Array, _Array]:
+def _of_samples(run: Record, place: Conventions, curve: Curve) -> tuple[_Array, _Array, _Array]:
     """Return times, values and rates of the samples, forward in time."""
-    record = run._record
+    record = run.arrays
     order = slice(None, None, -1 if len(run) > 1 and record["time"][-1] < record["time"][0] else 1)
     samples = {name: record[name][order] for name in ("time", "position", "velocity", "attitude", "spin")}
     et = place.et(samples["time"])

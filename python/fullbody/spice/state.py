@@ -5,25 +5,22 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..base import rotations
 from ..errors import InvalidInput
-from ..model.shapes import PointMass
+from ..model.context import SystemLike
 from ..model.state import State
 from .conventions import Conventions, body_numbers, number, spiceypy
 from .kernel import plain
-
-if TYPE_CHECKING:
-    from ..motion.system import System
 
 __all__ = ["loaded", "state"]
 
 
 def state(
-    system: System,
+    system: SystemLike,
     ids: dict[str, int],
     barycentre: int,
     *,
@@ -80,25 +77,25 @@ def state(
     True
     """
     place = Conventions(system, "a state from SPICE")
-    numbers, observer = body_numbers(ids, system.names), number(barycentre, "barycentre")
-    missing = [name for k, name in enumerate(system.names) if k not in numbers]
+    numbers, observer = body_numbers(ids, system.context.names), number(barycentre, "barycentre")
+    missing = [name for k, name in enumerate(system.context.names) if k not in numbers]
     if missing:
-        raise InvalidInput(f"ids has no number of {missing[0]}; expected those of {', '.join(system.names)}")
+        raise InvalidInput(f"ids has no number of {missing[0]}; expected those of {', '.join(system.context.names)}")
     named = dict(frames or {})
     for name in named:
-        system._place(name, "a body in frames")
-    plain_time = system._units.number(time, "time", "time")
+        system.context.index(name, "a body in frames")
+    plain_time = system.context.units.number(time, "time", "time")
     et = float(place.et(plain_time))
     spice = spiceypy()
     rows = []
     with loaded(kernels):
-        for k, name in enumerate(system.names):
+        for k, name in enumerate(system.context.names):
             body = numbers[k]
             with _telling(f"the position of {name} ({body}) from {observer}", system, time):
                 found, _ = spice.spkgeo(body, et, "J2000", observer)
             position, velocity = np.reshape(found, (2, 3)) @ place.axes
             attitude, spin = np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3)
-            if name in named or not isinstance(system.bodies[k].shape, PointMass):
+            if name in named or any(system.context.bodies[k].semi_axes):
                 with _telling(f"the attitude of {name} ({body})", system, time):
                     frame = named.get(name) or spice.cidfrm(body)[1]
                     turning = spice.sxform(frame, "J2000", et)
@@ -109,7 +106,7 @@ def state(
                 spin = np.array([cross[2, 1], cross[0, 2], cross[1, 0]])
             rows.append((position / place.km, velocity / place.km * place.second, attitude, spin * place.second))
     positions, velocities, attitudes, spins = (np.array(column) for column in zip(*rows, strict=True))
-    attach = system._units.attach
+    attach = system.context.units.attach
     return State(
         position=attach(positions, "length"),
         velocity=attach(velocities, "velocity"),
@@ -120,13 +117,13 @@ def state(
 
 
 @contextmanager
-def _telling(what: str, system: System, time: Any) -> Iterator[None]:
+def _telling(what: str, system: SystemLike, time: Any) -> Iterator[None]:
     """Context manager that adds to an error of SPICE what the kernels lack."""
     errors = spiceypy().utils.exceptions
     try:
         yield
     except (errors.SpiceyError, errors.NotFoundError) as error:
-        date = f"{time} after {system.options['epoch']}"
+        date = f"{time} after {system.context.epoch}"
         raise InvalidInput(f"the kernels do not contain {what} at {date}: {plain(error)}") from error
 
 

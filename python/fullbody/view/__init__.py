@@ -17,16 +17,47 @@ from ..plots._style import check_samples, joined, surfaces, unit
 from ..plots.between import at, track, trails
 from ..plots.sampling import warn_if_aliased
 from ..plots.sunlight import casts, directions
+from ..record.record import Record
 
 if TYPE_CHECKING:
-    from ..motion.run import Run
     from ..observing.geometry import Geometry
     from ..particles.flight import Flight
 
-__all__ = ["View"]
+__all__ = ["View", "view"]
 
 #: The largest number of particles that are shown, and of their positions in all, which make a page of 12 megabytes.
 _PARTICLES, _NUMBERS = 2000, 750_000
+
+
+def view(run: Record, *, flight: Flight | None = None, samples: int = 20000, geometry: Geometry | None = None) -> View:
+    """Return an interactive picture in 3D for Jupyter or as one HTML file, without server or network.
+
+    Parameters
+    ----------
+    flight : Flight, optional
+        A flight whose particles are shown as dots with their trails; at most 2000 of them, evenly selected, are
+        shown. Trails follow the path between samples of the flight, end where a particle lies on a body, and can be
+        switched off.
+    samples : int
+        The largest number of times of the run that are shown: its samples and times between them, or times at equal
+        steps if it has more samples.
+    geometry : fullbody.observing.Geometry, optional
+        Lights the bodies by its Sun, with their shadows on each other. A polyhedron casts the shadow of an
+        ellipsoid.
+
+    Returns
+    -------
+    fullbody.view.View
+        The picture, which Jupyter shows; ``.save_html(path)`` writes the page. At speed 1 the whole run takes 30
+        seconds.
+
+    Warns
+    -----
+    UserWarning
+        If a body makes more than half a turn between two of these times, or between two samples of a run without
+        ``dense=True``.
+    """
+    return View(run, flight=flight, samples=samples, geometry=geometry)
 
 
 class View:
@@ -55,7 +86,7 @@ class View:
 
     def __init__(
         self,
-        run: Run,
+        run: Record,
         *,
         flight: Flight | None = None,
         samples: int = 20000,
@@ -65,7 +96,7 @@ class View:
         check_samples(run)
         if not isinstance(samples, int) or samples < 2:
             raise InvalidInput(f"samples is {samples!r}; expected a whole number above 1")
-        known = run._record["time"]
+        known = run.arrays["time"]
         few = len(run) <= samples
         times = track(run, float(known[-1]), min(samples, 1000)) if few else np.linspace(known[0], known[-1], samples)
         warn_if_aliased(run, times)
@@ -73,14 +104,14 @@ class View:
         self._height = height
         self._title = joined(run)
         self._data = {
-            "names": list(run.system.names),
+            "names": list(run.context.names),
             "surfaces": [
                 [
                     {"columns": s.columns.T.ravel().tolist(), "position": s.position.tolist()}
                     | ({} if s.triangles is None else {"triangles": _pack(s.triangles, "<f4")})
                     for s in surfaces(run, k)
                 ]
-                for k in range(len(run.system))
+                for k in range(len(run.context))
             ],
             "length": unit(run, "length"),
             "unit": unit(run, "time"),
@@ -96,7 +127,7 @@ class View:
                     {"inverse": inverse.T.ravel().tolist(), "position": place.tolist()}
                     for inverse, place in casts(run, k)
                 ]
-                for k in range(len(run.system))
+                for k in range(len(run.context))
             ]
         if flight is not None:
             drawn = trails(run, flight, _PARTICLES, _NUMBERS)

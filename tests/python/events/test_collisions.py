@@ -52,7 +52,7 @@ def test_spheres_do_not_pass_through_each_other(G, integrator):
 
     # Samples between steps: all that were due, and none of bodies inside each other.
     with pytest.raises(fullbody.BodiesOverlap) as caught:
-        system.integrate(FLYING, 20.0, 0.0723, integrator=integrator)
+        system.integrate(FLYING, 20.0, output=0.0723, integrator=integrator)
     assert caught.value.time == pytest.approx(error.time, abs=1e-10)
     samples, last = caught.value.run.time[:-1], caught.value.run.time[-1]
     due = np.arange(0.0, error.time, 0.0723)

@@ -62,7 +62,9 @@ def radar(truth, hours, count):
     # What Alpha does about the barycentre tells the ratio of the masses.
     for places in ({"body": "Beta", "about": "Alpha"}, {"body": "Alpha"}):
         blank = data(zero * u.km, zero * u.cm / u.s, **places)
-        exact.append((places, blank.predict(system.integrate(state, hours, blank.emission(system), LOOSE))))
+        exact.append(
+            (places, blank.predict(system.integrate(state, hours, output=blank.emission(system), integrator=LOOSE)))
+        )
     while True:
         noise = [(rng.normal(size=count) * 75 * u.m, rng.normal(size=count) * u.cm / u.s) for _ in exact]
         both = [
@@ -107,7 +109,7 @@ def light(truth, nights, points):
     times, geometry = epoch + hours * u.h + 300 * u.s, sky(epoch, 2.3 * nights + 1.0)
     blank = observing.Photometry(times, 0.0 * hours, 0.01, geometry=geometry)
     system, state = setup(**truth)
-    exact = blank.predict(system.integrate(state, hours[-1] + 1.0, blank.emission(system), LOOSE))
+    exact = blank.predict(system.integrate(state, hours[-1] + 1.0, output=blank.emission(system), integrator=LOOSE))
     errors = np.array([0.01, 0.03])
     while True:
         data = [observing.Photometry(times, exact + 0.01 * rng.normal(size=len(hours)), 0.01, geometry=geometry)]
@@ -144,7 +146,9 @@ def test_points_give_pulls_and_p_values_of_their_distributions(seed):
     rng, (system, state) = np.random.default_rng(seed), pair()
     options = {"sigma": (0.02, 0.01), "body": 1, "about": 0, "geometry": VIEW}
     times, zero, truth = np.linspace(2.0, 30.0, 15), np.zeros(15), {"mass": 2.353, "a": 2.55}
-    exact = observing.Radar(times, range=zero, range_rate=zero, **options).predict(system.integrate(state, 30.0, times))
+    exact = observing.Radar(times, range=zero, range_rate=zero, **options).predict(
+        system.integrate(state, 30.0, output=times)
+    )
     fits = []
     for _ in range(max(40, COUNT)):
         noise = rng.normal(size=(2, 15)) * [[0.02], [0.01]]

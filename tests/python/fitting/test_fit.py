@@ -65,7 +65,7 @@ def test_the_minimum_is_that_of_any_other_solver(radar, found):
 
     def chi2(x):
         system, state = pair(mass=x[0], a=x[1])
-        run = system.integrate(state, 30.0, radar.emission(system))
+        run = system.integrate(state, 30.0, output=radar.emission(system))
         return radar.chi2(run)
 
     start = [found.values["mass"] + 1e-4, found.values["a"] - 1e-4]
@@ -91,7 +91,7 @@ def test_order_units_and_epoch_of_the_data_change_nothing():
     def later(mass, a):
         """The same start, from which half a period earlier the motion is followed."""
         system, state = kw4(mass=mass.to_value(1e12 * u.kg), a=a.to_value(u.km))
-        return system, system.integrate(state, 17.0, "ends")[-1]
+        return system, system.integrate(state, 17.0, output="ends")[-1]
 
     start = {"mass": 2.36e9 * u.t, "a": 2545.0 * u.m}
     other = fullbody.fit(later, start, [shuffled], integrator=QUICK)
@@ -271,7 +271,7 @@ def test_jitter_is_found_with_its_error():
     times = np.linspace(1.0, 39.0, 60) * u.h
     rng = np.random.default_rng(8)
     exact = noisy(rng, system, state, times, 40.0)
-    run = system.integrate(state, 40.0, exact.emission(system), QUICK)
+    run = system.integrate(state, 40.0, output=exact.emission(system), integrator=QUICK)
     ranges = exact.predict(run).range + rng.normal(size=60) * 225 * u.m
     data = observing.Radar(times, range=ranges, sigma=75 * u.m, body="Beta", about="Alpha", geometry=exact.geometry)
     start = {"a": 2.55, "jitter": Free(100 * u.m, min=0 * u.m)}
@@ -297,7 +297,7 @@ def test_bounds_hold_and_are_named(radar):
 def test_log_posterior_is_chi2_and_its_gradient(radar, found):
     values = {"mass": 2.352, "a": 2.5505}
     system, state = pair(**values)
-    run = system.integrate(state, 30.0, radar.emission(system))
+    run = system.integrate(state, 30.0, output=radar.emission(system))
     density, gradient = found.log_posterior(values, gradient=True)
     assert density == pytest.approx(-0.5 * radar.chi2(run), rel=1e-12)
     assert found.log_posterior([2.352, 2.5505]) == density

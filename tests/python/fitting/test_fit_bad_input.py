@@ -264,4 +264,4 @@ def test_the_signal_of_ctrl_c_returns_the_best_so_far(radar):
     finally:
         signal.signal(signal.SIGINT, before)
     assert found.message.startswith("interrupted")
-    assert found.chi2 <= radar.chi2(pair(**START)[0].integrate(pair(**START)[1], 30.0, radar.times))
+    assert found.chi2 <= radar.chi2(pair(**START)[0].integrate(pair(**START)[1], 30.0, output=radar.times))

@@ -96,7 +96,7 @@ def test_derivatives_of_pulls_are_those_of_the_run_displaced():
     sky = observing.Astrometry(times, zero * u.mas, zero * u.mas, 1 * u.mas, photocentre=True, **offsets)
     # Ranges of 0.05 au are rounded to 1 um, of which the differences take some hundreds apart.
     for data, rounding in ((light, 1e-6), (radar, 1e-2), (sky, 1e-6)):
-        run = system.integrate(state, 20.0, data.emission(system), derivatives=names)
+        run = system.integrate(state, 20.0, output=data.emission(system), derivatives=names)
         exact, differenced = data.derivatives(run), run.derivative_of(data.pulls)
         np.testing.assert_array_equal(exact.value, differenced.value)
         # Positions, velocities, attitudes and spins are compared with the largest of their kind.

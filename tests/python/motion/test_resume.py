@@ -54,7 +54,7 @@ def by_ctrl_c(sim, until, output, path, moment=0.4 * UNTIL):
     """Runs into Ctrl-C, and what is on the disk afterwards."""
     every = [*watched(), ctrl_c_after(moment)]
     with pytest.raises(fullbody.Interrupted) as caught:
-        sim.integrate(until, output, events=every, dense=True, autosave=(path, 1e8))
+        sim.integrate(until, output=output, events=every, dense=True, autosave=(path, 1e8))
     assert caught.value.run.stop_reason == "interrupted"
     return caught.value.run, fullbody.Simulation.load(path)
 
@@ -94,14 +94,14 @@ def test_resumed_equals_unbroken(integrator, chart, interrupted, until, tmp_path
     places *= np.sign(until)
     for output in (None, 1.3, grid):
         sim = fullbody.Simulation(system, state, integrator)
-        whole = sim.integrate(until, output, events=watched(), dense=True)
+        whole = sim.integrate(until, output=output, events=watched(), dense=True)
         begun, resumed = interrupted(fullbody.Simulation(system, state, integrator), until, output, tmp_path / "a.sim")
         now = resumed.time
         assert 0.3 * UNTIL < abs(now) < abs(until)
-        assert same_samples(whole, sim.system.integrate(state, until, output, integrator))
+        assert same_samples(whole, sim.system.integrate(state, until, output=output, integrator=integrator))
         before = resumed.statistics
         rest = None if output is None else whole.time[abs(whole.time) > abs(now)]
-        run = resumed.integrate(until, rest, events=watched(), dense=True)
+        run = resumed.integrate(until, output=rest, events=watched(), dense=True)
         assert resumed.state == sim.state
         assert resumed.time == sim.time
 
@@ -183,7 +183,7 @@ def test_an_autosave_in_the_middle(integrator, tmp_path):
 
     every = [*watched(), events.Function(pause)]
     sim = fullbody.Simulation(system, state, integrator)
-    whole = sim.integrate(UNTIL, 0.7, events=every, dense=True, progress=take, autosave=(path, 0.0))
+    whole = sim.integrate(UNTIL, output=0.7, events=every, dense=True, progress=take, autosave=(path, 0.0))
     resumed = fullbody.Simulation.load(taken)
     now = resumed.time
     assert 0.3 * UNTIL < now < UNTIL
@@ -200,9 +200,9 @@ def test_an_autosave_in_the_middle(integrator, tmp_path):
 def test_copies_look_between_steps_as_the_original_does():
     system, state = KW4
     sim = fullbody.Simulation(system, state, FIXED[1])
-    sim.integrate(10.0, 0.3, events=watched())
+    sim.integrate(10.0, output=0.3, events=watched())
     other = copy.deepcopy(sim)
-    ours, theirs = (one.integrate(30.0, 0.3, events=watched()) for one in (sim, other))
+    ours, theirs = (one.integrate(30.0, output=0.3, events=watched()) for one in (sim, other))
     assert occurrences(ours) == occurrences(theirs)
     assert ours.statistics == theirs.statistics
     assert same_samples(ours, theirs)

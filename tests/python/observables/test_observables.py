@@ -315,7 +315,7 @@ def test_what_is_not_a_run_or_a_body(function):
             function(run, body=body)
     with pytest.raises(fullbody.InvalidInput, match=r"about of .* is 7; expected 0 to 1, one of the 2 bodies"):
         function(run, about=7)
-    with pytest.raises(fullbody.InvalidInput, match=r"body and about of .* are both 1"):
+    with pytest.raises(fullbody.InvalidInput, match=r"body and about of .* are 1 and 1, both"):
         function(run, body=1, about=1)
 
 

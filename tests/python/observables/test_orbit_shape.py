@@ -123,7 +123,7 @@ def test_what_is_not_a_run_or_a_body(function):
         function(state)
     with pytest.raises(fullbody.InvalidInput, match=r"body of .* is 'Beta'; expected one of body 0, body 1"):
         function(run, body="Beta")
-    with pytest.raises(fullbody.InvalidInput, match=r"body and about of .* are both 1"):
+    with pytest.raises(fullbody.InvalidInput, match=r"body and about of .* are 1 and 1, both"):
         function(run, about=1)
 
 

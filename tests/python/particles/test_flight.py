@@ -33,7 +33,7 @@ def jacobi(mu, bodies, x, v):
 def hundred():
     """A hundred revolutions of two spheres, kept as a function of time."""
     system, state = circular(0.01)
-    return system.integrate(state, 100.0 * TURN, [], fullbody.Verner98.to_roundoff(), dense=True)
+    return system.integrate(state, 100.0 * TURN, output=[], integrator=fullbody.Verner98.to_roundoff(), dense=True)
 
 
 def test_jacobis_constant_over_a_hundred_orbits(hundred):
@@ -88,7 +88,7 @@ def test_a_particle_flies_as_a_body_of_next_to_no_mass():
         attitude=[*state.attitude, *still],
         spin=[*state.spin, *np.zeros((2, 3))],
     )
-    expected = many.integrate(with_tiny, 24.0, "ends")
+    expected = many.integrate(with_tiny, 24.0, output="ends")
     flight = system.fly(state, fullbody.Particles(x, v), 24.0, "ends")
     assert np.abs(flight.position[-1] - expected.position[-1, 2:]).max() < 1e-10
     assert np.abs(flight.velocity[-1] - expected.velocity[-1, 2:]).max() < 1e-10
@@ -157,7 +157,7 @@ def test_third_bodies_move_particles_as_they_move_bodies():
         attitude=[*state.attitude, [1.0, 0.0, 0.0, 0.0]],
         spin=[*state.spin, np.zeros(3)],
     )
-    expected = three.integrate(start, 200.0, "ends").position[-1, 2]
+    expected = three.integrate(start, 200.0, output="ends").position[-1, 2]
     particles = fullbody.Particles(x, v)
     found = system.with_forces([sun]).fly(state, particles, 200.0, "ends").position[-1, 0]
     without = system.fly(state, particles, 200.0, "ends").position[-1, 0]
@@ -194,7 +194,7 @@ def test_composites_and_polyhedra_pull_particles():
             position=x[:count], velocity=v[:count], attitude=[[1, 0, 0, 0]] * count, spin=spin[:count]
         )
 
-    expected = fullbody.System([*bodies, tiny], G=1.0).integrate(state(3), 5.0, "ends").position[-1, 2]
+    expected = fullbody.System([*bodies, tiny], G=1.0).integrate(state(3), 5.0, output="ends").position[-1, 2]
     flight = fullbody.System(bodies, G=1.0).fly(state(2), fullbody.Particles(x[2:], v[2:]), 5.0, "ends")
     assert np.abs(flight.position[-1, 0] - expected).max() < 1e-10
 
@@ -224,6 +224,6 @@ def test_among_many_bodies():
         spin = [[0.1, 0.2, 0.3]] * 5 + [[0.0, 0.0, 0.0]]
         return fullbody.State([*x, probe][:count], [*v, speed][:count], still, spin[:count])
 
-    expected = fullbody.System([*bodies, tiny], G=1.0).integrate(state(6), 10.0, "ends").position[-1, 5]
+    expected = fullbody.System([*bodies, tiny], G=1.0).integrate(state(6), 10.0, output="ends").position[-1, 5]
     flight = fullbody.System(bodies, G=1.0).fly(state(5), fullbody.Particles([probe], [speed]), 10.0, "ends")
     assert np.abs(flight.position[-1, 0] - expected).max() < 1e-10

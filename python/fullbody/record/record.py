@@ -1,0 +1,470 @@
+"""The record of a motion: samples of its states as arrays, with what follows from them."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import astuple
+from typing import Any, Generic, Self, TypeVar, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base.tables import Tabled
+from ..errors import FullbodyError, InvalidInput
+from ..events import Occurrence
+from ..model.context import Context, S
+from ..model.interactions import Invariants
+from ..model.state import State, wrap
+from ..orbit.elements import KeplerElements
+from ..typing import Array
+from . import conserved
+from .columns import Column, Numbers, array
+from .dense import Dense, Samples
+from .integrators import Integrator
+from .statistics import Statistics
+from .track import Track
+
+__all__ = ["Record", "joined"]
+
+_Array = npt.NDArray[np.float64]
+_R = TypeVar("_R", bound="Record[Any]")
+#: The arrays of a state.
+STATE = ("position", "velocity", "attitude", "spin")
+
+
+class Record(Tabled, Generic[S]):
+    """K samples of the motion of N bodies, and how they came about.
+
+    ``record[k]`` is a :class:`State`; ``record["Beta"]`` the :class:`Track` of one body; and ``record[::k]``,
+    ``record[[0, 5, 9]]`` and ``record[mask]`` are records of some of the samples, which keep the start, statistics and
+    events of the whole. Arrays are read-only; they are Quantities if the system has units.
+
+    Attributes
+    ----------
+    system : System
+    arrays : dict of ndarray
+        Times, positions and so on as numbers in the system's units, with a row per sample.
+    invariants : ndarray, (8,)
+        The conserved quantities at the start as numbers; see :mod:`fullbody.record.conserved`.
+    parameters : tuple of str
+        The names of the parameters by which the run was differentiated.
+    """
+
+    def __init__(
+        self,
+        system: S,
+        integrator: Integrator,
+        arrays: dict[str, _Array],
+        start: _Array,
+        statistics: Statistics,
+        *,
+        events: Iterable[Occurrence] = (),
+        stop_reason: str = "end",
+        dense: Dense | None = None,
+        switched_off: dict[str, int] | None = None,
+        parameters: tuple[str, ...] = (),
+    ) -> None:
+        self.system = system
+        self.integrator = integrator
+        self.statistics = statistics
+        self.events = list(events)
+        self.stop_reason = stop_reason
+        self.dense = dense
+        self.switched_off = switched_off or {}
+        self.error: FullbodyError | None = None
+        self.arrays = arrays
+        self.invariants = start
+        self.parameters = parameters
+        self._protect()
+
+    @property
+    def context(self) -> Context:
+        """The units and the bodies of the system."""
+        return self.system.context
+
+    def _protect(self) -> None:
+        for values in self.arrays.values():
+            values.flags.writeable = False
+
+    def _with(self, arrays: dict[str, _Array]) -> Self:
+        """Return a copy with other samples."""
+        record = copy.copy(self)
+        record.arrays = arrays
+        record._protect()
+        return record
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "dense": None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._protect()
+
+    def __copy__(self) -> Self:
+        record = object.__new__(type(self))
+        record.__dict__.update(self.__dict__)
+        return record
+
+    def __deepcopy__(self, memo: Any) -> Self:
+        # Only the list of events can change.
+        record = copy.copy(self)
+        record.events = list(record.events)
+        return record
+
+    def __len__(self) -> int:
+        return len(self.arrays["time"])
+
+    @overload
+    def __getitem__(self, index: int) -> State: ...
+    @overload
+    def __getitem__(self, index: str) -> Track: ...
+    @overload
+    def __getitem__(self, index: slice | Sequence[int] | npt.NDArray[Any]) -> Self: ...
+    def __getitem__(self, index: Any) -> State | Self | Track:
+        if isinstance(index, str):
+            return self._track(self.context.index(index))
+        if isinstance(index, slice) or np.ndim(index):
+            which = index if isinstance(index, slice) or len(index) else np.array([], np.intp)
+            return self._with({name: np.ascontiguousarray(values[which]) for name, values in self.arrays.items()})
+        state = (np.ascontiguousarray(self.arrays[name][index]) for name in STATE)
+        return wrap(_core.State(float(self.arrays["time"][index]), *state), self.context)
+
+    def _track(self, body: int) -> Track:
+        return Track(self.context.names[body], self.time, *(getattr(self, name)[:, body] for name in STATE))
+
+    def __iter__(self) -> Iterator[State]:
+        return (self[k] for k in range(len(self)))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Record):
+            return NotImplemented
+        names = ("parameters", "stop_reason", "events", "switched_off", "statistics", "system")
+        return (
+            all(getattr(self, name) == getattr(other, name) for name in names)
+            and self.arrays.keys() == other.arrays.keys()
+            and all(np.array_equal(values, other.arrays[name]) for name, values in self.arrays.items())
+            and np.array_equal(self.invariants, other.invariants)
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    @overload
+    def __call__(self, time: float | str) -> State: ...
+    @overload
+    def __call__(self, time: Sequence[float] | npt.NDArray[Any]) -> Samples: ...
+    def __call__(self, time: Any) -> State | Samples:
+        """Return the state at any time of a run with ``dense=True``; see :class:`Dense`.
+
+        Parameters
+        ----------
+        time : float, Quantity or array_like, (K,)
+
+        Returns
+        -------
+        State or Samples
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> run = system.integrate(state, 10.0, output=10.0, dense=True)
+        >>> run(3.7).position.shape, run([1.0, 2.0]).position.shape
+        ((2, 3), (2, 2, 3))
+        """
+        found: State | Samples = self.continuous()(time)
+        return found
+
+    def continuous(self) -> Dense:
+        """Return the continuous solution, or raise an error if the run keeps none."""
+        if self.dense is None:
+            raise InvalidInput("this run keeps no continuous solution; integrate with dense=True")
+        return self.dense
+
+    def states(self, times: Any, what: str = "time") -> dict[str, _Array]:
+        """Return the states at times of the run, in numbers of the system's units.
+
+        Parameters
+        ----------
+        times : array_like or Quantity, (K,)
+            Any times of a run with ``dense=True``; otherwise times of samples.
+        what : str
+            What errors call a time.
+
+        Returns
+        -------
+        dict of ndarray
+            ``position``, ``velocity`` and ``spin`` (K, N, 3), ``attitude`` (K, N, 4).
+
+        Raises
+        ------
+        InvalidInput
+            For a time that the run does not have.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> system.integrate(state, 10.0, output=1.0).states([2.0, 5.0])["attitude"].shape
+        (2, 2, 4)
+        """
+        values = np.atleast_1d(self.context.units.strip(times, "time", what))
+        if values.ndim != 1:
+            raise InvalidInput(f"{what} has shape {values.shape}; expected (K,)")
+        if self.dense is not None:
+            return self.dense.states(values, what)
+        index = self.indices(values, what)
+        return {name: self.arrays[name][index] for name in STATE}
+
+    def indices(self, times: _Array, what: str = "time") -> npt.NDArray[np.intp]:
+        """Return the indices of the samples at times (K,), which are numbers in the system's units."""
+        known = self.arrays["time"]
+        order = np.argsort(known, kind="stable")
+        nearest = np.minimum(np.searchsorted(known, times, sorter=order), len(known) - 1)
+        index = order[nearest] if len(known) else np.full(len(times), -1)
+        missing = times[known[index] != times] if len(known) else times
+        if missing.size:
+            raise InvalidInput(
+                f"{what} is {self.context.units.attach(missing[0], 'time')}, of no sample; expected the time of a "
+                "sample, or integrate with dense=True"
+            )
+        return index
+
+    time = Column("Times (K,).", "time", "time")
+    position = Column("Positions of the centres (K, N, 3), inertial frame.", "position", "length")
+    velocity = Column("Velocities of the centres (K, N, 3), inertial frame.", "velocity", "velocity")
+    attitude = Numbers("Unit quaternions (K, N, 4), ``[w, x, y, z]``.", "attitude")
+    spin = Column("Angular velocities (K, N, 3), body frames.", "spin", "spin")
+    energy = Column("Total energy (K,).", "energy", "energy", 0)
+    translational_energy = Column("Kinetic energy of the centres (K,).", "energy", "energy", 1)
+    rotational_energy = Column("Kinetic energy of the spins (K,).", "energy", "energy", 2)
+    potential_energy = Column("Potential energy (K,), negative.", "energy", "energy", 3)
+    angular_momentum = Column(
+        """Total angular momentum (K, 3) about the origin, inertial.
+
+        It is computed about the barycentre, whose constant own part is added, so that it loses no digits as the system
+        travels.
+        """,
+        "angular_momentum",
+        "angular momentum",
+    )
+
+    @property
+    def work(self) -> dict[str, Array]:
+        """Work (K,) of each external force since the start of the run, by its name.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> tide = fullbody.forces.Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01)
+        >>> run = system.with_forces([tide]).integrate(state, 20.0)
+        >>> list(run.work)
+        ['tide on Alpha']
+        >>> bool(abs(run.energy_drift).max() < 1e-14)
+        True
+        """
+        return self._by_force("work", "energy")
+
+    @property
+    def impulse(self) -> dict[str, Array]:
+        """Impulse (K, 3) of each external force since the start of the run, by its name."""
+        return self._by_force("impulse", "momentum")
+
+    @property
+    def angular_impulse(self) -> dict[str, Array]:
+        """Angular impulse (K, 3) of each external force since the start of the run, by its name."""
+        return self._by_force("angular_impulse", "angular momentum")
+
+    def _by_force(self, name: str, dimension: str) -> dict[str, Array]:
+        attach = self.context.units.attach
+        return {force: attach(self.arrays[name][:, k], dimension) for k, force in enumerate(self.context.forces)}
+
+    @property
+    def start(self) -> Invariants:
+        """Time, energy and angular momentum at the start of the run, whether a sample was recorded there or not.
+
+        A selection of samples keeps the start of the whole run.
+        """
+        return conserved.named(self.invariants, self.context.units)
+
+    @property
+    def energy_drift(self) -> _Array:
+        """Change of the total energy since the start of the run (K,), relative to its value there, or absolute if that
+        is zero.
+
+        The work of external forces is subtracted, so that the drift is the error of the integration.
+        """
+        return conserved.drift("energy_drift", self.invariants, self.arrays)
+
+    @property
+    def energy_drift_orbital(self) -> _Array:
+        """Change of the total energy since the start of the run (K,), relative to abs(potential + translational) there.
+
+        The energy of a fast spin can be so large that the error of the orbit does not show in :attr:`energy_drift`. The
+        drift is absolute if there is no orbit.
+        """
+        return conserved.drift("energy_drift_orbital", self.invariants, self.arrays)
+
+    @property
+    def angular_momentum_drift(self) -> _Array:
+        """Length of the change of the angular momentum since the start of the run (K,), relative to its length there.
+
+        The angular impulse of external forces is subtracted. The drift is absolute if the length at the start is zero.
+        """
+        return conserved.drift("angular_momentum_drift", self.invariants, self.arrays)
+
+    @property
+    def tangent_units(self) -> tuple[Any, ...] | None:
+        """The units of the 12 N components of a tangent vector, or ``None`` for a system without units.
+
+        The element (i, j) of a transition matrix has the unit ``tangent_units[i] / tangent_units[j]``. The element
+        i of a sensitivity has the unit ``tangent_units[i]`` divided by that of the parameter, which is the system's
+        own.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4(units=True)
+        >>> units = system.integrate(state, "1 hour", derivatives=True).tangent_units
+        >>> [str(unit) for unit in units[:12:3]]
+        ['km', 'km / h', 'rad', 'rad / h']
+        """
+        units = self.context.units
+        if not units.known:
+            return None
+        kinds = [units.unit(dimension) for dimension in ("length", "velocity", "angle", "spin")]
+        return tuple(unit for _ in self.context.names for unit in kinds for _ in range(3))
+
+    @property
+    def is_differentiated(self) -> bool:
+        """Whether the run was integrated with ``derivatives=``."""
+        return "transition" in self.arrays
+
+    transition = Numbers(
+        """Transition matrices (K, 12 N, 12 N), which map a tangent vector at the start of the run to that at a sample.
+
+        A tangent vector has 12 components per body, body after body: changes of position and velocity in the inertial
+        frame, a rotation vector theta in the body frame (R becomes R exp(theta), in rad), and the change of spin in the
+        body frame. All are numbers in the system's own units (:attr:`tangent_units`). The nominal barycentre moves with
+        the start, and the paths of third bodies with it.
+
+        Raises
+        ------
+        InvalidInput
+            For a run that was not integrated with ``derivatives=``.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> run = system.integrate(state, 10.0, output="ends", derivatives=True)
+        >>> run.transition.shape
+        (2, 24, 24)
+        """,
+        "transition",
+    )
+
+    @property
+    def sensitivity(self) -> dict[str, _Array]:
+        """Derivatives (K, 12 N) of the samples with respect to parameters of the system, by their names, at a fixed
+        start.
+
+        They are numbers in the system's own units: :attr:`tangent_units` divided by the unit of the parameter.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> run = system.integrate(state, 10.0, output="ends", derivatives=["G", "mass of Alpha"])
+        >>> run.sensitivity["mass of Alpha"].shape
+        (2, 24)
+        """
+        array(self, "transition")
+        values = self.arrays.get("sensitivity")
+        return {} if values is None else {name: values[:, k] for k, name in enumerate(self.parameters)}
+
+    megno = Numbers(
+        """Mean MEGNO since the start of the run (K,): it tends to 2 for regular motion, and grows with chaotic motion.
+
+        It needs a run with ``chaos=True``, and is zero at the start. See Cincotta & Simo (2000), Astron. Astrophys.
+        Suppl. 147, 205.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.kw4()
+        >>> run = system.integrate(state, 3000.0, output="ends", chaos=True)
+        >>> bool(abs(run.megno[-1] - 2.0) < 0.1)
+        True
+        """,
+        "chaos",
+        0,
+    )
+    lyapunov = Column(
+        """Tangent growth ``ln(|delta|/|delta_0|)`` divided by the time since the start (K,), in 1/time.
+
+        It tends to the largest Lyapunov exponent, whose inverse is the Lyapunov time, and needs a run with
+        ``chaos=True``. Components of tangent vectors are measured in their natural sizes at the start: separation,
+        orbital speed or the body's own, rad, and the spin.
+        """,
+        "chaos",
+        "rate",
+        1,
+    )
+    fast_lyapunov = Numbers(
+        "The fast Lyapunov indicator (K,): the largest ``ln(|delta|/|delta_0|)`` so far. It needs ``chaos=True``.",
+        "chaos",
+        2,
+    )
+
+    def elements(self, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> KeplerElements[Array]:
+        """Return the osculating elements of one body about another.
+
+        Parameters
+        ----------
+        mu : float or Quantity, optional
+            The gravitational parameter; by default G times the sum of the two masses.
+        body, about : int or str
+            Indices in the system, or names.
+
+        Returns
+        -------
+        KeplerElements
+            Elements with arrays (K,), in the frame of the system.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> system.integrate(state, 10.0, output=1.0).elements().e.shape
+        (11,)
+        """
+        units = self.context.units
+        first, second = self.context.pair(body, about)
+        number = self.context.mu(first, second) if mu is None else units.number(mu, "mu", "mu")
+        r, v = (self.arrays[name][:, first] - self.arrays[name][:, second] for name in ("position", "velocity"))
+        a, e, *angles = (np.ascontiguousarray(column) for column in _core.cartesian_to_elements(r, v, number).T)
+        return KeplerElements._trusted(
+            [units.attach(a, "length"), e, *(units.attach(angle, "angle") for angle in angles)], self.context.frame
+        )
+
+
+def joined(later: _R, earlier: _R) -> _R:
+    """Return the record with the samples of one forward and of one backward from the same start, in the order of time.
+
+    It has the statistics of both, no events and no continuous solution.
+    """
+    # A record without samples keeps no derivatives.
+    whole = later if len(later) else earlier
+    record = whole._with(
+        {
+            name: np.concatenate([values[::-1], later.arrays.get(name, values[:0])])
+            for name, values in earlier.arrays.items()
+        }
+    )
+    counts = (astuple(one.statistics) for one in (later, earlier))
+    record.statistics = Statistics(*(sum(both) for both in zip(*counts, strict=True)))
+    record.events, record.dense = [], None
+    return record
