@@ -141,6 +141,8 @@ def gravity(system: SystemLike, state: State, points: Any, body: int | str | Non
     """
     context = system.context
     core = strip(state, context)
+    if len(core.position) != len(context):
+        raise InvalidInput(f"state has {len(core.position)} bodies; expected {len(context)}, as in the system")
     index = None if body is None else context.index(body)
     pose = core.position[None], core.attitude[None]
     return gravity_at(context.attraction, *pose, points_in(points, context.units), context.units, index)

@@ -488,7 +488,7 @@ class System(Tabled):
     def _place(self, index: object, what: str) -> int:
         return self.context.index(index, what)
 
-    def _core_bodies(self) -> list[_core.Body]:
+    def _core_bodies(self) -> list[Any]:
         return list(self.context.bodies)
 
     def _describe(self) -> dict[str, Any]:
@@ -497,10 +497,10 @@ class System(Tabled):
     def _third_body(self, name: object, what: str) -> int:
         return self.context.third_body(name, what)
 
-    def _strip(self, state: Any) -> _core.State:
+    def _strip(self, state: Any) -> Any:
         return strip(state, self.context)
 
-    def _state(self, core: _core.State) -> Any:
+    def _state(self, core: Any) -> Any:
         return wrap(core, self.context)
 
     def _changed(self, name: str, by: float) -> tuple[Self, float]:

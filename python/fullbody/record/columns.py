@@ -45,7 +45,9 @@ class Numbers(property):
 
     if TYPE_CHECKING:
 
-        def __get__(self, record: Any, kind: type | None = None, /) -> npt.NDArray[np.float64]: ...
+        def __get__(  # type: ignore[override]
+            self, record: Any, kind: type | None = None, /
+        ) -> npt.NDArray[np.float64]: ...
 
 
 class Column(property):
@@ -68,4 +70,6 @@ class Column(property):
 
     if TYPE_CHECKING:
 
-        def __get__(self, record: Any, kind: type | None = None, /) -> Array: ...
+        def __get__(  # type: ignore[override]
+            self, record: Any, kind: type | None = None, /
+        ) -> Array: ...

@@ -188,7 +188,7 @@ def test_an_autosave_in_the_middle(integrator, tmp_path):
     now = resumed.time
     assert 0.3 * UNTIL < now < UNTIL
     assert now in seen
-    run = resumed.integrate(UNTIL, whole.time[whole.time > now], events=watched(), dense=True)
+    run = resumed.integrate(UNTIL, output=whole.time[whole.time > now], events=watched(), dense=True)
     assert occurrences(run) == occurrences(whole, now)
     assert same_samples(run, whole[int((whole.time > now).argmax()) :])
     assert resumed.state == sim.state
