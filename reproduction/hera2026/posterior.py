@@ -153,7 +153,7 @@ def planar_fit(inputs: Mapping[str, Input]) -> tuple[npt.NDArray[np.float64], np
     def pulls(offset: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """Return the residuals of the observed values and of the priors, each in units of its error."""
         system, state = model.planar(**dict(zip(FITTED, centre + scale * offset, strict=True)))
-        run = system.integrate(state, SAMPLES[-1], SAMPLES, integrator=SymplecticSplitting(step=0.5))
+        run = system.integrate(state, SAMPLES[-1], output=SAMPLES, integrator=SymplecticSplitting(step=0.5))
         observed = zip(OBSERVED, orbit(run), strict=True)
         return np.array([*((found - value[name]) / sigma[name] for name, found in observed), *offset])
 
@@ -168,7 +168,7 @@ def slope(inputs: Mapping[str, Input] = INPUTS, step: float = 0.005) -> float:
     for sign in (1.0, -1.0):
         values = {name: inputs[name].value for name in FITTED}
         system, state = model.planar(**values | {"a_b": values["a_b"] + sign * step})
-        run = system.integrate(state, SAMPLES[-1], SAMPLES, integrator=SymplecticSplitting(step=0.5))
+        run = system.integrate(state, SAMPLES[-1], output=SAMPLES, integrator=SymplecticSplitting(step=0.5))
         rates.append(orbit(run)[2])
     return (rates[0] - rates[1]) / (2.0 * step)
 

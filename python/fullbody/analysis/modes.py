@@ -12,7 +12,7 @@ from ..base.arguments import integer
 from ..base.tables import Table, Tabled, head, number
 from ..base.units import numbers, scalar
 from ..errors import InvalidInput
-from ..model.state import State
+from ..model.state import State, wrap
 from ..motion.system import System
 from ..typing import Array as Floats
 from ..typing import Scalar
@@ -161,7 +161,7 @@ def displaced(rotation: Rotation, deviation: Array) -> State:
     for k in range(2):
         if not pair.is_point(k):
             spins[k] += deviation[12 + 3 * k : 15 + 3 * k] / pair.inertia[k]
-    return pair.system._state(pair.state(rotation.pose.moved(deviation[:9]), velocity, spins))
+    return wrap(pair.state(rotation.pose.moved(deviation[:9]), velocity, spins), pair.system.context)
 
 
 def modes_of(rotation: Rotation) -> Modes:

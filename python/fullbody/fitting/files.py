@@ -59,8 +59,7 @@ def described(fit: Any) -> dict[str, Any]:
             for one in fit.minima
         ],
         "state": [core.time, *(getattr(core, name).tolist() for name in _STATE)],
-        "integrator": fit.integrator
-        and fit.integrator._describe(lambda step: context.units.number(step, "time", "step")),
+        "integrator": fit.integrator and fit.integrator._describe(context.units),
         "shapes": [(len(times), *np.shape(pulls)) for times, pulls in zip(fit.times, fit.pulls, strict=True)],
     }
 

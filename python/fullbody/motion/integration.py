@@ -116,7 +116,8 @@ def integrate(
         derivatives=derivatives,
         chaos=chaos,
     )
-    return advance(core, task, progress, autosave)
+    run: Run[S] = advance(core, task, progress, autosave)
+    return run
 
 
 def integrator_of(integrator: Integrator | None) -> Integrator:

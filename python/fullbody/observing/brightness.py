@@ -91,7 +91,7 @@ class Photometer:
         # Albedos are multiplied in here, so that the derivative with respect to an albedo of zero is known.
         described = [one._describe() for one in self.laws]
         self._core = _core.Photometer(
-            system.context.bodies, described, [1.0] * len(system.context), bool(mutual), radius
+            list(system.context.bodies), described, [1.0] * len(system.context), bool(mutual), radius
         )
 
     def brightness(

@@ -18,7 +18,7 @@ from ..model.context import SystemLike
 from ..record.displaced import FunctionDerivatives
 from ..record.record import Record
 from .columns import Column, Rows, read_table
-from .states import RetardedStates, samples_at, states_at
+from .states import RetardedStates
 from .times import in_system
 from .vectors import Vectors
 
@@ -265,7 +265,7 @@ class Observations(Tabled):
 
     def _residuals(self, run: Record) -> _Array:
         system = run.system
-        states = states_at(run, self._emission(system), self._what())
+        states = run.states(self._emission(system), f"time of {self._what()}")
         return self._observed(system) - self._model(system, states)
 
     def predict(self, run: Record) -> Any:
@@ -287,7 +287,7 @@ class Observations(Tabled):
         InvalidInput
             If the run, or the geometry, does not cover the times.
         """
-        states = states_at(run, self._emission(run.system), self._what())
+        states = run.states(self._emission(run.system), f"time of {self._what()}")
         return self._attach(self._model(run.system, states), run.system)
 
     def residuals(self, run: Record) -> Any:
@@ -328,7 +328,7 @@ class Observations(Tabled):
             differences.
         """
         system = run.system
-        place = samples_at(run, self._emission(system), self._what())
+        place = run.indices(self._emission(system), f"time of {self._what()}")
         states = {name: run.arrays[name][place] for name in ("position", "velocity", "attitude", "spin")}
         by_state, direct = self._partials(system, states, run.parameters)
 
@@ -348,11 +348,11 @@ class Observations(Tabled):
         """The number of unknowns for which each prediction solves, which count as parameters of a fit."""
         return 0
 
-    def _design(self, system: System) -> _Array:
+    def _design(self, system: SystemLike) -> _Array:
         """Return the derivatives (K, C, L) of the predictions with respect to these unknowns."""
         return np.zeros((*self._observed(system).shape, 0))
 
-    def errors(self, system: System) -> Errors:
+    def errors(self, system: SystemLike) -> Errors:
         """Return the errors of the rows, with and without a jitter, in the system's units."""
         given = self if self._given is None else self._given
         return Errors(self._covariance(system), given._covariance(system), self._design(system))

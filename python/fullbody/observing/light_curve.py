@@ -11,7 +11,7 @@ from ..errors import InvalidInput
 from ..record.record import Record
 from .brightness import Photometer
 from .laws import LommelSeeliger
-from .states import RetardedStates, refuse_inside, states_at
+from .states import RetardedStates, refuse_inside
 from .times import in_system
 from .vectors import Vectors
 
@@ -86,7 +86,7 @@ def light_curve(
     if when.ndim != 1:
         raise InvalidInput(f"times has shape {when.shape}; expected (K,)")
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
-    states = states_at(run, local.emission(when), "a light curve")
+    states = run.states(local.emission(when), "time of a light curve")
     retarded = RetardedStates(local, when, system.context.masses, states)
     attitude = retarded.attitude(states["attitude"], states["spin"])
     to_sun = local.sun(when)

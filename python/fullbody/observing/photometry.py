@@ -145,7 +145,7 @@ class Photometry(Observations):
         """The number of zero points that are solved for, which count as parameters of a fit."""
         return len(self.nights) if self.zero == "free" else 0
 
-    def _design(self, system: System) -> _Array:
+    def _design(self, system: SystemLike) -> _Array:
         return np.eye(len(self.nights))[self._night, None, : self.linear_unknowns]
 
     def _zeros(self, values: _Array) -> _Array:

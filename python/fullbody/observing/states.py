@@ -8,38 +8,11 @@ import numpy.typing as npt
 from ..base.rotations import matrices
 from ..errors import InvalidInput
 from ..model.context import SystemLike
-from ..record.record import Record
 from .vectors import SystemGeometry
 
-__all__ = ["RetardedStates", "refuse_inside", "samples_at", "states_at"]
+__all__ = ["RetardedStates", "refuse_inside"]
 
 _Array = npt.NDArray[np.float64]
-
-
-def states_at(run: Record, times: _Array, what: str) -> dict[str, _Array]:
-    """Return states of a run at times (K,), from its continuous solution or from samples at these times."""
-    if run.dense is not None:
-        low, high = sorted(run.dense.core.range)
-        outside = times[(times < low) | (times > high)]
-        if not outside.size:
-            return run.dense.core.states(np.ascontiguousarray(times))
-        attach = run.context.units.attach
-        first, last, when = (attach(float(value), "time") for value in (low, high, outside[0]))
-        raise InvalidInput(
-            f"{what} needs the state at time {when}, which the run, from {first} to {last}, does not cover"
-        )
-    place = samples_at(run, times, what)
-    return {name: run.arrays[name][place] for name in ("position", "velocity", "attitude", "spin")}
-
-
-def samples_at(run: Record, times: _Array, what: str) -> npt.NDArray[np.intp]:
-    """Return the indices of the samples of a run at times (K,)."""
-    known = run.arrays["time"]
-    order = np.argsort(known, kind="stable")
-    place = order[np.clip(np.searchsorted(known[order], times), 0, len(known) - 1)] if len(known) else np.array([], int)
-    if not len(known) or not np.array_equal(known[place], times):
-        raise InvalidInput(f"{what} needs states between the samples of the run; integrate with dense=True")
-    return place
 
 
 def refuse_inside(

@@ -43,10 +43,10 @@ def animate(
     run: Record,
     path: Any,
     *,
-    seconds: float,
-    fps: int,
-    size: tuple[float, float],
-    dpi: float,
+    seconds: float = 10.0,
+    fps: int = 20,
+    size: tuple[float, float] = (6.4, 4.8),
+    dpi: float = 100.0,
     geometry: Vectors | None = None,
 ) -> Path:
     """Write an animation of the bodies to a file.

@@ -90,8 +90,8 @@ class Dense:
             attach = self.context.units.attach
             first, last = (attach(end, "time") for end in sorted(self.core.range))
             raise InvalidInput(
-                f"{what} is {attach(outside[0], 'time')}, which the run does not cover; expected one from {first} to "
-                f"{last}, which the run covers"
+                f"{what} is {attach(outside[0], 'time')}; expected one from {first} to {last}, since the run does not "
+                "cover others"
             )
 
     def __copy__(self) -> Dense:

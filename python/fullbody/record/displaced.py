@@ -157,7 +157,7 @@ def _displaced(run: Any, name: str | int, columns: _Array, by: float, events: _E
         stop_reason=run.stop_reason,
         switched_off=run.switched_off,
     )
-    displaced.events = _Events(run, name, by, events)  # type: ignore[assignment]
+    displaced.events = _Events(run, name, by, events)
     return displaced
 
 

@@ -77,6 +77,8 @@ class Record(Tabled, Generic[S]):
         self.arrays = arrays
         self.invariants = start
         self.parameters = parameters
+        #: The drifts that have been computed so far, by name.
+        self._drifts: dict[str, _Array] = {}
         self._protect()
 
     @property
@@ -91,12 +93,12 @@ class Record(Tabled, Generic[S]):
     def _with(self, arrays: dict[str, _Array]) -> Self:
         """Return a copy with other samples."""
         record = copy.copy(self)
-        record.arrays = arrays
+        record.arrays, record._drifts = arrays, {}
         record._protect()
         return record
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "dense": None}
+        return {**self.__dict__, "dense": None, "_drifts": {}}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -126,10 +128,24 @@ class Record(Tabled, Generic[S]):
         if isinstance(index, str):
             return self._track(self.context.index(index))
         if isinstance(index, slice) or np.ndim(index):
-            which = index if isinstance(index, slice) or len(index) else np.array([], np.intp)
+            which = index if isinstance(index, slice) else self._selected(index)
             return self._with({name: np.ascontiguousarray(values[which]) for name, values in self.arrays.items()})
         state = (np.ascontiguousarray(self.arrays[name][index]) for name in STATE)
         return wrap(_core.State(float(self.arrays["time"][index]), *state), self.context)
+
+    def _selected(self, index: Any) -> npt.NDArray[np.intp]:
+        """Return the indices of samples from a list of indices or a mask, or raise an error for one that has no order.
+
+        An index out of range and a mask of another length are numpy's own errors.
+        """
+        selected: npt.NDArray[np.intp] = np.arange(len(self))[np.asarray(index, dtype=None if len(index) else np.intp)]
+        steps = np.diff(selected) if selected.ndim == 1 else np.zeros(1)
+        if not ((steps > 0).all() or (steps < 0).all()):
+            raise InvalidInput(
+                f"the index of samples is {index!r}; expected a list of distinct indices in the order of time or "
+                "against it, or a mask (K,)"
+            )
+        return selected
 
     def _track(self, body: int) -> Track:
         return Track(self.context.names[body], self.time, *(getattr(self, name)[:, body] for name in STATE))
@@ -296,7 +312,7 @@ class Record(Tabled, Generic[S]):
 
         The work of external forces is subtracted, so that the drift is the error of the integration.
         """
-        return conserved.drift("energy_drift", self.invariants, self.arrays)
+        return self._drift("energy_drift")
 
     @property
     def energy_drift_orbital(self) -> _Array:
@@ -305,7 +321,7 @@ class Record(Tabled, Generic[S]):
         The energy of a fast spin can be so large that the error of the orbit does not show in :attr:`energy_drift`. The
         drift is absolute if there is no orbit.
         """
-        return conserved.drift("energy_drift_orbital", self.invariants, self.arrays)
+        return self._drift("energy_drift_orbital")
 
     @property
     def angular_momentum_drift(self) -> _Array:
@@ -313,7 +329,14 @@ class Record(Tabled, Generic[S]):
 
         The angular impulse of external forces is subtracted. The drift is absolute if the length at the start is zero.
         """
-        return conserved.drift("angular_momentum_drift", self.invariants, self.arrays)
+        return self._drift("angular_momentum_drift")
+
+    def _drift(self, name: str) -> _Array:
+        if name not in self._drifts:
+            drift = conserved.drift(name, self.invariants, self.arrays)
+            drift.flags.writeable = False
+            self._drifts[name] = drift
+        return self._drifts[name]
 
     @property
     def tangent_units(self) -> tuple[Any, ...] | None:

@@ -55,7 +55,7 @@ def sampling(output: Any, units: Units) -> Any:
 
 def warn_of_spacing(output: Any, length: float, units: Units) -> None:
     """Warn of a spacing of times that is longer than the run."""
-    if isinstance(output, float) and output > abs(length) > 0.0:
+    if isinstance(output, float) and np.inf > output > abs(length) > 0.0:
         spacing, whole = (number(units.attach(np.float64(value), "time")) for value in (output, abs(length)))
         caution(
             f"output is {spacing}, a spacing of times, and the run is only {whole} long: its start and its end are "

@@ -10,7 +10,7 @@ from astropy.time import Time
 from displacements import by_start
 from eris import EPOCH, ERIS
 from fullbody import observing
-from fullbody.motion.samples import joined
+from fullbody.record.record import joined
 from scipy.optimize import least_squares
 from support import DATA
 

@@ -128,9 +128,11 @@ def test_units():
     system, state = fullbody.systems.kw4(units=True)
     with pytest.raises(InvalidInput, match="velocity has the unit"):
         system.fly(state, Particles(["3 km", "0 km", "0 km"] and [[3.0, 0.0, 0.0]], [["1 kg"] * 3]), 1.0)
-    plain = system.fly(state, ONE, 1.0, "ends")
+    plain = system.fly(state, ONE, 1.0, output="ends")
     metres = Particles([["3000 m", "0 m", "0 m"]], [["0 m/s", "0.8 km/h", "0 m/s"]])
-    assert (system.fly(state, metres, "1 hour", "ends").position - plain.position).to_value("km") == pytest.approx(0.0)
+    assert (system.fly(state, metres, "1 hour", output="ends").position - plain.position).to_value(
+        "km"
+    ) == pytest.approx(0.0)
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ def flight():
         return position[2] - 0.1
 
     events = [Periapsis("Alpha"), Function(height)]
-    return system.fly(state, particles, 10.0, 5.0, escape=Escape(8.0), events=events)
+    return system.fly(state, particles, 10.0, output=5.0, escape=Escape(8.0), events=events)
 
 
 def test_fates_and_text(flight):

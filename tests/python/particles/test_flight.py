@@ -89,7 +89,7 @@ def test_a_particle_flies_as_a_body_of_next_to_no_mass():
         spin=[*state.spin, *np.zeros((2, 3))],
     )
     expected = many.integrate(with_tiny, 24.0, output="ends")
-    flight = system.fly(state, fullbody.Particles(x, v), 24.0, "ends")
+    flight = system.fly(state, fullbody.Particles(x, v), 24.0, output="ends")
     assert np.abs(flight.position[-1] - expected.position[-1, 2:]).max() < 1e-10
     assert np.abs(flight.velocity[-1] - expected.velocity[-1, 2:]).max() < 1e-10
 
@@ -107,7 +107,7 @@ def test_particles_of_rebound():
     sim.integrate(20.0)
     bodies = [fullbody.Body(fullbody.PointMass(), mass=m) for m in masses]
     state = fullbody.State(position=x, velocity=v, attitude=[[1, 0, 0, 0]] * 2, spin=np.zeros((2, 3)))
-    flight = fullbody.System(bodies, G=1.0).fly(state, fullbody.Particles([probe], [speed]), 20.0, "ends")
+    flight = fullbody.System(bodies, G=1.0).fly(state, fullbody.Particles([probe], [speed]), 20.0, output="ends")
     assert np.abs(flight.position[-1, 0] - sim.particles[2].xyz).max() < 1e-10
 
 
@@ -124,7 +124,7 @@ def test_results_depend_neither_on_threads_nor_on_neighbours():
     run = system.integrate(state, 24.0, dense=True)
     flights = [run.fly(fullbody.Particles(x, v), output=6.0, threads=threads) for threads in (1, 2, 3)]
     assert flights[0] == flights[1] == flights[2]
-    assert system.fly(state, fullbody.Particles(x, v), 24.0, 6.0) == flights[0]
+    assert system.fly(state, fullbody.Particles(x, v), 24.0, output=6.0) == flights[0]
     few = run.fly(fullbody.Particles(x[40:43], v[40:43]), output=6.0)
     np.testing.assert_array_equal(few.position, flights[0].position[:, 40:43])
 
@@ -136,7 +136,7 @@ def test_there_and_back():
     fly = there.fate == "flying"
     assert fly.sum() > 5
     last = fullbody.Particles(there.last_position[fly], there.last_velocity[fly])
-    back = run.fly(last, 0.0, "ends", start=24.0)
+    back = run.fly(last, 0.0, output="ends", start=24.0)
     assert np.abs(back.position[-1] - x[fly]).max() < 1e-8
     # The same along a run that itself goes backwards.
     end = run[-1]
@@ -159,8 +159,8 @@ def test_third_bodies_move_particles_as_they_move_bodies():
     )
     expected = three.integrate(start, 200.0, output="ends").position[-1, 2]
     particles = fullbody.Particles(x, v)
-    found = system.with_forces([sun]).fly(state, particles, 200.0, "ends").position[-1, 0]
-    without = system.fly(state, particles, 200.0, "ends").position[-1, 0]
+    found = system.with_forces([sun]).fly(state, particles, 200.0, output="ends").position[-1, 0]
+    without = system.fly(state, particles, 200.0, output="ends").position[-1, 0]
     assert np.abs(found - expected).max() < 1e-9 < 1e-4 < np.abs(without - expected).max()
 
 
@@ -195,17 +195,17 @@ def test_composites_and_polyhedra_pull_particles():
         )
 
     expected = fullbody.System([*bodies, tiny], G=1.0).integrate(state(3), 5.0, output="ends").position[-1, 2]
-    flight = fullbody.System(bodies, G=1.0).fly(state(2), fullbody.Particles(x[2:], v[2:]), 5.0, "ends")
+    flight = fullbody.System(bodies, G=1.0).fly(state(2), fullbody.Particles(x[2:], v[2:]), 5.0, output="ends")
     assert np.abs(flight.position[-1, 0] - expected).max() < 1e-10
 
 
 def test_instructions_and_charts_change_round_off_alone():
     system, state, x, v = cloud(40)
     particles = fullbody.Particles(x, v)
-    expected = system.fly(state, particles, 6.0, "ends")
+    expected = system.fly(state, particles, 6.0, output="ends")
     others = [{"vector_path": path} for path in fullbody.vector_paths()] + [{"attitude_chart": "tait_bryan"}]
     for options in others:
-        found = system.with_options(**options).fly(state, particles, 6.0, "ends")
+        found = system.with_options(**options).fly(state, particles, 6.0, output="ends")
         assert found.fate.tolist() == expected.fate.tolist()
         np.testing.assert_allclose(found.position, expected.position, rtol=0.0, atol=1e-9)
 
@@ -225,5 +225,5 @@ def test_among_many_bodies():
         return fullbody.State([*x, probe][:count], [*v, speed][:count], still, spin[:count])
 
     expected = fullbody.System([*bodies, tiny], G=1.0).integrate(state(6), 10.0, output="ends").position[-1, 5]
-    flight = fullbody.System(bodies, G=1.0).fly(state(5), fullbody.Particles([probe], [speed]), 10.0, "ends")
+    flight = fullbody.System(bodies, G=1.0).fly(state(5), fullbody.Particles([probe], [speed]), 10.0, output="ends")
     assert np.abs(flight.position[-1, 0] - expected).max() < 1e-10

@@ -80,7 +80,7 @@ def test_a_particle_comes_to_rest_and_turns_with_its_body():
     system, state = lone(spin=(0.0, 0.0, 0.3))
     bounce = fullbody.particles.Bounce(normal=0.5, tangential=0.5, rest=1e-3)
     particles = fullbody.Particles([[1.01, 0.0, 0.2]], [[0.0, 0.3, 0.0]])
-    flight = system.fly(state, particles, 20.0, [15.0, 20.0], contact=bounce)
+    flight = system.fly(state, particles, 20.0, output=[15.0, 20.0], contact=bounce)
     assert flight.fate.tolist() == ["rest"]
     first, last = flight.position[:, 0]
     assert np.linalg.norm(first) == pytest.approx(1.0, rel=1e-12)
@@ -94,7 +94,7 @@ def test_a_bounce_against_a_rotation_that_would_lift_what_rests_has_an_end():
     """At rest in space it is pressed down; at rest on the body it is thrown off, with the speed of the surface."""
     system, state = lone(spin=(0.0, 0.0, 1.2))
     start = fullbody.Particles([[1.001, 0.0, 0.0]], [[0.0, 0.0, 0.0]])
-    flight = system.fly(state, start, 2.0, "ends", contact=fullbody.particles.Bounce(normal=0.5, rest=1e-3))
+    flight = system.fly(state, start, 2.0, output="ends", contact=fullbody.particles.Bounce(normal=0.5, rest=1e-3))
     # It strikes at 0.0447, and at half of the speed before each time, until it leaves at less than 0.001.
     assert flight.strikes.tolist() == [6]
     assert flight.fate.tolist() == ["flying"]
@@ -148,8 +148,8 @@ def test_escape_by_distance_and_by_energy():
 def test_stopped_particles_stay_and_removed_ones_are_gone():
     system, state = lone(spin=(0.0, 0.0, 0.5))
     particles = fullbody.Particles([[1.5, 0.0, 0.0]], [[0.0, 0.0, 0.0]])
-    stays = system.fly(state, particles, 10.0, 5.0)
-    gone = system.fly(state, particles, 10.0, 5.0, contact="remove")
+    stays = system.fly(state, particles, 10.0, output=5.0)
+    gone = system.fly(state, particles, 10.0, output=5.0, contact="remove")
     assert np.linalg.norm(stays.position[:, 0], axis=1) == pytest.approx([1.5, 1.0, 1.0])
     assert np.isnan(gone.position[1:]).all()
     assert np.array_equal(gone.position[0], stays.position[0])
@@ -220,7 +220,7 @@ def test_a_particle_on_an_equator_that_turns_as_an_orbit_does_comes_to_rest(exce
     system, state = lone(spin=(0.0, 0.0, 1.0 + excess))
     bounce = fullbody.particles.Bounce(normal=0.3, tangential=0.5, rest=5.8e-3)
     start = fullbody.Particles([[1.0, 0.0, 0.0]], [[0.0, 1.0 + excess, 0.0]])
-    flight = system.fly(state, start, 2.0, "ends", contact=bounce)
+    flight = system.fly(state, start, 2.0, output="ends", contact=bounce)
     assert flight.fate.tolist() == ["rest"]
     assert flight.strikes[0] < 10
     assert flight.position[-1, 0] == pytest.approx([np.cos(2.0), np.sin(2.0), 0.0], abs=1e-9)

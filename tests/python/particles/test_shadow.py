@@ -101,7 +101,7 @@ def test_radiation_pushes_and_the_shadow_does_not():
     system, state, light = lit(fullbody.Sphere(1.0), strength=strength, mass=1e-12)
     x = [[-20.0, 0.0, 0.0], [-20.0, 3.0, 0.0], [-20.0, 3.0, 0.0]]
     particles = fullbody.Particles(x, np.zeros((3, 3)), [ratio, ratio, 0.0])
-    flight = system.fly(state, particles, 2.0, "ends", radiation=light)
+    flight = system.fly(state, particles, 2.0, output="ends", radiation=light)
     moved = flight.position[-1] - x
     push = strength * ratio / (DISTANCE + 20.0) ** 2
     assert moved[1, 0] == pytest.approx(-0.5 * push * 4.0, rel=1e-4)

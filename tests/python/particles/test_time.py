@@ -29,7 +29,7 @@ def test_a_flight_starts_at_the_time_of_its_particles(run):
         assert flight.time[0] == 7.3 * u.hour
         np.testing.assert_array_equal(flight.position[0], particles.position)
         assert flight == run.fly(particles, output="ends", start="438 min")
-        assert (run.system.fly(later, particles, "30 hour", "ends").fate == flight.fate).all()
+        assert (run.system.fly(later, particles, "30 hour", output="ends").fate == flight.fate).all()
 
 
 def test_another_start_is_refused(run):
