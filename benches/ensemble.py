@@ -173,7 +173,7 @@ def short(count: int, days: float, threads: int) -> None:
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     wall, used = seconds(lambda: runs.extend(fullbody.integrate_many(given(), until, output="ends", threads=threads)))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    kept = sum(values.nbytes for run in runs for values in run._record.values())
+    kept = sum(values.nbytes for run in runs for values in run.arrays.values())
     print(f"\n{count} runs of {days:g} days on {threads} threads: {wall:.1f} s, {count / wall:.0f} a second")
     print(f"  of the processor {used:.1f} s, {1e3 * core:.2f} ms a run of integration alone and")
     print(f"  {1e6 * more:.0f} microseconds a run more, {100 * more / (core + more):.1f} %")

@@ -212,7 +212,7 @@ def _check_run(given: tuple[Any, Any, Any, Any, list[Any]]) -> None:
     run = system.integrate(
         state, until, output=output, integrator=integrator, events=asked, dense=dense, progress=_stop
     )
-    check_finite(*run._record.values())
+    check_finite(*run.arrays.values())
     for happened in run.events:
         check_finite(happened.time)
     if run.dense is not None and len(run):

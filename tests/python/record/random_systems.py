@@ -266,12 +266,12 @@ def errors(case):
     moved = least(columns, lambda by: numbers(state=displaced(state, *place, by)), size[case.column])
     found = {f"column {case.column}": moved}
     for name in case.names:
-        _, natural = system._changed(name, 0.0)
+        natural = system.context.natural_size(name)
         # Loads that are in proportion to their number allow for larger steps, in which they tell more.
         share = 20.0 if name.startswith(("k2", "lag", "along", "across", "factor", "force")) else 1.0
         columns = run.sensitivity[name][-1], event.sensitivity[name], [event.time_sensitivity[name]]
         found[name] = least(
-            columns, lambda by, name=name: numbers(system=system._changed(name, by)[0]), share * natural
+            columns, lambda by, name=name: numbers(system=system.changed(name, by)), share * natural
         )
     if case.is_of_second_order:
         return found
