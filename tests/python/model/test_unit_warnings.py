@@ -27,7 +27,7 @@ def test_a_turn_in_degrees_without_a_unit(units):
 def test_a_density_that_no_body_has(shape):
     """Of a shape in kilometres that is read as one in metres, or the other way round."""
     system, _ = fullbody.systems.didymos(units=True)
-    for unit, density in ((u.m, "2.*e.12"), (u.au, "7.*e-22")):
+    for unit, density in ((u.m, "2.*e.12"), (u.au, "8.*e-22")):
         with pytest.warns(
             fullbody.InconsistentInput, match=f"Dimorphos has a density of {density} kg/m3; expected 100"
         ):

@@ -302,15 +302,21 @@ def test_kw4():
 
 def test_didymos():
     system, state = ready("didymos")
-    # Daly et al. (2023): a total mass of 5.6e11 kg and a density of 2400 +- 300 kg/m^3.
+    # Daly et al. (2023): a total mass of 5.6e11 kg and a density of 2400 +- 300 kg/m^3. JPL's GM: 5.23e11 kg.
     assert abs(system.masses.sum() - 5.6e11) < 0.1e11
     assert abs(system.bodies[1].density / 1e9 - 2400) < 300
     # Thomas et al. (2023): a mean separation of 1.206 +- 0.035 km; Daly et al. (2023): 1.189 +- 0.017 km at the impact.
     assert abs(np.linalg.norm(state.position[1] - state.position[0]) - 1.206) < 0.01
     elements = orbit(system, state)
-    np.testing.assert_allclose(orbit_pole(state), [310, -84], rtol=1e-9)
-    # Retrograde to the ecliptic: published as 169.3 +- 1.0 degrees by others; the pole is known to 20 degrees.
-    np.testing.assert_allclose(np.degrees(elements.i), 174.0, rtol=1e-9)
+    # By the rotation about the node by the obliquity of J2000, 84381.406 arc seconds.
+    ra, dec, eps = np.radians([69.700, -72.695, 84381.406 / 3600])
+    latitude = np.arcsin(np.sin(dec) * np.cos(eps) - np.cos(dec) * np.sin(eps) * np.sin(ra))
+    longitude = np.arctan2(np.sin(ra) * np.cos(eps) + np.tan(dec) * np.sin(eps), np.cos(ra)) % (2 * np.pi)
+    np.testing.assert_allclose(orbit_pole(state), np.degrees([longitude, latitude]), rtol=1e-7)
+    # Retrograde to the ecliptic: published as 169.3 +- 1.0 degrees by others. Naidu et al. (2020): (310, -84) +- 20.
+    np.testing.assert_allclose(np.degrees(elements.i), 90 - np.degrees(latitude), rtol=1e-6)
+    apart = fullbody.frames.pole_vector(longitude, latitude) @ fullbody.frames.pole_vector(*np.radians([310, -84]))
+    assert np.degrees(np.arccos(apart)) == pytest.approx(3.3, abs=0.05)
     assert system.epoch == Time("2022-09-26T23:14:24.183", scale="utc")
     # Naidu et al. (2022), doi:10.48550/arXiv.2210.05101, from lightcurves alone: 11.9214869 +- 0.000028 h.
     assert abs(systems.published("didymos")["orbital period"] - 11.9214869) < 0.000028
@@ -334,22 +340,28 @@ def quadrupole(shape):
 
 
 def test_models_of_didymos_after_dart():
-    systems_of = {model: systems.didymos_after_dart(model=model)[0] for model in ("daly2023", "naidu2024")}
-    plain, other = systems_of.values()
-    assert ready("didymos_after_dart")[0] == plain
+    models = ("v003", "daly2023", "naidu2024")
+    current, plain, other = (systems.didymos_after_dart(model=model)[0] for model in models)
+    assert ready("didymos_after_dart")[0] == current
+    # The extents of the archived model.
+    assert current.bodies[0].shape == fullbody.Ellipsoid(0.819 / 2, 0.801 / 2, 0.607 / 2)
+    assert systems.didymos()[0].bodies[0].shape == current.bodies[0].shape
+    assert systems.didymos(model="daly2023")[0].bodies[0].shape == plain.bodies[0].shape
     # Naidu et al. (2024): equatorial and polar radii of 394 +- 11 and 290 +- 16 m. Daly et al. (2023): 851 x 849 x 620.
     assert other.bodies[0].shape == fullbody.Ellipsoid(0.394, 0.394, 0.290)
     assert plain.bodies[0].shape == fullbody.Ellipsoid(0.4255, 0.4245, 0.310)
     assert other.bodies[1].shape == plain.bodies[1].shape
     np.testing.assert_allclose(other.masses.sum(), plain.masses.sum(), rtol=1e-14)
-    assert "quadrupole is 19 per cent larger" in systems.didymos_after_dart.__doc__
-    assert round(100 * (quadrupole(plain.bodies[0].shape) / quadrupole(other.bodies[0].shape) - 1)) == 19
+    assert "quadrupole is 1 per cent larger" in systems.didymos_after_dart.__doc__
+    assert "with 19 per cent" in systems.didymos_after_dart.__doc__
+    ratios = [quadrupole(made.bodies[0].shape) / quadrupole(other.bodies[0].shape) for made in (current, plain)]
+    assert [round(100 * (ratio - 1)) for ratio in ratios] == [1, 19]
     for model in ("naidu", None, np.ones(2)):
-        with pytest.raises(fullbody.InvalidInput, match=r"model is .*; expected 'daly2023' or 'naidu2024'"):
+        with pytest.raises(fullbody.InvalidInput, match=r"model is .*; expected 'v003' or 'daly2023' or 'naidu2024'"):
             systems.didymos_after_dart(model=model)
 
 
-@pytest.mark.parametrize("model", ["daly2023", "naidu2024"])
+@pytest.mark.parametrize("model", ["v003", "daly2023", "naidu2024"])
 def test_the_apsidal_rate_after_dart_goes_with_the_spin_of_dimorphos(model):
     """As the documentation tells it; by the directions of periapsis, found from the distances with numpy alone."""
     lines = systems.didymos_after_dart.__doc__.splitlines()
@@ -696,6 +708,8 @@ def test_systems_need_no_scipy_for_their_starts():
     [
         ("antiope", {}),
         ("didymos", {}),
+        ("didymos", {"model": "daly2023"}),
+        ("didymos_after_dart", {}),
         ("didymos_after_dart", {"model": "daly2023"}),
         ("didymos_after_dart", {"model": "naidu2024"}),
         ("dinkinesh", {}),
@@ -711,7 +725,8 @@ def test_starts_of_the_files_are_those_of_the_search(name, options, monkeypatch)
         return found[0]
 
     monkeypatch.setattr("fullbody.setups.binary.start_with_period", search)
-    content = _files.changed(_files.contents(name), options.get("model"), {})
+    contents = _files.contents(name)
+    content = _files.changed(contents, options.get("model", contents.get("variants", {}).get("default")), {})
     content["binary"].pop("start_period")
     monkeypatch.setattr("fullbody.systems._files.changed", lambda *_: content)
     _, searched = getattr(systems, name)(**options)
