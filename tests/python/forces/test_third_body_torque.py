@@ -151,7 +151,7 @@ def test_the_pole_of_didymos(obliquity, degrees):
 
     The pole is at 168 degrees from the orbit's normal, so that it goes forwards; upright it would go back.
     """
-    published, start = fullbody.systems.didymos()
+    published, start = fullbody.systems.didymos(model="daly2023")
     body = published["Didymos"]
     system = fullbody.System([body], G=published.G)
     a, e, mu = 1.6427 * 149597870.7, 0.3836, 1.32712440018e11 * 3600.0**2
