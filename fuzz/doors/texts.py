@@ -97,5 +97,4 @@ DOORS: list[Door] = [
     ),
     file_door("sians", ".txt", _edited(_texts(*sorted(_PEERS.glob("sians*"))), [*_NUMBERS, "@", "sun:"]), _read_sians),
     file_door("gubas", ".cfg", _edited(_texts(*sorted(_PEERS.glob("*.cfg"))), [*_NUMBERS, "[a]", ";"]), _read_gubas),
-    file_door("gubas-numbers", ".txt", _edited(_texts(*sorted(_PEERS.glob("gubas*.txt"))), _NUMBERS), _read_gubas),
 ]

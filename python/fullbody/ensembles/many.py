@@ -32,6 +32,7 @@ _MOST_THREADS = 1024
 def integrate_many(
     members: Iterable[tuple[System, State]],
     until: Any,
+    *,
     output: Any = None,
     integrator: Integrator | Sequence[Integrator | None] | None = None,
     events: Iterable[Event] = (),

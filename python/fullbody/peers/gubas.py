@@ -1,26 +1,23 @@
-"""Reading of input files of GUBAS and GUBAS-RS."""
+"""Reading of configuration files of GUBAS and GUBAS-RS."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
-from ..base.atomic import as_path
 from ..base.rotations import quaternion
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
 from ..model.state import State
 from ..motion.system import System
 from ._meshes import along_body_axes
-from ._text import naming
-
-if TYPE_CHECKING:
-    from ._gubas_files import Start
+from ._text import NOT_NEGATIVE, POSITIVE, naming
 
 __all__ = ["read_gubas"]
 
 _UNITS = ("km", "s", "kg")
+_BODIES, _TIME = ("Primary", "Secondary"), ("Integration Settings", "Start Time")
 
 
 def read_gubas(
@@ -30,13 +27,11 @@ def read_gubas(
     units: bool = False,
     **options: Any,
 ) -> tuple[System, State]:
-    """Read a system and its state from an input file of GUBAS: its ``.cfg``, or the numeric ``ic_input.txt``.
+    """Read a system and its state from an input file of GUBAS, its ``.cfg``.
 
-    In both, the relative position and velocity are components along the primary's axes, and "A into N" turns them into
-    the inertial frame. The secondary's spin is along its own axes in the ``.cfg``, and along the primary's axes in
-    ``ic_input.txt``. Densities are in g/cm^3 in the ``.cfg`` and in kg/km^3 in ``ic_input.txt``, whose semi-axes are in
-    metres while its state is in kilometres. The barycentre is placed at rest at the origin. ``ic_input.txt`` is read in
-    its three published layouts: without fly-by, with it, and with fly-by and heliocentric orbit.
+    The relative position and velocity are components along the primary's axes, and "A into N" turns them into the
+    inertial frame; spins are along each body's own axes, densities in g/cm^3. The barycentre is placed at rest at the
+    origin.
 
     A polyhedron's tables of vertices and faces are searched for beside the file. Its state is that of its centre of
     mass and its principal axes. GUBAS takes the tables as given in these axes; a warning says if they are not.
@@ -53,9 +48,9 @@ def read_gubas(
     Parameters
     ----------
     path : str or Path
-        A file whose name ends in ``.cfg`` is read as such; other files are read as ``ic_input.txt``.
+        The configuration file. The numeric ``ic_input.txt``, which GUBAS writes from it for its own use, is not read.
     euler : {"degree", "radian"}, optional
-        The unit of the Euler angles in a ``.cfg``. Both programs take radians, but comments in the files that come with
+        The unit of Euler angles. Both programs take radians, but comments in the files that come with
         them say degrees or radians. Without this argument, angles other than zero are taken in the unit that the
         comments state, with a warning if it is degrees; if the comments state none, they are taken as radians with a
         warning.
@@ -92,61 +87,68 @@ def read_gubas(
     Examples
     --------
     >>> import fullbody, pathlib, tempfile
-    >>> numbers = [6.67e-20, 4, 4, 4, 400, 400, 300, 90, 80, 70, 1, 1, 2.1e12, 2.1e12, 0, 3600]
-    >>> files = ["TDP_4.mat", "TDS_4.mat", "IDP.mat", "IDS.mat", "-", "-", "-", "-"]
-    >>> identity = [1, 0, 0, 0, 1, 0, 0, 0, 1]
-    >>> start = [1.19, 0, 0, 0, 1.7e-4, 0, 0, 0, 7.7e-4, 0, 0, 1.5e-4, *identity, *identity]
-    >>> rest = [1, 1, 30.0, 1e-15, 0, 0, 1.0, 149597870.7, 1e-5, 1e-5, 660, 225, 0.005, 0.005, 1.988e30]
+    >>> axes = zip(("Major", "Intermediate", "Minor"), (400, 400, 300), (90, 80, 70))
+    >>> bodies = [f"{body} Semi-{name} Axis: {size}" for name, *sizes in axes
+    ...           for body, size in zip(("Primary", "Secondary"), sizes)]
+    >>> bodies += [f"{body} {text}" for body in ("Primary", "Secondary") for text in ("Shape Flag: 1", "Density: 2.1")]
+    >>> motion = {"Relative Position": (1190, 0, 0), "Relative Velocity": (0, 0.17, 0),
+    ...           "Primary Angular Velocity": (0, 0, 7.7e-4), "Secondary Angular Velocity": (0, 0, 1.5e-4)}
+    >>> start = [f"{name} {axis}: {value}" for name in motion for axis, value in zip("XYZ", motion[name])]
+    >>> for name in ("A into N Euler", "B into A Euler"):
+    ...     start += [f"{name} Flag: 1", f"{name} 1 X: 0", f"{name} 2 Y: 0", f"{name} 3 Z: 0"]
+    >>> lines = ["[Gravity Parameter]", "G: 6.67e-11", "[Body Model Definitions]", *bodies,
+    ...          "[Initial Conditions]", *start]
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = pathlib.Path(folder, "ic_input.txt")
-    ...     with path.open("w") as file:
-    ...         print(*numbers, *files, *start, *rest, sep=chr(10), file=file)
+    ...     path = pathlib.Path(folder, "hou_config.cfg")
+    ...     _ = path.write_text(chr(10).join(lines))
     ...     system, state = fullbody.read_gubas(path)
     >>> system.bodies[1].shape
     Ellipsoid(a=0.09, b=0.08, c=0.07)
     """
-    from ._gubas_files import read_config, read_numbers
+    from ._gubas_config import BODIES, START, Config, outside_of, rotations_of, shape_of
 
     if euler not in (None, "degree", "radian"):
         raise InvalidInput(f"euler is {euler!r}; expected 'degree' or 'radian'")
-    if as_path(path).suffix.lower() == ".cfg":
-        start, warning = read_config(path, euler)
-        if warning is not None:
-            caution(f"{path} gives Euler angles, {warning}", UserWarning)
-    else:
-        start = read_numbers(path)
-    return _build(path, start, units, options)
-
-
-def _build(path: Any, start: Start, units: bool, options: dict[str, Any]) -> tuple[System, State]:
     if not isinstance(units, bool):
         raise InvalidInput(f"units is {units!r}; expected True or False (GUBAS' files are in km, s and kg)")
+    cfg = Config(path)
+    if cfg.on(START, "Fahnestock Input File Flag"):
+        cfg.fail(
+            cfg.line(START, "Fahnestock Input File Flag"),
+            "the file asks for initial conditions of separate files (Fahnestock's), which fullbody does not read",
+        )
+    relative = np.array([cfg.vector(START, f"Relative {what}") / 1000.0 for what in ("Position", "Velocity")])
+    spin = np.array([cfg.vector(START, f"{body} Angular Velocity") for body in _BODIES])
+    (a_to_n, b_to_a), warning = rotations_of(cfg, euler)
+    if warning is not None:
+        caution(f"{path} gives Euler angles, {warning}", UserWarning)
+    turns = np.array([a_to_n, a_to_n @ b_to_a])
+    relative = relative @ a_to_n.T
+    densities = [cfg.value(BODIES, f"{body} Density", POSITIVE) * 1e12 for body in _BODIES]
+    shapes = [shape_of(cfg, body) for body in _BODIES]
+    time = cfg.value(*_TIME) if cfg.has(*_TIME) else 0.0
+    outside = outside_of(cfg)
+    G = cfg.value("Gravity Parameter", "G", NOT_NEGATIVE) / 1e9
     with naming(path):
         bodies = [
-            Body(shape, density=density, name=name)
-            for name, shape, density in zip(("primary", "secondary"), start.shapes, start.densities, strict=True)
+            Body(shape, density=density, name=name.lower())
+            for name, shape, density in zip(_BODIES, shapes, densities, strict=True)
         ]
-        system = System(bodies, G=start.G, units=_UNITS if units else None, **options)
-        q_a = quaternion(start.a_to_n)
-        q_b = quaternion(start.a_to_n @ start.b_to_a)
-        turns, spins = (start.a_to_n, start.a_to_n @ start.b_to_a), (start.spin_a, start.spin_b)
-        relative = np.array([start.a_to_n @ start.position, start.a_to_n @ start.velocity])
-        inertial = np.array([turn @ spin for turn, spin in zip(turns, spins, strict=True)])
-        outside = start.outside.forces(start.time, relative, inertial)
-        if outside:
-            system = system.with_forces([*system.forces, *outside])
+        system = System(bodies, G=G, units=_UNITS if units else None, **options)
+        forces = outside.forces(time, relative, np.einsum("nij,nj->ni", turns, spin))
+        if forces:
+            system = system.with_forces([*system.forces, *forces])
         total = sum(body.mass for body in bodies)
         share = np.array([-bodies[1].mass / total, bodies[0].mass / total])[:, None]
-        own = np.array([q_a, q_b]), np.array([start.spin_a, start.spin_b])
-        attitude, spin = along_body_axes(path, bodies, *own)
-        attach = system._units.attach
+        attitude, spin = along_body_axes(path, bodies, np.array([quaternion(turn) for turn in turns]), spin)
+        attach = system.context.units.attach
         state = State(
-            attach(share * (start.a_to_n @ start.position), "length"),
-            attach(share * (start.a_to_n @ start.velocity), "velocity"),
+            attach(share * relative[0], "length"),
+            attach(share * relative[1], "velocity"),
             attitude,
             attach(spin, "spin"),
-            attach(np.float64(start.time), "time"),
+            attach(np.float64(time), "time"),
         )
-    for warning in start.outside.input_warnings():
-        caution(f"{path} asks for {warning}", UserWarning)
+    for text in outside.input_warnings():
+        caution(f"{path} asks for {text}", UserWarning)
     return system, state._named(system.names)

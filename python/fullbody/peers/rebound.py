@@ -11,7 +11,7 @@ from ..base.units import Units, need
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
 from ..model.shapes import PointMass, Sphere
-from ..model.state import State
+from ..model.state import State, strip
 from ..motion.system import System
 
 __all__ = ["from_rebound", "to_rebound"]
@@ -97,7 +97,7 @@ def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System
         text = "the simulation has additional forces or operators, which are left out: functions cannot be read"
         caution(f"{text}; expected fullbody.forces in place of them", UserWarning)
     system = System(bodies, G=float(sim.G), units=names, **options)
-    attach = system._units.attach
+    attach = system.context.units.attach
     state = State(
         attach(np.array([particle.xyz for particle in particles]), "length"),
         attach(np.array([particle.vxyz for particle in particles]), "velocity"),
@@ -186,7 +186,7 @@ def to_rebound(system: System, state: State) -> Any:
 
     if not isinstance(system, System):
         raise InvalidInput(f"system is {system!r}; expected a System")
-    core = system._strip(state)
+    core = strip(state, system.context)
     if len(state) != len(system):
         raise InvalidInput(f"number of bodies in the state is {len(state)}; expected {len(system)}")
     if system.forces:
@@ -194,10 +194,9 @@ def to_rebound(system: System, state: State) -> Any:
         text = f"the simulation of rebound is left to its own gravity: it has none of the external forces ({lost})"
         caution(text, UserWarning)
     sim = rebound.Simulation()
-    sim.G = system._G
+    sim.G = system.context.G
     sim.t = core.time
-    for index, body in enumerate(system.bodies):
-        part = body._core(system._units, index)
+    for index, (body, part) in enumerate(zip(system.bodies, system.context.bodies, strict=True)):
         radius = float(np.cbrt(3.0 / (4.0 * np.pi) * part.volume))
         x, y, z = core.position[index]
         vx, vy, vz = core.velocity[index]

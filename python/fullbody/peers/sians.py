@@ -146,7 +146,7 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     with naming(path):
         system = System(bodies, G=G, units=names, **options)
         system = system.with_forces([*system.forces, *forces]) if forces else system
-        attach = system._units.attach
+        attach = system.context.units.attach
         state = State.from_tait_bryan(
             attach(position, "length"),
             attach(velocity, "velocity"),

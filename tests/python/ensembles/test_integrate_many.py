@@ -97,11 +97,11 @@ def test_one_end_and_one_integrator_for_each():
     system, state = fullbody.systems.kw4(units=True)
     integrators = [None, fullbody.Verner65(1e-6), fullbody.LieGroupVariational(step=3 * u.min)]
     for until in ([1.0, "0.5 day", 3 * u.h], (1.0, 12.0, 3.0), [1.0, 12.0, 3.0] * u.h):
-        runs = integrate_many([(system, state)] * 3, until, "ends", integrators)
+        runs = integrate_many([(system, state)] * 3, until, output="ends", integrator=integrators)
         assert [float(run.time[-1].value) for run in runs] == [1.0, 12.0, 3.0]
         assert [run.integrator for run in runs] == [fullbody.Verner98(), *integrators[1:]]
     # Of a generator the number is not known before it is a list.
-    runs = integrate_many(((system, state) for _ in range(3)), [1.0, 2.0, 3.0] * u.h, "ends")
+    runs = integrate_many(((system, state) for _ in range(3)), [1.0, 2.0, 3.0] * u.h, output="ends")
     assert len(runs) == 3
     assert integrate_many([], [], integrator=[]) == []
     with pytest.raises(InvalidInput, match="until has 2 values; expected one, or 3, one for each member"):
@@ -116,7 +116,7 @@ def test_what_is_wrong_for_all_is_refused_at_once():
             "integrator is 'verner'; expected one of fullbody's",
             lambda: integrate_many([(SYSTEM, STATE)], 1.0, integrator="verner"),
         ),
-        ("output", lambda: integrate_many([(SYSTEM, STATE)], 1.0, "end")),
+        ("output", lambda: integrate_many([(SYSTEM, STATE)], 1.0, output="end")),
         ("until", lambda: integrate_many([(SYSTEM, STATE)], "tomorrow")),
         ("members is one member; expected a list of them", lambda: integrate_many((SYSTEM, STATE), 1.0)),
     ):
@@ -361,7 +361,9 @@ def test_ctrl_c_gives_what_there_is():
     seen = []
     until = [1.0, 2.0, *[1e9] * 30]
     with pytest.raises(KeyboardInterrupt) as caught:
-        integrate_many([(SYSTEM, STATE)] * 32, until, 1e3, events=[events.Function(f)], progress=report, threads=2)
+        integrate_many(
+            [(SYSTEM, STATE)] * 32, until, output=1e3, events=[events.Function(f)], progress=report, threads=2
+        )
     error = caught.value
     assert type(error) is fullbody.Interrupted
     assert str(error) == "interrupted with 2 of 32 members done; the runs so far are in .runs"
@@ -382,7 +384,7 @@ def test_an_interrupt_that_a_function_raises_stops_all():
         return 1.0
 
     with pytest.raises(fullbody.Interrupted) as caught:
-        integrate_many([(SYSTEM, STATE)] * 20, 1e9, [], events=[events.Function(f)], threads=2)
+        integrate_many([(SYSTEM, STATE)] * 20, 1e9, output=[], events=[events.Function(f)], threads=2)
     assert {getattr(run, "stop_reason", None) for run in caught.value.runs} <= {"interrupted", None}
     assert len(caught.value.runs) == 20
 

@@ -102,28 +102,6 @@ def test_gubas_flyby_and_heliocentric_orbit(tmp_path):
     np.testing.assert_allclose(united.third_body("Sun", 0.0)[0].value, system.third_body("Sun", 0.0)[0], rtol=1e-14)
 
 
-def test_gubas_numbers_say_the_same_as_the_config(tmp_path):
-    """The longest layout: switches, the flyby, the Sun, then the rest."""
-    lines = (DATA / "gubas_ic_input.txt").read_text().splitlines()
-    head, tail = lines[:58], lines[60:]
-    middle = ["1", "1", "0", "1", *map(repr, (*FLYBY, *HELIO))]
-    path = tmp_path / "ic_input.txt"
-    path.write_text("\n".join([*head, *middle, *tail]))
-    system = fullbody.read_gubas(path)[0]
-    tides = {
-        f"{body} {name}": value
-        for body, values in (("Primary", (1e-5, 660.0, 0.005)), ("Secondary", (1e-5, 225.0, 0.005)))
-        for name, value in zip(TIDE_NAMES, values, strict=True)
-    }
-    numbers = dict(zip(FLYBY_NAMES, FLYBY, strict=True)) | dict(zip(HELIO_NAMES, HELIO, strict=True)) | tides
-    flags = {"Flyby": 1, "Heliocentric Orbit": 1, "Tidal Torque": 1}
-    other = fullbody.read_gubas(config(tmp_path, flags, numbers), euler="radian")[0]
-    assert [f.name for f in system.forces] == [f.name for f in other.forces]
-    assert system.forces[:2] == other.forces[:2]
-    assert [(f.k2, f.radius) for f in system.forces[2:]] == [(1e-5, 0.66), (1e-5, 0.225)]
-    assert [(f.k2, f.radius) for f in other.forces[2:]] == [(1e-5, 0.66), (1e-5, 0.225)]
-
-
 def test_gubas_solar_gravity_is_a_circular_orbit(tmp_path):
     numbers = {"Solar Orbit Radius": 1.5, "AU Definition": 149597870700.0, "Solar Mass": 1.988e30}
     system, state = fullbody.read_gubas(config(tmp_path, {"Solar Gravity": 1}, numbers))

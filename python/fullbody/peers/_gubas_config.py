@@ -1,0 +1,218 @@
+"""Reading of GUBAS's configuration file: shapes, rotations and forces in km, s, kg."""
+
+from __future__ import annotations
+
+import re
+from configparser import (
+    ConfigParser,
+    DuplicateOptionError,
+    DuplicateSectionError,
+    MissingSectionHeaderError,
+    ParsingError,
+)
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..base import rotations
+from ..base.atomic import as_path
+from ..errors import InvalidInput
+from ..model.polyhedron import Polyhedron
+from ..model.shapes import Ellipsoid, Sphere
+from ._gubas_forces import Deformed, Orbit, Outside
+from ._text import NOT_NEGATIVE, NUMBER, POSITIVE, Text, naming
+
+__all__ = ["BODIES", "START", "Config", "outside_of", "rotations_of", "shape_of"]
+
+_Array = npt.NDArray[np.float64]
+_Shape = Ellipsoid | Sphere | Polyhedron
+
+
+#: The names of sections.
+START, BODIES = "Initial Conditions", "Body Model Definitions"
+_TWO_SUNS = "the file asks for a heliocentric orbit and for the Sun of Hill's problem; expected one of the two"
+#: The units of an angle in a comment, which are not part of the unit of a rate.
+_ANGLES = re.compile(r"\b(deg|rad)(?:rees?|ians?)?\b(?!\s*/|\s+per\b)", re.IGNORECASE)
+
+
+class Config(Text):
+    """A ``.cfg`` file: numbers by section and option."""
+
+    def __init__(self, path: Any) -> None:
+        super().__init__(path)
+        # Interpolation is switched off, since a per cent sign in a case name has no meaning.
+        self._parser = ConfigParser(interpolation=None, inline_comment_prefixes=("#", ";"))
+        try:
+            self._parser.read_string("\n".join(self.lines))
+        except MissingSectionHeaderError as error:
+            self.fail(error.lineno, "text before the first [section]; expected a .cfg of GUBAS")
+        except (DuplicateOptionError, DuplicateSectionError) as error:
+            self.fail(error.lineno, str(error).split("]: ", 1)[-1])
+        except ParsingError as error:
+            line = error.errors[0][0]
+            self.fail(line, f"{self.lines[line - 1].strip()!r} is no 'name: value'")
+        #: Line numbers by section and option, and units of angles in the comments by section, neither of which the
+        #: parser keeps.
+        self._line_numbers: dict[tuple[str, str], int] = {}
+        self._angles: dict[str, set[str]] = {}
+        section = ""
+        for line, text in enumerate(self.lines, start=1):
+            if header := re.match(r"\s*\[([^]]*)\]", text):
+                section = header[1]
+                continue
+            if option := re.match(r"\s*([^:=]*?)\s*[:=]", text):
+                self._line_numbers.setdefault((section, option[1].lower()), line)
+            if comment := re.search("[#;](.*)", text):
+                self._angles.setdefault(section, set()).update(map(str.lower, _ANGLES.findall(comment[1])))
+
+    def line(self, section: str, option: str) -> int:
+        """Return the line of an option, 0 if there is none."""
+        return self._line_numbers.get((section, option.lower()), 0)
+
+    def has(self, section: str, option: str) -> bool:
+        """Return whether there is an option of this name."""
+        return self._parser.has_option(section, option)
+
+    def vector(self, section: str, name: str) -> _Array:
+        """Return the three numbers of a vector."""
+        return np.array([self.value(section, f"{name} {axis}") for axis in "XYZ"])
+
+    def value(self, section: str, option: str, kind: str = NUMBER) -> float:
+        """Return a number of a section."""
+        return self.number(*self.entry(section, option), option, kind)
+
+    def flag(self, section: str, option: str, allowed: tuple[int, ...]) -> int:
+        """Return a whole number that must be one of a few."""
+        value = self.value(section, option)
+        if value not in allowed:
+            self.fail(self.line(section, option), f"{option} is {value:g}; expected one of {allowed}")
+        return int(value)
+
+    def entry(self, section: str, option: str) -> tuple[int, str]:
+        """Return the line and the text of an option."""
+        if not self.has(section, option):
+            self.fail(None, f"no {option!r} in the section [{section}]")
+        return self.line(section, option), self._parser.get(section, option).strip()
+
+    def on(self, section: str, option: str) -> bool:
+        """Return whether a switch is on; without the option it is off."""
+        return self.has(section, option) and self.flag(section, option, (0, 1)) == 1
+
+    def angles(self, section: str) -> set[str]:
+        """Return the units, "deg" or "rad", that the comments of a section mention."""
+        return self._angles.get(section, set())
+
+
+def rotations_of(cfg: Config, euler: str | None) -> tuple[list[_Array], str | None]:
+    """Return the rotations A into N and B into A, and a warning about the unit of their angles, if there is one."""
+    turns = [_turn(cfg, name) for name in ("A into N", "B into A")]
+    warning = None
+    if euler is None and any(turn.shape == (3,) and turn.any() for turn in turns):
+        euler, warning = _unit_of_angles(cfg)
+    return [turn if turn.ndim == 2 else _from_angles(turn, euler) for turn in turns], warning
+
+
+def shape_of(cfg: Config, name: str) -> _Shape:
+    """Return the shape of the body of a name; of a sphere only the first semi-axis is used."""
+    flag = cfg.flag(BODIES, f"{name} Shape Flag", (0, 1, 2))
+    if flag == 2:
+        return _mesh(cfg, *(cfg.entry(BODIES, f"{name} {part} File") for part in ("Tetrahedron", "Vertex")))
+    sizes = ("Major", "Intermediate", "Minor") if flag else ("Major",)
+    axes = [cfg.value(BODIES, f"{name} Semi-{size} Axis", POSITIVE) / 1000.0 for size in sizes]
+    with naming(cfg.path):
+        return Ellipsoid(*axes) if flag else Sphere(*axes)
+
+
+def outside_of(cfg: Config) -> Outside:
+    """Return the forces that are switched on; only their numbers are read."""
+    section = "Additional Forces and Perturbations"
+    switches = ("Flyby", "Heliocentric Orbit", "Solar Gravity", "Tidal Torque")
+    flyby, helio, hill, tides = (cfg.on(section, name) for name in switches)
+    if helio and hill:
+        cfg.fail(cfg.line(section, "Solar Gravity"), _TWO_SUNS)
+
+    def value(name: str, kind: str = NUMBER) -> float:
+        return cfg.value(section, name, kind)
+
+    def orbit(prefix: str, periapsis: str) -> Orbit:
+        names = ("Semimajor Axis", "Eccentricity", "Inclination", "RAAN", "Argument of Periapsis")
+        a, e, i, node, argument = (value(prefix + name) for name in names)
+        return a, e, i, node, argument, value(periapsis)
+
+    def deformed(body: str) -> Deformed:
+        radius = value(f"{body} Reference Radius", POSITIVE) / 1000.0
+        return Deformed(
+            value(f"{body} Love Number", NOT_NEGATIVE), radius, value(f"{body} Tidal Lag Angle", NOT_NEGATIVE)
+        )
+
+    found = Outside()
+    if flyby:
+        found.flyby = value("Planetary Mass", POSITIVE), orbit("", "Flyby Time")
+    if helio:
+        # The program uses this mass here, although the option belongs to the section on the circular orbit.
+        found.sun = value("Solar Mass", POSITIVE), orbit("Heliocentric ", "Time of periapsis passage")
+    if hill:
+        distance = value("Solar Orbit Radius", POSITIVE) * value("AU Definition", POSITIVE) / 1000.0
+        mass = "Sun Mass" if cfg.has(section, "Sun Mass") else "Solar Mass"
+        found.circular = value(mass, POSITIVE), distance
+    if tides:
+        found.tides = deformed("Primary"), deformed("Secondary")
+    return found
+
+
+def _mesh(cfg: Config, faces: tuple[int, str], vertices: tuple[int, str]) -> Polyhedron:
+    """Return a polyhedron from two tables beside the file: vertices in metres and faces, numbered from one.
+
+    The program adds the tetrahedra from the origin without their signs, so that faces may have any orientation.
+    """
+    tables = []
+    for line, name in (vertices, faces):
+        if not (place := as_path(cfg.path).parent / name).is_file():
+            cfg.fail(line, f"no file {name!r} of a polyhedron beside this one")
+        text = Text(place)
+        rows = [row for row in (re.split(r"[,\s]+", row.strip().strip(",")) for row in text.lines) if row != [""]]
+        if len({len(row) for row in rows}) != 1 or len(rows[0]) < 3:
+            cfg.fail(line, f"{name} is not a table with three numbers, or an index and three, in each row")
+        tables.append(np.array([[text.number(k, word, "a number") for word in row] for k, row in enumerate(rows, 1)]))
+    points, corners = tables[0][:, -3:] / 1000.0, tables[1][:, :3].astype(np.int64) - 1
+    if corners.min() < 0 or corners.max() >= len(points):
+        cfg.fail(faces[0], f"{faces[1]} names vertices from 1 to {corners.max() + 1}; expected 1 to {len(points)}")
+    inward = np.linalg.det(points[corners]) < 0.0
+    corners[inward] = corners[inward][:, ::-1]
+    try:
+        return Polyhedron(points, corners)
+    except InvalidInput as error:
+        cfg.fail(faces[0], f"{faces[1]}: {error}")
+
+
+def _turn(cfg: Config, name: str) -> _Array:
+    """Return a rotation matrix (3, 3), or Euler angles (3,)."""
+    if cfg.flag(START, f"{name} Euler Flag", (0, 1)):
+        return np.array([cfg.value(START, f"{name} Euler {i} {axis}") for i, axis in ((1, "X"), (2, "Y"), (3, "Z"))])
+    entries = [[cfg.value(START, f"{name} ({i},{j})") for j in (1, 2, 3)] for i in (1, 2, 3)]
+    # The tolerance accepts files with only a few digits.
+    if not rotations.is_rotation(np.array(entries), 1e-4):
+        line = cfg.line(START, f"{name} (1,1)")
+        cfg.fail(line, f"{name} is not a rotation matrix: {entries}; expected one to 1e-4")
+    return np.array(entries)
+
+
+def _unit_of_angles(cfg: Config) -> tuple[str, str | None]:
+    """Return the unit of angles according to the comments, which differ between versions, and a warning about it."""
+    units = cfg.angles(START)
+    ask = "say euler='degree' or euler='radian'"
+    if len(units) == 2:
+        cfg.fail(None, f"comments of [{START}] speak of degrees and of radians, and angles are given; {ask}")
+    if units == {"deg"}:
+        return "degree", f"taken in degrees as its comments say; GUBAS itself takes radians: {ask}"
+    if units == {"rad"}:
+        return "radian", None
+    return "radian", f"taken in radians as GUBAS takes them; no comment of the file says what they are in: {ask}"
+
+
+def _from_angles(angles: _Array, unit: str | None) -> _Array:
+    """Return the rotation by angles about x, then about the new y, then about the new z."""
+    x, y, z = np.radians(angles) if unit == "degree" else angles
+    turns = [rotations.turn(axis, angle) for axis, angle in enumerate((x, y, z))]
+    return rotations.matrices(rotations.product(*turns))
