@@ -76,18 +76,48 @@ impl WithSimd for WeightedHarmonics<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let mut values = vec![Lanes::splat(simd, 0.0); count(self.degree)];
-        let mut totals = vec![Total::zero(simd); count(self.degree)];
         let [x, y, z] = self.points;
-        let points = Lanes::blocks(simd, x).zip(Lanes::blocks(simd, y)).zip(Lanes::blocks(simd, z));
-        for (((x, y), z), weight) in points.zip(Lanes::blocks(simd, self.weights)) {
-            harmonics([x, y, z], self.degree, &mut values);
-            for (total, value) in totals.iter_mut().zip(&values) {
-                total.add_product(weight, *value);
+        let points = || Lanes::blocks(simd, x).zip(Lanes::blocks(simd, y)).zip(Lanes::blocks(simd, z));
+        // The harmonics of an order and its own degree, times the weights. Those of higher degrees have a factor that
+        // cosine and sine share, so that three numbers of a point stay in registers.
+        let mut seeds: Vec<[Lanes<S>; 2]> =
+            Lanes::blocks(simd, self.weights).map(|weight| [weight, Lanes::splat(simd, 0.0)]).collect();
+        let root = |value: usize| (value as f64).sqrt();
+        for m in 0..=self.degree {
+            let (first, scale) =
+                (m == 0, if m == 1 { 1.0 } else { root(2 * m.max(1) - 1) / root(2 * m.max(1)) });
+            let coefficients: Vec<[f64; 2]> = (m + 1..=self.degree)
+                .map(|n| {
+                    let inverse = 1.0 / root(n * n - m * m);
+                    [(2 * n - 1) as f64 * inverse, root((n - 1) * (n - 1) - m * m) * inverse]
+                })
+                .collect();
+            let mut totals = vec![[Total::zero(simd); 2]; coefficients.len() + 1];
+            for (seed, ((x, y), z)) in seeds.iter_mut().zip(points()) {
+                let c = |value| x.constant(value);
+                let [cos, sin] = *seed;
+                if !first {
+                    *seed = [c(scale) * (x * cos - y * sin), c(scale) * x.mul_add(sin, y * cos)];
+                }
+                let [cos, sin] = *seed;
+                let square = dot([x, y, z], [x, y, z]);
+                let (mut previous, mut factor) = (c(0.0), c(1.0));
+                let (lowest, higher) = totals.split_at_mut(1);
+                lowest[0][0].add_product(cos, factor);
+                lowest[0][1].add_product(sin, factor);
+                for (total, [up, back]) in higher.iter_mut().zip(&coefficients) {
+                    let next = c(*up) * z * factor - c(*back) * square * previous;
+                    (previous, factor) = (factor, next);
+                    total[0].add_product(cos, factor);
+                    total[1].add_product(sin, factor);
+                }
             }
-        }
-        for (sum, total) in self.sums.iter_mut().zip(totals) {
-            *sum += total.value();
+            for (n, [cos, sin]) in (m..).zip(totals) {
+                self.sums[place(n, m as isize)] += cos.value();
+                if m > 0 {
+                    self.sums[place(n, -(m as isize))] += sin.value();
+                }
+            }
         }
     }
 }
