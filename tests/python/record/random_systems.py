@@ -270,9 +270,7 @@ def errors(case):
         # Loads that are in proportion to their number allow for larger steps, in which they tell more.
         share = 20.0 if name.startswith(("k2", "lag", "along", "across", "factor", "force")) else 1.0
         columns = run.sensitivity[name][-1], event.sensitivity[name], [event.time_sensitivity[name]]
-        found[name] = least(
-            columns, lambda by, name=name: numbers(system=system.changed(name, by)), share * natural
-        )
+        found[name] = least(columns, lambda by, name=name: numbers(system=system.changed(name, by)), share * natural)
     if case.is_of_second_order:
         return found
     name, changed = own_parameter(case.event)
