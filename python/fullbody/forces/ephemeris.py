@@ -74,12 +74,14 @@ def path(
         longest = min(longest, _PLANETS)
     ends = min(length, 0.0), max(length, 0.0)
     times, positions = dense_table(relative, *ends, longest, f"duration of the path of {body}")
+    # A matrix has no name that a system could be compared with.
+    named = {"frame": frame} if isinstance(frame, str) else {}
     found = {"mu": _GM[body] * u.km**3 / u.s**2, "times": times * u.s, "positions": positions * u.km}
     if given.known:
         kinds = {"mu": "mu", "times": "time", "positions": "length"}
         found = {key: given.strip(value, kinds[key], key) for key, value in found.items()}
         found["mu"] = float(found["mu"])
-    return {"name": body.title(), **found}
+    return {"name": body.title(), **found, **named}
 
 
 def dense_table(
@@ -117,7 +119,7 @@ def about_sun(orbit: Any, start: Time, epoch: Time, given: Units) -> tuple[Calla
 
     if not isinstance(orbit, KeplerElements):
         raise InvalidInput(f"orbit is {orbit!r}; expected the KeplerElements of the system about the Sun")
-    if orbit.frame not in (None, "ecliptic"):
+    if orbit.frame is not None and not (isinstance(orbit.frame, str) and orbit.frame == "ecliptic"):
         orbit = orbit.to_frame("ecliptic")
     if np.ndim(orbit.e) > 0:
         raise InvalidInput(f"orbit is {orbit!r}; expected the elements of one orbit")

@@ -9,7 +9,9 @@ import numpy as np
 
 from ..base import epochs
 from ..base.tables import number
+from ..base.units import AnyUnits
 from ..errors import InvalidInput
+from ..frames import rotation
 from ..model.context import Context
 from ..model.force import Force
 from ..orbit.elements import KeplerElements
@@ -44,7 +46,8 @@ class ThirdBody(Force):
     mu : float or Quantity
         G times the mass of the third body.
     orbit : KeplerElements
-        The path as an orbit; its mu is that of the third body and the system together.
+        The path as an orbit; its mu is that of the third body and the system together. Elements with a frame are turned
+        into the frame of the system, and others are taken to be in it.
     of : {"system", "body"}
         The body whose path is given: ``"system"`` for the path of the system about the third body (an orbit round the
         Sun), ``"body"`` for the path of the third body about the system (a planet that passes).
@@ -53,6 +56,8 @@ class ThirdBody(Force):
     times, positions : array_like or Quantity, (T,) and (T, 3)
         The path as a table, interpolated by a cubic spline (not-a-knot). Runs beyond the table are refused, and there
         is a warning if rows are too far apart for the spline.
+    frame : str or astropy frame, optional
+        The axes of ``positions``, by a name of :mod:`fullbody.frames`; those of the system unless given.
     date : astropy Time or str, optional
         The date of time zero of the path. A system with a different :attr:`~fullbody.System.epoch` is refused.
     name : str
@@ -87,6 +92,7 @@ class ThirdBody(Force):
     time: Any = 0.0
     times: Any = None
     positions: Any = None
+    frame: Any = None
     date: Any = None
 
     depends_on_velocity: ClassVar[bool] = False
@@ -100,6 +106,8 @@ class ThirdBody(Force):
             raise InvalidInput(f"the path of {name} is not clear; expected orbit, or else times and positions")
         if self.orbit is not None and not isinstance(self.orbit, KeplerElements):
             raise InvalidInput(f"orbit of {name} is {self.orbit!r}; expected KeplerElements")
+        if self.orbit is not None and self.frame is not None:
+            raise InvalidInput(f"frame of {name} is {self.frame!r} beside an orbit; expected KeplerElements(..., frame=)")
         if self.date is not None:
             object.__setattr__(self, "date", epochs.to_text(self.date))
         if self.of not in ("system", "body"):
@@ -191,8 +199,10 @@ class ThirdBody(Force):
             else units.number(self.mu, "mu", f"mu of {name}")
         )
         path: dict[str, Any]
+        given_in = self.frame if self.orbit is None else self.orbit.frame
+        turn = None if given_in is None else _rotation(given_in, context, name)
         if self.orbit is not None:
-            orbit = self.orbit
+            orbit = self.orbit if turn is None else self.orbit.to_frame(context.frame)
             elements = {
                 "a": units.number(orbit.a, "length", f"semi-major axis of {name}"),
                 "e": units.number(orbit.e, "number", f"eccentricity of {name}"),
@@ -209,6 +219,7 @@ class ThirdBody(Force):
                 )
             if not (np.isfinite(times).all() and np.isfinite(positions).all()):
                 raise InvalidInput(f"times or positions of {name} are not finite; expected finite numbers")
+            positions = positions if turn is None else positions @ turn.T
             steps = np.abs(np.diff(times))
             if len(steps) and steps.min() <= 4.0 * np.spacing(np.abs(times).max()):
                 row = int(np.argmin(steps))
@@ -278,3 +289,21 @@ class ThirdBody(Force):
             given["times"] = units.attach(np.array(table["times"]), "time")
             given["positions"] = units.attach(np.array(table["positions"]), "length")
         return cls(name=described["name"], **given)
+
+
+def _rotation(frame: Any, context: Context, name: str) -> Any:
+    """Return the matrix from the frame of a path to that of a system, or ``None`` if they are the same."""
+    early = isinstance(context.units, AnyUnits)
+    if context.frame is None and not early:
+        raise InvalidInput(
+            f"the path of {name} is in the frame {frame!r}, and that of the system is not known; "
+            "give fullbody.System(..., frame='ecliptic')"
+        )
+    if isinstance(frame, str) and frame == context.frame:
+        return None
+    try:
+        # A new force has no system yet, so that only its frame is checked.
+        matrix = rotation(frame, "equatorial" if early else context.frame)
+    except InvalidInput as error:
+        raise InvalidInput(f"the path of {name}: {error}") from error
+    return None if early else matrix

@@ -15,7 +15,7 @@ __all__ = ["ELEMENTS", "elements", "force"]
 #: The elements of an orbit with their dimensions.
 ELEMENTS = {"a": "length", "e": None, "i": "angle", "Omega": "angle", "omega": "angle", "M": "angle"}
 _KINDS: dict[str, type[Force]] = {kind.__name__: kind for kind in (ThirdBody, Tide, Yorp, Byorp)}
-_TEXTS = ("name", "date", "of", "on", "by", "about", "normalization")
+_TEXTS = ("name", "date", "frame", "of", "on", "by", "about", "normalization")
 #: Dimensions of the numbers among the arguments of all kinds.
 _NUMBERS: dict[str, str | None] = {
     **{"mass": "mass", "mu": "mu", "time": "time", "times": "time", "positions": "length"},

@@ -3,6 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
+from astropy.coordinates import BarycentricMeanEcliptic, SkyCoord
 from fullbody.forces import Function, ThirdBody
 from scenes import at_rest, differential, kepler_place, pair, relative, sun
 from support import matrix, quaternion_product, reference, worst
@@ -298,3 +299,43 @@ def test_rows_of_a_table_that_are_one_by_round_off():
             system.with_forces(
                 [ThirdBody(mass=1.0, of="body", times=times, positions=[[100.0, 0.0, 0.0]] * 5, name="T")]
             )
+
+
+FRAMES = ("ecliptic", "equatorial", "galactic", BarycentricMeanEcliptic(equinox="J2015"))
+
+
+@pytest.mark.parametrize("own", ["ecliptic", "equatorial", "galactic"])
+@pytest.mark.parametrize("given", FRAMES)
+def test_a_path_in_another_frame_is_turned_into_that_of_the_system(own, given):
+    """The place in its own frame by another program's Kepler orbit, turned by astropy's coordinates."""
+    rng, times = np.random.default_rng(17), [0.0, 2.0, 4.0, 7.0]
+    system = fullbody.System([fullbody.Body(fullbody.PointMass(), mass=m) for m in (2.0, 1.0)], G=0.5, frame=own)
+    names = {"ecliptic": "barycentricmeanecliptic", "equatorial": "icrs"}
+    for _ in range(5):
+        elements = (50.0, rng.uniform(0, 0.8), rng.uniform(0, 3.1), *rng.uniform(0, 6.2, 3))
+        orbit = fullbody.KeplerElements(*elements, frame=given)
+        places = [kepler_place(elements, 8.5, t).astype(float) for t in times]
+        there = SkyCoord(*np.transpose(places), representation_type="cartesian", frame=names.get(str(given), given))
+        expected = there.transform_to(names.get(own, own)).cartesian.xyz.T
+        third = ThirdBody(mu=7.0, orbit=orbit, of="body", name="Sun")
+        changed = system.with_forces([third])
+        assert worst(changed.third_body("Sun", times)[0], expected) < 1e-13
+        again = fullbody.System(list(changed), G=0.5, frame=own, forces=changed.forces)
+        assert again == changed
+        table = ThirdBody(mu=7.0, times=times, positions=places, frame=given, of="body", name="Sun")
+        assert worst(system.with_forces([table]).third_body("Sun", times)[0], expected) < 1e-13
+
+
+def test_a_frame_that_cannot_be_compared_is_refused():
+    bodies = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (2.0, 1.0)]
+    orbit = fullbody.KeplerElements(50.0, 0.1, 0.2, 0.3, 0.4, 0.5, frame="ecliptic")
+    third = ThirdBody(mu=7.0, orbit=orbit, of="body", name="Sun")
+    with pytest.raises(fullbody.InvalidInput, match="path of Sun is in the frame 'ecliptic', and that of the system is"):
+        fullbody.System(bodies, G=0.5, forces=[third])
+    with pytest.raises(fullbody.InvalidInput, match="path of Sun: cannot turn from the frame 'ecliptic' to 'orbit'"):
+        fullbody.System(bodies, G=0.5, frame="orbit", forces=[third])
+    wrong = fullbody.KeplerElements(50.0, 0.1, 0.2, 0.3, 0.4, 0.5, frame="eclptic")
+    with pytest.raises(fullbody.InvalidInput, match="cannot turn from the frame 'eclptic'"):
+        ThirdBody(mu=7.0, orbit=wrong, of="body")
+    with pytest.raises(fullbody.InvalidInput, match="frame of third body is 'icrs' beside an orbit"):
+        ThirdBody(mu=7.0, orbit=orbit, frame="icrs", of="body")
