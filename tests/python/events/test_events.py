@@ -355,7 +355,7 @@ def test_dense_refuses():
     run = system.integrate(state, 10.0, dense=True)
     for time in (10.0 + 1e-9, -1e-9, np.nan, np.inf, [1.0, 11.0]):
         with pytest.raises(
-            fullbody.InvalidInput, match=r"time is .*; expected one from 0.0 to 10.0, which the run covers"
+            fullbody.InvalidInput, match=r"time is .*; expected one from 0.0 to 10.0, since the run does not cover"
         ):
             run(time)
     with pytest.raises(fullbody.InvalidInput, match=r"time has shape \(1, 1\); expected a number or \(K,\)"):
