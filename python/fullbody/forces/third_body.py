@@ -107,7 +107,9 @@ class ThirdBody(Force):
         if self.orbit is not None and not isinstance(self.orbit, KeplerElements):
             raise InvalidInput(f"orbit of {name} is {self.orbit!r}; expected KeplerElements")
         if self.orbit is not None and self.frame is not None:
-            raise InvalidInput(f"frame of {name} is {self.frame!r} beside an orbit; expected KeplerElements(..., frame=)")
+            raise InvalidInput(
+                f"frame of {name} is {self.frame!r} beside an orbit; expected KeplerElements(..., frame=)"
+            )
         if self.date is not None:
             object.__setattr__(self, "date", epochs.to_text(self.date))
         if self.of not in ("system", "body"):

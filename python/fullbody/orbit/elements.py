@@ -41,8 +41,8 @@ class KeplerElements(Generic[_T], Tabled):
     i, Omega, omega, M : float, array_like or Quantity
         Inclination, longitude of the ascending node, argument of periapsis and mean anomaly; floats are radians.
     frame : str or astropy frame, optional
-        Reference frame of the angles, such as ``"ecliptic"``; see :mod:`fullbody.frames`. :meth:`to_frame`, third bodies
-        and geometries use it, while :meth:`to_cartesian` gives components along the axes of this frame.
+        Reference frame of the angles, such as ``"ecliptic"``; see :mod:`fullbody.frames`. Third bodies, geometries and
+        :meth:`to_frame` use it; :meth:`to_cartesian` gives components along its axes.
 
     Attributes
     ----------

@@ -330,7 +330,7 @@ def test_a_frame_that_cannot_be_compared_is_refused():
     bodies = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (2.0, 1.0)]
     orbit = fullbody.KeplerElements(50.0, 0.1, 0.2, 0.3, 0.4, 0.5, frame="ecliptic")
     third = ThirdBody(mu=7.0, orbit=orbit, of="body", name="Sun")
-    with pytest.raises(fullbody.InvalidInput, match="path of Sun is in the frame 'ecliptic', and that of the system is"):
+    with pytest.raises(fullbody.InvalidInput, match="path of Sun is in the frame 'ecliptic'"):
         fullbody.System(bodies, G=0.5, forces=[third])
     with pytest.raises(fullbody.InvalidInput, match="path of Sun: cannot turn from the frame 'ecliptic' to 'orbit'"):
         fullbody.System(bodies, G=0.5, frame="orbit", forces=[third])
