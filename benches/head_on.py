@@ -22,6 +22,7 @@ import warnings
 
 import fullbody
 import numpy as np
+from fullbody.errors import BodiesOverlap, InconsistentInput, NotConverged
 from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
@@ -122,15 +123,15 @@ def one_run(rng: np.random.Generator) -> tuple[str, str, str]:
     output = (None, np.linspace(0.0, until, 200))[rng.integers(2)]
     try:
         run = system.integrate(state, until, output=output, integrator=chosen)
-    except fullbody.BodiesOverlap as error:
+    except BodiesOverlap as error:
         recorded = error.run
         if style == "beside":
             return name(chosen), style, "false alarm"
         for last in list(recorded)[-1:]:
-            with contextlib.suppress(fullbody.NotConverged):
+            with contextlib.suppress(NotConverged):
                 try:
                     system.interactions(last)
-                except fullbody.BodiesOverlap:
+                except BodiesOverlap:
                     return name(chosen), style, "inside"
         return name(chosen), style, "right"
     except fullbody.FullbodyError as error:
@@ -146,7 +147,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
     # They are shot at each other.
-    warnings.simplefilter("ignore", fullbody.InconsistentInput)
+    warnings.simplefilter("ignore", InconsistentInput)
     counts: dict[str, collections.Counter[str]] = collections.defaultdict(collections.Counter)
     errors: collections.Counter[str] = collections.Counter()
     started = time.perf_counter()

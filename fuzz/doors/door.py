@@ -111,5 +111,5 @@ def check_state(state: fullbody.State) -> None:
     check_object(state)
 
 
-def _parts(interactions: fullbody.Interactions) -> tuple[Any, ...]:
+def _parts(interactions: fullbody.model.Interactions) -> tuple[Any, ...]:
     return interactions.force, interactions.torque, interactions.potential_energy

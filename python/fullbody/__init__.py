@@ -11,30 +11,14 @@ Examples
 
 import typing as _typing
 
-from . import ensembles, events, forces, frames, observables, particles, systems
+from . import ensembles, errors, events, forces, frames, observables, particles, systems
 from ._core import vector_paths
 from .base.version import version
 from .ensembles.many import integrate_many
-from .errors import (
-    BodiesOverlap,
-    ChartSingularity,
-    ForceFailed,
-    FullbodyError,
-    InconsistentInput,
-    Interrupted,
-    InvalidInput,
-    NotConverged,
-    PrecisionWarning,
-    StepSizeTooSmall,
-    UncheckedFile,
-)
+from .errors import FullbodyError
 from .loading import load
 from .model.bodies import Body
 from .model.composite import Composite, Part, WorkingFrame
-from .model.external import Loads
-from .model.gravity import Gravity
-from .model.interactions import Energy, Interactions, Invariants
-from .model.jacobian import Jacobian
 from .model.polyhedron import Polyhedron
 from .model.shapes import Ellipsoid, PointMass, Sphere
 from .model.state import State
@@ -44,9 +28,6 @@ from .motion.simulation import Simulation
 from .motion.system import System
 from .orbit.elements import KeplerElements
 from .particles import Flight, Particles
-from .record.dense import Dense, Samples
-from .record.derivatives import EventDerivatives
-from .record.displaced import FunctionDerivatives
 from .record.integrators import (
     DormandPrince54,
     LieGroupVariational,
@@ -56,8 +37,6 @@ from .record.integrators import (
     Verner87,
     Verner98,
 )
-from .record.statistics import Statistics
-from .record.track import Track
 from .setups.binary import binary
 from .setups.component import Component
 from .setups.toml import Configuration, read_toml
@@ -92,48 +71,26 @@ del _typing
 
 
 __all__ = [
-    "BodiesOverlap",
     "Body",
-    "ChartSingularity",
     "Component",
     "Composite",
     "Configuration",
-    "Dense",
     "DormandPrince54",
     "Ellipsoid",
-    "Energy",
-    "EventDerivatives",
     "Flight",
-    "ForceFailed",
     "FullbodyError",
-    "FunctionDerivatives",
-    "Gravity",
-    "InconsistentInput",
-    "Interactions",
-    "Interrupted",
-    "InvalidInput",
-    "Invariants",
-    "Jacobian",
     "KeplerElements",
     "LieGroupVariational",
-    "Loads",
-    "NotConverged",
     "Part",
     "Particles",
     "PointMass",
     "Polyhedron",
-    "PrecisionWarning",
     "Run",
-    "Samples",
     "Simulation",
     "Sphere",
     "State",
-    "Statistics",
-    "StepSizeTooSmall",
     "SymplecticSplitting",
     "System",
-    "Track",
-    "UncheckedFile",
     "Verner65",
     "Verner76",
     "Verner87",
@@ -143,6 +100,7 @@ __all__ = [
     "analysis",
     "binary",
     "ensembles",
+    "errors",
     "events",
     "fields",
     "fit",

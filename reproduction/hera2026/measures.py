@@ -7,7 +7,8 @@ from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
-from fullbody import InvalidInput, Run, observables
+from fullbody import Run, observables
+from fullbody.errors import InvalidInput
 
 from . import model, posterior
 from .ellipse import fitted_ellipse

@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fullbody import InvalidInput, Run, Simulation, SymplecticSplitting, load
+from fullbody import Run, Simulation, SymplecticSplitting, load
 from fullbody.base.atomic import replacing
 from fullbody.base.tables import Table, to_text
+from fullbody.errors import InvalidInput
 from fullbody.files.reading import netcdf
 from fullbody.plots._style import LINES, grid, legend, matplotlib
 from fullbody.systems import kw4_ho2021

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fullbody import InvalidInput, __version__
+from fullbody import __version__
 from fullbody.base.atomic import check_place, replacing
+from fullbody.errors import InvalidInput
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 

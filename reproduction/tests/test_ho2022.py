@@ -6,6 +6,7 @@ import re
 import fullbody
 import numpy as np
 import pytest
+from fullbody.errors import BodiesOverlap
 from scipy.spatial.distance import cdist
 
 from reproduction.ho2022 import paper, study
@@ -51,7 +52,7 @@ def test_a_start(case):
         try:
             system.interactions(moved)
             assert not overlap
-        except fullbody.BodiesOverlap:
+        except BodiesOverlap:
             assert overlap
 
 

@@ -7,6 +7,7 @@ from html.parser import HTMLParser
 
 import fullbody
 import pytest
+from fullbody.errors import InvalidInput
 
 from reproduction.ho2021 import kw4_year, page, paper, starts
 from reproduction.ho2021.__main__ import main as report
@@ -145,7 +146,7 @@ def test_figures_are_written_twice(draft):
 def test_out_is_a_folder(tmp_path):
     file = tmp_path / "file"
     file.write_text("mine")
-    with pytest.raises(fullbody.InvalidInput, match=r"out is '.*file', a file; expected a folder"):
+    with pytest.raises(InvalidInput, match=r"out is '.*file', a file; expected a folder"):
         write_report(file)
     assert file.read_text() == "mine"
 

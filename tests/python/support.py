@@ -12,6 +12,7 @@ from pathlib import Path
 import fullbody
 import numpy as np
 from fullbody import observables
+from fullbody.errors import UncheckedFile
 from hypothesis import assume
 from hypothesis import strategies as st
 
@@ -100,7 +101,7 @@ def with_samples(run, **arrays):
     for name, values in arrays.items():
         dataset[name] = (dataset[name].dims, values, dataset[name].attrs)
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
-        warnings.simplefilter("ignore", fullbody.UncheckedFile)
+        warnings.simplefilter("ignore", UncheckedFile)
         dataset.to_netcdf(f"{folder}/run.nc", engine="h5netcdf")
         return fullbody.load(f"{folder}/run.nc")
 

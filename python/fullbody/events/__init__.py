@@ -117,8 +117,8 @@ class Separation(_TwoBodyEvent):
 class Contact(_TwoBodyEvent):
     """The surfaces of bodies i and j touch, even if they only graze each other.
 
-    Without this event, or without ``terminal=True``, a run ends in :class:`fullbody.BodiesOverlap` at the time of the
-    contact if the bodies begin to interpenetrate, for however short a time.
+    Without this event, or without ``terminal=True``, a run ends in :class:`fullbody.errors.BodiesOverlap` at the time
+    of the contact if the bodies begin to interpenetrate, for however short a time.
 
     Parameters
     ----------
@@ -284,7 +284,7 @@ class Function(Event):
     ----------
     f : callable
         A function that takes a :class:`fullbody.State` and returns a finite number or Quantity; any other result ends
-        the run in :class:`fullbody.InvalidInput`.
+        the run in :class:`fullbody.errors.InvalidInput`.
     direction : {-1, 0, 1}
         1 if the function must rise through zero as time grows, -1 if it must fall, 0 for both.
     terminal : bool

@@ -91,7 +91,7 @@ class Yorp(Force):
     across : float, Quantity or array_like
         Component across the spin, in the same form; a positive one raises the obliquity. The component vanishes for a
         spin along ``pole``, which defines no such direction; a run in which a torque that does not vanish there drives
-        the spin to the pole raises :class:`fullbody.ForceFailed`.
+        the spin to the pole raises :class:`fullbody.errors.ForceFailed`.
     obliquity : array_like or Quantity, optional
         Obliquities of a table, from 0 to pi, interpolated by a cubic spline.
     pole : array_like, (3,)
@@ -220,7 +220,7 @@ class Byorp(Force):
     angle psi of its long axis to the line to the other body is that of a pendulum which does not turn over, psi'^2 +
     w^2 sin^2 psi < w^2 with w^2 = 3 (B - A)/C mu/r^3. A step ends where the lock is lost or regained, and derivatives
     of a run include the jump there. ``run.switched_off`` counts how often the lock was lost. A force so strong that it
-    breaks its own lock, which would return at once without it, raises :class:`fullbody.ForceFailed`.
+    breaks its own lock, which would return at once without it, raises :class:`fullbody.errors.ForceFailed`.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ class Text:
             raise InvalidInput(f"{path} is not a text file: {error}") from error
 
     def fail(self, line: int | None, message: str) -> NoReturn:
-        """Raise :class:`fullbody.InvalidInput` for a line, or for the whole file."""
+        """Raise :class:`fullbody.errors.InvalidInput` for a line, or for the whole file."""
         where = f"{self.path}" if line is None else f"{self.path}, line {line}"
         raise InvalidInput(f"{where}: {message}")
 

@@ -1,1 +1,9 @@
 """Integrators, and the record of a run: samples, the start, the continuous solution."""
+
+from .dense import Dense, Samples
+from .derivatives import EventDerivatives
+from .displaced import FunctionDerivatives
+from .statistics import Statistics
+from .track import Track
+
+__all__ = ["Dense", "EventDerivatives", "FunctionDerivatives", "Samples", "Statistics", "Track"]

@@ -217,7 +217,8 @@ class LieGroupVariational(Integrator):
     ----------
     step : float or Quantity
         Size of the steps, a time in the system's units. A step in which a body turns by a rad or more may have no
-        solution; a run then ends with a :class:`fullbody.NotConverged` that names the body and a step that has one.
+        solution; a run then ends with a :class:`fullbody.errors.NotConverged` that names the body and a step that has
+        one.
 
     References
     ----------
@@ -242,7 +243,7 @@ class SymplecticSplitting(Integrator):
     ----------
     step : float or Quantity
         Size of the steps, a time in the system's units. A step in which a triaxial body turns by more than 1024 rad is
-        refused with :class:`fullbody.NotConverged`, which names a step that is accepted.
+        refused with :class:`fullbody.errors.NotConverged`, which names a step that is accepted.
     scheme : {"ABA864", "ABA1064", "leapfrog"}
         The near-integrable compositions (8,6,4) and (10,6,4), or the leapfrog.
 

@@ -130,7 +130,7 @@ class Start:
         return State(shares * r, shares * v, self.attitudes, [[0.0, 0.0, spin] for spin in spins])
 
     def refuse_overlap(self, system: System, separation: _Array) -> None:
-        """Raise :class:`fullbody.BodiesOverlap` for bodies that overlap at a separation."""
+        """Raise :class:`fullbody.errors.BodiesOverlap` for bodies that overlap at a separation."""
         state = State([np.zeros(3), separation], np.zeros((2, 3)), self.attitudes)._core
         with explaining(system.context, state, " at the start"):
             system._core.energy(state)

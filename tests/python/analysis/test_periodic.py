@@ -4,6 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 import support
+from fullbody.errors import BodiesOverlap
 from scipy.special import ellipk
 
 analysis = fullbody.analysis
@@ -145,7 +146,7 @@ def test_sections_are_the_events_of_runs(ellipsoids, locked):
     system = fullbody.System(bodies, G=1.0)
     state = fullbody.State([[0, 0, 0], [6, 0, 0]], [[0, 0, 0], [0, 0, 0]])
     falling = analysis.section(system, state, 50.0, fullbody.events.Separation(0, 1, 4.0))
-    assert isinstance(falling.errors[0], fullbody.BodiesOverlap)
+    assert isinstance(falling.errors[0], BodiesOverlap)
     assert len(falling.crossings[0]) == 1
 
 

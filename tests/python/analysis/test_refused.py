@@ -4,6 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 import support
+from fullbody.errors import InvalidInput, NotConverged
 
 analysis = fullbody.analysis
 E, S = analysis.relative_equilibrium, fullbody.FullbodyError
@@ -34,17 +35,17 @@ def test_equilibria(ellipsoids, given, message):
 
 def test_systems(ellipsoids, locked):
     alone = fullbody.System([ellipsoids["A"]], G=1.0)
-    with pytest.raises(fullbody.InvalidInput, match="the system has 1 bodies; expected two"):
+    with pytest.raises(InvalidInput, match="the system has 1 bodies; expected two"):
         E(alone, separation=1.0)
     tide = fullbody.forces.Tide(on="A", by="B", k2=1e-5, lag=0.01)
-    with pytest.raises(fullbody.InvalidInput, match=r"external forces \(tide on A\); expected system.with_forces"):
+    with pytest.raises(InvalidInput, match=r"external forces \(tide on A\); expected system.with_forces"):
         E(ellipsoids.with_forces([tide]), separation=3.0)
     still = fullbody.State([[0, 0, 0], [4, 0, 0]], np.zeros((2, 3)))
-    with pytest.raises(fullbody.InvalidInput, match="start has no angular momentum"):
+    with pytest.raises(InvalidInput, match="start has no angular momentum"):
         E(ellipsoids, separation=3.0, start=still)
-    with pytest.raises(fullbody.InvalidInput, match="axes and start are both given"):
+    with pytest.raises(InvalidInput, match="axes and start are both given"):
         E(ellipsoids, separation=3.0, start=locked.state, axes={"B": "xz"})
-    with pytest.raises(fullbody.InvalidInput, match="copies is 1; expected a whole number, 2 or more"):
+    with pytest.raises(InvalidInput, match="copies is 1; expected a whole number, 2 or more"):
         analysis.averaged(ellipsoids, "A", copies=1)
 
 
@@ -55,9 +56,9 @@ def test_folds_are_named():
     fold = np.sqrt(3 * 0.4576 / (0.4 / 1.4))
     start = E(system, separation=fold * 1.05).state
     least = np.sqrt(1.4) * (0.4 / 1.4 * np.sqrt(fold) + 0.4576 / fold**1.5)
-    with pytest.raises(fullbody.NotConverged, match="angular momentum"):
+    with pytest.raises(NotConverged, match="angular momentum"):
         E(system, angular_momentum=least * (1 - 1e-6), start=start)
-    with pytest.raises(fullbody.NotConverged, match="no relative equilibrium of these axes"):
+    with pytest.raises(NotConverged, match="no relative equilibrium of these axes"):
         E(system, angular_momentum=least * (1 - 1e-6))
     assert analysis.equilibria(system, least * 0.99).apart == ()
 
@@ -88,19 +89,19 @@ def test_periodic_orbits(ellipsoids, locked, options, message):
 
 
 def test_branches_and_others(ellipsoids, locked):
-    with pytest.raises(fullbody.InvalidInput, match=r"over is 'rate'; expected 'separation' or 'angular_momentum'"):
+    with pytest.raises(InvalidInput, match=r"over is 'rate'; expected 'separation' or 'angular_momentum'"):
         analysis.branch(locked, "rate", until=1.0)
-    with pytest.raises(fullbody.InvalidInput, match=r"until is -1\.0; expected a number above zero"):
+    with pytest.raises(InvalidInput, match=r"until is -1\.0; expected a number above zero"):
         analysis.branch(locked, until=-1.0)
-    with pytest.raises(fullbody.InvalidInput, match=r"equilibrium is 3; expected a RelativeEquilibrium"):
+    with pytest.raises(InvalidInput, match=r"equilibrium is 3; expected a RelativeEquilibrium"):
         analysis.branch(3, until=1.0)
     assert analysis.branch(locked, until=3.0, steps=2).end == "steps"
-    with pytest.raises(fullbody.InvalidInput, match=r"angular_momentum is 0\.0; expected a number above zero"):
+    with pytest.raises(InvalidInput, match=r"angular_momentum is 0\.0; expected a number above zero"):
         analysis.equilibria(ellipsoids, 0.0)
-    with pytest.raises(fullbody.InvalidInput, match="mode is 9; expected 0 to 6"):
+    with pytest.raises(InvalidInput, match="mode is 9; expected 0 to 6"):
         locked.modes.excited(9, 0.1)
-    with pytest.raises(fullbody.InvalidInput, match=r"event is 3; expected one of fullbody\.events"):
+    with pytest.raises(InvalidInput, match=r"event is 3; expected one of fullbody\.events"):
         analysis.section(ellipsoids, locked.state, 1.0, 3)
     run = ellipsoids.integrate(locked.state, 5.0, output=0.5)
-    with pytest.raises(fullbody.InvalidInput, match=r"quantity has shape \(3,\); expected \(11,\)"):
+    with pytest.raises(InvalidInput, match=r"quantity has shape \(3,\); expected \(11,\)"):
         analysis.frequencies(run, np.zeros(3))

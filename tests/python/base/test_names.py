@@ -4,6 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import Body, PointMass, State, System, events, observables
+from fullbody.errors import InvalidInput
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +35,7 @@ def test_bodies_of_a_system(kw4):
         (-1, "body is -1"),
         (slice(1), "body is slice"),
     ):
-        with pytest.raises(fullbody.InvalidInput, match=what):
+        with pytest.raises(InvalidInput, match=what):
             system[wrong]
 
 
@@ -56,7 +57,7 @@ def test_one_body_along_a_run(units):
     assert run["Alpha"] != beta
     empty = system.integrate(state, 1.0, output=[])["Beta"]
     assert (empty.position.shape, empty.rotation_matrix.shape, empty.tait_bryan.shape) == ((0, 3), (0, 3, 3), (0, 3))
-    with pytest.raises(fullbody.InvalidInput, match="body is 'Betta'; did you mean 'Beta'"):
+    with pytest.raises(InvalidInput, match="body is 'Betta'; did you mean 'Beta'"):
         run["Betta"]
 
 
@@ -125,15 +126,15 @@ def test_names_that_are_not_there(kw4):
         (lambda: run.plot.orbit(about="Moon"), "about is 'Moon'; "),
         (lambda: run.plot.spins(bodies=["Moon"]), "one of bodies is 'Moon'; "),
     ):
-        with pytest.raises(fullbody.InvalidInput, match=rf"^{what}.*expected one of Alpha, Beta$"):
+        with pytest.raises(InvalidInput, match=rf"^{what}.*expected one of Alpha, Beta$"):
             call()
-    with pytest.raises(fullbody.InvalidInput, match="bodies is 'Alpha'; expected a list"):
+    with pytest.raises(InvalidInput, match="bodies is 'Alpha'; expected a list"):
         run.plot.spins(bodies="Alpha")
 
 
 @pytest.mark.parametrize("name", ["a\0b", "two\nlines", "\x7f", "tab\t", "\x85", "half \ud800"])
 def test_names_without_control_characters(name):
-    with pytest.raises(fullbody.InvalidInput, match=r"name is .*; expected text without control characters"):
+    with pytest.raises(InvalidInput, match=r"name is .*; expected text without control characters"):
         Body(PointMass(), mass=1.0, name=name)
     assert Body(PointMass(), mass=1.0, name="Ünicode 小 $x_1$").name == "Ünicode 小 $x_1$"
 

@@ -4,8 +4,8 @@ import io
 import sys
 
 import pytest
-from fullbody import InvalidInput
 from fullbody.base.progress import Progress, over_time
+from fullbody.errors import InvalidInput
 
 
 def test_a_function_gets_what_is_reported():

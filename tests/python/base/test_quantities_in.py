@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from astropy import constants
 from astropy import units as u
-from fullbody import Body, Component, Ellipsoid, InvalidInput, KeplerElements, Sphere, State, System, binary, frames
+from fullbody import Body, Component, Ellipsoid, KeplerElements, Sphere, State, System, binary, frames
+from fullbody.errors import InvalidInput
 
 UNITS = ("km", "hour", "kg")
 SYSTEM, START = fullbody.systems.kw4(units=True)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from astropy import units as u
 from fullbody.base import rotations
+from fullbody.errors import InvalidInput
 from scipy.spatial.transform import Rotation
 from support import inertia
 
@@ -62,5 +63,5 @@ def test_volume_and_inertia_with_and_without_units():
         fullbody.Body(fullbody.Sphere(1 * u.km), mass=1.0, name="Moon"),
     ):
         for name in ("density", "inertia"):
-            with pytest.raises(fullbody.InvalidInput, match="expected both or neither"):
+            with pytest.raises(InvalidInput, match="expected both or neither"):
                 getattr(mixed, name)

@@ -8,6 +8,7 @@ import pytest
 from astropy import constants
 from astropy import units as u
 from astropy.time import Time
+from fullbody.errors import InvalidInput
 from support import worst
 
 KM_H_KG = ("km", "hour", "kg")
@@ -93,9 +94,9 @@ def test_differences_of_dates_are_times():
     later = Time("2026-12-01T06:00:00", scale="tdb")
     run = system.integrate(state, later - system.epoch, output=start + [0, 3, 6] * u.hour - system.epoch)
     assert run.time.to_value(u.hour) == pytest.approx([0.0, 3.0, 6.0], abs=1e-12)
-    with pytest.raises(fullbody.InvalidInput, match=r"until is the date 2026-12-01.*such as date - system\.epoch"):
+    with pytest.raises(InvalidInput, match=r"until is the date 2026-12-01.*such as date - system\.epoch"):
         system.integrate(state, later)
-    with pytest.raises(fullbody.InvalidInput, match="output is the date"):
+    with pytest.raises(InvalidInput, match="output is the date"):
         system.integrate(state, 6.0, output=[start, later])
 
 
@@ -143,7 +144,7 @@ REFUSED = {
 @pytest.mark.parametrize("name", REFUSED)
 def test_wrong_units_name_both(name):
     call, words = REFUSED[name]
-    with pytest.raises(fullbody.InvalidInput) as caught:
+    with pytest.raises(InvalidInput) as caught:
         call(fullbody.systems.kw4(units=True))
     for word in words:
         assert word in str(caught.value)
@@ -160,18 +161,18 @@ def test_quantities_into_a_system_without_units():
         (lambda: fullbody.System([ball], G=1.0), ["semi-axis", "Alpha", "km"]),
         (lambda: fullbody.System(system.bodies, G=constants.G), ["G", "m3 / (kg s2)"]),
     ):
-        with pytest.raises(fullbody.InvalidInput, match="the system has no units") as caught:
+        with pytest.raises(InvalidInput, match="the system has no units") as caught:
             call()
         for word in words:
             assert word in str(caught.value)
 
 
 def test_both_or_neither_with_elements():
-    with pytest.raises(fullbody.InvalidInput, match="both or neither"):
+    with pytest.raises(InvalidInput, match="both or neither"):
         fullbody.KeplerElements(1 * u.km, 0, 0, 0, 0, 0).to_cartesian(1.0)
-    with pytest.raises(fullbody.InvalidInput, match="both or neither"):
+    with pytest.raises(InvalidInput, match="both or neither"):
         fullbody.KeplerElements(1.0, 0, 0, 0, 0, 0).period(1 * u.km**3 / u.s**2)
-    with pytest.raises(fullbody.InvalidInput, match="both or neither"):
+    with pytest.raises(InvalidInput, match="both or neither"):
         fullbody.KeplerElements.from_cartesian([1, 0, 0], [0, 1, 0] * u.km / u.s, 1.0)
 
 
@@ -199,7 +200,7 @@ def test_mixtures_name_both():
         (lambda: fullbody.KeplerElements.from_cartesian([1, 0, 0], v, 1.0), ["v has the unit km / s", "r has none"]),
         (lambda: fullbody.KeplerElements.from_cartesian(r, v, 1.0), ["r has the unit km", "mu has none"]),
     ):
-        with pytest.raises(fullbody.InvalidInput) as caught:
+        with pytest.raises(InvalidInput) as caught:
             call()
         for word in words:
             assert word in str(caught.value)
@@ -225,15 +226,15 @@ def test_parts_of_a_state_have_units_all_or_none():
                 position=position, velocity=velocity
             ),
         ):
-            with pytest.raises(fullbody.InvalidInput) as caught:
+            with pytest.raises(InvalidInput) as caught:
                 make()
             for word in words:
                 assert word in str(caught.value)
     whole = fullbody.State(r * u.km, v * speed, spin=[[0, 0, 1]] * 2 * u.rad / u.hour, time=3 * u.hour)
     for name, value in (("spin", [[0, 0, 2e-4]] * 2), ("time", 3.0)):
-        with pytest.raises(fullbody.InvalidInput, match=f"position has the unit km, but {name} has none"):
+        with pytest.raises(InvalidInput, match=f"position has the unit km, but {name} has none"):
             whole.replace(**{name: value})
-    with pytest.raises(fullbody.InvalidInput, match="spin has the unit rad / h, but position has none"):
+    with pytest.raises(InvalidInput, match="spin has the unit rad / h, but position has none"):
         fullbody.State(r, v, spin=whole.spin)
     # Zeros are zeros in any unit; attitudes have none.
     rest = fullbody.State(r * u.km, np.zeros((2, 3)), spin=np.zeros((2, 3)), time=0.0)
@@ -292,7 +293,7 @@ def test_pure_numbers_have_no_unit():
             "axis_ratios of a component has the unit m",
         ),
     ):
-        with pytest.raises(fullbody.InvalidInput, match=f"{what}; expected pure numbers"):
+        with pytest.raises(InvalidInput, match=f"{what}; expected pure numbers"):
             call()
     assert fullbody.KeplerElements(1.0, 20 * u.percent, 0, 0, 0, 0).period(1.0) == pytest.approx(2 * np.pi)
 
@@ -300,15 +301,15 @@ def test_pure_numbers_have_no_unit():
 def test_texts():
     system, state = fullbody.systems.kw4(units=True)
     assert system.integrate(state, "0.5 day", output="6 hour").time.value.tolist() == [0, 6, 12]
-    with pytest.raises(fullbody.InvalidInput, match="until has the unit d, but the system has no units"):
+    with pytest.raises(InvalidInput, match="until has the unit d, but the system has no units"):
         fullbody.systems.case1()[0].integrate(fullbody.systems.case1()[1], "1 day")
     for text in ("later", "1 parsnip", ""):
         what = f"until is '{text}'; expected numbers, or text with a unit, such as '2.5 h'"
-        with pytest.raises(fullbody.InvalidInput, match=what):
+        with pytest.raises(InvalidInput, match=what):
             system.integrate(state, text)
-    with pytest.raises(fullbody.InvalidInput, match=r"until is '10', which has no unit; .*'10 h', or a number"):
+    with pytest.raises(InvalidInput, match=r"until is '10', which has no unit; .*'10 h', or a number"):
         system.integrate(state, "10")
-    with pytest.raises(fullbody.InvalidInput, match=r"position is '1', which has no unit; .*'1 km', or a num"):
+    with pytest.raises(InvalidInput, match=r"position is '1', which has no unit; .*'1 km', or a num"):
         fullbody.State(position=[["1", 0, 0]], velocity=[[0, 0, 0]])
 
 
@@ -337,7 +338,7 @@ def test_texts_that_are_no_times():
     system, state = fullbody.systems.kw4(units=True)
     # A month has no fixed length; M is mega, and 10 m are metres.
     for text, what in (("1 month", "until is '1 month'; expected .*'2.5 h'"), ("10 m", "until has the unit m")):
-        with pytest.raises(fullbody.InvalidInput, match=what):
+        with pytest.raises(InvalidInput, match=what):
             system.integrate(state, text)
     # What is understood here is not understood elsewhere in the process.
     with pytest.raises(ValueError, match="days"):
@@ -361,9 +362,9 @@ def test_plain_elements_beside_the_mu_of_a_system():
     # With one in metres nothing changes: that mu is of kilometres.
     assert fullbody.KeplerElements(2500 * u.m, 0.1, 0.2, 0.3, 0.4, 0.5).to_cartesian(mu)[0].unit == u.m
     for other in (1 * mu, mu.to(u.au**3 / u.yr**2), 3.0 * u.km**3 / u.s**2):
-        with pytest.raises(fullbody.InvalidInput, match=r"mu has the unit .*, but a has none; expected both"):
+        with pytest.raises(InvalidInput, match=r"mu has the unit .*, but a has none; expected both"):
             plain.to_cartesian(other)
-    with pytest.raises(fullbody.InvalidInput, match="v has the unit km / d, but r has none"):
+    with pytest.raises(InvalidInput, match="v has the unit km / d, but r has none"):
         fullbody.KeplerElements.from_cartesian(r.value, v, mu)
 
 
@@ -388,7 +389,7 @@ def test_units_that_are_none():
         ((1e-70 * u.km, "hour", "kg"), "units has <Quantity 1.e-70 km>, which is not a unit"),
         (("km", "hour"), r"units is \('km', 'hour'\); expected \(length, time, mass\)"),
     ):
-        with pytest.raises(fullbody.InvalidInput, match=what):
+        with pytest.raises(InvalidInput, match=what):
             fullbody.System(bodies, units=units)
     assert fullbody.System(bodies, units=True) == fullbody.System(bodies, units=("km", "hour", "kg"))
     assert fullbody.System(bodies, G=1.0, units=False).units is None
@@ -400,7 +401,7 @@ def test_times_outside_a_run_have_units():
     system, state = fullbody.systems.kw4(units=True, gravity="point")
     run = system.integrate(state, 10.0, dense=True)
     for time in (1e5 * u.hour, [1.0, 1e5] * u.hour):
-        with pytest.raises(fullbody.InvalidInput, match=r"time is 100000.0 h; expected one from 0.0 h to 10.0 h"):
+        with pytest.raises(InvalidInput, match=r"time is 100000.0 h; expected one from 0.0 h to 10.0 h"):
             run(time)
 
 
@@ -409,7 +410,7 @@ def test_more_of_texts():
     assert fullbody.KeplerElements(1.0, 0, "30 deg", 0, 0, 0).i == 30 * u.deg
     mixed = fullbody.State(position=[["1 km", "0 m", "0 km"]], velocity=[[0, 0, 0]])
     assert mixed.position[0, 0] == 1 * u.km
-    with pytest.raises(fullbody.InvalidInput, match="position mixes Quantities and plain numbers"):
+    with pytest.raises(InvalidInput, match="position mixes Quantities and plain numbers"):
         fullbody.State(position=[["1 km", 0, 0]], velocity=[[0, 0, 0]])
 
 
@@ -419,10 +420,10 @@ def test_lists_of_quantities_keep_their_units():
     assert state.position[1, 0] == 1.2 * u.km
     mixed = fullbody.State(position=[[0, 0, 0] * u.km, r], velocity=np.zeros((2, 3)))
     assert mixed.position[1, 0].to_value(u.m) == pytest.approx(1200.0, rel=1e-15)
-    with pytest.raises(fullbody.InvalidInput, match=r"position mixes Quantities and plain numbers"):
+    with pytest.raises(InvalidInput, match=r"position mixes Quantities and plain numbers"):
         fullbody.State(position=[[0, 0, 0], r], velocity=np.zeros((2, 3)))
     for unit in (u.Hz, u.mHz, u.kHz, u.Bq):
-        with pytest.raises(fullbody.InvalidInput, match=rf"spin has the unit {unit}, cycles by a time; expected an an"):
+        with pytest.raises(InvalidInput, match=rf"spin has the unit {unit}, cycles by a time; expected an an"):
             fullbody.State(position=np.zeros((1, 3)), velocity=np.zeros((1, 3)), spin=[[0, 0, 1]] * unit)
     # Turns are angles; a mere 1/time counts radians.
     for unit, rate in ((u.cycle / u.s, 2 * np.pi), (1 / u.s, 1.0), (u.deg / u.s, np.pi / 180)):
@@ -432,5 +433,5 @@ def test_lists_of_quantities_keep_their_units():
 
 def test_a_flood_of_samples_is_refused():
     system, state = fullbody.systems.case1()
-    with pytest.raises(fullbody.InvalidInput, match=r"until is 1.* and output is 1e-09, which ask for 1e\+09 samples"):
+    with pytest.raises(InvalidInput, match=r"until is 1.* and output is 1e-09, which ask for 1e\+09 samples"):
         system.integrate(state, 1.0, output=1e-9)

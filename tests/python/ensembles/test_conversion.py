@@ -7,6 +7,7 @@ import xarray as xr
 from astropy import units as u
 from fullbody import observables
 from fullbody.ensembles import in_units
+from fullbody.errors import InvalidInput
 
 
 def found(**units):
@@ -37,7 +38,7 @@ def test_numbers_and_attributes_change_together():
     ],
 )
 def test_what_cannot_be_converted_is_refused(units, text):
-    with pytest.raises(fullbody.InvalidInput, match=text):
+    with pytest.raises(InvalidInput, match=text):
         in_units(found(), **units)
 
 

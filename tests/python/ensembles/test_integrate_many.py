@@ -10,7 +10,8 @@ import warnings
 import fullbody
 import numpy as np
 import pytest
-from fullbody import InvalidInput, State, events, integrate_many
+from fullbody import State, events, integrate_many
+from fullbody.errors import ForceFailed, InconsistentInput, Interrupted, InvalidInput
 from fullbody.forces import Function, Tide
 from support import points
 
@@ -30,7 +31,7 @@ def single(member, *args, **kwargs):
     system, state = member
     try:
         return system.integrate(state, *args, **kwargs)
-    except (Exception, fullbody.Interrupted) as error:
+    except (Exception, Interrupted) as error:
         return error
 
 
@@ -238,7 +239,7 @@ def test_forces_that_are_functions_of_python_from_all_threads(threads):
     for number, (member, answer) in enumerate(zip(members, answers, strict=True)):
         assert alike(answer, single(member, 2.0))
         if number % 2:
-            assert type(answer) is fullbody.ForceFailed
+            assert type(answer) is ForceFailed
             assert answer.__cause__.args == (number,)
             assert answer.run.time[-1] <= 1.0
         else:
@@ -312,7 +313,7 @@ def test_progress_bar(capsys, known):
 
 def test_warnings_about_starts_are_given_once():
     fast = spheres(1e3)
-    with pytest.warns(fullbody.InconsistentInput) as caught:
+    with pytest.warns(InconsistentInput) as caught:
         runs = integrate_many([(SYSTEM, STATE), fast, (SYSTEM, STATE), fast, fast], 1e-3)
     assert len(runs) == 5
     assert len(caught) == 1
@@ -322,7 +323,7 @@ def test_warnings_about_starts_are_given_once():
     assert caught[0].filename == __file__
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        with pytest.raises(fullbody.InconsistentInput) as raised:
+        with pytest.raises(InconsistentInput) as raised:
             integrate_many([(SYSTEM, STATE), fast], 1e-3)
     assert [type(run) for run in raised.value.runs] == [fullbody.Run] * 2
 
@@ -365,7 +366,7 @@ def test_ctrl_c_gives_what_there_is():
             [(SYSTEM, STATE)] * 32, until, output=1e3, events=[events.Function(f)], progress=report, threads=2
         )
     error = caught.value
-    assert type(error) is fullbody.Interrupted
+    assert type(error) is Interrupted
     assert str(error) == "interrupted with 2 of 32 members done; the runs so far are in .runs"
     assert error.run is None
     assert len(error.runs) == 32
@@ -383,7 +384,7 @@ def test_an_interrupt_that_a_function_raises_stops_all():
             raise KeyboardInterrupt
         return 1.0
 
-    with pytest.raises(fullbody.Interrupted) as caught:
+    with pytest.raises(Interrupted) as caught:
         integrate_many([(SYSTEM, STATE)] * 20, 1e9, output=[], events=[events.Function(f)], threads=2)
     assert {getattr(run, "stop_reason", None) for run in caught.value.runs} <= {"interrupted", None}
     assert len(caught.value.runs) == 20
@@ -406,7 +407,7 @@ try:
     fullbody.integrate_many(
         [(system, state)] * 10, 1e9, output=1e3, progress=lambda done, total, description: done > 0 and under_way.set()
     )
-except fullbody.Interrupted as error:
+except fullbody.errors.Interrupted as error:
     assert len(error.runs) == 10
     assert error.runs[0].stop_reason == "interrupted"
     assert error.runs[-1] is None
@@ -425,5 +426,5 @@ def test_ctrl_c_in_a_generator_of_members():
         yield SYSTEM, STATE
         raise KeyboardInterrupt
 
-    with pytest.raises(fullbody.Interrupted, match=r"^interrupted with 1 member done; the runs so far are in \.runs$"):
+    with pytest.raises(Interrupted, match=r"^interrupted with 1 member done; the runs so far are in \.runs$"):
         integrate_many(members(), 1.0, threads=1)

@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from astropy import units as u
-from fullbody import InvalidInput, observables
+from fullbody import observables
 from fullbody.ensembles import draws, paired
+from fullbody.errors import InconsistentInput, InvalidInput
 from maps import angle, assert_same, circle, expected
 from numpy.random import SeedSequence, default_rng
 from scipy import stats
@@ -318,7 +319,7 @@ def test_values_stay_beside_one_that_does_not_go():
 
 
 def test_measures_that_give_one_name_twice():
-    with pytest.warns(fullbody.InconsistentInput, match="ended with an error"):
+    with pytest.warns(InconsistentInput, match="ended with an error"):
         found = fullbody.sweep(circle, {"mass": [0.5]}, 0.25, measure=[gap, lambda run: {"gap": 0.0, "end": 1.0}])
     assert (float(found.gap[0]), float(found.end[0])) == (1.0, 1.0)
     assert str(found.error_text[0].values).startswith("number 1: measure gives gap, which a measure before it gives")
@@ -336,13 +337,11 @@ def test_a_sweep_without_one_good_row_is_warned_of(tmp_path):
         "all 3 rows of the sweep ended with an error; that of the first is ValueError in setup: 0.3 is too heavy; the v"
     )
     for kept in ({}, *[{"store": tmp_path / "map.nc", "key": "heavy"}] * 2):
-        with pytest.warns(fullbody.InconsistentInput, match=f"^{text}") as caught:
+        with pytest.warns(InconsistentInput, match=f"^{text}") as caught:
             found = fullbody.sweep(setup, {"mass": [0.3, 0.4, 0.5]}, 0.1, measure=angle, **kept)
         assert [one.filename for one in caught] == [__file__]
         assert (found.error == "ValueError").all()
-    with pytest.warns(
-        fullbody.InconsistentInput, match="^the only row of the sweep ended with an error; that of the first is "
-    ):
+    with pytest.warns(InconsistentInput, match="^the only row of the sweep ended with an error; that of the first is "):
         fullbody.sweep(setup, {"mass": 0.3}, 0.1, measure=angle)
     fullbody.sweep(setup, {"mass": [0.2, 0.3, 0.4]}, 0.1, measure=angle)
 

@@ -13,7 +13,8 @@ import fullbody
 import fullbody.ensembles.store
 import numpy as np
 import pytest
-from fullbody import FullbodyError, Interrupted, InvalidInput
+from fullbody import FullbodyError
+from fullbody.errors import Interrupted, InvalidInput
 from maps import angle, assert_same, circle
 
 DATA = Path(__file__).parents[2] / "data"

@@ -16,8 +16,9 @@ import numpy as np
 import pytest
 import xarray as xr
 from astropy import units as u
-from fullbody import FullbodyError, Interrupted, InvalidInput, Verner98, events
+from fullbody import FullbodyError, Verner98, events
 from fullbody.ensembles import store as stores
+from fullbody.errors import Interrupted, InvalidInput
 from maps import angle, assert_same, circle
 
 HERE = Path(__file__).parent

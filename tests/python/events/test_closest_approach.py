@@ -4,6 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import events, forces
+from fullbody.errors import InvalidInput
 
 MU = 3.986e5 * 3600.0**2
 
@@ -41,11 +42,11 @@ def test_it_may_end_the_run_either_way():
 
 def test_other_forces_are_refused_by_name():
     system, state = passing()
-    with pytest.raises(fullbody.InvalidInput, match="force of ClosestApproach is 'Mars'; expected one of Earth"):
+    with pytest.raises(InvalidInput, match="force of ClosestApproach is 'Mars'; expected one of Earth"):
         system.integrate(state, 1.0, events=[events.ClosestApproach("Mars")])
     with pytest.raises(
-        fullbody.InvalidInput, match="force of ClosestApproach is 'tide on Alpha', a Tide; expected one of Earth"
+        InvalidInput, match="force of ClosestApproach is 'tide on Alpha', a Tide; expected one of Earth"
     ):
         system.integrate(state, 1.0, events=[events.ClosestApproach("tide on Alpha")])
-    with pytest.raises(fullbody.InvalidInput, match="expected a ThirdBody of the system, which has none"):
+    with pytest.raises(InvalidInput, match="expected a ThirdBody of the system, which has none"):
         system.with_forces([]).integrate(state, 1.0, events=[events.ClosestApproach("Earth")])

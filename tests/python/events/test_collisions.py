@@ -4,10 +4,11 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import events
+from fullbody.errors import BodiesOverlap
 from scipy.integrate import quad
 
 #: The bodies here are shot at each other.
-pytestmark = pytest.mark.filterwarnings("ignore::fullbody.InconsistentInput")
+pytestmark = pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 
 SPHERES = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name=name) for name in ("A", "B")]
 FLYING = fullbody.State([[-100, 0, 0], [0, 0, 0]], [[10, 0, 0], [0, 0, 0]])
@@ -40,7 +41,7 @@ def accuracy(integrator, G):
 @pytest.mark.parametrize("G", [0.0, 1e-12, 1e-3])
 def test_spheres_do_not_pass_through_each_other(G, integrator):
     system = fullbody.System(SPHERES, G=G)
-    with pytest.raises(fullbody.BodiesOverlap, match=r"A and B overlap at time 9\.[78]") as caught:
+    with pytest.raises(BodiesOverlap, match=r"A and B overlap at time 9\.[78]") as caught:
         system.integrate(FLYING, 20.0, integrator=integrator)
     error, run = caught.value, caught.value.run
     assert error.bodies == ("A", "B")
@@ -51,7 +52,7 @@ def test_spheres_do_not_pass_through_each_other(G, integrator):
     assert np.linalg.norm(np.diff(run.position, axis=1), axis=2).min() >= 2.0
 
     # Samples between steps: all that were due, and none of bodies inside each other.
-    with pytest.raises(fullbody.BodiesOverlap) as caught:
+    with pytest.raises(BodiesOverlap) as caught:
         system.integrate(FLYING, 20.0, output=0.0723, integrator=integrator)
     assert caught.value.time == pytest.approx(error.time, abs=1e-10)
     samples, last = caught.value.run.time[:-1], caught.value.run.time[-1]
@@ -72,7 +73,7 @@ def test_spheres_do_not_pass_through_each_other(G, integrator):
             states.append(sim.state)
             sim.step(20.0)
 
-    with pytest.raises(fullbody.BodiesOverlap) as caught:
+    with pytest.raises(BodiesOverlap) as caught:
         steps()
     assert caught.value.time == pytest.approx(error.time, abs=1e-10)
     assert sim.state == states[-1]
@@ -86,7 +87,7 @@ def test_time_of_contact_is_that_of_the_terminal_event():
     state = fullbody.State([[-8, 0.2, 0], [0, 0, 0.1]], [[3, 0, 0], [0, 0, 0]], spin=[[0.3, 0.2, 2.0], [1.0, 3.0, 0.5]])
     system = fullbody.System(bodies, G=0.1)
     for integrator in (fullbody.Verner98(), fullbody.DormandPrince54(1e-4, 1e-4), fullbody.SymplecticSplitting(0.05)):
-        with pytest.raises(fullbody.BodiesOverlap) as caught:
+        with pytest.raises(BodiesOverlap) as caught:
             system.integrate(
                 state, 10.0, integrator=integrator, events=[events.Contact(), events.Separation(value=4.0)]
             )
@@ -99,7 +100,7 @@ def test_time_of_contact_is_that_of_the_terminal_event():
         # Grown by a hair they overlap there.
         grown = [fullbody.Ellipsoid(*(np.array(b.shape.semi_axes) * (1 + 1e-9))) for b in bodies]
         larger = fullbody.System([fullbody.Body(shape, mass=1.0) for shape in grown], G=0.1)
-        with pytest.raises(fullbody.BodiesOverlap):
+        with pytest.raises(BodiesOverlap):
             larger.interactions(ended[-1])
 
 
@@ -108,7 +109,7 @@ def test_units_in_the_error():
     bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1e3, name=name) for name in ("A", "B")]
     system = fullbody.System(bodies, units=("km", "hour", "kg"))
     state = fullbody.State([[-100, 0, 0], [0, 0, 0]] * u.km, [[10, 0, 0], [0, 0, 0]] * u.km / u.h)
-    with pytest.raises(fullbody.BodiesOverlap, match=r"A and B overlap at time 9\.(8|79999\d+) h; expected") as caught:
+    with pytest.raises(BodiesOverlap, match=r"A and B overlap at time 9\.(8|79999\d+) h; expected") as caught:
         system.integrate(state, 20 * u.h, integrator=fullbody.DormandPrince54(1e-3, 1e-3))
     assert caught.value.time == pytest.approx(9.8, abs=1e-10)
     assert caught.value.run.time[-1] < 9.8 * u.h
@@ -123,7 +124,7 @@ def test_a_moon_between_two_planets():
     for speed, names, expected in ((-3.0, ("left", "moon"), 19 / 3), (4.0, ("moon", "right"), 19 / 4)):
         state = fullbody.State(position, [[0, 0, 0], [speed, 0, 0], [0, 0, 0], [0, 0, 0]])
         for integrator in INTEGRATORS:
-            with pytest.raises(fullbody.BodiesOverlap) as caught:
+            with pytest.raises(BodiesOverlap) as caught:
                 fullbody.System(bodies, G=1e-3).integrate(state, 100.0, integrator=integrator)
             assert caught.value.bodies == names
             assert caught.value.time == pytest.approx(expected, abs=1e-9)

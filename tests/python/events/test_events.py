@@ -4,6 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import events
+from fullbody.errors import BodiesOverlap, InvalidInput
 from support import points, worst
 
 CASE1 = fullbody.systems.case1()
@@ -89,7 +90,7 @@ def test_separation_with_units():
         assert occurrence.time.unit == u.h
         assert (occurrence.time / unit).to_value("") == pytest.approx(kepler_time(1.2), abs=1e-12)
         assert run.time[-1] == occurrence.time
-    with pytest.raises(fullbody.InvalidInput, match=r"value of Separation has the unit s; expected a unit such as km"):
+    with pytest.raises(InvalidInput, match=r"value of Separation has the unit s; expected a unit such as km"):
         system.integrate(state, unit, events=[events.Separation(0, 1, 1 * u.s)])
 
 
@@ -129,7 +130,7 @@ def test_points_go_on_after_contact_only_if_they_may():
     """A contact that is not terminal is reported, then the bodies overlap: an error with the run so far."""
     system, state, expected = falling()
     contact = events.Contact(0, 1)
-    with pytest.raises(fullbody.BodiesOverlap) as caught:
+    with pytest.raises(BodiesOverlap) as caught:
         system.integrate(state, 100.0, events=[contact])
     assert caught.value.time > expected - 1e-9
     assert caught.value.run.stop_reason == "unfinished"
@@ -200,7 +201,7 @@ def test_an_exception_in_a_function_propagates():
         (np.nan, r"value of the function .*<lambda> is nan at time 2\d.*; expected a finite number"),
         (np.inf, r"value of the function .*<lambda> is inf at time 2\d.*; expected a finite number"),
     ):
-        with pytest.raises(fullbody.InvalidInput, match=message):
+        with pytest.raises(InvalidInput, match=message):
             sim.integrate(30.0, events=[events.Function(lambda s, value=value: value)])
 
 
@@ -271,12 +272,12 @@ def test_alignment_of_a_free_rotator():
 )
 def test_refused(make, message):
     system, state = CASE1
-    with pytest.raises(fullbody.InvalidInput, match=message):
+    with pytest.raises(InvalidInput, match=message):
         system.integrate(state, 1.0, events=[make()])
 
 
 def test_events_are_a_list():
-    with pytest.raises(fullbody.InvalidInput, match=r"events is Contact.*; expected a list"):
+    with pytest.raises(InvalidInput, match=r"events is Contact.*; expected a list"):
         CASE1[0].integrate(CASE1[1], 1.0, events=events.Contact())
 
 
@@ -346,7 +347,7 @@ def test_dense_with_units():
     assert many.position.unit == u.km
     assert many.velocity.unit == u.km / u.h
     assert (many.position[1] == run(1.5).position).all()
-    with pytest.raises(fullbody.InvalidInput, match="time has the unit km; expected a unit such as h"):
+    with pytest.raises(InvalidInput, match="time has the unit km; expected a unit such as h"):
         run(1 * u.km)
 
 
@@ -355,14 +356,14 @@ def test_dense_refuses():
     run = system.integrate(state, 10.0, dense=True)
     for time in (10.0 + 1e-9, -1e-9, np.nan, np.inf, [1.0, 11.0]):
         with pytest.raises(
-            fullbody.InvalidInput, match=r"time is .*; expected one from 0.0 to 10.0, since the run does not cover"
+            InvalidInput, match=r"time is .*; expected one from 0.0 to 10.0, since the run does not cover"
         ):
             run(time)
-    with pytest.raises(fullbody.InvalidInput, match=r"time has shape \(1, 1\); expected a number or \(K,\)"):
+    with pytest.raises(InvalidInput, match=r"time has shape \(1, 1\); expected a number or \(K,\)"):
         run([[1.0]])
-    with pytest.raises(fullbody.InvalidInput, match="time is 'noon'; expected numbers"):
+    with pytest.raises(InvalidInput, match="time is 'noon'; expected numbers"):
         run("noon")
     assert run([]).position.shape[0] == 0
-    with pytest.raises(fullbody.InvalidInput, match="integrate with dense=True"):
+    with pytest.raises(InvalidInput, match="integrate with dense=True"):
         system.integrate(state, 1.0)(0.5)
     assert "MB" in repr(run.dense)

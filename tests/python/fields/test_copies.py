@@ -7,11 +7,12 @@ import warnings
 import fullbody
 import numpy as np
 import pytest
+from fullbody.errors import InconsistentInput
 
 
 def test_a_rotating_frame_can_be_copied_and_pickled():
     system, state = fullbody.systems.kw4(units=True)
-    with pytest.warns(fullbody.InconsistentInput, match="rotating frame"):
+    with pytest.warns(InconsistentInput, match="rotating frame"):
         frame = fullbody.fields.Synodic(system, state)
     point = [0.5, 2.0, 0.1]
     for make in (copy.copy, copy.deepcopy, lambda frame: pickle.loads(pickle.dumps(frame))):

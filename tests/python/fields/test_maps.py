@@ -3,7 +3,8 @@
 import fullbody
 import numpy as np
 import pytest
-from fullbody import InvalidInput, fields, plots
+from fullbody import fields, plots
+from fullbody.errors import InvalidInput
 from scipy.spatial import ConvexHull
 
 

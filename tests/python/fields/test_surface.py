@@ -3,7 +3,8 @@
 import fullbody
 import numpy as np
 import pytest
-from fullbody import Body, Composite, Ellipsoid, InvalidInput, Part, PointMass, Polyhedron, Sphere
+from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Polyhedron, Sphere
+from fullbody.errors import InvalidInput
 from fullbody.fields import surface
 from support import matrix
 

@@ -4,7 +4,8 @@ import astropy.units as u
 import fullbody
 import numpy as np
 import pytest
-from fullbody import Body, InvalidInput, PointMass, Sphere, fields, plots
+from fullbody import Body, PointMass, Sphere, fields, plots
+from fullbody.errors import InconsistentInput, InvalidInput
 from scipy.optimize import brentq
 from support import matrix
 
@@ -82,7 +83,7 @@ def test_stability_ends_at_rouths_mass():
 
 def test_units():
     system, state = fullbody.systems.kw4(units=True)
-    with pytest.warns(fullbody.InconsistentInput, match="Alpha turns in the rotating frame"):
+    with pytest.warns(InconsistentInput, match="Alpha turns in the rotating frame"):
         with_units = fields.Synodic(system, state)
     assert with_units.rate.unit == u.rad / u.hour
     found = {point.name: point for point in with_units.equilibria()}
@@ -175,7 +176,7 @@ def test_pairs_that_are_none():
         fields.Synodic(fullbody.System([Body(Sphere(1.0), mass=1.0)], G=1.0), state)
     with pytest.raises(InvalidInput, match="move along a line"):
         fields.Synodic(system, state.replace(velocity=np.zeros((2, 3))))
-    with pytest.warns(fullbody.InconsistentInput, match="not on a circular orbit .* Alpha turns in the rotating frame"):
+    with pytest.warns(InconsistentInput, match="not on a circular orbit .* Alpha turns in the rotating frame"):
         fields.Synodic(system, state.replace(velocity=1.2 * state.velocity))
 
 
@@ -185,7 +186,7 @@ def test_the_warning_tells_what_is_off_and_no_rounding():
     system, shares = fullbody.System(bodies, G=1.0), np.array([[-0.01], [0.99]])
 
     def told(position, velocity):
-        with pytest.warns(fullbody.InconsistentInput, match="^the bodies are not on a circular orbit") as caught:
+        with pytest.warns(InconsistentInput, match="^the bodies are not on a circular orbit") as caught:
             fields.Synodic(system, fullbody.State(shares * position, shares * velocity))
         return str(caught[0].message).partition("(")[2].partition(")")[0]
 

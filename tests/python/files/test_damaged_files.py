@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from fullbody import events
+from fullbody.errors import InvalidInput, UncheckedFile
 
 
 def small_run(**options):
@@ -37,8 +38,8 @@ def without_checksum(data):
 
 def load(path):
     """The run in a file that may lack its checksum, or ``None`` where it is refused."""
-    with warnings.catch_warnings(), contextlib.suppress(fullbody.InvalidInput):
-        warnings.simplefilter("ignore", fullbody.UncheckedFile)
+    with warnings.catch_warnings(), contextlib.suppress(InvalidInput):
+        warnings.simplefilter("ignore", UncheckedFile)
         return fullbody.load(path)
     return None
 
@@ -73,9 +74,7 @@ def test_a_file_without_checksum_is_read_with_a_warning(written, tmp_path):
     run, data = written
     path = tmp_path / "run.nc"
     path.write_bytes(without_checksum(data))
-    with pytest.warns(
-        fullbody.UncheckedFile, match=r"run\.nc has no checksum of the whole file: another program wrote it"
-    ):
+    with pytest.warns(UncheckedFile, match=r"run\.nc has no checksum of the whole file: another program wrote it"):
         assert fullbody.load(path) == run
     # Saved again, it has one.
     load(path).save(path)
@@ -92,7 +91,7 @@ def test_a_program_that_writes_into_a_file_takes_its_checksum_away(written, tmp_
                 file["position"][1, 0, 0] = 0.25
             elif change == "text":
                 file.attrs["mine"] = "words " * 500
-        with pytest.warns(fullbody.UncheckedFile):
+        with pytest.warns(UncheckedFile):
             run = fullbody.load(path)
         assert (run.position[1, 0, 0] == 0.25) == (change == "number")
 
@@ -128,7 +127,7 @@ def test_zeros_in_place_of_any_block_are_refused(written, tmp_path):
         if altered == data:
             assert fullbody.load(path) == run
         else:
-            with pytest.raises(fullbody.InvalidInput, match=r"run\.nc is not a readable run of fullbody: the file is "):
+            with pytest.raises(InvalidInput, match=r"run\.nc is not a readable run of fullbody: the file is "):
                 fullbody.load(path)
 
 
@@ -138,11 +137,11 @@ def test_every_truncation_is_refused(written, tmp_path):
     whole = len(without_checksum(data))
     for length in [*range(0, whole, 997), whole - 1, *range(whole + 1, len(data), 13), len(data) - 1]:
         path.write_bytes(data[:length])
-        with pytest.raises(fullbody.InvalidInput, match=r"the file is (empty|not a NetCDF file|truncated or damaged)"):
+        with pytest.raises(InvalidInput, match=r"the file is (empty|not a NetCDF file|truncated or damaged)"):
             fullbody.load(path)
     for longer in (b"\n", b"x", bytes(512)):
         path.write_bytes(data + longer)
-        with pytest.raises(fullbody.InvalidInput, match="the checksum at its end does not fit"):
+        with pytest.raises(InvalidInput, match="the checksum at its end does not fit"):
             fullbody.load(path)
 
 
@@ -154,7 +153,7 @@ def test_an_altered_byte_is_refused(written, tmp_path):
         altered = bytearray(data)
         altered[place] ^= int(random.integers(1, 256))
         path.write_bytes(altered)
-        with pytest.raises(fullbody.InvalidInput, match=r"run\.nc is not a readable run"):
+        with pytest.raises(InvalidInput, match=r"run\.nc is not a readable run"):
             fullbody.load(path)
 
 
@@ -165,7 +164,7 @@ def test_a_damaged_file_is_told_once(written, tmp_path, monkeypatch):
     path = tmp_path / "run.nc"
     # The header of the outermost group.
     path.write_bytes(without_checksum(written[1]).replace(b"OHDR", b"XHDR", 1))
-    with pytest.raises(fullbody.InvalidInput, match="is truncated or damaged"):
+    with pytest.raises(InvalidInput, match="is truncated or damaged"):
         fullbody.load(path)
     gc.collect()
     assert ignored == []
@@ -174,15 +173,15 @@ def test_a_damaged_file_is_told_once(written, tmp_path, monkeypatch):
 def test_a_file_that_is_not_there(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"^no file .*missing\.nc$"):
         fullbody.load(tmp_path / "missing.nc")
-    with pytest.raises(fullbody.InvalidInput, match="the file is a folder"):
+    with pytest.raises(InvalidInput, match="the file is a folder"):
         fullbody.load(tmp_path)
 
 
 @pytest.mark.parametrize("path", [None, 3, b"run.nc", "run\0.nc", "run\ud800.nc", ["run.nc"]])
 def test_what_is_no_name_of_a_file(path):
     for use in (fullbody.load, fullbody.Simulation.load, fullbody.read_toml, fullbody.read_sians, fullbody.read_gubas):
-        with pytest.raises(fullbody.InvalidInput, match=r"^path is .*; expected the name of a file"):
+        with pytest.raises(InvalidInput, match=r"^path is .*; expected the name of a file"):
             use(path)
     for save in (small_run().save, fullbody.Simulation(*fullbody.systems.case1()).save):
-        with pytest.raises(fullbody.InvalidInput, match=r"^path is .*; expected the name of a file"):
+        with pytest.raises(InvalidInput, match=r"^path is .*; expected the name of a file"):
             save(path)

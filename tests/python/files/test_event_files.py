@@ -6,6 +6,7 @@ import pytest
 import xarray as xr
 from astropy import units as u
 from fullbody import events
+from fullbody.errors import BodiesOverlap, InvalidInput
 
 
 def distance_from_usual(state):
@@ -54,7 +55,7 @@ def test_a_function_leaves_its_name(many, tmp_path):
     again = fullbody.load(tmp_path / "run.nc")
     (event,) = {happened.event for happened in again.events if isinstance(happened.event, events.Function)}
     assert "distance_from_usual" in repr(event)
-    with pytest.raises(fullbody.InvalidInput, match="the function distance_from_usual is not in the file"):
+    with pytest.raises(InvalidInput, match="the function distance_from_usual is not in the file"):
         again.system.integrate(again[0], 1.0, events=[event])
     rest = [happened.event for happened in again.events if not isinstance(happened.event, events.Function)]
     assert again.system.integrate(again[0], 100.0, events=rest).stop_reason == "end"
@@ -99,7 +100,7 @@ def test_stop_reasons_are_kept(tmp_path):
     assert again.events[-1].event.terminal is True
     assert again.events[-1].time == again.time[-1]
     system = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)] * 2, G=1.0)
-    with pytest.raises(fullbody.BodiesOverlap) as caught:
+    with pytest.raises(BodiesOverlap) as caught:
         system.integrate(fullbody.State([[0, 0, 0], [5, 0, 0]], np.zeros((2, 3))), 100.0)
     caught.value.run.save(tmp_path / "run.nc")
     assert fullbody.load(tmp_path / "run.nc").stop_reason == "unfinished"
@@ -118,9 +119,9 @@ def test_damaged_events_are_named(many, tmp_path):
         dataset = many.to_xarray()
         dataset.attrs["fullbody_events"] = dataset.attrs["fullbody_events"].replace(*change)
         dataset.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
-        with pytest.raises(fullbody.InvalidInput, match=rf"run\.nc is not a readable run of fullbody: .*({message})"):
+        with pytest.raises(InvalidInput, match=rf"run\.nc is not a readable run of fullbody: .*({message})"):
             fullbody.load(tmp_path / "run.nc")
     dataset = many.to_xarray().drop_vars("event_spin")
     dataset.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
-    with pytest.raises(fullbody.InvalidInput, match=r"run\.nc .* has no .*event_spin"):
+    with pytest.raises(InvalidInput, match=r"run\.nc .* has no .*event_spin"):
         fullbody.load(tmp_path / "run.nc")

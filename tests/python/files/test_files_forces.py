@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 from astropy import units as u
 from fullbody import events, forces
+from fullbody.errors import ForceFailed, InvalidInput
 
 ORBIT = fullbody.KeplerElements(a=95.7e6, e=0.69, i=0.68, Omega=4.29, omega=3.37, M=0.2)
 FLYBY = fullbody.KeplerElements(a=-10000.0, e=9.0, i=0.4, Omega=1.0, omega=2.0, M=-0.1)
@@ -135,7 +136,7 @@ def test_a_function_is_missed_only_in_a_run(tmp_path):
     assert "drag" in repr(again.system.forces)
     assert np.array_equal(again.work["drag"], run.work["drag"])
     assert again.energy_drift.shape == (3,)
-    with pytest.raises(fullbody.ForceFailed, match="the function drag is not in the file") as raised:
+    with pytest.raises(ForceFailed, match="the function drag is not in the file") as raised:
         again.system.integrate(again[-1], 20.0)
     assert raised.value.force == "drag"
     given = [forces.Function(drag), again.system.forces[1]]
@@ -152,7 +153,7 @@ def damaged(name, path, change):
     return path
 
 
-@pytest.mark.filterwarnings("ignore::fullbody.UncheckedFile")
+@pytest.mark.filterwarnings("ignore::fullbody.errors.UncheckedFile")
 def test_damage_is_refused(runs, tmp_path):
     runs[0].save(tmp_path / "run.nc")
 
@@ -183,5 +184,5 @@ def test_damage_is_refused(runs, tmp_path):
     ]
     for k, (change, message) in enumerate(cases):
         path = damaged("run.nc", tmp_path / f"damaged-{k}.nc", change)
-        with pytest.raises(fullbody.InvalidInput, match=message):
+        with pytest.raises(InvalidInput, match=message):
             fullbody.load(path)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from astropy import units as u
 from fullbody import Body, Ellipsoid, PointMass, Sphere
+from fullbody.errors import BodiesOverlap, InvalidInput
 
 NAMES = ("time", "position", "velocity", "attitude", "spin", "energy", "angular_momentum", "potential_energy")
 
@@ -85,7 +86,7 @@ def test_saving_again_replaces(tmp_path):
 
 @pytest.mark.parametrize("name", ["run.txt", "run", "run.nc.gz", "run.sim"])
 def test_names_of_other_kinds_of_files_are_refused(name, tmp_path):
-    with pytest.raises(fullbody.InvalidInput, match=rf"{name}'; expected a name that ends in one of \.nc, \.nc4"):
+    with pytest.raises(InvalidInput, match=rf"{name}'; expected a name that ends in one of \.nc, \.nc4"):
         small_run().save(tmp_path / name)
     assert list(tmp_path.iterdir()) == []
     for good in ("run.nc", "RUN.NC4"):
@@ -125,7 +126,7 @@ def test_dataset_without_units_claims_none():
 def test_an_interrupted_run_can_be_saved(tmp_path):
     """What an error leaves behind is a run like any other."""
     system = fullbody.System([Body(Sphere(1.0), mass=1.0), Body(Sphere(1.0), mass=1.0)], G=1.0)
-    with pytest.raises(fullbody.BodiesOverlap) as caught:
+    with pytest.raises(BodiesOverlap) as caught:
         system.integrate(fullbody.State([[0, 0, 0], [5, 0, 0]], np.zeros((2, 3))), 100.0)
     caught.value.run.save(tmp_path / "run.nc")
     assert fullbody.load(tmp_path / "run.nc") == caught.value.run

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from fullbody import events
+from fullbody.errors import InvalidInput
 from fullbody.files import reading
 from fullbody.motion import loading
 
@@ -47,7 +48,7 @@ def classic(path):
 )
 def test_what_is_no_run_is_refused(make, words, tmp_path):
     make(tmp_path / "other.nc")
-    with pytest.raises(fullbody.InvalidInput, match=rf"other\.nc is not a readable run of fullbody: {words}"):
+    with pytest.raises(InvalidInput, match=rf"other\.nc is not a readable run of fullbody: {words}"):
         fullbody.load(tmp_path / "other.nc")
 
 
@@ -157,14 +158,14 @@ def test_content_that_is_no_run_is_refused_by_name(kind, run, tmp_path):
     change, words = CONTENT[kind]
     path = tmp_path / "other.nc"
     change(run.to_xarray()).to_netcdf(path, engine="h5netcdf")
-    with pytest.raises(fullbody.InvalidInput, match=rf"other\.nc is not a readable run of fullbody: .*{words}"):
+    with pytest.raises(InvalidInput, match=rf"other\.nc is not a readable run of fullbody: .*{words}"):
         fullbody.load(path)
 
 
 # What HDF5 can do
 
 
-@pytest.mark.filterwarnings("ignore::fullbody.UncheckedFile")
+@pytest.mark.filterwarnings("ignore::fullbody.errors.UncheckedFile")
 def test_a_header_that_promises_more_than_the_file_holds_is_refused(run, tmp_path):
     """It would take eight terabytes of memory."""
     path = tmp_path / "run.nc"
@@ -172,11 +173,11 @@ def test_a_header_that_promises_more_than_the_file_holds_is_refused(run, tmp_pat
     with h5py.File(path, "r+") as file:
         del file["time"]
         file.create_dataset("time", (10**12,), "f8", chunks=(2**20,)).make_scale("time")
-    with pytest.raises(fullbody.InvalidInput, match=r"run\.nc is not a readable run of fullbody: time has 80000000000"):
+    with pytest.raises(InvalidInput, match=r"run\.nc is not a readable run of fullbody: time has 80000000000"):
         fullbody.load(path)
 
 
-@pytest.mark.filterwarnings("ignore::fullbody.UncheckedFile")
+@pytest.mark.filterwarnings("ignore::fullbody.errors.UncheckedFile")
 def test_compressed_files_load(run, tmp_path):
     """As people make them smaller; the pieces need not fit the variable."""
     run.save(tmp_path / "run.nc")
@@ -214,5 +215,5 @@ def test_any_entry_of_the_system_and_events_is_checked(wrong, run):
     for name in ("fullbody_system", "fullbody_integrator", "fullbody_events", "fullbody_statistics"):
         for altered in replacements(json.loads(attributes[name]), wrong):
             content = reading.Content(run.to_xarray().assign_attrs({name: json.dumps(altered)}))
-            with pytest.raises(fullbody.InvalidInput, match=f"attribute {name}"):
+            with pytest.raises(InvalidInput, match=f"attribute {name}"):
                 loading.run_in(content)

@@ -12,6 +12,7 @@ from pathlib import Path
 import fullbody
 import pytest
 from fullbody.base.atomic import check_place, replacing
+from fullbody.errors import InvalidInput
 from support import forbid
 
 
@@ -377,9 +378,9 @@ def test_standard_output_is_not_replaced(tmp_path):
 def test_devices_are_not_read(tmp_path):
     """Some have no end."""
     for read in (fullbody.Simulation.load, fullbody.read_toml, fullbody.read_sians, fullbody.read_gubas):
-        with pytest.raises(fullbody.InvalidInput, match="/dev/zero is a device; expected a file"):
+        with pytest.raises(InvalidInput, match="/dev/zero is a device; expected a file"):
             read("/dev/zero")
-    with pytest.raises(fullbody.InvalidInput, match="the file is not a NetCDF file"):
+    with pytest.raises(InvalidInput, match="the file is not a NetCDF file"):
         fullbody.load("/dev/zero")
 
 

@@ -9,6 +9,7 @@ from astropy.time import Time
 from eris import EPOCH, ERIS
 from fits import QUICK, START, kw4, noisy, pair
 from fullbody import observing
+from fullbody.errors import InconsistentInput, InvalidInput
 from fullbody.fitting import Free, Outliers
 from scipy.spatial.transform import Rotation
 from support import DATA
@@ -147,7 +148,7 @@ def test_an_unconstrained_combination_is_named(radar):
     def setup(mass, a, more):
         return pair(mass=mass + 2 * more, a=a)
 
-    with pytest.warns(fullbody.InconsistentInput, match="the data do not constrain (mass|more)"):
+    with pytest.warns(InconsistentInput, match="the data do not constrain (mass|more)"):
         found = fullbody.fit(setup, {"mass": 2.36, "a": 2.545, "more": 0.01}, radar)
     assert found.condition > 1e8
     # A change of mass by -2 is one of more by 1.
@@ -158,10 +159,10 @@ def test_an_unconstrained_combination_is_named(radar):
     assert 0.0 < found.sigma["a"] < 0.1
     assert not np.isnan(found.covariance).any()
     assert found.values["mass"] + 2 * found.values["more"] == pytest.approx(2.353, abs=0.05)
-    with pytest.raises(fullbody.InvalidInput, match="no distribution to draw from"):
+    with pytest.raises(InvalidInput, match="no distribution to draw from"):
         found.draw(3, 0)
 
-    with pytest.warns(fullbody.InconsistentInput, match="the data do not constrain colour"):
+    with pytest.warns(InconsistentInput, match="the data do not constrain colour"):
         fullbody.fit(lambda a, colour: pair(a=a), {"a": 2.545, "colour": 1.0}, radar)
 
 
@@ -180,7 +181,7 @@ def test_refused_proposals_are_shortened_and_counted(radar, found):
     assert "that the author likes" in far.last_refusal
     assert f"{far.refused} proposals refused" in repr(far)
     assert far.chi2 == pytest.approx(found.chi2, rel=1e-8)
-    with pytest.raises(fullbody.InvalidInput, match=r"start of the fit is refused.*that the author likes"):
+    with pytest.raises(InvalidInput, match=r"start of the fit is refused.*that the author likes"):
         fullbody.fit(limited(2.2, 2.5), {"mass": 3.0, "a": 2.5}, radar)
 
 
@@ -194,7 +195,7 @@ def test_refused_proposals_are_not_taken_for_good_ones_where_residuals_are_large
 
 
 def test_a_fit_that_is_held_off_its_minimum_says_so(radar):
-    with pytest.warns(fullbody.InconsistentInput, match=r"errors away from .* refused: ValueError: mass is 2\.36"):
+    with pytest.warns(InconsistentInput, match=r"errors away from .* refused: ValueError: mass is 2\.36"):
         held = fullbody.fit(limited(2.369, 2.5), {"mass": 2.4, "a": 2.5}, radar)
     assert "errors away" in repr(held)
     assert held.minima[0].message
@@ -306,7 +307,7 @@ def test_log_posterior_is_chi2_and_its_gradient(radar, found):
         expected = (8 * (ends[0] - ends[1]) - (ends[2] - ends[3])) / (12 * step)
         assert gradient[k] == pytest.approx(expected, rel=1e-6)
     assert found.log_posterior([-1.0, 2.55]) == -np.inf
-    with pytest.raises(fullbody.InvalidInput, match="values has no 'a'"):
+    with pytest.raises(InvalidInput, match="values has no 'a'"):
         found.log_posterior({"mass": 2.0})
 
 
@@ -336,9 +337,9 @@ def test_many_starts_find_mirror_images(radar):
     chi2 = [one.chi2 for one in found.minima]
     assert chi2 == sorted(chi2)
     assert "Minima from 6 starts" in repr(found)
-    with pytest.raises(fullbody.InvalidInput, match="rng is None"):
+    with pytest.raises(InvalidInput, match="rng is None"):
         fullbody.fit(setup, start, radar, starts=3)
-    with pytest.raises(fullbody.InvalidInput, match="no parameter has two bounds or a prior"):
+    with pytest.raises(InvalidInput, match="no parameter has two bounds or a prior"):
         fullbody.fit(pair, {"a": 2.5}, radar, starts=3, rng=1)
 
 
@@ -363,7 +364,7 @@ def test_figures_and_samples(radar, found):
     np.testing.assert_array_equal(samples.mass, again.mass)
     assert len(found.plot.residuals()) == 1
     assert len(found.plot.corner(samples).axes) == 4
-    with pytest.raises(fullbody.InvalidInput, match="sampler is 'gibbs'"):
+    with pytest.raises(InvalidInput, match="sampler is 'gibbs'"):
         found.sample("gibbs", rng=1)
     import matplotlib.pyplot as plt
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from fits import START, VIEW, pair
 from fullbody import observing
+from fullbody.errors import InconsistentInput, Interrupted, InvalidInput
 from fullbody.fitting import Free, Outliers
 
 TRUE = {"mass": 2.353, "a": 2.55}
@@ -85,27 +86,27 @@ BETWEEN = {"a": Free(2.55, min=2.5, max=2.6)}
 )
 def test_bad_arguments_are_refused(radar, options, message):
     given = {"setup": lambda a: pair(a=a), "parameters": {"a": 2.55}, "observations": radar} | options
-    with pytest.raises(fullbody.InvalidInput, match=message):
+    with pytest.raises(InvalidInput, match=message):
         fullbody.fit(given.pop("setup"), given.pop("parameters"), given.pop("observations"), **given)
 
 
 def test_bad_data_and_setups_are_refused(radar):
     few = observing.Radar(radar.times[:1], range=radar.range[:1], sigma=0.02, body=1, about=0, geometry=radar.geometry)
-    with pytest.raises(fullbody.InvalidInput, match="2 parameters, and there are 1 numbers of data"):
+    with pytest.raises(InvalidInput, match="2 parameters, and there are 1 numbers of data"):
         fullbody.fit(pair, TRUE, few)
     other = {"range": radar.range, "sigma": 0.02, "about": 0, "geometry": radar.geometry}
-    with pytest.raises(fullbody.InvalidInput, match="body is 7"):
+    with pytest.raises(InvalidInput, match="body is 7"):
         fullbody.fit(pair, TRUE, observing.Radar(radar.times, body=7, **other))
-    with pytest.raises(fullbody.InvalidInput, match="outside the span of the geometry"):
+    with pytest.raises(InvalidInput, match="outside the span of the geometry"):
         fullbody.fit(pair, TRUE, observing.Radar(radar.times + 90.0, body=1, **other))
-    with pytest.raises(fullbody.InvalidInput, match=r"do not change evenly with a near 2\.55"):
+    with pytest.raises(InvalidInput, match=r"do not change evenly with a near 2\.55"):
         fullbody.fit(lambda a: pair(a=2.5 + 1e-3 * np.floor(1e9 * a) % 7), {"a": 2.55}, radar)
     rng = np.random.default_rng(1)
-    with pytest.raises(fullbody.InvalidInput, match="do not change evenly with a"):
+    with pytest.raises(InvalidInput, match="do not change evenly with a"):
         fullbody.fit(lambda a: pair(a=a + 1e-3 * rng.normal()), {"a": 2.55}, radar)
     with pytest.raises(TypeError, match=r"expected \(system, state\)"):
         fullbody.fit(lambda a: None, {"a": 2.55}, radar)
-    with pytest.raises(fullbody.InvalidInput, match="mean distance has no times"):
+    with pytest.raises(InvalidInput, match="mean distance has no times"):
         fullbody.fit(pair, {"a": 2.55}, observing.Measured("mean distance", lambda run: 1.0, 1.0, 0.1))
     for returned in (None, [radar]):
         with pytest.raises(TypeError, match=r"of observations returned .*; expected those of fullbody\.observing"):
@@ -125,13 +126,13 @@ def test_bad_data_and_setups_are_refused(radar):
     ],
 )
 def test_errors_that_are_none_are_refused(radar, sigma, message):
-    with pytest.raises(fullbody.InvalidInput, match=message):
+    with pytest.raises(InvalidInput, match=message):
         observing.Radar(radar.times, range=radar.range, sigma=sigma, body=1, about=0, geometry=VIEW)
 
 
 def test_a_row_whose_error_is_missing_is_left_out_with_a_warning(radar):
     sigma = np.where(radar.times > 29.0, np.nan, 0.02)
-    with pytest.warns(fullbody.InconsistentInput, match="1 of 15 rows of Radar .* left out: row 14"):
+    with pytest.warns(InconsistentInput, match="1 of 15 rows of Radar .* left out: row 14"):
         data = observing.Radar(radar.times, range=radar.range, sigma=sigma, body=1, about=0, geometry=VIEW)
     assert fullbody.fit(pair, TRUE, data).dof == 12
 
@@ -139,14 +140,18 @@ def test_a_row_whose_error_is_missing_is_left_out_with_a_warning(radar):
 @pytest.mark.parametrize(
     ("setup", "error", "message"),
     [
-        (lambda a: 1 / 0, fullbody.InvalidInput, "start of the fit is refused: ZeroDivisionError"),
-        (lambda a: pair(a=np.nan), fullbody.InvalidInput, "refused: InvalidInput: position of body 1.* is NaN"),
+        (lambda a: 1 / 0, InvalidInput, "start of the fit is refused: ZeroDivisionError"),
+        (lambda a: pair(a=np.nan), InvalidInput, "refused: InvalidInput: position of body 1.* is NaN"),
         # A mistake in the code of a setup is no refusal of its values.
         (lambda a: {}["moon"], KeyError, "moon"),
         (lambda a: pair(a=a)[0], TypeError, r"setup returned System.*; expected \(system, state\)"),
         (lambda a: (*pair(a=a), 1.0), TypeError, r"expected \(system, state\)"),
         (lambda a: pair(a=a) if a == 2.55 else 3, TypeError, r"setup returned 3; expected \(system, state\)"),
-        (lambda a: pair(a=2.55 + 1e-3 * (a > 2.55)), fullbody.InvalidInput, "do not change evenly with a near 2.55"),
+        (
+            lambda a: pair(a=2.55 + 1e-3 * (a > 2.55)),
+            InvalidInput,
+            "do not change evenly with a near 2.55",
+        ),
     ],
 )
 def test_setups_that_make_nothing_are_told(radar, setup, error, message):
@@ -160,9 +165,7 @@ def test_bodies_that_come_and_go_with_a_parameter_are_named(radar):
         state = fullbody.State([[0.0] * 3, [a, 0, 0]][: len(bodies)], [[0.0] * 3, [0.1, 0.9, 0.3]][: len(bodies)])
         return fullbody.System(bodies, G=1.0, gravity="point"), state
 
-    with pytest.raises(
-        fullbody.InvalidInput, match=r"cannot be differentiated with respect to a near 2.55: no value near it"
-    ):
+    with pytest.raises(InvalidInput, match=r"cannot be differentiated with respect to a near 2.55: no value near it"):
         fullbody.fit(setup, {"a": 2.55}, radar)
 
 
@@ -188,7 +191,7 @@ def test_observations_whose_number_depends_on_a_parameter_are_refused(radar):
         values = {"range": radar.range[rows], "sigma": 0.02}
         return observing.Radar(radar.times[rows], **values, body=1, about=0, geometry=VIEW)
 
-    with pytest.warns(fullbody.InconsistentInput, match="refused: InvalidInput: the observations have 10 numbers"):
+    with pytest.warns(InconsistentInput, match="refused: InvalidInput: the observations have 10 numbers"):
         found = fullbody.fit(pair, START, data)
     assert found.refused
 
@@ -198,7 +201,7 @@ def test_as_many_data_as_parameters_leave_no_p_value(radar):
     found = fullbody.fit(pair, START, observing.Radar(radar.times[:2], **rows))
     assert (found.dof, found.p_value) == (0, None)
     assert found.chi2 < 1e-6
-    with pytest.raises(fullbody.InvalidInput, match="3 parameters, and there are 2 numbers of data and priors"):
+    with pytest.raises(InvalidInput, match="3 parameters, and there are 2 numbers of data and priors"):
         fullbody.fit(
             lambda mass, a, more: pair(mass + more, a), {**START, "more": 0.0}, observing.Radar(radar.times[:2], **rows)
         )
@@ -225,7 +228,7 @@ def test_a_value_of_the_system_alone_needs_no_times():
     ],
 )
 def test_what_a_fit_cannot_do_is_refused(found, call, message):
-    with pytest.raises(fullbody.InvalidInput, match=message):
+    with pytest.raises(InvalidInput, match=message):
         call(found)
 
 
@@ -238,12 +241,12 @@ def test_an_interrupt_returns_the_best_so_far(radar):
             raise KeyboardInterrupt
         return pair(mass=mass, a=a)
 
-    with pytest.warns(fullbody.InconsistentInput, match="interrupted: the values are the best so far"):
+    with pytest.warns(InconsistentInput, match="interrupted: the values are the best so far"):
         found = fullbody.fit(setup, START, radar)
     assert "interrupted" in found.message
     assert np.isfinite(found.chi2)
     calls[:] = [1] * 15
-    with pytest.raises(fullbody.Interrupted, match="nothing to return"):
+    with pytest.raises(Interrupted, match="nothing to return"):
         fullbody.fit(setup, START, radar)
 
 
@@ -259,7 +262,7 @@ def test_the_signal_of_ctrl_c_returns_the_best_so_far(radar):
         return pair(mass=mass, a=a)
 
     try:
-        with pytest.warns(fullbody.InconsistentInput, match="interrupted: the values are the best so far"):
+        with pytest.warns(InconsistentInput, match="interrupted: the values are the best so far"):
             found = fullbody.fit(setup, START, radar)
     finally:
         signal.signal(signal.SIGINT, before)

@@ -7,6 +7,7 @@ import fullbody
 import numpy as np
 import pytest
 from fits import START, pair
+from fullbody.errors import InvalidInput
 
 
 def test_a_fit_is_copied_pickled_and_saved(found, tmp_path):
@@ -21,7 +22,7 @@ def test_a_fit_is_copied_pickled_and_saved(found, tmp_path):
         assert repr(other) == repr(found)
     assert read.system == found.system
     assert read.state == found.state
-    with pytest.raises(fullbody.InvalidInput, match="keeps neither the setup nor the observations"):
+    with pytest.raises(InvalidInput, match="keeps neither the setup nor the observations"):
         read.log_posterior(START)
     assert found != fullbody.load(path).values
 

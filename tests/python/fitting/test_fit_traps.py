@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from fits import pair
 from fullbody import observing
+from fullbody.errors import InconsistentInput, InvalidInput
 from fullbody.fitting import Free
 from fullbody.fitting.free import Parameters
 from fullbody.fitting.problem import Problem
@@ -144,12 +145,12 @@ def test_the_run_of_a_fit_is_the_motion_that_was_fitted_before_the_epoch_too():
 
 @pytest.mark.parametrize("digits", [4, 5, 6])
 def test_a_setup_that_rounds_is_refused(radar, digits):
-    with pytest.raises(fullbody.InvalidInput, match=r"do not change evenly with a .* rounded numbers"):
+    with pytest.raises(InvalidInput, match=r"do not change evenly with a .* rounded numbers"):
         fullbody.fit(lambda a: pair(a=float(f"{a:.{digits}f}")), {"a": 2.5501234}, radar)
 
 
 def test_a_parameter_without_any_effect_stays(radar):
-    with pytest.warns(fullbody.InconsistentInput, match="do not constrain colour"):
+    with pytest.warns(InconsistentInput, match="do not constrain colour"):
         fit = fullbody.fit(lambda a, colour: pair(a=a * colour / colour), {"a": 2.545, "colour": 0.5}, radar)
     assert fit.values["colour"] == pytest.approx(0.5)
 
@@ -167,5 +168,5 @@ def test_stated_errors_that_change_with_a_parameter_are_refused(radar):
         columns = {"range": radar.range, "range_rate": radar.range_rate, "sigma": (0.02 * factor, 0.01 * factor)}
         return observing.Radar(radar.times, **columns, body=1, about=0, geometry=radar.geometry)
 
-    with pytest.raises(fullbody.InvalidInput, match=r"stated errors .* change with factor"):
+    with pytest.raises(InvalidInput, match=r"stated errors .* change with factor"):
         fullbody.fit(lambda a: pair(a=a), {"a": 2.55, "factor": 1.0}, scaled)

@@ -9,6 +9,7 @@ import rebound
 from astropy import units as u
 from astropy.coordinates import BarycentricMeanEcliptic, SkyCoord, get_body_barycentric
 from astropy.time import Time
+from fullbody.errors import InvalidInput
 from fullbody.forces import ThirdBody
 
 DATE = "2022-09-26T12:00:00 TDB"
@@ -116,7 +117,7 @@ def test_units_frames_and_epochs():
 @pytest.mark.filterwarnings("ignore")
 def test_what_cannot_be_had(change, message):
     given = {"name": "earth", "date": DATE, "orbit": ORBIT, "duration": 10 * u.day} | change
-    with pytest.raises((fullbody.InvalidInput, ModuleNotFoundError), match=message):
+    with pytest.raises((InvalidInput, ModuleNotFoundError), match=message):
         ThirdBody.from_ephemeris(**given)
 
 

@@ -11,6 +11,7 @@ import time
 import fullbody
 import numpy as np
 import pytest
+from fullbody.errors import ForceFailed, InvalidInput
 from fullbody.forces import Function
 from scenes import pair
 
@@ -143,7 +144,7 @@ def test_quantities_come_and_go():
     np.testing.assert_allclose(one.position.to_value(u.km), other.position, rtol=0, atol=1e-12)
     assert one.work["push"].to_value(u.J)[-1] == pytest.approx(other.work["push"][-1] * 1e6 / 3600**2, rel=1e-9)
     wrong = Function(lambda t, s: s.position, name="wrong")
-    with pytest.raises(fullbody.ForceFailed, match="force of wrong has the unit km") as caught:
+    with pytest.raises(ForceFailed, match="force of wrong has the unit km") as caught:
         system.with_forces([wrong]).integrate(state, 10 * u.hour)
     assert caught.value.force == "wrong"
 
@@ -236,15 +237,15 @@ def trouble(_):
     ("how", "text", "cause"),
     [
         (trouble, "no such wind", Trouble),
-        (lambda s: s.position * np.nan, "NaN", fullbody.InvalidInput),
-        (lambda s: np.zeros(3), r"shape \(3,\); expected \(2, 3\)", fullbody.InvalidInput),
-        (lambda s: np.zeros((3, 3)), r"shape \(3, 3\); expected \(2, 3\)", fullbody.InvalidInput),
-        (lambda s: (0 * s.position, np.zeros(4)), r"torque.*shape \(4,\)", fullbody.InvalidInput),
-        (lambda s: None, "None", fullbody.InvalidInput),
-        (lambda s: "north", "north", fullbody.InvalidInput),
-        (lambda s: (0 * s.position,), "gives 1 things; expected forces, or", fullbody.InvalidInput),
-        (lambda s: (0 * s.position, 0 * s.spin, 0), "gives 3 things", fullbody.InvalidInput),
-        (lambda s: 1j * s.position, "complex|j", fullbody.InvalidInput),
+        (lambda s: s.position * np.nan, "NaN", InvalidInput),
+        (lambda s: np.zeros(3), r"shape \(3,\); expected \(2, 3\)", InvalidInput),
+        (lambda s: np.zeros((3, 3)), r"shape \(3, 3\); expected \(2, 3\)", InvalidInput),
+        (lambda s: (0 * s.position, np.zeros(4)), r"torque.*shape \(4,\)", InvalidInput),
+        (lambda s: None, "None", InvalidInput),
+        (lambda s: "north", "north", InvalidInput),
+        (lambda s: (0 * s.position,), "gives 1 things; expected forces, or", InvalidInput),
+        (lambda s: (0 * s.position, 0 * s.spin, 0), "gives 3 things", InvalidInput),
+        (lambda s: 1j * s.position, "complex|j", InvalidInput),
         (lambda s: s.position[0] / 0 + s.nothing, "nothing", AttributeError),
     ],
 )
@@ -252,7 +253,7 @@ def trouble(_):
 def test_a_function_that_fails(how, text, cause):
     """Force, time, cause and the run so far, which goes up to there."""
     system, state = pair()
-    with pytest.raises(fullbody.ForceFailed, match=f"(?s)wind.*{text}") as caught:
+    with pytest.raises(ForceFailed, match=f"(?s)wind.*{text}") as caught:
         system.with_forces([Function(failing(how), name="wind")]).integrate(state, 10.0)
     error = caught.value
     assert error.force == "wind"
@@ -270,7 +271,7 @@ def test_a_function_that_fails(how, text, cause):
 def test_a_compiled_function_that_fails(library, name, text):
     system, state = pair()
     pointer = SIGNATURE((name, library))
-    with pytest.raises(fullbody.ForceFailed, match=f"wind.*{text}") as caught:
+    with pytest.raises(ForceFailed, match=f"wind.*{text}") as caught:
         system.with_forces([Function(pointer, name="wind")]).integrate(state, 10.0)
     assert caught.value.force == "wind"
     assert caught.value.run.time[-1] <= caught.value.time
@@ -285,7 +286,7 @@ def test_a_function_that_fails_at_once_and_elsewhere():
         lambda: world.loads(state),
         lambda: fullbody.Simulation(world, state).step(),
     ):
-        with pytest.raises(fullbody.ForceFailed, match=r"wind.*no such wind") as caught:
+        with pytest.raises(ForceFailed, match=r"wind.*no such wind") as caught:
             act()
         assert isinstance(caught.value.__cause__, Trouble)
 
@@ -301,7 +302,7 @@ def test_a_simulation_goes_on_after_a_failure():
         return 0 * state.position
 
     sim = fullbody.Simulation(system.with_forces([Function(wind)]), state)
-    with pytest.raises(fullbody.ForceFailed) as caught:
+    with pytest.raises(ForceFailed) as caught:
         sim.integrate(5.0)
     assert sim.time == caught.value.run.time[-1]
     broken[0] = False
@@ -319,7 +320,7 @@ def test_a_simulation_may_not_be_touched_from_within():
         return 0 * state.position
 
     sim = fullbody.Simulation(system.with_forces([Function(wind)]), state)
-    with pytest.raises(fullbody.ForceFailed, match="middle of a run"):
+    with pytest.raises(ForceFailed, match="middle of a run"):
         sim.integrate(1.0)
 
 

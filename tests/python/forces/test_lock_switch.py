@@ -3,6 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
+from fullbody.errors import ForceFailed
 from fullbody.forces import Byorp
 
 FORCE = 2e-4
@@ -202,5 +203,5 @@ def test_sensitivities_have_the_jumps_at_switches(name, given, value):
 def test_a_force_that_undoes_its_own_switch_is_refused():
     """So strong that the secondary is neither locked with it nor unlocked without it."""
     system, state = swinging(force=0.5, mass=1e-3)
-    with pytest.raises(fullbody.ForceFailed, match="neither lasts nor ends"):
+    with pytest.raises(ForceFailed, match="neither lasts nor ends"):
         system.integrate(state, UNTIL, output="ends")

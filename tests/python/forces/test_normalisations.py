@@ -4,7 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 import scipy.interpolate
-from fullbody import InvalidInput
+from fullbody.errors import InvalidInput
 from fullbody.forces import Byorp, Tide, Yorp, lag_from_quality_factor, solar_pressure
 from support import inertia
 

@@ -4,6 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from astropy.coordinates import BarycentricMeanEcliptic, SkyCoord
+from fullbody.errors import InvalidInput
 from fullbody.forces import Function, ThirdBody
 from scenes import at_rest, differential, kepler_place, pair, relative, sun
 from support import matrix, quaternion_product, reference, worst
@@ -132,7 +133,7 @@ def test_a_third_body_inside_the_system_is_refused():
         (orbit, r"^periapsis distance of planet is (1\.0|0\.99).* more than 1\.1"),
     ]
     for third, message in cases:
-        with pytest.raises(fullbody.InvalidInput, match=message):
+        with pytest.raises(InvalidInput, match=message):
             system.with_forces([third]).integrate(state, 1e-3)
     system.with_forces([at_rest([1.2, 0, 0], 1e-9, "planet")]).integrate(state, 1e-3)
 
@@ -294,7 +295,7 @@ def test_rows_of_a_table_that_are_one_by_round_off():
     system, _ = fullbody.systems.case1()
     for times, row in (([0.0, 5e-324, 1.0, 2.0, 3.0], 0), ([0.0, 1.0, 2.0, 3.0, np.nextafter(3.0, 4.0)], 3)):
         with pytest.raises(
-            fullbody.InvalidInput, match=rf"times of T are .* in rows {row} and {row + 1}; expected rows further"
+            InvalidInput, match=rf"times of T are .* in rows {row} and {row + 1}; expected rows further"
         ):
             system.with_forces(
                 [ThirdBody(mass=1.0, of="body", times=times, positions=[[100.0, 0.0, 0.0]] * 5, name="T")]
@@ -330,12 +331,12 @@ def test_a_frame_that_cannot_be_compared_is_refused():
     bodies = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (2.0, 1.0)]
     orbit = fullbody.KeplerElements(50.0, 0.1, 0.2, 0.3, 0.4, 0.5, frame="ecliptic")
     third = ThirdBody(mu=7.0, orbit=orbit, of="body", name="Sun")
-    with pytest.raises(fullbody.InvalidInput, match="path of Sun is in the frame 'ecliptic'"):
+    with pytest.raises(InvalidInput, match="path of Sun is in the frame 'ecliptic'"):
         fullbody.System(bodies, G=0.5, forces=[third])
-    with pytest.raises(fullbody.InvalidInput, match="path of Sun: cannot turn from the frame 'ecliptic' to 'orbit'"):
+    with pytest.raises(InvalidInput, match="path of Sun: cannot turn from the frame 'ecliptic' to 'orbit'"):
         fullbody.System(bodies, G=0.5, frame="orbit", forces=[third])
     wrong = fullbody.KeplerElements(50.0, 0.1, 0.2, 0.3, 0.4, 0.5, frame="eclptic")
-    with pytest.raises(fullbody.InvalidInput, match="cannot turn from the frame 'eclptic'"):
+    with pytest.raises(InvalidInput, match="cannot turn from the frame 'eclptic'"):
         ThirdBody(mu=7.0, orbit=wrong, of="body")
-    with pytest.raises(fullbody.InvalidInput, match="frame of third body is 'icrs' beside an orbit"):
+    with pytest.raises(InvalidInput, match="frame of third body is 'icrs' beside an orbit"):
         ThirdBody(mu=7.0, orbit=orbit, frame="icrs", of="body")

@@ -5,6 +5,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 from astropy import units as u
+from fullbody.errors import InconsistentInput
 from fullbody.forces import Tide
 from scipy.integrate import solve_ivp
 from support import inertia, matrix, reference, worst
@@ -272,7 +273,7 @@ def test_a_lag_in_which_bodies_turn_far_is_warned_of(spin, attitude, rate, turns
         begin(radians)
     for radians in (1.001, 40.0):
         text = f"^bulge has a lag of .*, within which {turns} by {np.degrees(radians):.4g} degrees; .* first order"
-        with pytest.warns(fullbody.InconsistentInput, match=text):
+        with pytest.warns(InconsistentInput, match=text):
             begin(radians)
 
 
@@ -280,13 +281,12 @@ def test_hours_where_seconds_were_meant():
     system, state = fullbody.systems.kw4(units=True)
     wrong = [Tide(on="Alpha", by="Beta", k2=1e-5, lag=60.0 * hour) for hour in (1.0, u.hour)]
     for tide in wrong:
-        with pytest.warns(
-            fullbody.InconsistentInput, match="^tide on Alpha has a lag of 60 h, within which Alpha turns"
-        ):
+        with pytest.warns(InconsistentInput, match="^tide on Alpha has a lag of 60 h, within which Alpha turns"):
             system.with_forces([tide]).integrate(state, 0.01)
     right = Tide(on="Alpha", by="Beta", k2=1e-5, lag=60.0 * u.s)
     system.with_forces([right]).integrate(state, 0.01)
     with pytest.warns(
-        fullbody.InconsistentInput, match="the starts of 1 of 2 members are probably a mistake; member 1: tide on Al"
+        InconsistentInput,
+        match="the starts of 1 of 2 members are probably a mistake; member 1: tide on Al",
     ):
         fullbody.integrate_many([(system.with_forces([tide]), state) for tide in (right, wrong[1])], 0.01)

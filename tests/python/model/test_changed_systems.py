@@ -4,7 +4,8 @@ import fullbody
 import numpy as np
 import pytest
 from astropy import units as u
-from fullbody import InvalidInput, forces
+from fullbody import forces
+from fullbody.errors import InvalidInput
 
 EPOCH = "2022-09-26T23:14:24.183 UTC"
 

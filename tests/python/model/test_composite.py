@@ -4,6 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Sphere
+from fullbody.errors import InconsistentInput
 from support import inertia, matrix, quaternion_product
 
 AXES = (1.0, 0.8, 0.5)
@@ -115,7 +116,7 @@ def test_parts_that_nearly_cancel_are_told():
     }
     fullbody.System([shells[0.3], PROBE], G=1.0)
     told = r"parts 0 and 1 of shell, of 12\.5664 and -12\.5664 in mass, nearly cancel: .* by 1e-07 of their size"
-    with pytest.warns(fullbody.InconsistentInput, match=told):
+    with pytest.warns(InconsistentInput, match=told):
         system = fullbody.System([shells[1e-9], PROBE], G=1.0)
     found = system.interactions(pose(2.5))
     exact = fullbody.System([Body(Sphere(1.0), mass=shells[1e-9].mass, name="shell"), PROBE], G=1.0)

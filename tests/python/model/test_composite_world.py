@@ -7,6 +7,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Sphere
+from fullbody.errors import BodiesOverlap, ForceFailed, InvalidInput
 from support import data_of, matrix
 
 #: Balls on two axes whose centre of mass and principal axes are exactly those of the working frame.
@@ -74,7 +75,7 @@ def test_third_body_on_parts_with_extent(distance):
 
 def test_a_third_body_inside_a_part_is_told():
     for parts, place in ((CROSS, (0.0, 2.0, 0.0)), ([Part(Ellipsoid(3, 2, 1), mass=1.0)], (2.0, 0.0, 0.0))):
-        with pytest.raises((fullbody.ForceFailed, fullbody.InvalidInput), match="Sun"):
+        with pytest.raises((ForceFailed, InvalidInput), match="Sun"):
             alone(parts, matrix(np.array(TURN) / np.linalg.norm(TURN)) @ np.array(place))
 
 
@@ -92,12 +93,12 @@ def dumbbell(radius=1.0, arm=3.0, **kwargs):
 FIXED = [fullbody.SymplecticSplitting(1.7, "ABA864"), fullbody.LieGroupVariational(0.3)]
 
 
-@pytest.mark.filterwarnings("ignore::fullbody.InconsistentInput")
+@pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 @pytest.mark.parametrize("integrator", [None, *FIXED], ids=str)
 def test_contact_of_balls_on_straight_lines(integrator):
     """The first of two balls is touched where a quadratic equation says."""
     start, velocity = np.array([2.8, -10.0, 0.3]), np.array([0.1, 1.0, 0.02])
-    with pytest.raises(fullbody.BodiesOverlap) as caught:
+    with pytest.raises(BodiesOverlap) as caught:
         fly(dumbbell(), 0.5, start, velocity, integrator=integrator)
     # |start + velocity t - arm| = 1.5.
     d = start - (3.0, 0.0, 0.0)
@@ -105,7 +106,7 @@ def test_contact_of_balls_on_straight_lines(integrator):
     assert caught.value.time == pytest.approx((-b - np.sqrt(b * b - a * c)) / a, rel=1e-10)
 
 
-@pytest.mark.filterwarnings("ignore::fullbody.InconsistentInput")
+@pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 @pytest.mark.parametrize("terminal", [False, True])
 @pytest.mark.parametrize("at", [3.2, 4.5 - 1e-6, 4.5 + 1e-6])
 def test_contact_of_a_swinging_arm(terminal, at):
@@ -123,12 +124,12 @@ def test_contact_of_a_swinging_arm(terminal, at):
         assert run.time[-1] == pytest.approx(expected, rel=1e-11 if at < 4.0 else 1e-8)
         assert [event.time for event in run.events] == [run.time[-1]]
         return
-    with pytest.raises(fullbody.BodiesOverlap) as caught:
+    with pytest.raises(BodiesOverlap) as caught:
         fly(dumbbell(), 0.5, (0.0, at, 0.0), (0, 0, 0), (0, 0, rate))
     assert caught.value.time == pytest.approx(expected, rel=1e-11 if at < 4.0 else 1e-8)
 
 
-@pytest.mark.filterwarnings("ignore::fullbody.InconsistentInput")
+@pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 def test_no_contact_of_an_arm_is_too_short_to_be_seen():
     """Small balls at the ends of long arms that turn by up to three turns in one step, against the closed form."""
     rng = np.random.default_rng(1)
@@ -155,14 +156,14 @@ def test_no_contact_of_an_arm_is_too_short_to_be_seen():
             continue
         parts = [*dumbbell(radius, arm), Part(Sphere(0.3), mass=0.2)]
         integrator = fullbody.SymplecticSplitting(step / 1.001, "leapfrog")
-        with pytest.raises(fullbody.BodiesOverlap) as caught:
+        with pytest.raises(BodiesOverlap) as caught:
             fly(parts, radius, place, velocity, (0, 0, rate), until=step, integrator=integrator)
         found = caught.value.time
         assert abs(gap(np.array(found))) < 1e-11
         assert gap(np.linspace(0.0, found, 2000)[:-1]).min() > 0.0
 
 
-@pytest.mark.filterwarnings("ignore::fullbody.InconsistentInput")
+@pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 def test_a_ball_flies_between_two_others():
     """Through the circumscribed sphere, and the gap, without contact."""
     run = fly(dumbbell(), 0.5, (0.0, -10.0, 0.1), (0.0, 1.0, 0.0))
@@ -170,11 +171,11 @@ def test_a_ball_flies_between_two_others():
     # The gap is 4 wide.
     run = fly(dumbbell(), 1.999, (0.0, -10.0, 0.0), (0.0, 1.0, 0.0))
     assert run.time[-1] == 20.0
-    with pytest.raises(fullbody.BodiesOverlap):
+    with pytest.raises(BodiesOverlap):
         fly(dumbbell(), 2.001, (0.0, -10.0, 0.0), (0.0, 1.0, 0.0))
 
 
-@pytest.mark.filterwarnings("ignore::fullbody.InconsistentInput")
+@pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 def test_ellipsoids_and_voids_in_contact():
     """What is inside a part does not count for contact; what sticks out counts, a void too."""
     hull = Part(Ellipsoid(2.0, 1.5, 1.0), mass=5.0)
@@ -184,13 +185,13 @@ def test_ellipsoids_and_voids_in_contact():
         frame = Body(Composite(parts)).working_frame
         position = matrix(frame.attitude) @ np.array([-10.0, 0.0, 0.0]) + frame.position
         velocity = matrix(frame.attitude) @ np.array([1.0, 0.0, 0.0])
-        with pytest.raises(fullbody.BodiesOverlap) as caught:
+        with pytest.raises(BodiesOverlap) as caught:
             fly(parts, 0.5, position, velocity)
         times.append(caught.value.time)
     assert times == pytest.approx([7.5, 7.5, 7.5], rel=1e-10)
     stub = [hull, Part(Sphere(0.4), mass=-0.1, position=(-2.0, 0.0, 0.0))]
     frame = Body(Composite(stub)).working_frame
-    with pytest.raises(fullbody.BodiesOverlap) as caught:
+    with pytest.raises(BodiesOverlap) as caught:
         fly(stub, 0.5, frame.position + np.array([-10.0, 0.0, 0.0]), (1.0, 0.0, 0.0))
     assert caught.value.time == pytest.approx(7.1, rel=1e-10)
 
@@ -202,7 +203,7 @@ def test_overlap_at_the_start():
     quarter = (np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
     fine = fullbody.State([[0, 0, 0], [0, 0, 0.5]], np.zeros((2, 3)), attitude=[(1, 0, 0, 0), quarter])
     system.interactions(fine)
-    with pytest.raises(fullbody.BodiesOverlap, match="A and B overlap"):
+    with pytest.raises(BodiesOverlap, match="A and B overlap"):
         system.interactions(fine.replace(position=[[0, 0, 0], [3.0, -2.0, 0.5]]))
 
 
@@ -255,7 +256,7 @@ BALL = Part(Sphere(1.0), mass=1.0)
     ],
 )
 def test_bad_input(make, match):
-    with pytest.raises(fullbody.InvalidInput, match=match):
+    with pytest.raises(InvalidInput, match=match):
         make()
 
 
@@ -276,7 +277,7 @@ def test_units_all_through():
     assert body.density is None
     layers = Composite.layers(Sphere("1 km"), (1.0, 0.5), ("2 g/cm3", "3 g/cm3"))
     assert Body(layers).mass.to_value("kg") == pytest.approx(4e9 / 3.0 * np.pi * (2000.0 + 1000.0 / 8.0), rel=1e-14)
-    with pytest.raises(fullbody.InvalidInput, match="mass of part 1 has none; expected both or neither"):
+    with pytest.raises(InvalidInput, match="mass of part 1 has none; expected both or neither"):
         Body(Composite([parts[0], Part(Sphere("1 m"), mass=3.0)])).fitted_ellipsoid()
     # Plain numbers take a system's units.
     system = fullbody.System([Body(Composite([Part(Sphere(0.1), mass=5.0)]), name="A")], units=("km", "hour", "kg"))
@@ -366,7 +367,7 @@ def test_toml(tmp_path):
         ("spin = [0, 0, 0.1]", "mass = 1e9", r"body\[1\]\.mass: is given beside \[\[body\.part\]\]"),
     ):
         path.write_text(TOML.replace(old, new))
-        with pytest.raises(fullbody.InvalidInput, match=match):
+        with pytest.raises(InvalidInput, match=match):
             fullbody.read_toml(path)
 
 
@@ -416,5 +417,5 @@ def test_a_binary_with_a_composite():
             "equal_density is given, and B is a composite of parts without one density; expected mass_ratio",
         ),
     ):  # fmt: skip
-        with pytest.raises(fullbody.InvalidInput, match=match):
+        with pytest.raises(InvalidInput, match=match):
             make()

@@ -9,7 +9,8 @@ import fullbody
 import mpmath
 import numpy as np
 import pytest
-from fullbody import Body, Composite, Ellipsoid, InvalidInput, Part, PointMass, Polyhedron, Sphere
+from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Polyhedron, Sphere
+from fullbody.errors import InvalidInput
 from support import matrix, reference
 
 AXES = (1.0, 0.8, 0.5)

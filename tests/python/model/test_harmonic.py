@@ -4,6 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Polyhedron, Sphere, State, System
+from fullbody.errors import NotConverged
 from meshes import icosphere
 
 
@@ -85,7 +86,7 @@ def test_spheres_that_meet_are_named():
     rng = np.random.default_rng(1)
     bodies = [Body(rock(rng, 1.0), mass=2.0, name="A"), Body(rock(rng, 1.0), mass=0.3, name="B")]
     state = State([[0, 0, 0], [0, 0, 1.5]], np.zeros((2, 3)), spin=np.zeros((2, 3)))
-    with pytest.raises(fullbody.NotConverged, match=r"harmonic between A and B .* their moments diverges"):
+    with pytest.raises(NotConverged, match=r"harmonic between A and B .* their moments diverges"):
         System(bodies, G=1.0, gravity="harmonic").interactions(state)
     # The default takes the rule over faces there.
     assert np.isfinite(System(bodies, G=1.0).interactions(state).force).all()

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from fullbody import InvalidInput, Polyhedron
+from fullbody import Polyhedron
+from fullbody.errors import InvalidInput
 
 
 def test_faces_turned_inward_are_turned_outward(tmp_path):

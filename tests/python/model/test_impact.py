@@ -4,7 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from astropy import units as u
-from fullbody import InvalidInput
+from fullbody.errors import InvalidInput
 
 
 def pair(units=False):

@@ -5,6 +5,7 @@ from contextlib import suppress
 import fullbody
 import numpy as np
 import pytest
+from fullbody.errors import BodiesOverlap, InvalidInput, NotConverged
 from hypothesis import given, settings
 from support import directions, matrix, quaternion_product, quaternions, semi_axes
 
@@ -20,7 +21,7 @@ def pair(first, second, position, attitudes=((1, 0, 0, 0), (1, 0, 0, 0)), gravit
 
 def assert_overlap(system, state):
     for call in (system.interactions, system.energy, lambda s: system.integrate(s, s.time + 1.0)):
-        with pytest.raises(fullbody.BodiesOverlap) as caught:
+        with pytest.raises(BodiesOverlap) as caught:
             call(state)
         assert isinstance(caught.value, fullbody.FullbodyError)
         assert caught.value.bodies == ("Alpha", "Beta")
@@ -49,7 +50,7 @@ def test_contact_of_ellipsoids(first, second, normal, p, q):
     # Off by round-off of the contact itself at most.
     system, state = pair(first, second, contact * (1 + 1e-14), (p, q))
     # Sharp rims in contact may be beyond the quadrature, which says so.
-    with suppress(fullbody.NotConverged):
+    with suppress(NotConverged):
         assert np.isfinite(system.interactions(state).force).all()
     # A thousandth along the normal is a thousandth of depth.
     assert_overlap(*pair(first, second, contact - 1e-3 * normal, (p, q)))
@@ -75,7 +76,7 @@ def test_a_quadrature_at_its_limit_says_so():
     """Sharp rims almost in contact: an error of its own, which does not advise the method in use."""
     disc = (1.0, 1.0, 0.02)
     system, state = pair(disc, disc, [0.3, 0.1, 0.043])
-    with pytest.raises(fullbody.NotConverged, match="Alpha and Beta") as caught:
+    with pytest.raises(NotConverged, match="Alpha and Beta") as caught:
         system.interactions(state)
     assert isinstance(caught.value, RuntimeError)
     assert 'use gravity="focal"' not in str(caught.value)
@@ -106,7 +107,7 @@ def test_points_at_one_place():
 def test_names_in_a_system_of_three():
     bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name=name) for name in ("Sun", "Earth", "Moon")]
     state = fullbody.State([[0, 0, 0], [9, 0, 0], [9, 1, 0]], np.zeros((3, 3)))
-    with pytest.raises(fullbody.BodiesOverlap) as caught:
+    with pytest.raises(BodiesOverlap) as caught:
         fullbody.System(bodies, G=1.0).interactions(state)
     assert caught.value.bodies == ("Earth", "Moon")
 
@@ -137,7 +138,7 @@ def test_too_thin_to_tell():
     normal = matrix(np.array(attitudes[0]))[:, 2]
     system, state = pair(disc, disc, 2.001e-13 * normal, attitudes, gravity="point")
     for call in (system.interactions, lambda s: system.integrate(s, s.time + 1.0)):
-        with pytest.raises(fullbody.InvalidInput, match=r"gap between Alpha and Beta is .* too thin to tell"):
+        with pytest.raises(InvalidInput, match=r"gap between Alpha and Beta is .* too thin to tell"):
             call(state)
     assert_overlap(*pair(disc, disc, 1e-13 * normal, attitudes, gravity="point"))
     apart, state = pair(disc, disc, 4e-13 * normal, attitudes, gravity="point")

@@ -6,6 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Polyhedron, Sphere
+from fullbody.errors import InvalidInput, NotConverged
 from meshes import CORNERS, CUBE, box, close, focal_points, icosphere, octahedron, pose
 from support import matrix, reference
 
@@ -174,7 +175,7 @@ def test_the_mutual_expansion_converges_to_the_exact_interactions(other):
     assert (errors[1:3] < 0.2 * errors[:2]).all(), errors
     assert (errors[-1] < 3e-14).all(), errors
     near = pose([0.9, -0.9, 0.8])
-    with pytest.raises(fullbody.NotConverged, match=r"multipole:4 between A and B .* diverges"):
+    with pytest.raises(NotConverged, match=r"multipole:4 between A and B .* diverges"):
         fullbody.System(
             [Body(octahedron(1.0, 1.0, 1.0), mass=1.0, name="A"), Body(octahedron(0.9, 0.9, 0.9), mass=1.0, name="B")],
             G=1.0,
@@ -242,7 +243,7 @@ def test_layers_of_a_polyhedron_that_is_not_seen_from_its_centre_are_refused():
     cap = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
     sides = [f for k in range(6) for f in ([k, (k + 1) % 6, (k + 1) % 6 + 6], [k, (k + 1) % 6 + 6, k + 6])]
     angle = Polyhedron(corners, np.concatenate([cap[:, ::-1], cap + 6, sides]))
-    with pytest.raises(fullbody.InvalidInput, match=r"face \d+ is turned away from its centre of mass"):
+    with pytest.raises(InvalidInput, match=r"face \d+ is turned away from its centre of mass"):
         Composite.layers(angle, fractions=(1.0, 0.5), densities=(1.0, 2.0))
 
 

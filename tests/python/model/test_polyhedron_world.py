@@ -8,11 +8,12 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import Body, Composite, Part, PointMass, Polyhedron, Sphere
+from fullbody.errors import BodiesOverlap, InvalidInput, NotConverged
 from meshes import CORNERS, CUBE, box, close, icosphere, octahedron, pose, with_more_faces
 from support import DATA, matrix
 
 
-@pytest.mark.filterwarnings("ignore::fullbody.InconsistentInput")
+@pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 def test_a_ball_touches_a_face_an_edge_and_a_corner_when_it_should():
     cube = Body(box(2.0, 2.0, 2.0), mass=1e-9, name="cube")
     ball = Body(Sphere(0.5), mass=1e-9, name="ball")
@@ -25,11 +26,11 @@ def test_a_ball_touches_a_face_an_edge_and_a_corner_when_it_should():
         run = system.integrate(state, 3.0, events=[fullbody.events.Contact("cube", "ball", terminal=True)])
         touching = np.linalg.norm(direction) + 0.5
         assert run.events[0].time == pytest.approx((5.0 - touching) / 2.0, abs=1e-8)
-        with pytest.raises(fullbody.BodiesOverlap):
+        with pytest.raises(BodiesOverlap):
             system.integrate(state, 3.0)
 
 
-@pytest.mark.filterwarnings("ignore::fullbody.InconsistentInput")
+@pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 def test_a_quick_pass_through_a_corner_is_seen():
     """The step is many times longer than the time of overlap."""
     cube = Body(box(2.0, 2.0, 2.0), mass=1e-9, name="cube")
@@ -45,7 +46,7 @@ def test_a_quick_pass_through_a_corner_is_seen():
             spin=np.zeros((2, 3)),
         )
         if met:
-            with pytest.raises(fullbody.BodiesOverlap):
+            with pytest.raises(BodiesOverlap):
                 system.integrate(state, 0.2)
         else:
             assert len(system.integrate(state, 0.2)) > 1
@@ -103,7 +104,7 @@ def test_shapes_are_read_from_files(tmp_path, kind):
     if kind != "stl":
         assert Polyhedron.load(path) == solid
     for unit in ("kg", "kilometre-ish", 3, ("km",)):
-        with pytest.raises(fullbody.InvalidInput, match="expected a length, such as 'km'"):
+        with pytest.raises(InvalidInput, match="expected a length, such as 'km'"):
             Polyhedron.load(path, unit=unit)
 
 
@@ -137,15 +138,15 @@ def test_files_that_are_no_shapes_are_refused(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"shape\.tab"):
         Polyhedron.load(path)
     path.write_text("three vertices\n")
-    with pytest.raises(fullbody.InvalidInput, match="first row"):
+    with pytest.raises(InvalidInput, match="first row"):
         Polyhedron.load(path)
     path.write_text("3 1\n0 0 0\n1 0 0\n0 1 0\n1 2 3\n")
-    with pytest.raises(fullbody.InvalidInput, match=r"shape\.tab: number of faces is 1"):
+    with pytest.raises(InvalidInput, match=r"shape\.tab: number of faces is 1"):
         Polyhedron.load(path)
     solid = box(1.0, 1.0, 1.0)
     inside_out = SimpleNamespace(vertices=solid.vertices, faces=solid.faces[:, ::-1])
     write(path, inside_out, "tab")
-    with pytest.raises(fullbody.InvalidInput, match="face 0 is turned inward"):
+    with pytest.raises(InvalidInput, match="face 0 is turned inward"):
         Polyhedron.load(path)
     pytest.importorskip("trimesh")
     assert Polyhedron.load(path, heal=True).volume == pytest.approx(1.0)
@@ -229,12 +230,12 @@ def test_films_show_polyhedra_and_composites(tmp_path):
 
 def test_what_is_not_done_is_refused():
     bodies = [Body(octahedron(1.0, 0.8, 0.6), mass=1.0, name="A"), Body(Sphere(0.3), mass=0.2, name="B")]
-    with pytest.raises(fullbody.InvalidInput, match="beside A, a polyhedron"):
+    with pytest.raises(InvalidInput, match="beside A, a polyhedron"):
         fullbody.System(bodies, G=1.0, order=(8, 8))
     # Faces so near to each other that each point of one is near to an edge of the other.
     flat = [Body(with_more_faces(with_more_faces(box(1.0, 1.0, 1.0))), mass=1.0, name=name) for name in "AB"]
     state = fullbody.State([[0.0] * 3, [1.0 + 1e-12, 0.0, 0.0]], np.zeros((2, 3)), attitude=[[1.0, 0, 0, 0]] * 2)
-    with pytest.raises(fullbody.NotConverged, match=r"over the faces of A, beside B, .* 1e8 evaluations"):
+    with pytest.raises(NotConverged, match=r"over the faces of A, beside B, .* 1e8 evaluations"):
         fullbody.System(flat, G=1.0).interactions(state)
 
 
@@ -262,7 +263,7 @@ def test_what_is_not_done_is_refused():
     ],
 )
 def test_bad_meshes_are_refused(vertices, faces, message):
-    with pytest.raises(fullbody.InvalidInput, match=message):
+    with pytest.raises(InvalidInput, match=message):
         Polyhedron(vertices, faces)
 
 
@@ -272,7 +273,7 @@ def test_gubas_polyhedra_are_read(tmp_path):
     text = text.replace("Primary Shape Flag: 1", "Primary Shape Flag: 2")
     path = tmp_path / "pair.cfg"
     path.write_text(text)
-    with pytest.raises(fullbody.InvalidInput, match=r"line \d+: no file 'none' of a polyhedron"):
+    with pytest.raises(InvalidInput, match=r"line \d+: no file 'none' of a polyhedron"):
         fullbody.read_gubas(path)
     for name, file in (("Vertex", "vertices.csv"), ("Tetrahedron", "faces.csv")):
         text = text.replace(f"Primary {name} File: none", f"Primary {name} File: {file}")

@@ -126,7 +126,7 @@ def test_arrays_of_a_state_are_read_only(units):
 
 
 @given(quaternions, st.floats(1e-3, 1e3))
-@pytest.mark.filterwarnings("ignore::fullbody.InconsistentInput")
+@pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 def test_attitude_is_scaled_to_unit_length(q, scale):
     state = State([[0, 0, 0]], [[0, 0, 0]], [q * scale])
     assert np.abs(state.attitude[0] - q).max() < 4e-16

@@ -6,6 +6,7 @@ import fullbody
 import numpy as np
 import pytest
 from astropy import units as u
+from fullbody.errors import InconsistentInput
 
 
 @pytest.mark.parametrize("units", [True, False])
@@ -13,7 +14,8 @@ def test_a_turn_in_degrees_without_a_unit(units):
     state = fullbody.systems.didymos_after_dart(units=units)[1]
     for angle in (10, 10.0, -10.5, 90):
         with pytest.warns(
-            fullbody.InconsistentInput, match=f"angle is {abs(angle):g} radians in size.*such as '{abs(angle):g} deg'"
+            InconsistentInput,
+            match=f"angle is {abs(angle):g} radians in size.*such as '{abs(angle):g} deg'",
         ):
             state.rotated("Dimorphos", [0, 0, 1], angle)
     for angle in (np.radians(10), -np.pi, 3.0, "10 deg", 4000 * u.deg, np.radians(500.0)):
@@ -28,9 +30,7 @@ def test_a_density_that_no_body_has(shape):
     """Of a shape in kilometres that is read as one in metres, or the other way round."""
     system, _ = fullbody.systems.didymos(units=True)
     for unit, density in ((u.m, "2.*e.12"), (u.au, "8.*e-22")):
-        with pytest.warns(
-            fullbody.InconsistentInput, match=f"Dimorphos has a density of {density} kg/m3; expected 100"
-        ):
+        with pytest.warns(InconsistentInput, match=f"Dimorphos has a density of {density} kg/m3; expected 100"):
             system.with_body("Dimorphos", shape(*[0.0885, 0.087, 0.058] * unit))
     with warnings.catch_warnings():
         warnings.simplefilter("error")

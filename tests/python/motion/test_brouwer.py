@@ -3,6 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
+from fullbody.errors import InvalidInput, PrecisionWarning
 from support import inertia, points
 
 #: Half the spacing of doubles at one.
@@ -125,13 +126,11 @@ def test_its_name():
     assert tightest != fullbody.Verner98()
     assert repr(tightest) == "Verner98.to_roundoff()"
     assert eval(repr(tightest), vars(fullbody)) == tightest
-    with pytest.warns(fullbody.PrecisionWarning, match=r"raised to .*; Verner98\.to_roundoff\(\) takes shorter steps"):
+    with pytest.warns(PrecisionWarning, match=r"raised to .*; Verner98\.to_roundoff\(\) takes shorter steps"):
         fullbody.Verner98(1e-17, 0.0)
     for kind in (fullbody.Verner87, fullbody.DormandPrince54):
         assert not hasattr(kind, "to_roundoff")
-        with pytest.raises(
-            fullbody.InvalidInput, match="the larger of rtol and atol is 0; expected a number above zero"
-        ):
+        with pytest.raises(InvalidInput, match="the larger of rtol and atol is 0; expected a number above zero"):
             kind(0.0, 0.0)
 
 

@@ -6,6 +6,7 @@ import fullbody
 import numpy as np
 import pytest
 from astropy import units as u
+from fullbody.errors import InconsistentInput, InvalidInput
 
 SYSTEM, STATE = fullbody.systems.kw4(units=True)
 LATER = STATE.replace(time=30.0 * u.h)
@@ -37,24 +38,24 @@ def test_flights_take_a_duration_too():
 )
 def test_exactly_one_of_until_and_duration_is_expected(options, message):
     run = SYSTEM.integrate(LATER, 36.0, dense=True)
-    with pytest.raises(fullbody.InvalidInput, match=f"{message} are given"):
+    with pytest.raises(InvalidInput, match=f"{message} are given"):
         SYSTEM.integrate(LATER, **options)
-    with pytest.raises(fullbody.InvalidInput, match=f"{message} are given"):
+    with pytest.raises(InvalidInput, match=f"{message} are given"):
         fullbody.Simulation(SYSTEM, LATER).integrate(**options)
-    with pytest.raises(fullbody.InvalidInput, match=f"{message} are given"):
+    with pytest.raises(InvalidInput, match=f"{message} are given"):
         SYSTEM.fly(LATER, PARTICLE, **options)
     if options:
-        with pytest.raises(fullbody.InvalidInput, match=f"{message} are given"):
+        with pytest.raises(InvalidInput, match=f"{message} are given"):
             run.fly(PARTICLE, **options)
 
 
 def test_a_text_that_is_a_time_before_the_start_is_warned_of_with_what_the_run_does():
-    with pytest.warns(fullbody.InconsistentInput, match=r"runs? goes backwards by 6 h.*duration='1 day'"):
+    with pytest.warns(InconsistentInput, match=r"runs? goes backwards by 6 h.*duration='1 day'"):
         assert SYSTEM.integrate(LATER, "1 day", output="ends").time[-1].to_value("h") == 24.0
 
 
 def test_a_spacing_that_is_longer_than_the_run_is_warned_of():
-    with pytest.warns(fullbody.InconsistentInput, match="output is 100 h, .* the run is only 4 h long"):
+    with pytest.warns(InconsistentInput, match="output is 100 h, .* the run is only 4 h long"):
         assert SYSTEM.integrate(LATER, duration=4.0, output=100.0).time.to_value("h").tolist() == [30.0, 34.0]
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -35,7 +35,7 @@ threading.Thread(target=interrupt).start()
 try:
     sim.integrate(1e9)
 except KeyboardInterrupt as error:
-    assert type(error) is fullbody.Interrupted, type(error)
+    assert type(error) is fullbody.errors.Interrupted, type(error)
     assert isinstance(error, KeyboardInterrupt)
     assert not isinstance(error, Exception)
     run = error.run

@@ -8,6 +8,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import events
+from fullbody.errors import Interrupted, InvalidInput
 from fullbody.record import integrators
 
 KW4 = fullbody.systems.kw4_ho2021()
@@ -53,7 +54,7 @@ def ctrl_c_after(moment):
 def by_ctrl_c(sim, until, output, path, moment=0.4 * UNTIL):
     """Runs into Ctrl-C, and what is on the disk afterwards."""
     every = [*watched(), ctrl_c_after(moment)]
-    with pytest.raises(fullbody.Interrupted) as caught:
+    with pytest.raises(Interrupted) as caught:
         sim.integrate(until, output=output, events=every, dense=True, autosave=(path, 1e8))
     assert caught.value.run.stop_reason == "interrupted"
     return caught.value.run, fullbody.Simulation.load(path)
@@ -295,7 +296,7 @@ def test_notes_that_do_not_fit_are_refused(tmp_path):
         ("[]", "notes of the simulation are damaged"),
         ("{", "notes of the simulation are damaged"),
     ):
-        with pytest.raises(fullbody.InvalidInput, match=message):
+        with pytest.raises(InvalidInput, match=message):
             noted(notes)
 
 
@@ -306,8 +307,8 @@ def test_a_file_of_another_format_is_refused_by_its_format(tmp_path):
     other[8] = 4
     (tmp_path / "other.sim").write_bytes(other)
     with pytest.raises(
-        fullbody.InvalidInput, match=r"other\.sim is not a readable simulation .* of format 4; expected format 2"
+        InvalidInput, match=r"other\.sim is not a readable simulation .* of format 4; expected format 2"
     ):
         fullbody.Simulation.load(tmp_path / "other.sim")
-    with pytest.raises(fullbody.InvalidInput, match=r"the file is a simulation; fullbody\.Simulation\.load reads it"):
+    with pytest.raises(InvalidInput, match=r"the file is a simulation; fullbody\.Simulation\.load reads it"):
         fullbody.load(DATA / "simulation.bin")

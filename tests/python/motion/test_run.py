@@ -4,6 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import observables
+from fullbody.errors import InconsistentInput, InvalidInput
 from support import angle_between, points
 
 SYSTEM, STATE = fullbody.systems.case1()
@@ -24,7 +25,7 @@ def test_output_number_is_the_spacing():
 
 def test_output_number_includes_the_end():
     assert SYSTEM.integrate(STATE, 10.0, output=4.0).time.tolist() == [0.0, 4.0, 8.0, 10.0]
-    with pytest.warns(fullbody.InconsistentInput, match="the run is only 10 long"):
+    with pytest.warns(InconsistentInput, match="the run is only 10 long"):
         assert SYSTEM.integrate(STATE, 10.0, output=40.0).time.tolist() == [0.0, 10.0]
 
 
@@ -45,7 +46,7 @@ def test_output_ends_is_start_and_end():
     assert SYSTEM.integrate(start, 5.0, output="ends").time.tolist() == [5.0]
     crossing = fullbody.events.Function(lambda s: s.time - 7.0, terminal=True)
     assert SYSTEM.integrate(start, 15.0, output="ends", events=[crossing]).time == pytest.approx([5.0, 7.0], abs=1e-12)
-    with pytest.raises(fullbody.InvalidInput, match="output is 'end'"):
+    with pytest.raises(InvalidInput, match="output is 'end'"):
         SYSTEM.integrate(start, 15.0, output="end")
 
 
@@ -66,10 +67,10 @@ def test_a_run_without_samples_has_empty_answers():
     assert list(run) == []
     assert "samples" in run._repr_html_()
     for needs_samples in (run.plot, run.plot.elements, run.plot.scene, run.view):
-        with pytest.raises(fullbody.InvalidInput, match="the run has no samples; expected at least one"):
+        with pytest.raises(InvalidInput, match="the run has no samples; expected at least one"):
             needs_samples()
     for observable in (observables.mutual_period, observables.orbit_precession, observables.obliquity):
-        with pytest.raises(fullbody.InvalidInput, match=r"the run has 0 samples; .* needs"):
+        with pytest.raises(InvalidInput, match=r"the run has 0 samples; .* needs"):
             observable(run)
 
 
@@ -163,7 +164,7 @@ def test_backwards():
     back = SYSTEM.integrate(run[-1], 0.0, output=[-10.0, 0.0])
     assert np.abs(back.position[-1] - STATE.position).max() < 1e-12
     assert angle_between(back[-1].rotation_matrix, STATE.rotation_matrix).max() < 1e-12
-    with pytest.raises(fullbody.InvalidInput, match="output"):
+    with pytest.raises(InvalidInput, match="output"):
         SYSTEM.integrate(STATE, -20.0, output=[-20.0, -10.0])
 
 

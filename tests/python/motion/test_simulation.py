@@ -11,6 +11,7 @@ from pathlib import Path
 import fullbody
 import numpy as np
 import pytest
+from fullbody.errors import BodiesOverlap, Interrupted, InvalidInput, StepSizeTooSmall
 from fullbody.record import integrators
 from support import points
 
@@ -116,7 +117,7 @@ def test_steps():
     sim.step(-np.inf)
     assert sim.time < target
     for until in (np.nan, "later", [1.0, 2.0]):
-        with pytest.raises(fullbody.InvalidInput, match=r"until (is|has) .*expected"):
+        with pytest.raises(InvalidInput, match=r"until (is|has) .*expected"):
             sim.step(until)
 
 
@@ -146,11 +147,11 @@ def test_setting_the_state_starts_anew(integrator):
     ours, theirs = sim.integrate(6.0), fresh.integrate(6.0)
     assert [bits(s) for s in ours] == [bits(s) for s in theirs]
     for wrong in (None, 3.0, "rest"):
-        with pytest.raises(fullbody.InvalidInput, match=r"state is .*; expected a State"):
+        with pytest.raises(InvalidInput, match=r"state is .*; expected a State"):
             sim.state = wrong
-    with pytest.raises(fullbody.InvalidInput, match="number of bodies in the state is 1; expected 2"):
+    with pytest.raises(InvalidInput, match="number of bodies in the state is 1; expected 2"):
         sim.state = fullbody.State([[0, 0, 0]], [[0, 0, 0]])
-    with pytest.raises(fullbody.BodiesOverlap):
+    with pytest.raises(BodiesOverlap):
         sim.state = state.replace(position=0 * state.position)
     # Refused, and where it was.
     assert sim.time == 6.0
@@ -159,9 +160,9 @@ def test_setting_the_state_starts_anew(integrator):
 
 def test_refused_arguments():
     system, state = CASE1
-    with pytest.raises(fullbody.InvalidInput, match="system is None; expected a System"):
+    with pytest.raises(InvalidInput, match="system is None; expected a System"):
         fullbody.Simulation(None, state)
-    with pytest.raises(fullbody.InvalidInput, match="state is None; expected a State"):
+    with pytest.raises(InvalidInput, match="state is None; expected a State"):
         fullbody.Simulation(system, None)
 
 
@@ -209,7 +210,7 @@ def archive(tmp_path):
 
 
 def refused(path):
-    with pytest.raises(fullbody.InvalidInput) as caught:
+    with pytest.raises(InvalidInput) as caught:
         fullbody.Simulation.load(path)
     assert str(path) in str(caught.value)
     return str(caught.value)
@@ -362,7 +363,7 @@ def test_autosave_of_an_interrupted_run(tmp_path):
         if done > 0.0:
             raise KeyboardInterrupt
 
-    with pytest.raises(fullbody.Interrupted) as caught:
+    with pytest.raises(Interrupted) as caught:
         sim.integrate(1e9, output=[1e9], progress=stop, autosave=(tmp_path / "a.sim", 1e8))
     loaded = fullbody.Simulation.load(tmp_path / "a.sim")
     assert same(loaded, sim)
@@ -420,10 +421,10 @@ def test_a_failing_autosave_stops_the_run_with_its_error(tmp_path, monkeypatch):
 @pytest.mark.parametrize("seconds", [-1.0, np.nan, np.inf, None, "often"], ids=str)
 def test_refused_autosave(tmp_path, seconds):
     system, state = CASE1
-    with pytest.raises(fullbody.InvalidInput, match=r"autosave is .*; expected"):
+    with pytest.raises(InvalidInput, match=r"autosave is .*; expected"):
         system.integrate(state, 1.0, autosave=(tmp_path / "a.sim", seconds))
     for wrong in ("a.sim", tmp_path / "a.sim", 5.0, (1, 2, 3)):
-        with pytest.raises(fullbody.InvalidInput, match=r"autosave is .*; expected \(path, seconds\)"):
+        with pytest.raises(InvalidInput, match=r"autosave is .*; expected \(path, seconds\)"):
             system.integrate(state, 1.0, autosave=wrong)
     # Before the run, not when the first file is due.
     with pytest.raises(FileNotFoundError, match="no folder"):
@@ -454,7 +455,7 @@ def test_a_dense_run_of_no_length_is_its_start():
     run = system.integrate(state, 0.0, dense=True)
     assert run(0.0) == state
     assert run([0.0]).position.shape == (1, 2, 3)
-    with pytest.raises(fullbody.InvalidInput, match=r"expected one from 0\.0 to 0\.0"):
+    with pytest.raises(InvalidInput, match=r"expected one from 0\.0 to 0\.0"):
         run(1e-300)
 
 
@@ -465,6 +466,6 @@ def test_a_simulation_in_a_run_is_not_touched():
         watched = fullbody.events.Function(lambda _, touch=touch: touch() and 1.0)
         with pytest.raises(fullbody.FullbodyError, match="the simulation is in the middle of a run") as caught:
             sim.integrate(sim.time + 5.0, events=[watched])
-        assert not isinstance(caught.value, fullbody.StepSizeTooSmall)
+        assert not isinstance(caught.value, StepSizeTooSmall)
     sim.integrate(40.0)
     assert sim.time == 40.0

@@ -4,6 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import Component, binary, observables
+from fullbody.errors import InvalidInput
 from support import OF_REVOLUTIONS, pair_of_points
 
 
@@ -49,12 +50,12 @@ def test_samples_too_few_for_the_precession_are_refused():
     run, _, _ = about_an_oblate_body(0.5, 50, 0.48)
     # A tenth of the period of 562.
     with pytest.raises(
-        fullbody.InvalidInput,
+        InvalidInput,
         match=r"apsidal rate is .* by all .* by every second one; .* closer together \(output= 56\.0 or less",
     ):
         observables.orbit_precession(run)
     # The plane of this orbit hardly moves: what is wrong is the samples.
-    with pytest.raises(fullbody.InvalidInput, match=r"several samples in each \(output= 5\d\.0 or less\)"):
+    with pytest.raises(InvalidInput, match=r"several samples in each \(output= 5\d\.0 or less\)"):
         observables.orbit_precession(about_an_oblate_body(0.9, 50, 0.6)[0])
 
 
@@ -74,7 +75,7 @@ def test_motion_that_is_no_kepler_orbit_is_followed_by_its_samples_alone():
     run = system.integrate(state, 16 * np.pi * 20, output=0.5)
     np.testing.assert_allclose(observables.mutual_period(run, body=1, about=2).mean, 16 * np.pi, rtol=1e-6)
     coarse = system.integrate(state, 16 * np.pi * 20, output=16 * np.pi / 5)
-    with pytest.raises(fullbody.InvalidInput, match=r"not near to a Kepler orbit; .* \(output= 1\.8 or less\)"):
+    with pytest.raises(InvalidInput, match=r"not near to a Kepler orbit; .* \(output= 1\.8 or less\)"):
         observables.mutual_period(coarse, body=1, about=2)
 
 
@@ -103,12 +104,12 @@ def test_runs_too_short_to_mean_anything(function):
     for turns in (0.3, least - 0.03):
         run = system.integrate(state, 2 * np.pi * turns, output=0.1)
         what = f"the run covers {turns} revolutions; .* needs {least} or more"
-        with pytest.raises(fullbody.InvalidInput, match=what):
+        with pytest.raises(InvalidInput, match=what):
             function(run)
     run = system.integrate(state, 4.02 * np.pi, output=0.1)
     if function in (observables.element_rates, observables.mutual_period):
         function(run)
-    with pytest.raises(fullbody.InvalidInput, match="the run has 2 samples"):
+    with pytest.raises(InvalidInput, match="the run has 2 samples"):
         function(system.integrate(state, 4.02 * np.pi, output=4.02 * np.pi))
 
 
@@ -118,13 +119,13 @@ def test_samples_too_far_apart_to_count_revolutions(function):
     system, state = pair_of_points(0.0)
     run = system.integrate(state, 2 * np.pi * 60, output=2 * np.pi * 0.6)
     with pytest.raises(
-        fullbody.InvalidInput,
+        InvalidInput,
         match=r"between its samples at 0\.0 and 3\.76.* about 0\.6 revol.* several samples in each",
     ):
         function(run)
     # One gap among many samples loses a revolution as well.
     times = np.r_[np.arange(0.0, 31.0, 0.25), np.arange(36.0, 60.0, 0.25)]
-    with pytest.raises(fullbody.InvalidInput, match=r"between its samples at 30\.75 and 36\.0 .* about 0\.84 revol"):
+    with pytest.raises(InvalidInput, match=r"between its samples at 30\.75 and 36\.0 .* about 0\.84 revol"):
         function(system.integrate(state, 60.0, output=times))
 
 

@@ -5,6 +5,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import Component, binary, observables
+from fullbody.errors import InvalidInput
 from support import pair_of_points, ready, rot_x, rot_y, rot_z, with_samples
 
 
@@ -111,7 +112,7 @@ def test_shapes_have_units_and_places():
     np.testing.assert_allclose(other.e, found.e, rtol=1e-9)
     mean = observables.eccentricity(run, system.mu())
     assert mean == observables.eccentricity(run)
-    with pytest.raises(fullbody.InvalidInput, match="mu has the unit km"):
+    with pytest.raises(InvalidInput, match="mu has the unit km"):
         observables.eccentricity(run, 1 * u.km)
 
 
@@ -119,20 +120,20 @@ def test_shapes_have_units_and_places():
 def test_what_is_not_a_run_or_a_body(function):
     system, state = pair_of_points(0.1)
     run = system.integrate(state, 40.0, output=0.1)
-    with pytest.raises(fullbody.InvalidInput, match=r"is a State; expected a fullbody\.Run"):
+    with pytest.raises(InvalidInput, match=r"is a State; expected a fullbody\.Run"):
         function(state)
-    with pytest.raises(fullbody.InvalidInput, match=r"body of .* is 'Beta'; expected one of body 0, body 1"):
+    with pytest.raises(InvalidInput, match=r"body of .* is 'Beta'; expected one of body 0, body 1"):
         function(run, body="Beta")
-    with pytest.raises(fullbody.InvalidInput, match=r"body and about of .* are 1 and 1, both"):
+    with pytest.raises(InvalidInput, match=r"body and about of .* are 1 and 1, both"):
         function(run, about=1)
 
 
 def test_runs_too_short_for_a_shape():
     system, state = pair_of_points(0.1)
     run = system.integrate(state, 2 * np.pi * 0.9, output=0.1)
-    with pytest.raises(fullbody.InvalidInput, match=r"0\.878 revolutions; an orbit's shape needs 1 or more"):
+    with pytest.raises(InvalidInput, match=r"0\.878 revolutions; an orbit's shape needs 1 or more"):
         observables.orbit_shape(run)
-    with pytest.raises(fullbody.InvalidInput, match=r"0\.878 revolutions; an eccentricity needs 5 or more"):
+    with pytest.raises(InvalidInput, match=r"0\.878 revolutions; an eccentricity needs 5 or more"):
         observables.eccentricity(run)
 
 
@@ -202,7 +203,7 @@ def test_a_start_beyond_the_limit_and_a_run_backwards():
 @pytest.mark.parametrize("limit", [0.0, -0.1, 1.6, np.nan, np.inf, None, "90", "90 km", 90, [0.1, 0.2]])
 def test_limits_that_are_none(limit):
     run = turning(still, still, still, span=5.0)
-    with pytest.raises(fullbody.InvalidInput, match="limit"):
+    with pytest.raises(InvalidInput, match="limit"):
         observables.tumbles(run, limit)
 
 

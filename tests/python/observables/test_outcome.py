@@ -4,6 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import State, events
+from fullbody.errors import BodiesOverlap, InvalidInput
 from fullbody.observables import Drift, Fate, drift, fate, libration, mean_elements, mutual_period, tumbles
 
 YEARS = pytest.mark.parametrize("units", [False, True])
@@ -41,10 +42,10 @@ def test_contact_with_another_body():
     bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=0.2, name=name) for name in "ABC"]
     system = fullbody.System(bodies, G=1.0)
     state = State([[0, 0, 0], [10, 0, 0], [20, 0, 0]], [[0, 0, 0], [0, 0, 0], [-2.0, 0, 0]])
-    with pytest.raises(fullbody.BodiesOverlap) as caught:
+    with pytest.raises(BodiesOverlap) as caught:
         system.integrate(state, 10.0)
     run = caught.value.run
-    assert type(run.error) is fullbody.BodiesOverlap
+    assert type(run.error) is BodiesOverlap
     assert str(run.error) == str(caught.value)
     assert run.error.run is None
     assert run[1:].error is run.error
@@ -93,10 +94,10 @@ def test_fates_with_units():
 
 def test_a_run_that_tells_nothing():
     run = answer(spheres(6.0, 0.0, 0.4), 1.0, output=[])
-    with pytest.raises(fullbody.InvalidInput, match="no samples"):
+    with pytest.raises(InvalidInput, match="no samples"):
         fate(run)
     for measure in (fate, drift):
-        with pytest.raises(fullbody.InvalidInput, match=r"is a ValueError; expected a fullbody\.Run"):
+        with pytest.raises(InvalidInput, match=r"is a ValueError; expected a fullbody\.Run"):
             measure(ValueError("in the place of a run"))
     assert drift(run) == Drift(None, None, None)
     # The function fails at time 3; the run ends with the last step before that.

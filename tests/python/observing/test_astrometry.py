@@ -10,6 +10,7 @@ from astropy.time import Time
 from displacements import by_start
 from eris import EPOCH, ERIS
 from fullbody import observing
+from fullbody.errors import InconsistentInput, InvalidInput
 from fullbody.record.record import joined
 from scipy.optimize import least_squares
 from support import DATA
@@ -144,7 +145,7 @@ def test_pulls_have_the_weights_of_the_covariance():
 def test_rows_are_sorted_with_their_data_and_missing_ones_are_reported():
     _, geometry = pair()
     east = np.ma.masked_array([3.0, 1.0, 2.0, 4.0], mask=[False, False, True, False])
-    with pytest.warns(fullbody.InconsistentInput, match="2 of 4 rows of Astrometry .* row 2, 3"):
+    with pytest.warns(InconsistentInput, match="2 of 4 rows of Astrometry .* row 2, 3"):
         data = observing.Astrometry(
             [9.0, 1.0, 2.0, 3.0] * u.h, east, [30.0, 10.0, 20.0, np.nan], [0.3, 0.1, 0.2, 0.4], geometry=geometry
         )
@@ -174,7 +175,7 @@ def test_tables_are_written_and_read_back(pandas_too):
     for name in ("east", "north", "sigma"):
         np.testing.assert_allclose(getattr(back, name).to_value("mas"), getattr(data, name).to_value("mas"), rtol=1e-14)
     np.testing.assert_array_equal(back.correlation, data.correlation)
-    with pytest.raises(fullbody.InvalidInput, match="no column 'RA'"):
+    with pytest.raises(InvalidInput, match="no column 'RA'"):
         observing.Astrometry.from_table(table, columns={"east": "RA"}, **options)
 
 
@@ -211,7 +212,7 @@ def test_correlations_are_read_from_a_table_with_other_names_of_columns():
 def test_bad_astrometry_is_refused(arguments, message):
     _, geometry = pair()
     given = {"times": [1.0, 2.0], "east": [0.0, 0.0], "north": [0.0, 0.0], "sigma": 1.0, "geometry": geometry}
-    with pytest.raises(fullbody.InvalidInput, match=message):
+    with pytest.raises(InvalidInput, match=message):
         observing.Astrometry(**given | arguments)
 
 
@@ -219,11 +220,11 @@ def test_runs_that_do_not_serve_are_refused():
     system, geometry = pair()
     state = fullbody.State(position=[[0, 0, 0], [0, 725.0, 1450.0]], velocity=np.zeros((2, 3)))
     data = observing.Astrometry([1.0, 5.0] * u.h, [0.0, 0.0], [0.0, 0.0], 1.0, geometry=geometry)
-    with pytest.raises(fullbody.InvalidInput, match="integrate with dense=True"):
+    with pytest.raises(InvalidInput, match="integrate with dense=True"):
         data.predict(system.integrate(state, 10.0, output=0.3))
-    with pytest.raises(fullbody.InvalidInput, match="does not cover"):
+    with pytest.raises(InvalidInput, match="does not cover"):
         data.predict(system.integrate(state, 3.0, dense=True))
-    with pytest.raises(fullbody.InvalidInput, match="both B; expected two bodies"):
+    with pytest.raises(InvalidInput, match="both B; expected two bodies"):
         observing.Astrometry([1.0] * u.h, [0.0], [0.0], 1.0, about="B", geometry=geometry).predict(
             system.integrate(state, 3.0, dense=True)
         )
@@ -278,5 +279,5 @@ def test_astrometry_of_centres_of_light_and_its_derivatives():
     exact, differences = by_start(radians, system, run(radians.emission(system)[0]), {"rotation": 1e-4})
     columns = [12 * body + 6 + axis for body in range(2) for axis in range(3)]
     np.testing.assert_allclose(exact[:, columns], differences[:, columns], atol=1e-7 * 500 / 1.5e8)
-    with pytest.raises(fullbody.InvalidInput, match="has no Sun, which photocentre=True needs"):
+    with pytest.raises(InvalidInput, match="has no Sun, which photocentre=True needs"):
         observing.Astrometry(*given, geometry=pair()[1], photocentre=True)

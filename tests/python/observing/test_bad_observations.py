@@ -1,11 +1,11 @@
 """What is wrong with the arguments of observations and geometries is named when they are made."""
 
 import astropy.units as u
-import fullbody
 import numpy as np
 import pandas as pd
 import pytest
 from fullbody import observing
+from fullbody.errors import InconsistentInput, InvalidInput
 
 TIMES = [1.0, 2.0, 3.0] * u.h
 #: The Sun and the observer at rest, far away.
@@ -67,7 +67,7 @@ def table(columns=("times", "east", "north", "sigma_east", "sigma_north"), **opt
     ],
 )
 def test_radar(options, message):
-    with pytest.raises(fullbody.InvalidInput, match=message):
+    with pytest.raises(InvalidInput, match=message):
         radar(**options)
 
 
@@ -82,7 +82,7 @@ def test_radar(options, message):
     ],
 )
 def test_jitter(jitter, message):
-    with pytest.raises(fullbody.InvalidInput, match=message):
+    with pytest.raises(InvalidInput, match=message):
         radar().with_jitter(jitter)
 
 
@@ -106,7 +106,7 @@ def test_jitter(jitter, message):
     ],
 )
 def test_astrometry(options, message):
-    with pytest.raises(fullbody.InvalidInput, match=message):
+    with pytest.raises(InvalidInput, match=message):
         astrometry(**options)
 
 
@@ -149,7 +149,7 @@ def test_astrometry(options, message):
     ],
 )
 def test_polar_coordinates_and_tables(call, message):
-    with pytest.raises(fullbody.InvalidInput, match=message):
+    with pytest.raises(InvalidInput, match=message):
         call()
 
 
@@ -167,7 +167,7 @@ def test_units_of_a_table_may_be_given_by_column():
 
 
 def test_position_angles_that_look_like_degrees_are_told():
-    with pytest.warns(fullbody.InconsistentInput, match="position_angle has values up to 45 radians"):
+    with pytest.warns(InconsistentInput, match="position_angle has values up to 45 radians"):
         polar([1.0] * u.mas, [45.0])
 
 
@@ -186,7 +186,7 @@ def test_position_angles_that_look_like_degrees_are_told():
     ],
 )
 def test_photometry(options, message):
-    with pytest.raises(fullbody.InvalidInput, match=message):
+    with pytest.raises(InvalidInput, match=message):
         photometry(**options)
 
 
@@ -202,7 +202,7 @@ def test_photometry(options, message):
     ],
 )
 def test_measured_values(arguments, message):
-    with pytest.raises(fullbody.InvalidInput, match=message):
+    with pytest.raises(InvalidInput, match=message):
         observing.Measured(*arguments)
 
 
@@ -221,5 +221,5 @@ def test_measured_values(arguments, message):
     ],
 )
 def test_geometries(options, message):
-    with pytest.raises(fullbody.InvalidInput, match=message):
+    with pytest.raises(InvalidInput, match=message):
         observing.Geometry(**({"times": [0.0, 1.0], "to_observer": [1.0, 0.0, 0.0]} | options))

@@ -7,6 +7,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import Body, Ellipsoid, Part, Polyhedron, Sphere, State, System, observing
+from fullbody.errors import BodiesOverlap, InvalidInput
 from fullbody.observing.laws import Law
 
 DATA = Path(__file__).parents[2] / "data"
@@ -204,9 +205,9 @@ def test_phase_function_is_any_function_of_the_phase_angle(pair):
         np.testing.assert_allclose(observing.brightness(system, state, e, s, law=law), plain * np.exp(-0.7 * angle))
     law = observing.LommelSeeliger(phase_function=lambda angle: 0.25)
     np.testing.assert_allclose(observing.brightness(system, state, e, s, law=law), 0.25 * plain, rtol=1e-15)
-    with pytest.raises(fullbody.InvalidInput, match=r"returns an array of shape \(3,\); expected \(1,\)"):
+    with pytest.raises(InvalidInput, match=r"returns an array of shape \(3,\); expected \(1,\)"):
         observing.brightness(system, state, e, s, law=observing.Lambert(lambda angle: np.ones(3)))
-    with pytest.raises(fullbody.InvalidInput, match=r"phase_function is 0\.15"):
+    with pytest.raises(InvalidInput, match=r"phase_function is 0\.15"):
         observing.Lambert(phase_function=0.15)
 
 
@@ -250,7 +251,7 @@ def test_what_is_wrong_is_named(pair):
     assert "mutual" in error(mutual="yes")
     assert "sun_radius" in error(sun_radius=-1.0)
     near = state.replace(position=[[0, 0, 0], [0.3, 0, 0]])
-    with pytest.raises(fullbody.BodiesOverlap, match="A and B"):
+    with pytest.raises(BodiesOverlap, match="A and B"):
         observing.brightness(system, near, **good)
     assert (observing.brightness(system, near, mutual=False, **good) > 0.0).all()
 

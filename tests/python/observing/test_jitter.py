@@ -1,11 +1,11 @@
 """Observations with a further error of all rows: their covariances, and how much wider these are."""
 
 import astropy.units as u
-import fullbody
 import numpy as np
 import pytest
 from fits import kw4, view
 from fullbody import observing
+from fullbody.errors import InvalidInput
 from fullbody.fitting.noise import log_determinant
 
 
@@ -52,10 +52,10 @@ def test_bad_jitter_is_refused():
     options = {"body": "Beta", "about": "Alpha", "geometry": view(10.0)}
     zero = [0.0] * u.km
     data = observing.Radar([1.0] * u.h, range=zero, sigma=75 * u.m, **options)
-    with pytest.raises(fullbody.InvalidInput, match="zero or above"):
+    with pytest.raises(InvalidInput, match="zero or above"):
         data.with_jitter(-1 * u.m)
-    with pytest.raises(fullbody.InvalidInput, match="jitter"):
+    with pytest.raises(InvalidInput, match="jitter"):
         data.with_jitter(1 * u.s)
     both = {"range": zero, "range_rate": zero / u.s, "sigma": (75 * u.m, 1 * u.cm / u.s)}
-    with pytest.raises(fullbody.InvalidInput, match="jitter is not a pair"):
+    with pytest.raises(InvalidInput, match="jitter is not a pair"):
         observing.Radar([1.0] * u.h, **both, **options).with_jitter(1 * u.m)

@@ -10,6 +10,7 @@ import pytest
 from astropy.time import Time
 from displacements import by_start
 from fullbody import observing
+from fullbody.errors import InconsistentInput, InvalidInput
 from support import DATA
 
 
@@ -135,7 +136,7 @@ def test_tables_masks_and_dates(nights, run, geometry):
         to_observer=[0.1, 0, 0] * u.au,
         to_sun=[1.0, 0, 0] * u.au,
     )
-    with pytest.warns(fullbody.InconsistentInput, match="1 of 3 rows of Photometry"):
+    with pytest.warns(InconsistentInput, match="1 of 3 rows of Photometry"):
         data = observing.Photometry.from_table(
             table, columns={"times": "JD", "magnitude": "V", "sigma": "e"}, dates=("jd", "utc"), geometry=dated
         )
@@ -157,14 +158,14 @@ def test_tables_masks_and_dates(nights, run, geometry):
 )
 def test_bad_photometry_is_refused(arguments, message, geometry):
     given = {"times": [1.0, 2.0] * u.h, "magnitude": [1.0, 1.0], "sigma": 0.1, "geometry": geometry}
-    with pytest.raises(fullbody.InvalidInput, match=message):
+    with pytest.raises(InvalidInput, match=message):
         observing.Photometry(**given | arguments)
 
 
 def test_times_beyond_what_is_known_are_refused(run, geometry):
-    with pytest.raises(fullbody.InvalidInput, match="outside the span of the geometry"):
+    with pytest.raises(InvalidInput, match="outside the span of the geometry"):
         observing.light_curve(run, [42.0] * u.h, geometry)
-    with pytest.raises(fullbody.InvalidInput, match="does not cover"):
+    with pytest.raises(InvalidInput, match="does not cover"):
         observing.light_curve(run, [40.9] * u.h, geometry)
-    with pytest.raises(fullbody.InvalidInput, match="has no Sun"):
+    with pytest.raises(InvalidInput, match="has no Sun"):
         observing.light_curve(run, [1.0] * u.h, observing.Geometry([0.0, 2.0] * u.h, to_observer=[1.0, 0, 0] * u.au))

@@ -5,6 +5,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import observing
+from fullbody.errors import InconsistentInput, InvalidInput
 from scipy.optimize import minimize_scalar
 
 A, R1, R2 = 10.0, 1.5, 1.0
@@ -165,7 +166,7 @@ def test_light_takes_its_time_from_the_sun_past_one_body_to_the_other_and_on():
     height, speed = 6.0e6, 500.0
     position = np.array([[0.0, -speed * 100, 0.0], [-height, 0.0, 0.0]])
     velocity = np.array([[0.0, speed, 0.0], [0.0, 0.0, 0.0]])
-    with pytest.warns(fullbody.InconsistentInput, match="speed of escape"):
+    with pytest.warns(InconsistentInput, match="speed of escape"):
         run = system.integrate(fullbody.State(position=position, velocity=velocity), 200.0, dense=True)
     c, far = 299792.458, 3.0e9
     # The barycentre is A's centre: the observer and the Sun go along with it.
@@ -233,24 +234,24 @@ def test_events_are_kept_in_files(tmp_path):
 
 def test_what_cannot_be_is_refused():
     system, state, run = circular()
-    with pytest.raises(fullbody.InvalidInput, match="integrate with dense=True"):
+    with pytest.raises(InvalidInput, match="integrate with dense=True"):
         observing.mutual_events(system.integrate(state, 1.0), view())
-    with pytest.raises(fullbody.InvalidInput, match="no time in common"):
+    with pytest.raises(InvalidInput, match="no time in common"):
         observing.mutual_events(run, observing.Geometry([50.0, 60.0], to_observer=AXIS, light_time=False))
     # At time zero body A is at y = -3.
     inside = view(to_observer=[0.0, -3.2, 0.1])
-    with pytest.raises(fullbody.InvalidInput, match=r"the observer of the geometry is inside A at time 0\.0"):
+    with pytest.raises(InvalidInput, match=r"the observer of the geometry is inside A at time 0\.0"):
         observing.mutual_events(run, inside)
-    with pytest.raises(fullbody.InvalidInput, match="the Sun of the geometry is inside A at time"):
+    with pytest.raises(InvalidInput, match="the Sun of the geometry is inside A at time"):
         observing.mutual_events(run, view(to_sun=[0.0, -3.2, 0.1]))
-    with pytest.raises(fullbody.InvalidInput, match="the observer of the geometry is inside A at time"):
+    with pytest.raises(InvalidInput, match="the observer of the geometry is inside A at time"):
         observing.light_curve(run, [0.5, 0.01], inside)
-    with pytest.raises(fullbody.InvalidInput, match="kind is 'transit'"):
+    with pytest.raises(InvalidInput, match="kind is 'transit'"):
         observing.occultation(system, view(), "B", "A", kind="transit")
-    with pytest.raises(fullbody.InvalidInput, match="toward of Occultation is not given"):
+    with pytest.raises(InvalidInput, match="toward of Occultation is not given"):
         fullbody.events.Occultation(0, 1)
-    with pytest.raises(fullbody.InvalidInput, match="toward of Occultation has shape"):
+    with pytest.raises(InvalidInput, match="toward of Occultation has shape"):
         fullbody.events.Occultation(0, 1, toward=[AXIS, AXIS])
     short = fullbody.events.Occultation(1, 0, toward=[AXIS] * 4, times=[0.0, 0.5, 1.0, 1.5])
-    with pytest.raises(fullbody.InvalidInput, match=r"time of Occultation is 1\.5.*; expected one from 0 to 1\.5"):
+    with pytest.raises(InvalidInput, match=r"time of Occultation is 1\.5.*; expected one from 0 to 1\.5"):
         system.integrate(state, 3.0, events=[short])

@@ -7,6 +7,7 @@ import pytest
 from astropy.table import QTable
 from displacements import by_start
 from fullbody import observing
+from fullbody.errors import InconsistentInput, InvalidInput
 
 DISTANCE = 3.0e7
 TIMES = np.linspace(110.0, 130.0, 9)
@@ -78,7 +79,7 @@ def test_tables_masks_and_order(run, geometry):
     table = QTable(
         {"times": [220.0, 200.0, 210.0] * u.s, "range": [3.0, 1.0, np.nan] * u.m, "sigma_range": [1.0, 2.0, 3.0] * u.m}
     )
-    with pytest.warns(fullbody.InconsistentInput, match="1 of 3 rows of Radar"):
+    with pytest.warns(InconsistentInput, match="1 of 3 rows of Radar"):
         data = observing.Radar.from_table(table, body="B", about="A", geometry=geometry)
     assert data.range.to_value("m").tolist() == [1.0, 3.0]
     assert data.range_rate is None
@@ -99,14 +100,14 @@ def test_tables_masks_and_order(run, geometry):
     ],
 )
 def test_bad_radar_is_refused(arguments, message, geometry):
-    with pytest.raises(fullbody.InvalidInput, match=message):
+    with pytest.raises(InvalidInput, match=message):
         observing.Radar([100.0] * u.s, **{"sigma": 0.0, "geometry": geometry} | arguments)
 
 
 def test_bodies_that_are_one_and_unknown_ones_are_refused(run, geometry):
     for about, message in (("B", "both B; expected two bodies"), ("C", "about is 'C'")):
         data = observing.Radar([200.0] * u.s, range=[1.0], sigma=1.0, body="B", about=about, geometry=geometry)
-        with pytest.raises(fullbody.InvalidInput, match=message):
+        with pytest.raises(InvalidInput, match=message):
             data.predict(run)
 
 
@@ -136,5 +137,5 @@ def test_measured_values_are_compared_with_functions_of_a_run(run):
     ],
 )
 def test_bad_measurements_are_refused(run, function, value, sigma, message):
-    with pytest.raises(fullbody.InvalidInput, match=message):
+    with pytest.raises(InvalidInput, match=message):
         observing.Measured("period", function, value, sigma).residuals(run)

@@ -6,7 +6,8 @@ import fullbody
 import numpy as np
 import pytest
 from astropy import units as u
-from fullbody import Body, Ellipsoid, InvalidInput, KeplerElements, PointMass, Sphere, State, System, Verner98
+from fullbody import Body, Ellipsoid, KeplerElements, PointMass, Sphere, State, System, Verner98
+from fullbody.errors import BodiesOverlap, InvalidInput, StepSizeTooSmall
 from support import points
 
 NAN, INF = float("nan"), float("inf")
@@ -345,7 +346,7 @@ def test_falling_points_end_at_the_time_of_the_closed_form():
     """From rest at distance d two points meet after pi sqrt(d^3 / (8 G M))."""
     system = points(1.0, 3.0, G=2.0)
     state = State([[0, 0, 0], [1.5, 0, 0]], np.zeros((2, 3)), time=1.0)
-    with pytest.raises(fullbody.StepSizeTooSmall) as caught:
+    with pytest.raises(StepSizeTooSmall) as caught:
         system.integrate(state, 10.0)
     error = caught.value
     assert isinstance(error, fullbody.FullbodyError)
@@ -363,7 +364,7 @@ def test_bodies_that_meet_stop_with_their_names_and_the_time():
     state = State([[0, 0, 0], [6.0, 0, 0]], np.zeros((2, 3)))
     x = 2.0 / 6.0
     contact = np.sqrt(6.0**3 / (2 * 2.0)) * (np.sqrt(x * (1 - x)) + np.arccos(np.sqrt(x)))
-    with pytest.raises(fullbody.BodiesOverlap, match="Alpha") as caught:
+    with pytest.raises(BodiesOverlap, match="Alpha") as caught:
         system.integrate(state, 50.0)
     error = caught.value
     assert error.bodies == ("Alpha", "Beta")
@@ -389,7 +390,7 @@ def test_overlaps_say_how_far_or_when():
         (lambda: SYSTEM.energy(near), "Alpha and Beta overlap, their centres 1.5 apart;"),
         (lambda: SYSTEM.interactions(near), "Alpha and Beta overlap, their centres 1.5 apart;"),
     ):
-        with pytest.raises(fullbody.BodiesOverlap, match=what) as caught:
+        with pytest.raises(BodiesOverlap, match=what) as caught:
             call()
         assert "Contact" not in str(caught.value)
         assert caught.value.bodies == ("Alpha", "Beta")
@@ -404,10 +405,10 @@ def test_overlaps_say_how_far_or_when():
 
     for run in (lambda: units.integrate(falling, 9.0, output=1.0), steps):
         what = r"A and B overlap at time \d(\.\d+)? h; .*events\.Contact"
-        with pytest.raises(fullbody.BodiesOverlap, match=what) as caught:
+        with pytest.raises(BodiesOverlap, match=what) as caught:
             run()
         assert 2.9 < caught.value.time < 9.0
-    with pytest.raises(fullbody.BodiesOverlap) as caught:
+    with pytest.raises(BodiesOverlap) as caught:
         units.integrate(falling, 9.0, output=1.0)
     assert caught.value.run.time[-2].value == 2.0
     assert 2.0 < caught.value.run.time[-1].value < 3.0

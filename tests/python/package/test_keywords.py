@@ -2,7 +2,8 @@
 
 import fullbody
 import pytest
-from fullbody import InvalidInput, systems
+from fullbody import systems
+from fullbody.errors import InvalidInput
 
 SYSTEM, STATE = systems.case1()
 MOON = fullbody.Component(diameter=3)

@@ -3,11 +3,12 @@
 import fullbody
 import numpy as np
 import pytest
+from fullbody.errors import InvalidInput, PrecisionWarning
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 #: Random input also causes warnings.
-pytestmark = pytest.mark.filterwarnings("ignore::fullbody.InconsistentInput")
+pytestmark = pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 
 #: Any double, with the troublemakers often.
 anything = st.one_of(
@@ -105,9 +106,9 @@ def test_separations_whose_force_would_underflow(gravity, radius, distance):
     bodies = [fullbody.Body(shape, mass=1e150, name=name) for name in "AB"]
     system = fullbody.System(bodies, G=1.0, gravity=gravity)
     state = fullbody.State([[0, 0, 0], [0, distance, 0]], np.zeros((2, 3)))
-    with pytest.raises(fullbody.InvalidInput, match=r"separation of A and B is .*expected at most .*choose units"):
+    with pytest.raises(InvalidInput, match=r"separation of A and B is .*expected at most .*choose units"):
         system.interactions(state)
-    with pytest.raises(fullbody.InvalidInput, match="separation of A and B"):
+    with pytest.raises(InvalidInput, match="separation of A and B"):
         system.integrate(state, 1.0)
 
 
@@ -142,7 +143,7 @@ def test_tolerances_below_round_off_end(rtol):
     system, state = fullbody.systems.case1()
 
     def run():
-        with pytest.warns(fullbody.PrecisionWarning, match="raised to 6e-16"):
+        with pytest.warns(PrecisionWarning, match="raised to 6e-16"):
             integrator = fullbody.Verner98(rtol=rtol, atol=0.0)
         return system.integrate(state, 1.0, integrator=integrator).position
 

@@ -8,9 +8,9 @@ import fullbody
 import numpy as np
 import pytest
 from astropy import units as u
-from fullbody import events, forces, frames, observables, systems
+from fullbody import errors, events, forces, frames, model, observables, record, systems
 
-MODULES = (fullbody, events, forces, frames, observables, systems)
+MODULES = (fullbody, errors, events, forces, frames, model, observables, record, systems)
 TOML = """
 [system]
 units = ["km", "hour", "kg"]
@@ -165,7 +165,7 @@ def classes():
 def test_none_is_left_out(tmp_path):
     """A class that is added to the public ones is added here."""
     plain = {kind for kind in classes() if not issubclass(kind, BaseException)}
-    assert plain == {type(thing) for thing in (*made(), setup_of(tmp_path))} | {fullbody.Dense}
+    assert plain == {type(thing) for thing in (*made(), setup_of(tmp_path))} | {fullbody.record.Dense}
 
 
 @pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))])

@@ -1,6 +1,7 @@
 """Types for mypy and editors: a user's script under ``mypy --strict``, and the names that are offered."""
 
 import ast
+import inspect
 import subprocess
 import sys
 from pathlib import Path
@@ -111,6 +112,7 @@ def test_types_in_annotations_are_those_of_numpy_and_python():
 def test_public_names_alone_are_offered():
     """By ``dir`` and by the completion of IPython, which asks it."""
     assert dir(fullbody) == sorted(fullbody.__all__)
+    assert sum(not inspect.ismodule(getattr(fullbody, name)) for name in fullbody.__all__) <= 45
     offered = {one.name for one in jedi.Interpreter("fullbody.", [{"fullbody": fullbody}]).complete()}
     assert {name for name in offered if not name.startswith("__")} == set(fullbody.__all__) - {"__version__"}
 

@@ -5,7 +5,7 @@ import warnings
 import fullbody
 import numpy as np
 import pytest
-from fullbody.errors import InvalidInput
+from fullbody.errors import InconsistentInput, Interrupted, InvalidInput
 from fullbody.particles import Bounce, Escape, Particles, Radiation, Shadow
 
 
@@ -156,7 +156,7 @@ def test_rules_that_mean_nothing(make):
 def test_a_function_of_the_bodies_is_left_out_loudly():
     system, state = fullbody.systems.kw4()
     nothing = fullbody.forces.Function(lambda *_: (np.zeros((2, 3)), np.zeros((2, 3))), name="mine")
-    with pytest.warns(fullbody.InconsistentInput, match="mine is a function"):
+    with pytest.warns(InconsistentInput, match="mine is a function"):
         system.with_forces([nothing]).fly(state, ONE, 0.1)
 
 
@@ -175,14 +175,14 @@ def test_ctrl_c_gives_back_what_there_is(run):
     def stop(done, total, description):
         raise KeyboardInterrupt
 
-    with pytest.raises(fullbody.Interrupted) as caught:
+    with pytest.raises(Interrupted) as caught:
         run.fly(ONE, output="ends", progress=stop)
     assert caught.value.flight.position.shape == (2, 1, 3)
 
 
 def test_an_area_without_light_is_warned_of(run):
     lit = Particles([[3.0, 0.0, 0.0]], [[0.0, 0.8, 0.0]], area_to_mass=1e-3)
-    with pytest.warns(fullbody.InconsistentInput, match="radiation is not given"):
+    with pytest.warns(InconsistentInput, match="radiation is not given"):
         run.fly(lit, 0.1)
 
 
@@ -200,7 +200,7 @@ def test_light_on_particles_without_an_area_is_warned_of():
     system, state = fullbody.systems.didymos(units=True, sun=True)
     dark = Particles([["3 km", "0 km", "0 km"]], [["0 km/h", "0.4 km/h", "0 km/h"]])
     light = fullbody.particles.Radiation("Sun")
-    with pytest.warns(fullbody.InconsistentInput, match="no particle has an area_to_mass"):
+    with pytest.warns(InconsistentInput, match="no particle has an area_to_mass"):
         system.fly(state, dark, 0.1, radiation=light)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -3,6 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
+from fullbody.errors import InvalidInput
 from fullbody.particles import Bounce, Escape, Function, Periapsis
 
 
@@ -37,9 +38,9 @@ def test_a_file_holds_all_of_it(flight, tmp_path):
     assert again.system.names == ("Alpha", "Beta")
     np.testing.assert_array_equal(again.position, flight.position)
     assert [e.time for e in again.events] == [e.time for e in flight.events]
-    with pytest.raises(fullbody.InvalidInput, match="load_flight"):
+    with pytest.raises(InvalidInput, match="load_flight"):
         fullbody.load(path)
-    with pytest.raises(fullbody.InvalidInput, match=r"\.nc"):
+    with pytest.raises(InvalidInput, match=r"\.nc"):
         flight.save(tmp_path / "flight.txt")
 
 
@@ -49,7 +50,7 @@ def test_a_damaged_file_is_refused(flight, tmp_path):
     data = bytearray(path.read_bytes())
     data[len(data) // 2] ^= 1
     path.write_bytes(data)
-    with pytest.raises(fullbody.InvalidInput, match="readable flight"):
+    with pytest.raises(InvalidInput, match="readable flight"):
         fullbody.load_flight(path)
 
 

@@ -7,6 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from fullbody import particles, plots
+from fullbody.errors import InvalidInput
 from support import data_of
 
 
@@ -41,9 +42,9 @@ def test_impacts_lie_where_they_were(flown):
         ax = plots.impacts(flight, "Beta", colour=colour)
         assert unit in ax.child_axes[0].get_ylabel()
         plt.close(ax.figure)
-    with pytest.raises(fullbody.InvalidInput, match="colour is 'mass'; expected one of 'time'"):
+    with pytest.raises(InvalidInput, match="colour is 'mass'; expected one of 'time'"):
         plots.impacts(flight, 0, colour="mass")
-    with pytest.raises(fullbody.InvalidInput, match="Gamma"):
+    with pytest.raises(InvalidInput, match="Gamma"):
         plots.impacts(flight, "Gamma")
 
 
@@ -65,17 +66,17 @@ def test_the_view_has_the_particles_places(flown):
 def test_flights_that_cannot_be_shown_are_refused(flown):
     run, flight = flown
     system, state = run.system, run[0]
-    with pytest.raises(fullbody.InvalidInput, match="flight has 0 samples within the run"):
+    with pytest.raises(InvalidInput, match="flight has 0 samples within the run"):
         run.view(flight=system.fly(state, fullbody.Particles([[3.0, 0.0, 0.0]], [[0.0, 0.8, 0.0]]), 1.0))
     other, start = fullbody.systems.case1()
-    with pytest.raises(fullbody.InvalidInput, match="among other bodies"):
+    with pytest.raises(InvalidInput, match="among other bodies"):
         other.integrate(start, 1.0).view(flight=flight)
 
 
 @pytest.mark.parametrize("name", ["c", "color"])
 def test_a_colour_of_ones_own(flown, name):
     flight = flown[-1]
-    with pytest.raises(fullbody.InvalidInput, match=f"{name} is given beside colour='time'; expected colour=None"):
+    with pytest.raises(InvalidInput, match=f"{name} is given beside colour='time'; expected colour=None"):
         fullbody.plots.impacts(flight, 1, **{name: "red"})
     dots = fullbody.plots.impacts(flight, 1, colour=None, **{name: "red"}).collections[0]
     assert (dots.get_facecolor()[0] == [1, 0, 0, 1]).all()

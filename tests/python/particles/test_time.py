@@ -4,7 +4,8 @@ import fullbody
 import numpy as np
 import pytest
 from astropy import units as u
-from fullbody import InvalidInput, Particles
+from fullbody import Particles
+from fullbody.errors import InvalidInput
 
 
 @pytest.fixture(scope="module")

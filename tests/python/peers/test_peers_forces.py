@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import rebound
 from fullbody import forces
+from fullbody.errors import InvalidInput
 from scipy.optimize import brentq
 
 DATA = Path(__file__).parents[2] / "data" / "peers"
@@ -149,12 +150,12 @@ def test_gubas_warns_of_what_it_does_otherwise(tmp_path):
 def test_gubas_refuses_what_is_missing_or_wrong(tmp_path):
     orbit = dict(zip(FLYBY_NAMES, FLYBY, strict=True))
     for name in FLYBY_NAMES:
-        with pytest.raises(fullbody.InvalidInput, match=f"no '{name}' in the section"):
+        with pytest.raises(InvalidInput, match=f"no '{name}' in the section"):
             fullbody.read_gubas(config(tmp_path, {"Flyby": 1}, {k: v for k, v in orbit.items() if k != name}))
-    with pytest.raises(fullbody.InvalidInput, match=r"pair\.cfg: semi-major axis is -11072"):
+    with pytest.raises(InvalidInput, match=r"pair\.cfg: semi-major axis is -11072"):
         fullbody.read_gubas(config(tmp_path, {"Flyby": 1}, orbit | {"Eccentricity": 0.5}))
     solar = {"Solar Orbit Radius": 1.5, "AU Definition": 149597870700.0} | dict(zip(HELIO_NAMES, HELIO, strict=True))
-    with pytest.raises(fullbody.InvalidInput, match=r"line \d+: .*expected one of the two"):
+    with pytest.raises(InvalidInput, match=r"line \d+: .*expected one of the two"):
         fullbody.read_gubas(config(tmp_path, {"Solar Gravity": 1, "Heliocentric Orbit": 1}, solar))
 
 
@@ -247,7 +248,7 @@ def test_sians_warns_of_the_torque(tmp_path):
     with pytest.warns(UserWarning, match="SIANS's pulls on the bodies' centres alone"):
         fullbody.read_sians(path, units="kmhr")
     path.write_text(SIANS.format(kepler=0, positions="0 0 0\n0 0 0", velocities="0 0 0\n0 1 0"))
-    with pytest.raises(fullbody.InvalidInput, match=r"sun\.txt, line 10: orbit about the Sun"):
+    with pytest.raises(InvalidInput, match=r"sun\.txt, line 10: orbit about the Sun"):
         fullbody.read_sians(path, units="kmhr")
 
 

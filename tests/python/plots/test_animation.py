@@ -8,6 +8,7 @@ import warnings
 import fullbody
 import numpy as np
 import pytest
+from fullbody.errors import InvalidInput
 from PIL import Image
 
 SMALL = {"seconds": 0.5, "fps": 10, "size": (3.01, 2.53), "dpi": 50}
@@ -81,22 +82,22 @@ def test_mp4_on_a_full_disk_is_an_error_of_the_file(short_run, tmp_path, monkeyp
 
 
 def test_bad_requests_for_films_are_named(short_run, tmp_path):
-    with pytest.raises(fullbody.InvalidInput, match=r"ends in one of \.mp4, \.gif, \.html"):
+    with pytest.raises(InvalidInput, match=r"ends in one of \.mp4, \.gif, \.html"):
         short_run.animate(tmp_path / "film.avi")
-    with pytest.raises(fullbody.InvalidInput, match="seconds is -1; expected a number above zero"):
+    with pytest.raises(InvalidInput, match="seconds is -1; expected a number above zero"):
         short_run.animate(tmp_path / "film.gif", seconds=-1)
-    with pytest.raises(fullbody.InvalidInput, match="fps is 0; expected a whole number above zero"):
+    with pytest.raises(InvalidInput, match="fps is 0; expected a whole number above zero"):
         short_run.animate(tmp_path / "film.gif", fps=0)
     with pytest.raises(FileNotFoundError, match="no folder"):
         short_run.animate(tmp_path / "nowhere" / "film.gif")
     for size in (3, "big", (3.0,), (1, 2, 3), (0.0, 2.0), (np.nan, 2.0), (2.0, np.inf), ("a", "b"), None):
-        with pytest.raises(fullbody.InvalidInput, match=r"size is .*; expected \(width, height\) in inches"):
+        with pytest.raises(InvalidInput, match=r"size is .*; expected \(width, height\) in inches"):
             short_run.animate(tmp_path / "film.gif", size=size)
     for dpi in (np.nan, np.inf, 0.0, -100, "fine", None, (100, 100)):
-        with pytest.raises(fullbody.InvalidInput, match=r"dpi is .*; expected a number above zero"):
+        with pytest.raises(InvalidInput, match=r"dpi is .*; expected a number above zero"):
             short_run.animate(tmp_path / "film.gif", dpi=dpi)
     for size, dpi in (((2.0, 3.0), 0.4), ((2.0, 3.0), 1e5), ((1e9, 1e9), 100)):
-        with pytest.raises(fullbody.InvalidInput, match=r"size is .* and dpi is .*; expected 1 to 65535 each way"):
+        with pytest.raises(InvalidInput, match=r"size is .* and dpi is .*; expected 1 to 65535 each way"):
             short_run.animate(tmp_path / "film.gif", size=size, dpi=dpi)
     assert list(tmp_path.iterdir()) == []
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from astropy import units as u
 from fullbody import observables
+from fullbody.errors import InvalidInput
 from fullbody.plots.between import at
 from matplotlib.text import Text
 
@@ -166,9 +167,9 @@ def test_some_bodies_only(triple_run):
     assert ax.get_title(loc="left") == "body 1, body frame"
     assert np.array_equal(ax.lines[1].get_ydata(), triple_run.spin[:, 1, 1])
     assert triple_run.plot.angles(bodies=[2, 0]).shape == (2, 2)
-    with pytest.raises(fullbody.InvalidInput, match="one of bodies is 3; expected a body's place, 0 to 2"):
+    with pytest.raises(InvalidInput, match="one of bodies is 3; expected a body's place, 0 to 2"):
         triple_run.plot.spins(bodies=[3])
-    with pytest.raises(fullbody.InvalidInput, match="bodies is empty"):
+    with pytest.raises(InvalidInput, match="bodies is empty"):
         triple_run.plot.angles(bodies=[])
 
 
@@ -195,7 +196,7 @@ def test_librations_are_the_observables(kw4_run):
     cosine = np.sum(pole * normal, axis=1) / np.linalg.norm(normal, axis=1)
     assert np.allclose(ax.lines[0].get_ydata(), np.rad2deg(np.arccos(cosine)), rtol=1e-10)
     assert ax.get_title(loc="left") == "Alpha, z-axis from the orbit's normal"
-    with pytest.raises(fullbody.InvalidInput, match="expected two bodies"):
+    with pytest.raises(InvalidInput, match="expected two bodies"):
         kw4_run.plot.libration(body=1, about=1)
 
 
@@ -285,7 +286,7 @@ def test_scene_draws_the_ellipsoid_where_it_is(kw4_run, dense, close):
 
 def test_scenes_are_of_times_within_the_run(kw4_run):
     for time in (-0.1, 50.1):
-        with pytest.raises(fullbody.InvalidInput, match=rf"time is {time}; expected one within the run, from 0 to 50"):
+        with pytest.raises(InvalidInput, match=rf"time is {time}; expected one within the run, from 0 to 50"):
             kw4_run.plot.scene(time)
     # The continuous solution reaches further than the samples of this run.
     run = kw4_run.system.integrate(kw4_run[0], 3.0, output=[1.0], dense=True)
@@ -433,13 +434,13 @@ def test_what_is_no_axes_or_figure_is_refused(kw4_run):
         lambda: kw4_run.plot.energy("axes"),
         lambda: kw4_run.plot.spins([flat, 3]),
     ):
-        with pytest.raises(fullbody.InvalidInput, match=r"(ax|one of axes) is .*; expected matplotlib axes in 2D"):
+        with pytest.raises(InvalidInput, match=r"(ax|one of axes) is .*; expected matplotlib axes in 2D"):
             call()
     for ax in (flat, 3):
-        with pytest.raises(fullbody.InvalidInput, match=r"ax is .*; expected matplotlib axes in 3D"):
+        with pytest.raises(InvalidInput, match=r"ax is .*; expected matplotlib axes in 3D"):
             kw4_run.plot.scene(3.0 * u.hour, ax=ax)
     for figure in (3, flat):
-        with pytest.raises(fullbody.InvalidInput, match=r"figure is .*; expected a matplotlib Figure or SubFigure"):
+        with pytest.raises(InvalidInput, match=r"figure is .*; expected a matplotlib Figure or SubFigure"):
             kw4_run.plot(figure=figure)
 
 
@@ -487,20 +488,20 @@ def test_motion_along_a_line_is_drawn_without_elements():
     assert len(figure.axes) == 4
     assert np.array_equal(figure.axes[0].lines[0].get_xdata(), run.position[:, 1, 0] - run.position[:, 0, 0])
     assert faults(figure) == ([], [])
-    with pytest.raises(fullbody.InvalidInput, match="both body 0; expected two bodies"):
+    with pytest.raises(InvalidInput, match="both body 0; expected two bodies"):
         run.plot(body=0, about=0)
 
 
 def test_bad_requests_are_named(kw4_run):
-    with pytest.raises(fullbody.InvalidInput, match="plane is 'ab'; expected one of"):
+    with pytest.raises(InvalidInput, match="plane is 'ab'; expected one of"):
         kw4_run.plot.orbit(plane="ab")
-    with pytest.raises(fullbody.InvalidInput, match="about is 2; expected a body's place, 0 to 1"):
+    with pytest.raises(InvalidInput, match="about is 2; expected a body's place, 0 to 1"):
         kw4_run.plot.orbit(about=2)
-    with pytest.raises(fullbody.InvalidInput, match="axes has 3 axes; expected 2"):
+    with pytest.raises(InvalidInput, match="axes has 3 axes; expected 2"):
         kw4_run.plot.spins(axes=plt.subplots(3)[1])
-    with pytest.raises(fullbody.InvalidInput, match="frame is 'sky'"):
+    with pytest.raises(InvalidInput, match="frame is 'sky'"):
         kw4_run.plot.spins(frame="sky")
-    with pytest.raises(fullbody.InvalidInput, match="time has the unit km"):
+    with pytest.raises(InvalidInput, match="time has the unit km"):
         kw4_run.plot.scene(kw4_run.position[0, 0, 0])
 
 

@@ -6,6 +6,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import forces
+from fullbody.errors import InvalidInput
 
 
 def made(units=True, byorp="1e-3 N"):
@@ -57,10 +58,10 @@ def test_work_of_alike_forces_is_linear_and_none_is_said():
 def test_without_forces_there_is_no_work_to_draw():
     system, state = fullbody.systems.case1()
     run = system.integrate(state, 5.0, output=1.0)
-    with pytest.raises(fullbody.InvalidInput, match="the run has no external forces"):
+    with pytest.raises(InvalidInput, match="the run has no external forces"):
         run.plot.work()
     assert "work" not in run.plot().axes
-    with pytest.raises(fullbody.InvalidInput, match="no samples"):
+    with pytest.raises(InvalidInput, match="no samples"):
         run[:0].plot.work()
 
 

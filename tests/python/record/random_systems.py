@@ -8,6 +8,7 @@ from typing import Any
 import fullbody
 import numpy as np
 from flows import deviation, displaced, scales, symplectic_form
+from fullbody.errors import InvalidInput
 from meshes import box, octahedron
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
@@ -103,7 +104,7 @@ def body(rng, kind, name, mass):
         parts.append(fullbody.Part(empty, mass=-0.1 * mass, position=0.3 * rng.uniform(-1, 1, 3)))
     try:
         return fullbody.Body(fullbody.Composite(parts), name=name)
-    except fullbody.InvalidInput:
+    except InvalidInput:
         # The void takes away more than there is.
         return body(rng, kind, name, mass)
 
@@ -255,7 +256,7 @@ def errors(case):
         for step in STEPS:
             try:
                 change = differences(ends, step * natural)
-            except fullbody.InvalidInput:
+            except InvalidInput:
                 change = one_sided(ends, step * natural)
             found.append(error(columns, change, natural, parts))
             if found[-1] < TOLERANCE:

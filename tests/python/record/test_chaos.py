@@ -4,6 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from flows import deviation, displaced, scales
+from fullbody.errors import InvalidInput
 from meshes import box
 
 
@@ -94,7 +95,7 @@ def test_the_motion_has_the_same_bits_and_files_keep_all(tumbling_moon, tmp_path
     assert np.array_equal(plain.position, run.position)
     run.save(tmp_path / "run.nc")
     assert fullbody.load(tmp_path / "run.nc") == run
-    with pytest.raises(fullbody.InvalidInput, match="chaos=True"):
+    with pytest.raises(InvalidInput, match="chaos=True"):
         _ = plain.megno
 
 

@@ -5,6 +5,7 @@ import warnings
 import fullbody
 import numpy as np
 import pytest
+from fullbody.errors import InvalidInput, PrecisionWarning
 from fullbody.record import integrators
 from support import points, worst
 
@@ -117,23 +118,23 @@ def test_steps_with_units():
         for run in runs:
             assert run.statistics.steps == 40
             assert worst(run.position[-1].to_value(u.km), expected.position[-1]) < 1e-12
-        with pytest.raises(fullbody.InvalidInput, match=r"step has the unit km.*expected a unit such as s"):
+        with pytest.raises(InvalidInput, match=r"step has the unit km.*expected a unit such as s"):
             fullbody.Simulation(system, state, make(1 * u.km))
-        with pytest.raises(fullbody.InvalidInput, match=r"step has the unit h.*the system has no units"):
+        with pytest.raises(InvalidInput, match=r"step has the unit h.*the system has no units"):
             fullbody.Simulation(plain, start, make(1 * u.h))
 
 
 @pytest.mark.parametrize("make", [fullbody.LieGroupVariational, fullbody.SymplecticSplitting])
 @pytest.mark.parametrize("step", [0, -1.0, float("nan"), float("inf"), "a", None, [1.0, 2.0]], ids=str)
 def test_refused_steps(make, step):
-    with pytest.raises(fullbody.InvalidInput, match=r"^step (is|has) .*expected"):
+    with pytest.raises(InvalidInput, match=r"^step (is|has) .*expected"):
         fullbody.Simulation(*CASE1, make(step))
 
 
 @pytest.mark.parametrize("make", [fullbody.LieGroupVariational, fullbody.SymplecticSplitting])
 def test_runs_of_more_steps_than_can_be_counted(make):
     system, state = KW4
-    with pytest.raises(fullbody.InvalidInput, match=r"step is 1e-300; expected a longer one; until 1 takes 1.0e300"):
+    with pytest.raises(InvalidInput, match=r"step is 1e-300; expected a longer one; until 1 takes 1.0e300"):
         system.integrate(state, 1.0, integrator=make(1e-300))
 
 
@@ -146,41 +147,39 @@ def test_runs_of_more_steps_than_can_be_counted(make):
 def test_refused_tolerances(name, value):
     make = getattr(integrators, name)
     for which in ("rtol", "atol"):
-        with pytest.raises(fullbody.InvalidInput, match=rf"^{which} is .*; expected a number from 0 to below 1"):
+        with pytest.raises(InvalidInput, match=rf"^{which} is .*; expected a number from 0 to below 1"):
             make(**{which: value})
 
 
 def test_refused_settings():
-    with pytest.raises(fullbody.InvalidInput, match="the larger of rtol and atol is 0; expected a number above zero"):
+    with pytest.raises(InvalidInput, match="the larger of rtol and atol is 0; expected a number above zero"):
         fullbody.Verner65(0.0, 0.0)
-    with pytest.raises(fullbody.InvalidInput, match=r"scheme is 'yoshida'; expected one of .*'ABA864'"):
+    with pytest.raises(InvalidInput, match=r"scheme is 'yoshida'; expected one of .*'ABA864'"):
         fullbody.SymplecticSplitting(0.1, "yoshida")
     for integrator in (fullbody.Verner98, "Verner98", 1e-13):
-        with pytest.raises(fullbody.InvalidInput, match=r"integrator is .*; expected one of fullbody's"):
+        with pytest.raises(InvalidInput, match=r"integrator is .*; expected one of fullbody's"):
             fullbody.Simulation(*CASE1, integrator)
     system, state = CASE1
     chart = system.with_options(attitude_chart="tait_bryan")
     for integrator in (fullbody.LieGroupVariational(0.1), fullbody.SymplecticSplitting(0.1)):
-        with pytest.raises(
-            fullbody.InvalidInput, match=r"attitude_chart is the Tait-Bryan angles; expected .quaternion"
-        ):
+        with pytest.raises(InvalidInput, match=r"attitude_chart is the Tait-Bryan angles; expected .quaternion"):
             chart.integrate(state, 1.0, integrator=integrator)
 
 
 @pytest.mark.parametrize("name", ADAPTIVE)
 def test_tolerances_below_round_off_are_raised_with_a_warning(name):
     make = getattr(integrators, name)
-    with pytest.warns(fullbody.PrecisionWarning):
+    with pytest.warns(PrecisionWarning):
         floor = make(1e-17, 0.0).rtol
     # A few units in the last place of a double.
     assert 2.0**-53 < floor < 20 * 2.0**-53
     message = rf"rtol \+ atol is 1e-16, below .*; rtol is raised to {floor:g}"
-    with pytest.warns(fullbody.PrecisionWarning, match=message) as seen:
+    with pytest.warns(PrecisionWarning, match=message) as seen:
         raised = make(1e-16, 0.0)
     assert seen[0].filename == __file__
     assert raised.rtol == floor
     for atol in np.random.default_rng(7).uniform(0, floor, 50):
-        with pytest.warns(fullbody.PrecisionWarning):
+        with pytest.warns(PrecisionWarning):
             raised = make(0.0, float(atol))
         assert raised.rtol + raised.atol == pytest.approx(floor, rel=1e-15)
         with warnings.catch_warnings():
@@ -207,7 +206,7 @@ def test_integrators_compare_print_and_come_back():
         assert pickle.loads(pickle.dumps(fullbody.Simulation(*CASE1, integrator))).integrator == integrator
         with pytest.raises((AttributeError, TypeError)):
             integrator.rtol = 1.0
-    with pytest.raises(fullbody.InvalidInput, match="integrator is 'Euler'; expected one of DormandPrince54, "):
+    with pytest.raises(InvalidInput, match="integrator is 'Euler'; expected one of DormandPrince54, "):
         integrators.rebuild({"name": "Euler"})
 
 

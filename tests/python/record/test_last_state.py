@@ -3,6 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
+from fullbody.errors import BodiesOverlap
 
 
 def falling():
@@ -17,7 +18,7 @@ def falling():
 def test_the_last_sample_is_the_state_at_the_end_of_the_last_step(output, derivatives):
     system, state = falling()
     sim = fullbody.Simulation(system, state)
-    with pytest.raises(fullbody.BodiesOverlap) as caught:
+    with pytest.raises(BodiesOverlap) as caught:
         sim.integrate(100.0, output=output, derivatives=derivatives)
     run = caught.value.run
     assert run.time[-1] == sim.time > 1.5

@@ -17,6 +17,7 @@ from flows import (
     symplectic_form,
     tumbling,
 )
+from fullbody.errors import InvalidInput
 from scipy.linalg import expm
 from support import pair_of_points, worst
 
@@ -206,7 +207,7 @@ def yorp_rate(system, state):
 def test_what_has_no_derivatives_is_refused_by_name():
     system, state = tumbling()
     drag = fullbody.forces.Function(lambda time, state: (np.zeros((2, 3)), np.zeros((2, 3))), name="drag")
-    with pytest.raises(fullbody.InvalidInput, match="drag"):
+    with pytest.raises(InvalidInput, match="drag"):
         system.with_forces([drag]).integrate(state, 1.0, derivatives=True)
 
 
@@ -281,7 +282,7 @@ def test_parts_of_a_run_and_files_keep_the_derivatives_of_events(tmp_path):
     for other in (run[:2], run[::-1], fullbody.load(tmp_path / "run.nc")):
         assert np.array_equal(other.at_event().time, run.at_event().time)
         assert other.at_event().time_sensitivity == run.at_event().time_sensitivity
-    with pytest.raises(fullbody.InvalidInput, match="one of the 1 events"):
+    with pytest.raises(InvalidInput, match="one of the 1 events"):
         run.at_event(1)
-    with pytest.raises(fullbody.InvalidInput, match="derivatives=True"):
+    with pytest.raises(InvalidInput, match="derivatives=True"):
         system.integrate(state, 30.0, events=[event]).at_event()

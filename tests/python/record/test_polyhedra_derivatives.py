@@ -13,6 +13,7 @@ from flows import (
     scales,
     symplectic_form,
 )
+from fullbody.errors import NotConverged
 from meshes import box, icosphere, octahedron
 from support import worst
 
@@ -197,7 +198,7 @@ def test_derivatives_reach_the_tolerance_or_say_that_they_do_not():
         for tolerance in (1e-13, 1e-12, 1e-11, 1e-10):
             try:
                 assert worst(rates(tolerance), reference) < 1e3 * tolerance
-            except fullbody.NotConverged:
+            except NotConverged:
                 refused.append(tolerance)
         assert thickness > 1e-6 or 1e-13 in refused
 

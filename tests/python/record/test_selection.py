@@ -3,6 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
+from fullbody.errors import InvalidInput
 
 SYSTEM, STATE = fullbody.systems.case1()
 RUN = SYSTEM.integrate(STATE, 10.0, output=1.0, derivatives=True)
@@ -30,7 +31,7 @@ def test_lists_against_the_order_of_time_and_empty_ones_select_too():
 
 @pytest.mark.parametrize("index", [[0, 0], [0, 5, 3], [[0, 1]]])
 def test_lists_that_have_no_order_in_time_are_refused(index):
-    with pytest.raises(fullbody.InvalidInput, match=r"the index of samples is .*; expected a list of distinct indices"):
+    with pytest.raises(InvalidInput, match=r"the index of samples is .*; expected a list of distinct indices"):
         RUN[index]
 
 
@@ -50,7 +51,7 @@ def test_states_between_samples_come_from_the_continuous_solution():
 def test_states_of_a_run_without_continuous_solution_are_those_of_samples():
     back = SYSTEM.integrate(STATE, -10.0, output=1.0)
     np.testing.assert_array_equal(back.states([-7.0, -2.0])["spin"], back.spin[[7, 2]])
-    with pytest.raises(fullbody.InvalidInput, match=r"moment is -2\.5, of no sample; .* integrate with dense=True"):
+    with pytest.raises(InvalidInput, match=r"moment is -2\.5, of no sample; .* integrate with dense=True"):
         back.states([-2.0, -2.5], "moment")
-    with pytest.raises(fullbody.InvalidInput, match=r"time has shape \(1, 2\); expected \(K,\)"):
+    with pytest.raises(InvalidInput, match=r"time has shape \(1, 2\); expected \(K,\)"):
         back.states([[-2.0, -3.0]])

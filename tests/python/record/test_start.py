@@ -7,6 +7,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody.commands.cli import main
+from fullbody.errors import BodiesOverlap, InvalidInput
 from support import points
 
 MASSES, G = np.array([0.7, 0.2, 0.1]), 1.3
@@ -159,7 +160,7 @@ def test_runs_cut_short_keep_the_start():
     state = fullbody.State([[0, 0, 0], [5, 0, 0]], [[0, 0, 0], [0, 0.1, 0]], time=1.0)
     expected = system.energy(state).total
     for output in (None, []):
-        with pytest.raises(fullbody.BodiesOverlap) as caught:
+        with pytest.raises(BodiesOverlap) as caught:
             system.integrate(state, 100.0, output=output)
         assert caught.value.run.start.time == 1.0
         assert caught.value.run.start.energy.total == pytest.approx(expected, rel=1e-14)
@@ -213,5 +214,5 @@ def test_damaged_starts_are_refused(fault, tmp_path):
             dataset = dataset.drop_vars(fault)
             said = "the file has no variable start_energy"
     dataset.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
-    with pytest.raises(fullbody.InvalidInput, match=said):
+    with pytest.raises(InvalidInput, match=said):
         fullbody.load(tmp_path / "run.nc")

@@ -5,6 +5,7 @@ import re
 import fullbody
 import numpy as np
 import pytest
+from fullbody.errors import InvalidInput
 from fullbody.setups.toml import __doc__ as MANUAL
 from toml_texts import KW4, PAIR
 
@@ -151,7 +152,7 @@ def test_rates_periods_times_and_starts(tmp_path):
 )
 def test_faults_name_file_key_and_expectation(tmp_path, old, new, message):
     assert old in KW4
-    with pytest.raises(fullbody.InvalidInput) as caught:
+    with pytest.raises(InvalidInput) as caught:
         read(tmp_path, KW4.replace(old, new, 1))
     text = str(caught.value)
     assert text.startswith(f"{tmp_path / 'system.toml'}: ")
@@ -165,7 +166,7 @@ def test_faults_name_file_key_and_expectation(tmp_path, old, new, message):
 )
 def test_times_that_do_not_fit_name_the_file_too(tmp_path, output, what):
     setup = read(tmp_path, f"{PAIR}output = {output}")
-    with pytest.raises(fullbody.InvalidInput) as caught:
+    with pytest.raises(InvalidInput) as caught:
         setup.run()
     assert str(caught.value).startswith(f"{tmp_path / 'system.toml'}: run: ")
     assert "output" in str(caught.value)
@@ -178,11 +179,11 @@ def test_units_of_the_usual_kind(tmp_path):
 
 
 def test_units_in_a_system_without_any_are_refused(tmp_path):
-    with pytest.raises(fullbody.InvalidInput, match=r"body\[0\]\.radius: .*the system has no units"):
+    with pytest.raises(InvalidInput, match=r"body\[0\]\.radius: .*the system has no units"):
         read(tmp_path, PAIR.replace("radius = 1.0", 'radius = "1 km"'))
-    with pytest.raises(fullbody.InvalidInput, match=r"system: G is not given"):
+    with pytest.raises(InvalidInput, match=r"system: G is not given"):
         read(tmp_path, PAIR.replace("G = 1.0", ""))
-    with pytest.raises(fullbody.InvalidInput, match=r"body\[1\]: has no position and no orbit"):
+    with pytest.raises(InvalidInput, match=r"body\[1\]: has no position and no orbit"):
         read(tmp_path, PAIR.replace("position = [3, 0, 0]", ""))
     with pytest.raises(FileNotFoundError, match=r"no file .*nothing\.toml$"):
         fullbody.read_toml(tmp_path / "nothing.toml")
@@ -197,7 +198,7 @@ def test_files_that_are_no_toml(tmp_path):
         ("picture.png", "is not text"),
         ("", "is a folder"),
     ):
-        with pytest.raises(fullbody.InvalidInput, match=f"{what}.*; expected a file of TOML"):
+        with pytest.raises(InvalidInput, match=f"{what}.*; expected a file of TOML"):
             fullbody.read_toml(tmp_path / name)
 
 
@@ -222,13 +223,13 @@ def test_a_byte_order_mark_is_no_statement(tmp_path):
 )
 def test_whole_numbers_beyond_all_doubles(tmp_path, old, new, what):
     """TOML has them; 1e308 is about where doubles end."""
-    with pytest.raises(fullbody.InvalidInput, match=what):
+    with pytest.raises(InvalidInput, match=what):
         read(tmp_path, PAIR.replace(old, new.format("9" * 400), 1))
 
 
 @pytest.mark.parametrize("value", ["9" * 5000, "[" * 3000 + "]" * 3000])
 def test_what_is_beyond_reading(tmp_path, value):
-    with pytest.raises(fullbody.InvalidInput, match=r"system\.toml: not valid TOML: "):
+    with pytest.raises(InvalidInput, match=r"system\.toml: not valid TOML: "):
         read(tmp_path, PAIR.replace("until = 2.0", f"until = {value}"))
 
 
@@ -236,5 +237,5 @@ def test_a_name_that_is_none_is_the_fault(tmp_path):
     path = tmp_path / "a.toml"
     body = "[[body]]\nname = 'a\u0085b'\nradius = 1.0\nmass = 1.0\n"
     path.write_text(f"[system]\nG = 1.0\n{body}[run]\nuntil = 1.0\n")
-    with pytest.raises(fullbody.InvalidInput, match=r"a.toml: body\[0\].name: name is .* without control characters"):
+    with pytest.raises(InvalidInput, match=r"a.toml: body\[0\].name: name is .* without control characters"):
         fullbody.read_toml(path)

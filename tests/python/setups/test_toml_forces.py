@@ -6,6 +6,7 @@ import pytest
 from astropy import constants
 from astropy import units as u
 from fullbody import forces
+from fullbody.errors import InvalidInput
 
 PAIR = """
 [system]
@@ -160,13 +161,13 @@ def test_without_forces_the_system_is_what_it_was(tmp_path):
     ],
 )
 def test_faults_name_file_key_and_expectation(tmp_path, text, message):
-    with pytest.raises(fullbody.InvalidInput, match=message) as raised:
+    with pytest.raises(InvalidInput, match=message) as raised:
         read(tmp_path, PAIR + text)
     assert str(raised.value).startswith(f"{tmp_path / 'system.toml'}: ")
 
 
 def test_forces_are_no_key_of_the_system(tmp_path):
-    with pytest.raises(fullbody.InvalidInput, match=r"system\.forces: is not a key"):
+    with pytest.raises(InvalidInput, match=r"system\.forces: is not a key"):
         read(tmp_path, PAIR.replace("[system]", "[system]\nforces = []"))
 
 
@@ -195,7 +196,7 @@ pressure = "4.5e-6 Pa"
     )
     expected = setup.system.with_forces([given]).loads(setup.state)["BYORP on Beta"].force
     np.testing.assert_allclose(loads["BYORP on Beta"].force, expected, rtol=1e-13)
-    with pytest.raises(fullbody.InvalidInput, match=r"forces\[1\]\.coefficient: is '1 N'; expected numbers"):
+    with pytest.raises(InvalidInput, match=r"forces\[1\]\.coefficient: is '1 N'; expected numbers"):
         read(tmp_path, PAIR + text.replace("0.02", '"1 N"'))
 
 
@@ -209,10 +210,10 @@ def test_every_argument_of_the_kinds_is_read(tmp_path):
         "Yorp": {"on": '"Alpha"', "along": "1"},
         "Byorp": {"on": '"Beta"', "about": '"Alpha"'},
     }
-    with pytest.raises(fullbody.InvalidInput, match=f"expected one of {', '.join(map(repr, needed))}$"):
+    with pytest.raises(InvalidInput, match=f"expected one of {', '.join(map(repr, needed))}$"):
         read(tmp_path, f'{PAIR}[[forces]]\nkind = "tide"\n')
     for kind, given in needed.items():
         for entry in fields(getattr(forces, kind)):
             wrong = "".join(f"{name} = {value}\n" for name, value in (given | {entry.name: "false"}).items())
-            with pytest.raises(fullbody.InvalidInput, match=rf"forces\[0\]\.{entry.name}: is False; expected"):
+            with pytest.raises(InvalidInput, match=rf"forces\[0\]\.{entry.name}: is False; expected"):
                 read(tmp_path, f'{PAIR}[[forces]]\nkind = "{kind}"\n{wrong}')

@@ -3,6 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
+from fullbody.errors import InvalidInput
 
 HEAD = """
 [system]
@@ -224,7 +225,7 @@ def test_a_pole_in_another_frame(tmp_path):
 def test_faults_of_a_binary_name_file_key_and_expectation(tmp_path, old, new, message):
     text = HEAD + BODIES + BINARY + RUN
     assert old in text
-    with pytest.raises(fullbody.InvalidInput, match=message) as caught:
+    with pytest.raises(InvalidInput, match=message) as caught:
         read(tmp_path, text.replace(old, new, 1))
     assert str(caught.value).startswith(f"{tmp_path / 'system.toml'}: ")
 
@@ -257,6 +258,6 @@ def test_faults_of_a_binary_name_file_key_and_expectation(tmp_path, old, new, me
 def test_faults_of_orbits_name_file_key_and_expectation(tmp_path, old, new, message):
     text = HEAD + TRIPLE + RUN
     assert old in text
-    with pytest.raises(fullbody.InvalidInput, match=message) as caught:
+    with pytest.raises(InvalidInput, match=message) as caught:
         read(tmp_path, text.replace(old, new, 1))
     assert str(caught.value).startswith(f"{tmp_path / 'system.toml'}: ")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import spiceypy
 from astropy import units as u
-from fullbody import InvalidInput, PrecisionWarning
+from fullbody.errors import InvalidInput, PrecisionWarning
 from fullbody.spice import state as state_from_spice
 
 IDS = {"Alpha": 920066391, "Beta": 120066391}

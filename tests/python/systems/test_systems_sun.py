@@ -6,6 +6,7 @@ import pytest
 import rebound
 from astropy import units as u
 from fullbody import forces, systems
+from fullbody.errors import InvalidInput
 from support import ready
 
 pytestmark = pytest.mark.usefixtures("each_search_once")
@@ -95,7 +96,7 @@ def test_units_and_other_forces_stay():
             expected = force
     np.testing.assert_allclose(force, expected, rtol=1e-10)
     assert systems.didymos()[0].forces == ()
-    with pytest.raises(fullbody.InvalidInput, match="sun is 'yes'; expected True or False"):
+    with pytest.raises(InvalidInput, match="sun is 'yes'; expected True or False"):
         systems.didymos(sun="yes")
 
 

@@ -7,6 +7,7 @@ import stat
 import fullbody
 import numpy as np
 import pytest
+from fullbody.errors import InvalidInput
 from support import data_of
 
 
@@ -24,7 +25,7 @@ def outside(page):
 
 @pytest.mark.parametrize("name", ["view.txt", "view", "view.html.gz"])
 def test_views_are_pages(short_run, tmp_path, name):
-    with pytest.raises(fullbody.InvalidInput, match=rf"{name}'; expected a name that ends in one of \.html, \.htm"):
+    with pytest.raises(InvalidInput, match=rf"{name}'; expected a name that ends in one of \.html, \.htm"):
         short_run.view().save_html(tmp_path / name)
     assert list(tmp_path.iterdir()) == []
     for good in ("VIEW.HTML", "view.htm"):
@@ -67,7 +68,7 @@ def test_view_is_one_page_with_the_runs_numbers(kw4_run, tmp_path):
 def test_view_takes_no_more_samples_than_asked(kw4_run):
     _, arrays = data_of(kw4_run.view(samples=51).to_html())
     assert np.array_equal(arrays["time"], kw4_run.time.value[::2])
-    with pytest.raises(fullbody.InvalidInput, match="samples is 1; expected a whole number above 1"):
+    with pytest.raises(InvalidInput, match="samples is 1; expected a whole number above 1"):
         kw4_run.view(samples=1)
 
 
