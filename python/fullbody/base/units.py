@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from ..errors import InvalidInput
 from ..typing import Scalar
+from .limits import FINITE, Limits
 
 #: Exponents of length, time, mass and angle.
 _DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
@@ -172,11 +173,11 @@ def refuse_booleans(value: object, what: str) -> None:
             refuse_booleans(part, what)
 
 
-def numbers(value: object, what: str) -> npt.NDArray[np.float64]:
+def numbers(value: object, what: str, expected: str = "numbers") -> npt.NDArray[np.float64]:
     """Return a float array of pure numbers, or raise an error that names the argument."""
-    value = gathered(value, what)
+    value = gathered(value, what, "number", expected)
     if not is_quantity(value):
-        return _floats(value, what)
+        return _floats(value, what, expected)
     from astropy import units as u
 
     try:
@@ -185,21 +186,21 @@ def numbers(value: object, what: str) -> npt.NDArray[np.float64]:
         raise InvalidInput(f"{what} has the unit {value.unit}; expected pure numbers") from error  # type: ignore[attr-defined]
 
 
-def _floats(value: object, what: str) -> npt.NDArray[np.float64]:
+def _floats(value: object, what: str, expected: str = "numbers") -> npt.NDArray[np.float64]:
     try:
         kind = np.asarray(value).dtype.kind
         if value is None or kind not in "biufO" or (kind == "O" and _has_text(value)):
             raise TypeError("numpy would make it nan, drop the imaginary part, or read the text")
         return np.array(value, dtype=np.float64, order="C")
     except (TypeError, ValueError, OverflowError) as error:
-        raise InvalidInput(f"{what} is {value!r}; expected numbers") from error
+        raise InvalidInput(f"{what} is {value!r}; expected {expected}") from error
 
 
 def _has_text(value: Any) -> bool:
     return any(part is None or isinstance(part, str | bytes) for part in np.asarray(value).flat)
 
 
-def gathered(value: Any, what: str, dimension: str = "length") -> Any:
+def gathered(value: Any, what: str, dimension: str = "length", expected: str = "numbers") -> Any:
     """Return text such as ``"1 day"``, or a list of texts and Quantities, as one Quantity, and other values unchanged.
 
     A mixture with plain numbers is refused, since numpy would take the Quantities' numbers and drop their units. Masked
@@ -209,7 +210,7 @@ def gathered(value: Any, what: str, dimension: str = "length") -> Any:
     if isinstance(value, float | int) or (type(value) is np.ndarray and value.dtype.kind in "fiu"):
         return value
     if isinstance(value, str):
-        return from_text(value, what, dimension)
+        return from_text(value, what, dimension, expected)
     refuse_masked(value, what)
     if not isinstance(value, list | tuple):
         return _bare(value, what)
@@ -256,7 +257,7 @@ def refuse_masked(value: Any, what: str) -> None:
         raise InvalidInput(f"{what} {many}; expected numbers throughout")
 
 
-def from_text(text: str, what: str, dimension: str = "length") -> Any:
+def from_text(text: str, what: str, dimension: str = "length", expected: str = "numbers") -> Any:
     """Return the Quantity of a text with a unit."""
     with need("units", "text with a unit"):
         from astropy import units as u
@@ -266,7 +267,7 @@ def from_text(text: str, what: str, dimension: str = "length") -> Any:
         quantity = _read(text)
     except (TypeError, ValueError) as error:
         raise InvalidInput(
-            f"{what} is {text!r}; expected numbers, or text with a unit, such as '2.5 {unit}'"
+            f"{what} is {text!r}; expected {expected}, or text with a unit, such as '2.5 {unit}'"
         ) from error
     if quantity.unit == u.dimensionless_unscaled:
         raise InvalidInput(f"{what} is {text!r}, which has no unit; expected text such as '{text} {unit}', or a number")
@@ -341,13 +342,13 @@ class Units:
             raise InvalidInput("this system has no units; give fullbody.System(..., units=('km', 'hour', 'kg'))")
         return _derived(*self._base, dimension)
 
-    def strip(self, value: object, dimension: str, what: str) -> npt.NDArray[np.float64]:
+    def strip(self, value: object, dimension: str, what: str, expected: str = "numbers") -> npt.NDArray[np.float64]:
         """Return a value as numbers in this system's units."""
         if dimension == "number":
-            return numbers(value, what)
-        value = gathered(value, what, dimension)
+            return numbers(value, what, expected)
+        value = gathered(value, what, dimension, expected)
         if not is_quantity(value):
-            return _floats(value, what)
+            return _floats(value, what, expected)
         from astropy import units as u
 
         if dimension == "angle":
@@ -363,12 +364,33 @@ class Units:
             refuse_cycles(value.unit, what)  # type: ignore[attr-defined]
         return strip_to(value, unit, what)
 
-    def number(self, value: object, dimension: str, what: str) -> float:
-        """Return a value as one finite number in this system's units."""
-        plain = scalar(self.strip(value, dimension, what), what)
-        if not np.isfinite(plain):
-            raise InvalidInput(f"{what} is {value!r}; expected a finite number")
-        return plain
+    def number(self, value: object, dimension: str, what: str, limits: Limits = FINITE) -> float:
+        """Return a value as one number in this system's units, or raise an error if it is not within the limits."""
+        return float(self.numbers(value, dimension, what, (), limits))
+
+    def numbers(
+        self,
+        value: object,
+        dimension: str,
+        what: str,
+        shape: tuple[int | str, ...] | None = None,
+        limits: Limits = FINITE,
+    ) -> npt.NDArray[np.float64]:
+        """Return a value as numbers in this system's units, after checking their shape and that all are within limits.
+
+        A shape has letters where any length will do, and ``"..."`` in front where any axes may be.
+        """
+        expected = limits.expected(shape != ())
+        found = self.strip(value, dimension, what, expected)
+        if shape is not None and not _fits(found.shape, shape):
+            if shape == ():
+                raise InvalidInput(f"{what} is {value!r}, of shape {found.shape}; expected {expected}")
+            wanted = ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "")
+            raise InvalidInput(f"{what} has shape {found.shape}; expected ({wanted}), {expected}")
+        if not np.all(good := limits.hold(found)):
+            shown = value if found.size < 10 else found[~good][0]
+            raise InvalidInput(f"{what} {'is' if found.size < 10 else 'has'} {shown!r}; expected {expected}")
+        return found
 
     def attach(self, value: Any, dimension: str) -> Any:
         """Return the value as a Quantity, or unchanged if the system has no units."""
@@ -398,13 +420,17 @@ class AnyUnits(Units):
     Quantities must have the right dimension; they count in their own units, and angles in radians.
     """
 
-    def strip(self, value: object, dimension: str, what: str) -> npt.NDArray[np.float64]:
+    def strip(self, value: object, dimension: str, what: str, expected: str = "numbers") -> npt.NDArray[np.float64]:
         """Return a value as numbers in its own units."""
-        value = gathered(value, what, dimension)
+        value = gathered(value, what, dimension, expected)
         if is_quantity(value) and dimension not in ("angle", "number"):
             Units(("m", "s", "kg")).strip(value, dimension, what)
             value = value.value  # type: ignore[attr-defined]
-        return super().strip(value, dimension, what)
+        return super().strip(value, dimension, what, expected)
+
+
+#: Units for pure numbers and angles, and for numbers of a system that is not yet known.
+PLAIN, ANY = Units(), AnyUnits()
 
 
 def units_of(mu: Any) -> Units | None:
@@ -463,6 +489,14 @@ def strip_to(value: Any, unit: Any, what: str) -> npt.NDArray[np.float64]:
         raise InvalidInput(f"{what} has the unit {value.unit}; expected a unit such as {unit}") from error
     except ArithmeticError as error:
         raise InvalidInput(f"{what} has a unit that is too small or too large: {error}") from error
+
+
+def _fits(found: tuple[int, ...], wanted: tuple[int | str, ...]) -> bool:
+    if wanted[:1] == ("...",):
+        found, wanted = found[len(found) - len(wanted) + 1 :], wanted[1:]
+    return len(found) == len(wanted) and all(
+        isinstance(length, str) or length == own for own, length in zip(found, wanted, strict=True)
+    )
 
 
 def scalar(value: npt.NDArray[np.float64], what: str) -> float:

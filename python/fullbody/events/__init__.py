@@ -13,14 +13,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from functools import partial
+from typing import Any, ClassVar
 
 import numpy as np
 
 from .. import _core
-from ..base.arguments import directions, integer
+from ..base.arguments import directions
+from ..base.kinds import Declared, Number, Place, direction, flag, function, sense
+from ..base.limits import POSITIVE
 from ..base.units import gathered, is_quantity, numbers, scalar
-from ..base.values import ScalarFields
 from ..errors import InvalidInput
 from ..model.context import Context
 from ..model.state import State, wrap
@@ -43,7 +45,7 @@ __all__ = [
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Event(ScalarFields):
+class Event(Declared):
     """Base class of all events.
 
     Parameters
@@ -57,22 +59,22 @@ class Event(ScalarFields):
     direction: int = 0
     terminal: bool = False
 
-    def __post_init__(self) -> None:
-        if integer(self.direction) not in (-1, 0, 1):
-            raise InvalidInput(f"direction is {self.direction!r}; expected -1, 0 or 1")
-        if not isinstance(self.terminal, bool | np.bool_):
-            raise InvalidInput(f"terminal is {self.terminal!r}; expected True or False")
+    _kinds: ClassVar = {"direction": sense, "terminal": flag}
 
-    def _index(self, context: Context, name: str) -> int:
-        return context.index(getattr(self, name), f"{name} of {type(self).__name__}")
+    def __post_init__(self) -> None:
+        self._check_fields()
 
     def _condition(self, context: Context) -> _core.Condition:
-        """Return the condition that the core detects."""
-        raise InvalidInput(f"event is {self!r}; expected one of fullbody.events, such as Contact(0, 1)")
+        """Return the condition that the core detects: by default that of the class's name, or of one of its bases."""
+        kinds = (getattr(_core.Condition, base.__name__, None) for base in type(self).__mro__)
+        if (kind := next(filter(None, kinds), None)) is None:
+            raise InvalidInput(f"event is {self!r}; expected one of fullbody.events, such as Contact(0, 1)")
+        condition: _core.Condition = kind(*self._plain(context.units, context.index).values())
+        return condition
 
     def _event_spec(self, context: Context) -> tuple[_core.Condition, int, bool]:
         """Return the condition, the direction and whether the run stops there."""
-        return self._condition(context), integer(self.direction) or 0, bool(self.terminal)
+        return self._condition(context), self.direction, self.terminal
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,8 +82,7 @@ class _TwoBodyEvent(Event):
     i: int | str = 0
     j: int | str = 1
 
-    def _pair(self, context: Context) -> tuple[int, int]:
-        return self._index(context, "i"), self._index(context, "j")
+    _kinds: ClassVar = {"i": Place(), "j": Place()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,9 +109,7 @@ class Separation(_TwoBodyEvent):
 
     value: Any = None
 
-    def _condition(self, context: Context) -> _core.Condition:
-        value = _length(self.value, context, "value of Separation")
-        return _core.Condition.Separation(*self._pair(context), value)
+    _kinds: ClassVar = {"value": Number("length", POSITIVE, required=True)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,9 +141,6 @@ class Contact(_TwoBodyEvent):
     ('event', 2.0)
     """
 
-    def _condition(self, context: Context) -> _core.Condition:
-        return _core.Condition.Contact(*self._pair(context))
-
 
 @dataclass(frozen=True, eq=False)
 class Periapsis(_TwoBodyEvent):
@@ -164,9 +160,6 @@ class Periapsis(_TwoBodyEvent):
     True
     """
 
-    def _condition(self, context: Context) -> _core.Condition:
-        return _core.Condition.Periapsis(*self._pair(context))
-
 
 @dataclass(frozen=True, eq=False)
 class Apoapsis(_TwoBodyEvent):
@@ -177,9 +170,6 @@ class Apoapsis(_TwoBodyEvent):
     i, j : int or str
     terminal : bool
     """
-
-    def _condition(self, context: Context) -> _core.Condition:
-        return _core.Condition.Apoapsis(*self._pair(context))
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,14 +192,11 @@ class PlaneCrossing(Event):
     j: int | str | None = 0
     normal: Any = (0.0, 0.0, 1.0)
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        normal = directions(self.normal, "normal of PlaneCrossing", one=True)
-        object.__setattr__(self, "normal", tuple(float(component) for component in normal))
+    _kinds: ClassVar = {"i": Place(), "j": Place(), "normal": direction}
 
     def _condition(self, context: Context) -> _core.Condition:
-        reference = None if self.j is None else self._index(context, "j")
-        return _core.Condition.PlaneCrossing(self._index(context, "i"), reference, self.normal)
+        plain = self._plain(context.units, context.index)
+        return _core.Condition.PlaneCrossing(plain["i"], plain["j"], self.normal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,9 +214,7 @@ class Escape(_TwoBodyEvent):
 
     distance: Any = None
 
-    def _condition(self, context: Context) -> _core.Condition:
-        distance = _length(self.distance, context, "distance of Escape")
-        return _core.Condition.Escape(*self._pair(context), distance)
+    _kinds: ClassVar = {"distance": Number("length", POSITIVE, required=True)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,9 +226,6 @@ class Alignment(_TwoBodyEvent):
     i, j : int or str
     terminal : bool
     """
-
-    def _condition(self, context: Context) -> _core.Condition:
-        return _core.Condition.Alignment(*self._pair(context))
 
 
 @dataclass(frozen=True, eq=False)
@@ -301,10 +283,9 @@ class Function(Event):
 
     f: Callable[[State], Any] = field(default=lambda state: 1.0)
 
-    def _condition(self, context: Context) -> _core.Condition:
-        if not callable(self.f):
-            raise InvalidInput(f"f is {self.f!r}; expected a function of a State")
+    _kinds: ClassVar = {"f": partial(function, expected="a function of a State")}
 
+    def _condition(self, context: Context) -> _core.Condition:
         what = f"value of the function {getattr(self.f, '__qualname__', type(self.f).__name__)}"
 
         def call(core: Any) -> float:
@@ -358,14 +339,14 @@ class Occultation(_TwoBodyEvent):
     times: Any = None
     total: bool = False
 
+    _kinds: ClassVar = {"times": Number("time", shape=("T",)), "total": flag}
+
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not isinstance(self.total, bool | np.bool_):
-            raise InvalidInput(f"total of Occultation is {self.total!r}; expected True or False")
         if self.toward is None:
             raise InvalidInput("toward of Occultation is not given; expected a direction (3,), or (T, 3) with times=")
         toward = directions(self.toward, "toward of Occultation")
-        times = gathered(self.times, "times of Occultation", "time") if self.times is not None else None
+        times = self.times
         count = () if times is None else np.shape(times)
         if toward.ndim != (1 if times is None else 2) or toward.shape[:-1] != count:
             raise InvalidInput(
@@ -381,10 +362,10 @@ class Occultation(_TwoBodyEvent):
         if times is None:
             places, when = np.repeat(places, 4, axis=0), np.arange(4.0)
         else:
-            when = context.units.strip(times, "time", "times of Occultation")
+            when = context.units.numbers(times, "time", "times of Occultation")
         toward = _core.Toward(when.tolist(), places.tolist(), 0.0, times is not None)
-        i, j = self._pair(context)
-        return _core.Condition.Occultation(i, j, bool(self.total), toward)
+        plain = self._plain(context.units, context.index)
+        return _core.Condition.Occultation(plain["i"], plain["j"], self.total, toward)
 
 
 def _tuples(values: Any) -> Any:
@@ -411,9 +392,3 @@ class Occurrence:
     #: The transition matrix (12 N, 12 N), the sensitivities (P, 12 N) and the rates of change (12 N,) at the event, in
     #: runs with derivatives.
     _derivatives: tuple[Any, Any, Any] | None = field(default=None, compare=False, repr=False)
-
-
-def _length(value: Any, context: Context, what: str) -> float:
-    if value is None:
-        raise InvalidInput(f"{what} is not given; expected a length")
-    return context.units.number(value, "length", what)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from .. import _core
-from ..base.units import gathered
+from ..base.kinds import flag
 from ..base.values import UnstoredFunction
 from ..errors import InvalidInput
 from ..model.calls import Call
@@ -88,9 +88,9 @@ class Function(Force):
 
     conserves_energy: ClassVar[bool] = False
 
+    _kinds: ClassVar = {"depends_on_velocity": flag}
+
     def _check(self) -> None:
-        if not isinstance(self.depends_on_velocity, bool | np.bool_):
-            raise InvalidInput(f"depends_on_velocity is {self.depends_on_velocity!r}; expected True or False")
         if not callable(self.function) and _compiled(self.function, self.name) is None:
             raise InvalidInput(
                 f"function of {self.name} is {self.function!r}; expected a function of (time, state), a numba cfunc, a "
@@ -102,7 +102,7 @@ class Function(Force):
         return str(called or "function").strip("<>")
 
     def _describe(self, context: Context) -> dict[str, Any]:
-        return {"kind": "Function", "name": self.name, "depends_on_velocity": bool(self.depends_on_velocity)}
+        return {"kind": "Function", "name": self.name, "depends_on_velocity": self.depends_on_velocity}
 
     def _summary(self, described: dict[str, Any], units: Units) -> str:
         kind = "of Python" if _compiled(self.function, self.name) is None else "compiled"
@@ -159,16 +159,15 @@ def _capsule(capsule: Any, name: str) -> int:
 def _from_python(own: Function, context: Context) -> Call:
     """Return a C callback through which the core calls a Python function."""
     name, units, bodies = own.name, context.units, len(context.bodies)
-    shape = (bodies, 3)
 
     def take(pointer: Any, width: int = 3) -> Any:
         return np.ctypeslib.as_array(pointer, (bodies, width))
 
     def loads(value: Any, dimension: str) -> Any:
         what = f"{dimension} of {name}"
-        array = units.strip(gathered(value, what, dimension), dimension, what)
-        if array.shape != shape:
-            raise InvalidInput(f"{what} has shape {array.shape}; expected {shape}")
+        array = units.strip(value, dimension, what)
+        if array.shape != (bodies, 3):
+            raise InvalidInput(f"{what} has shape {array.shape}; expected {(bodies, 3)}")
         return array
 
     def call(

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import pi, sqrt
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from ..base.arguments import directions, positive
+from ..base.kinds import Number, Place, direction
+from ..base.limits import POSITIVE, Limits
 from ..base.tables import number
-from ..base.units import gathered, need, numbers, scalar
+from ..base.units import PLAIN, gathered, need
 from ..errors import InvalidInput
 from ..model.context import Context
 from ..model.force import Force
@@ -34,9 +35,9 @@ _YORP = {"quillen_2022": 1.0, "steinberg_sari_2011": 2.0 * pi / 3.0}
 _RATES = ("acceleration", "rossi_2009")
 
 
-def torque_dimension(normalization: str | None) -> str | None:
-    """Return the dimension of the torques of :class:`Yorp` by their normalisation; ``None`` for coefficients."""
-    return {None: "torque", "acceleration": "angular acceleration"}.get(normalization)
+def torque_dimension(normalization: str | None) -> str:
+    """Return the dimension of the torques of :class:`Yorp` by their normalisation; coefficients are pure numbers."""
+    return {None: "torque", "acceleration": "angular acceleration"}.get(normalization, "number")
 
 
 def solar_pressure(semi_major_axis: Any, eccentricity: float = 0.0) -> Any:
@@ -70,10 +71,8 @@ def solar_pressure(semi_major_axis: Any, eccentricity: float = 0.0) -> Any:
     distance = gathered(semi_major_axis, "semi_major_axis")
     if not hasattr(distance, "unit"):
         raise InvalidInput(f"semi_major_axis is {semi_major_axis!r}; expected a Quantity or text such as '0.64 au'")
-    positive(distance, "au", "semi_major_axis")
-    e = scalar(numbers(eccentricity, "eccentricity"), "eccentricity")
-    if not 0.0 <= e < 1.0:
-        raise InvalidInput(f"eccentricity is {eccentricity!r}; expected a number from 0 to below 1")
+    Number("length", POSITIVE)(distance, "semi_major_axis")
+    e = PLAIN.number(eccentricity, "number", "eccentricity", Limits(least=0.0, below=1.0))
     return (constants.L_sun / (4.0 * pi * constants.c * distance**2 * sqrt(1.0 - e * e))).to(u.Pa)
 
 
@@ -136,9 +135,15 @@ class Yorp(Force):
     pressure: Any = None
     radius: Any = None
 
+    _kinds: ClassVar = {
+        "on": Place(),
+        "obliquity": Number("angle", shape=("T",)),
+        "pole": direction,
+        "pressure": Number("pressure", POSITIVE),
+        "radius": Number("length", POSITIVE),
+    }
+
     def _check(self) -> None:
-        pole = directions(self.pole, f"pole of {self.name}", one=True)
-        object.__setattr__(self, "pole", tuple(float(component) for component in pole))
         _check_normalization(
             self, self.normalization, (*_RATES, *_YORP), self.normalization not in (None, "acceleration")
         )
@@ -149,32 +154,26 @@ class Yorp(Force):
         return f"YORP on {self.on}" if isinstance(self.on, str) else f"YORP on body {self.on}"
 
     def _describe(self, context: Context) -> dict[str, Any]:
-        units, name = context.units, self.name
-        on = self._index(context, "on")
-        obliquity = (
-            np.zeros(0) if self.obliquity is None else units.strip(self.obliquity, "angle", f"obliquity of {name}")
-        )
-        if obliquity.ndim != 1 or not np.isfinite(obliquity).all():
-            raise InvalidInput(f"obliquity of {name} is {self.obliquity!r}; expected finite angles (T,)")
-        rows = max(obliquity.size, 1)
-        dimension = torque_dimension(self.normalization)
-        factor = self._factor(context, on)
+        units, on = context.units, self._index(context, "on")
+        obliquity = [] if self.obliquity is None else self._plain(units)["obliquity"]
+        rows = max(len(obliquity), 1)
+        dimension, factor = torque_dimension(self.normalization), self._factor(context, on)
 
         def torque(role: str) -> list[float]:
-            given, what = getattr(self, role), f"{role} of {name}"
-            array = numbers(given, what) if dimension is None else units.strip(given, dimension, what)
-            if array.ndim == 0:
-                array = np.full(rows, float(array))
-            if array.shape != (rows,) or not np.isfinite(array).all():
-                raise InvalidInput(f"{what} is {given!r}; expected a finite number, or one at each obliquity")
-            return [float(value) for value in factor * array]
+            what = self._what(role)
+            found = units.numbers(getattr(self, role), dimension, what)
+            if found.shape not in ((), (rows,)):
+                raise InvalidInput(
+                    f"{what} has shape {found.shape}; expected a finite number, or one at each obliquity"
+                )
+            return [float(value) for value in factor * np.broadcast_to(found, rows)]
 
         return {
             "kind": "Yorp",
-            "name": name,
+            "name": self.name,
             "on": context.names[on],
             "pole": list(self.pole),
-            "obliquity": obliquity.tolist(),
+            "obliquity": obliquity,
             "along": torque("along"),
             "across": torque("across"),
         }
@@ -189,10 +188,10 @@ class Yorp(Force):
             raise InvalidInput(f"on of {self.name} is {context.names[on]}, a point; expected a body that can turn")
         if self.normalization == "acceleration":
             return inertia
-        pressure, radius = _light(self, context, on)
+        pressure, radius = self._plain(context.units)["pressure"], self._radius(context, on)
         if self.normalization == "rossi_2009":
             return float(inertia * 2.0 / 3.0 * pressure * radius / body.mass)
-        return _YORP[self.normalization] * pressure * radius**3
+        return float(_YORP[self.normalization] * pressure * radius**3)
 
     def _summary(self, described: dict[str, Any], units: Units) -> str:
         if described["obliquity"]:
@@ -280,6 +279,15 @@ class Byorp(Force):
     pressure: Any = None
     radius: Any = None
 
+    _kinds: ClassVar = {
+        "on": Place(),
+        "about": Place(),
+        "force": Number("force"),
+        "coefficient": Number(),
+        "pressure": Number("pressure", POSITIVE),
+        "radius": Number("length", POSITIVE),
+    }
+
     def _check(self) -> None:
         if (self.force is None) == (self.coefficient is None):
             raise InvalidInput(
@@ -297,34 +305,16 @@ class Byorp(Force):
         return f"BYORP on {self.on}" if isinstance(self.on, str) else f"BYORP on body {self.on}"
 
     def _describe(self, context: Context) -> dict[str, Any]:
-        on, about = self._index(context, "on"), self._index(context, "about")
-        return {
-            "kind": "Byorp",
-            "name": self.name,
-            "on": context.names[on],
-            "about": context.names[about],
-            "force": self._strength(context, on),
-        }
-
-    def _strength(self, context: Context, on: int) -> float:
-        """Return the force as a number."""
-        if self.normalization is None:
-            return context.units.number(self.force, "force", f"force of {self.name}")
-        what = f"coefficient of {self.name}"
-        coefficient = scalar(numbers(self.coefficient, what), what)
-        if not np.isfinite(coefficient):
-            raise InvalidInput(f"{what} is {self.coefficient!r}; expected a finite number")
-        pressure, radius = _light(self, context, on)
-        return _BYORP[self.normalization] * coefficient * pressure * radius**2
+        given = super()._describe(context)
+        coefficient, pressure, _ = (given.pop(role) for role in ("coefficient", "pressure", "radius"))
+        if self.normalization is not None:
+            radius = self._radius(context, self._index(context, "on"))
+            given["force"] = _BYORP[self.normalization] * coefficient * pressure * radius**2
+        return given
 
     def _summary(self, described: dict[str, Any], units: Units) -> str:
         force = number(units.attach(described["force"], "force"))
         return f"on {described['on']} about {described['about']}, {force} along the motion"
-
-    @classmethod
-    def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
-        given = {key: described[key] for key in ("name", "on", "about")}
-        return cls(**given, force=units.attach(described["force"], "force"))
 
 
 def _check_normalization(
@@ -344,15 +334,3 @@ def _check_normalization(
             f"pressure of {force.name} is not given; expected that of sunlight, such as "
             "fullbody.forces.solar_pressure('0.64 au', 0.69)"
         )
-
-
-def _light(force: Yorp | Byorp, context: Context, on: int) -> tuple[float, float]:
-    """Return the pressure and the radius after checking that they are positive."""
-    found = {
-        "pressure": context.units.number(force.pressure, "pressure", f"pressure of {force.name}"),
-        "radius": force._radius(context, on),
-    }
-    for role, value in found.items():
-        if value <= 0.0:
-            raise InvalidInput(f"{role} of {force.name} is {value:.6g}; expected a number above zero")
-    return found["pressure"], found["radius"]

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
-from ..base.arguments import positive, refuse_mixture
+from ..base.arguments import refuse_mixture
+from ..base.kinds import Number, Place, choice
+from ..base.limits import POSITIVE
 from ..base.rotations import matrices
 from ..base.tables import number
-from ..base.units import gathered, numbers, scalar, strip_to
+from ..base.units import PLAIN, strip_to
 from ..errors import InvalidInput
 from ..model.context import Context
 from ..model.force import Force
@@ -70,21 +72,19 @@ class Tide(Force):
     lag: Any
     radius: Any = None
 
+    _kinds: ClassVar = {
+        "on": Place(),
+        "by": Place(),
+        "k2": Number(),
+        "lag": Number("time"),
+        "radius": Number("length", POSITIVE),
+    }
+
     def _usual_name(self) -> str:
         return f"tide on {self.on}" if isinstance(self.on, str) else f"tide on body {self.on}"
 
     def _describe(self, context: Context) -> dict[str, Any]:
-        units, name = context.units, self.name
-        on, by = self._index(context, "on"), self._index(context, "by")
-        return {
-            "kind": "Tide",
-            "name": name,
-            "on": context.names[on],
-            "by": context.names[by],
-            "k2": units.number(self.k2, "number", f"k2 of {name}"),
-            "lag": units.number(self.lag, "time", f"lag of {name}"),
-            "radius": self._radius(context, on),
-        }
+        return super()._describe(context) | {"radius": self._radius(context, self._index(context, "on"))}
 
     def _summary(self, described: dict[str, Any], units: Units) -> str:
         lag, radius = (number(units.attach(described[key], of)) for key, of in (("lag", "time"), ("radius", "length")))
@@ -110,12 +110,6 @@ class Tide(Force):
                 f"{np.degrees(max(relative, along)):.4g} degrees; a constant time lag is a law of first order in that "
                 "angle; expected an angle much smaller than a radian (57.3 degrees): check the unit of the lag"
             )
-
-    @classmethod
-    def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
-        given = {key: described[key] for key in ("name", "on", "by", "k2")}
-        lag, radius = units.attach(described["lag"], "time"), units.attach(described["radius"], "length")
-        return cls(**given, lag=lag, radius=radius)
 
 
 def lag_from_quality_factor(
@@ -148,26 +142,23 @@ def lag_from_quality_factor(
     >>> lag_from_quality_factor(100.0, mean_motion=0.5, tide="semidiurnal", spin=2.5)
     0.0025
     """
-    positive(Q, "", "Q")
-    rates = {"mean_motion": positive(mean_motion, "rad / s", "mean_motion")}
-    if tide not in ("eccentricity", "libration", "semidiurnal"):
-        raise InvalidInput(f"tide is {tide!r}; expected 'eccentricity', 'libration' or 'semidiurnal'")
-    if tide == "semidiurnal":
+    factor = PLAIN.number(Q, "number", "Q", POSITIVE)
+    rates = {"mean_motion": Number("spin", POSITIVE)(mean_motion, "mean_motion")}
+    if choice(tide, "tide", "eccentricity", "libration", "semidiurnal") == "semidiurnal":
         if spin is None:
             raise InvalidInput("spin is not given; expected that of the deformed body, for the semidiurnal tide")
-        rates["spin"] = gathered(spin, "spin", "spin")
+        rates["spin"] = Number("spin")(spin, "spin")
     elif spin is not None:
         raise InvalidInput(f"spin is {spin!r}; expected none for the tide of {tide}, which has the orbit's frequency")
-    known = refuse_mixture(rates)
-    if known:
+    time: Any = 1.0
+    if refuse_mixture(rates):
         from astropy import units as u
 
         bases = rates["mean_motion"].unit.bases
         time = next((base for base in bases if base.physical_type == "time"), u.s)
         rates = {name: strip_to(rate, u.rad / time, name) for name, rate in rates.items()}
-    single = {name: scalar(numbers(rate, name), name) for name, rate in rates.items()}
-    frequency = single["mean_motion"]
+    frequency = float(rates["mean_motion"])
     if tide == "semidiurnal":
-        frequency = positive(2.0 * abs(single["spin"] - frequency), "", "2 |spin - mean_motion|")
-    lag = 1.0 / (Q * frequency)
-    return lag * time if known else lag
+        frequency = 2.0 * abs(float(rates["spin"]) - frequency)
+        PLAIN.number(frequency, "number", "2 |spin - mean_motion|", POSITIVE)
+    return 1.0 / (factor * frequency) * time

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from .. import _core
 from ..base.arguments import integer, name_of, sequence
-from ..base.units import AnyUnits, Units
-from ..base.values import ScalarFields, brief, same
+from ..base.kinds import Declared, Number, kinds_of
+from ..base.limits import POSITIVE
+from ..base.units import ANY, Units
+from ..base.values import brief, same
 from ..errors import InvalidInput
 from .calls import Call
 from .context import Context
@@ -44,7 +46,7 @@ _CORE = _core.System([_BALL], 1.0, _SETTINGS, [], {})
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Force(ScalarFields):
+class Force(Declared):
     """Base class of all forces.
 
     Attributes
@@ -72,9 +74,13 @@ class Force(ScalarFields):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "name", name_of(self.name) or self._usual_name())
+        self._check_fields()
         self._check()
         if type(self) is not Force:
-            _core.check_force(self._describe(_AnySystem(AnyUnits(), 1.0, (), (), _CORE)))
+            _core.check_force(self._describe(_AnySystem(ANY, 1.0, (), (), _CORE)))
+
+    def _what(self, name: str) -> str:
+        return f"{name} of {self.name}"
 
     def _check(self) -> None:
         """Raise an error for arguments that are not compatible; the core checks their values."""
@@ -97,13 +103,13 @@ class Force(ScalarFields):
         return type(self).__name__
 
     def _index(self, context: Context, role: str) -> int:
-        return context.index(getattr(self, role), f"{role} of {self.name}")
+        return context.index(getattr(self, role), self._what(role))
 
     def _radius(self, context: Context, index: int) -> float:
         """Return the radius that the force was given, or that of the sphere with the body's volume."""
         given = getattr(self, "radius", None)
         if given is not None:
-            return context.units.number(given, "length", f"radius of {self.name}")
+            return context.units.number(given, "length", self._what("radius"), POSITIVE)
         volume = float(context.bodies[index].volume)
         if volume == 0.0:
             raise InvalidInput(
@@ -113,7 +119,14 @@ class Force(ScalarFields):
 
     def _describe(self, context: Context) -> dict[str, Any]:
         """Return the description that the core takes, in numbers of a system's units."""
-        raise InvalidInput(f"force is {self!r}; expected one of fullbody.forces, such as ThirdBody(...)")
+        if type(self) is Force:
+            raise InvalidInput(f"force is {self!r}; expected one of fullbody.forces, such as ThirdBody(...)")
+
+        def name_of_body(body: Any, what: str) -> str:
+            index = context.index(body, what)
+            return context.names[index]
+
+        return {"kind": self._kind, "name": self.name, **self._plain(context.units, name_of_body)}
 
     def _notes(self) -> dict[str, Any]:
         """Return data of the force that the core's description does not contain."""
@@ -122,7 +135,13 @@ class Force(ScalarFields):
     @classmethod
     def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
         """Rebuild the force from such a description with such notes."""
-        raise NotImplementedError
+        kinds = kinds_of(cls)
+        given = {
+            name: kind.attached(value, units) if isinstance(kind := kinds.get(name), Number) else value
+            for name, value in described.items()
+            if name != "kind"
+        }
+        return cls(**given)
 
     def _summary(self, described: dict[str, Any], units: Units) -> str:
         """Return a few words about the force, from its description in numbers of these units."""

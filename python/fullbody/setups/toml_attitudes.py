@@ -25,7 +25,7 @@ def attitude(table: Table, frame: str | None = None) -> _Array:
             raise table.fault(key, "is given without a pole; expected both")
     match table.one_of("attitude", "angles", "pole"):
         case "attitude":
-            value = table.vector("attitude", None, 4)
+            value = table.vector("attitude", "number", 4)
             if not value.any():
                 raise table.fault("attitude", "is zero; expected a quaternion [w, x, y, z]")
             return value

@@ -29,10 +29,16 @@ _BODY = ("name", "part", *_PART, "velocity", "orbit", "spin", "rotation_period",
 _ROTATION = {"rotation_period": "time", "rotation_angle": "angle", "tilt": "angle"}
 _COMPONENT = ("name", "part", *_SOLID, *_ROTATION, "pole", "synchronous")
 #: The arguments of :func:`fullbody.binary`: numbers, the pole and others.
-_NUMBERS: dict[str, str | None] = {
-    **{"total_mass": "mass", "mass_ratio": None, "period": "time", "start_period": "time", "semi_major_axis": "length"},
-    **{"eccentricity": None, "argument_of_periapsis": "angle", "mean_anomaly": "angle", "libration": "angle"},
-    **{"mismatch_warning": None, "mismatch_error": None},
+_NUMBERS = {
+    **{
+        "total_mass": "mass",
+        "mass_ratio": "number",
+        "period": "time",
+        "start_period": "time",
+        "semi_major_axis": "length",
+    },
+    **{"eccentricity": "number", "argument_of_periapsis": "angle", "mean_anomaly": "angle", "libration": "angle"},
+    **{"mismatch_warning": "number", "mismatch_error": "number"},
 }
 _CHOICES = ("equal_density", "elements", "synchronous", "at_rest")
 
@@ -168,12 +174,12 @@ def _axis_ratios(table: Table) -> tuple[float, float]:
     """Return the axis ratios a/b and b/c: as they stand, from a/b and a/c, or of a spheroid with a J2."""
     match table.one_of("axis_ratios", "a/c", "J2") or table.one_of("axis_ratios", "a/b", "J2"):
         case "J2":
-            return (1.0, _spheroid(table.number("J2", None)))
+            return (1.0, _spheroid(table.number("J2", "number")))
         case "axis_ratios":
-            first, second = table.vector("axis_ratios", None, 2)
+            first, second = table.vector("axis_ratios", "number", 2)
             return (float(first), float(second))
-    first = table.number("a/b", None) if "a/b" in table else 1.0
-    return (first, table.number("a/c", None) / first if "a/c" in table else 1.0)
+    first = table.number("a/b", "number") if "a/b" in table else 1.0
+    return (first, table.number("a/c", "number") / first if "a/c" in table else 1.0)
 
 
 def _spheroid(j2: float) -> float:

@@ -13,14 +13,14 @@ from .toml_table import Table
 __all__ = ["ELEMENTS", "elements", "force"]
 
 #: The elements of an orbit with their dimensions.
-ELEMENTS = {"a": "length", "e": None, "i": "angle", "Omega": "angle", "omega": "angle", "M": "angle"}
+ELEMENTS = {"a": "length", "e": "number", "i": "angle", "Omega": "angle", "omega": "angle", "M": "angle"}
 _KINDS: dict[str, type[Force]] = {kind.__name__: kind for kind in (ThirdBody, Tide, Yorp, Byorp)}
 _TEXTS = ("name", "date", "frame", "of", "on", "by", "about", "normalization")
 #: Dimensions of the numbers among the arguments of all kinds.
-_NUMBERS: dict[str, str | None] = {
+_NUMBERS = {
     **{"mass": "mass", "mu": "mu", "time": "time", "times": "time", "positions": "length"},
-    **{"k2": None, "lag": "time", "radius": "length"},
-    **{"obliquity": "angle", "pole": None, "force": "force", "coefficient": None, "pressure": "pressure"},
+    **{"k2": "number", "lag": "time", "radius": "length"},
+    **{"obliquity": "angle", "pole": "number", "force": "force", "coefficient": "number", "pressure": "pressure"},
 }
 
 

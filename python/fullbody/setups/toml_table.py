@@ -85,11 +85,11 @@ class Table:
             raise self.fault(key, f"is {value!r}; expected tables, each headed [[{place}]]")
         return [Table(self.path, f"{place}[{k}]", item, self.units) for k, item in enumerate(value)]
 
-    def number(self, key: str, dimension: str | None) -> float:
-        """Return a number, or a text with a unit, in the table's units; without a dimension it is a pure number."""
+    def number(self, key: str, dimension: str) -> float:
+        """Return a number in the table's units, or a pure one, of the dimension "number"; a text may have a unit."""
         return self._plain(key, self.take(key, _expected("a number", dimension)), "a number", dimension)
 
-    def vector(self, key: str, dimension: str | None, count: int | None = None) -> npt.NDArray[np.float64]:
+    def vector(self, key: str, dimension: str, count: int | None = None) -> npt.NDArray[np.float64]:
         """Return a list of such numbers, of any length unless a count is given."""
         what = f"{count or 'a list of'} numbers"
         items = self.take(key, _expected(what, dimension))
@@ -97,7 +97,7 @@ class Table:
             raise self.fault(key, f"is {items!r}; expected {_expected(what, dimension)}")
         return np.array([self._plain(key, item, what, dimension) for item in items])
 
-    def array(self, key: str, dimension: str | None) -> Any:
+    def array(self, key: str, dimension: str) -> Any:
         """Return a number, a list of numbers, or a list of lists of them."""
 
         def plain(item: Any) -> Any:
@@ -107,8 +107,8 @@ class Table:
 
         return plain(self.content[key])
 
-    def _plain(self, key: str, item: Any, what: str, dimension: str | None) -> float:
-        if isinstance(item, str) and dimension is not None:
+    def _plain(self, key: str, item: Any, what: str, dimension: str) -> float:
+        if isinstance(item, str) and dimension != "number":
             try:
                 number: Any = scalar(self.units.strip(item, dimension, key), key)
             except InvalidInput as error:
@@ -130,5 +130,5 @@ class Table:
         return self
 
 
-def _expected(what: str, dimension: str | None) -> str:
-    return what if dimension is None else f"{what}, or text with a unit"
+def _expected(what: str, dimension: str) -> str:
+    return what if dimension == "number" else f"{what}, or text with a unit"

@@ -90,7 +90,7 @@ def test_separation_with_units():
         assert occurrence.time.unit == u.h
         assert (occurrence.time / unit).to_value("") == pytest.approx(kepler_time(1.2), abs=1e-12)
         assert run.time[-1] == occurrence.time
-    with pytest.raises(InvalidInput, match=r"value of Separation has the unit s; expected a unit such as km"):
+    with pytest.raises(InvalidInput, match=r"value of Separation has the unit s; expected a unit such as m"):
         system.integrate(state, unit, events=[events.Separation(0, 1, 1 * u.s)])
 
 
@@ -245,11 +245,14 @@ def test_alignment_of_a_free_rotator():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: events.Separation(0, 1), "value of Separation is not given; expected a length"),
-        (lambda: events.Separation(0, 1, -1.0), "value of Separation is -1; expected a finite number above zero"),
-        (lambda: events.Separation(0, 1, "far"), "value of Separation is 'far'; expected numbers"),
-        (lambda: events.Separation(0, 1, [1, 2]), r"value of Separation has shape \(2,\); expected a single number"),
-        (lambda: events.Escape(0, 1, 0.0), "distance of Escape is 0; expected a finite number above zero"),
+        (lambda: events.Separation(0, 1), "value of Separation is not given; expected a finite number above zero"),
+        (lambda: events.Separation(0, 1, -1.0), "value of Separation is -1.0; expected a finite number above zero"),
+        (lambda: events.Separation(0, 1, "far"), "value of Separation is 'far'; expected a finite number above zero"),
+        (
+            lambda: events.Separation(0, 1, [1, 2]),
+            r"value of Separation is \[1, 2\], of shape \(2,\); expected a finite number",
+        ),
+        (lambda: events.Escape(0, 1, 0.0), "distance of Escape is 0.0; expected a finite number above zero"),
         (lambda: events.Contact(0, 5), "j of Contact is 5; expected 0 to 1, one of the 2 bodies"),
         (lambda: events.Contact(1, 1), "bodies of Contact is 1 twice; expected two bodies"),
         (lambda: events.Contact(-1, 1), "i of Contact is -1; expected 0 to 1"),
@@ -261,10 +264,10 @@ def test_alignment_of_a_free_rotator():
         (lambda: events.PlaneCrossing(normal=[0, 0, 0]), "normal of PlaneCrossing is .* not all zero"),
         (lambda: events.PlaneCrossing(normal=[0, np.inf, 0]), "normal of PlaneCrossing is .*inf.*; expected finite"),
         (lambda: events.Alignment(0, 1), r"shape of A is .*; expected one longest axis"),
-        (lambda: events.Function(None), "f is None; expected a function of a State"),
-        (lambda: events.Contact(direction=2), "direction is 2; expected -1, 0 or 1"),
-        (lambda: events.Contact(direction=1.0), "direction is 1.0; expected -1, 0 or 1"),
-        (lambda: events.Contact(direction=np.ones(2)), "direction is array.*; expected -1, 0 or 1"),
+        (lambda: events.Function(None), "f of Function is None; expected a function of a State"),
+        (lambda: events.Contact(direction=2), "direction of Contact is 2; expected -1, 0 or 1"),
+        (lambda: events.Contact(direction=1.0), "direction of Contact is 1.0; expected -1, 0 or 1"),
+        (lambda: events.Contact(direction=np.ones(2)), "direction of Contact is array.*; expected -1, 0 or 1"),
         (lambda: events.Periapsis(direction=-1), "direction of Periapsis is -1; expected 0 or 1"),
         (lambda: events.Apoapsis(direction=1), "direction of Apoapsis is 1; expected 0 or -1"),
         (lambda: "contact", "events has 'contact'; expected fullbody.events"),

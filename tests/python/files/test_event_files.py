@@ -113,7 +113,7 @@ def test_a_run_without_events_has_no_room_for_them(case1_run):
 def test_damaged_events_are_named(many, tmp_path):
     for change, message in (
         (("Apoapsis", "Aphelion"), "event is 'Aphelion'; expected one of Alignment, "),
-        (('"direction": -1', '"direction": 7'), "direction is 7; expected -1, 0 or 1"),
+        (('"direction": -1', '"direction": 7'), "direction of Separation is 7; expected -1, 0 or 1"),
         (("]", ""), "JSON|delimiter"),
     ):
         dataset = many.to_xarray()

@@ -191,7 +191,7 @@ def test_lists_of_forces(forces, texts):
 def test_functions_and_words():
     with pytest.raises(InvalidInput, match="function of f is 3"):
         Function(3, name="f")
-    with pytest.raises(InvalidInput, match="depends_on_velocity is 'no'"):
+    with pytest.raises(InvalidInput, match="depends_on_velocity of drag is 'no'"):
         Function(drag, depends_on_velocity="no")
     for given in (
         {"Q": 0.0, "mean_motion": 1.0, "tide": "libration"},

@@ -1,0 +1,161 @@
+"""Kinds of values that arguments and fields have: each checks a value, returns it, and says what it expects instead."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, TypeVar
+
+import numpy as np
+
+from ..errors import InvalidInput
+from .arguments import directions, integer
+from .limits import FINITE, Limits
+from .units import ANY, Units, gathered
+from .values import ScalarFields
+
+_T = TypeVar("_T")
+
+
+def whole(value: object, what: str, least: int = 1, most: float = np.inf) -> int:
+    """Return a whole number within bounds as an ``int``."""
+    found = integer(value)
+    if found is None or not least <= found <= most:
+        bounds = {0: ", zero or above", 1: " above zero"}.get(least, f", {least} or more")
+        bounds = bounds if most == np.inf else f" from {least} to {most}"
+        raise InvalidInput(f"{what} is {value!r}; expected a whole number{bounds}")
+    return found
+
+
+def choice(value: Any, what: str, *words: _T) -> _T:
+    """Return a value that is one of a few."""
+    if not any(type(value) is type(word) and value == word for word in words):
+        *others, last = map(repr, words)
+        raise InvalidInput(f"{what} is {value!r}; expected {', '.join(others)} or {last}")
+    found: _T = value
+    return found
+
+
+def flag(value: object, what: str) -> bool:
+    """Return ``True`` or ``False`` of Python or numpy as a ``bool``."""
+    if not isinstance(value, bool | np.bool_):
+        raise InvalidInput(f"{what} is {value!r}; expected True or False")
+    return bool(value)
+
+
+def function(value: Any, what: str, expected: str = "a function") -> Any:
+    """Return a value that can be called."""
+    if not callable(value):
+        raise InvalidInput(f"{what} is {value!r}; expected {expected}")
+    return value
+
+
+def instance(value: Any, what: str, kind: type[_T], expected: str = "") -> _T:
+    """Return an object of a class."""
+    if not isinstance(value, kind):
+        name = kind.__name__
+        article = "an" if name[0] in "AEIOU" else "a"
+        raise InvalidInput(f"{what} is {value!r}; expected {expected or f'{article} {name}'}")
+    return value
+
+
+def direction(value: Any, what: str) -> tuple[float, ...]:
+    """Return a vector (3,) of any length above zero and in any unit, as a tuple, which can be compared and hashed."""
+    return tuple(map(float, directions(value, what, one=True)))
+
+
+def sense(value: object, what: str) -> int:
+    """Return the direction in which a function has to go through zero."""
+    if (found := integer(value)) not in (-1, 0, 1):
+        raise InvalidInput(f"{what} is {value!r}; expected -1, 0 or 1")
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """The kind of a number, or of an array of numbers, that may have a unit.
+
+    Parameters
+    ----------
+    dimension : str
+    limits : Limits
+    shape : tuple
+        The shape of an array, with letters where any length will do.
+    required : bool
+        Whether it is refused if it is missing, although the field has a default of ``None``.
+    """
+
+    dimension: str = "number"
+    limits: Limits = FINITE
+    shape: tuple[int | str, ...] = ()
+    required: bool = False
+
+    def __call__(self, value: Any, what: str) -> Any:
+        """Return a value with its own unit, after all checks that need no system."""
+        if value is None and self.required:
+            raise InvalidInput(f"{what} is not given; expected {self.limits.expected(self.shape != ())}")
+        self.plain(value, what, ANY)
+        return gathered(value, what, self.dimension)
+
+    def plain(self, value: Any, what: str, units: Units) -> Any:
+        """Return a value as numbers in a system's units: a float, or lists of floats."""
+        return units.numbers(value, self.dimension, what, self.shape, self.limits).tolist()
+
+    def attached(self, value: Any, units: Units) -> Any:
+        """Return numbers in a system's units with their unit, if the system has units and the numbers a dimension."""
+        if self.dimension == "number":
+            return value
+        return units.attach(np.array(value) if self.shape else value, self.dimension)
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """The kind of a body of a system, given by its index or name."""
+
+    def __call__(self, value: Any, what: str) -> Any:
+        """Return the body as it is given; whether there is one, only a system knows."""
+        return value
+
+
+Kind = Callable[[Any, str], Any]
+
+
+def kinds_of(owner: type) -> dict[str, Kind]:
+    """Return the kinds of all fields that a class and its bases declare, by their names, in the order of the fields."""
+    found = {name: kind for base in reversed(owner.__mro__) for name, kind in vars(base).get("_kinds", {}).items()}
+    return {entry.name: found[entry.name] for entry in fields(owner) if entry.name in found}
+
+
+class Declared(ScalarFields):
+    """Base class of dataclasses that declare the kinds of their fields."""
+
+    __slots__ = ()
+
+    #: The kinds of the fields that the class itself adds, by their names.
+    _kinds: ClassVar[Mapping[str, Kind]] = {}
+
+    def _what(self, name: str) -> str:
+        """Return how errors call a field."""
+        return f"{name} of {type(self).__name__}"
+
+    def _check_fields(self) -> None:
+        """Check all fields that are given, and keep what their kinds make of them."""
+        defaults = {entry.name: entry.default for entry in fields(self)}  # type: ignore[arg-type]
+        for name, kind in kinds_of(type(self)).items():
+            value = getattr(self, name)
+            if value is not None or defaults[name] is not None or getattr(kind, "required", False):
+                object.__setattr__(self, name, kind(value, self._what(name)))
+
+    def _plain(self, units: Units, index: Callable[[Any, str], Any] | None = None) -> dict[str, Any]:
+        """Return the numbers among the fields in a system's units, and what ``index`` makes of bodies, by their names.
+
+        A field that is not given is ``None``.
+        """
+        found = {}
+        for name, kind in kinds_of(type(self)).items():
+            value = getattr(self, name)
+            if isinstance(kind, Number):
+                found[name] = None if value is None else kind.plain(value, self._what(name), units)
+            elif isinstance(kind, Place) and index is not None:
+                found[name] = None if value is None else index(value, self._what(name))
+        return found

@@ -1,0 +1,65 @@
+"""Limits of numbers, which errors put into words: "a finite number above zero", "a number from 0 to below 1"."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The finite numbers that an argument may be.
+
+    Parameters
+    ----------
+    least, most : float
+        The bounds, which are allowed themselves.
+    above, below : float
+        Bounds that are not allowed themselves.
+    nonzero : bool
+        Whether zero is refused.
+    text : str
+        What is expected, in words; by default they follow from the bounds.
+    """
+
+    least: float = -inf
+    most: float = inf
+    above: float = -inf
+    below: float = inf
+    nonzero: bool = False
+    text: str = ""
+
+    def hold(self, values: Any) -> Any:
+        """Return for each of the values whether it is finite and within the limits."""
+        found = (abs(values) < inf) & (values >= self.least) & (values <= self.most)
+        return found & (values > self.above) & (values < self.below) & (not self.nonzero or values != 0.0)
+
+    def expected(self, many: bool = False) -> str:
+        """Return what is expected in words, for one number or for many."""
+        if self.text:
+            return self.text
+        low, high = max(self.least, self.above), min(self.most, self.below)
+        noun = "numbers" if many else "number"
+        if -inf < low and high < inf:
+            first = f"from {low:g} to" if self.least == low else f"above {low:g} and"
+            last = (
+                f" below {high:g}" if self.below == high else f" {high:g}" if self.least == low else f" up to {high:g}"
+            )
+            return f"{noun if many else f'a {noun}'} {first}{last}"
+        whole = f"finite {noun}" if many else f"a finite {noun}"
+        if self.nonzero:
+            return f"{whole} that {'are' if many else 'is'} not zero"
+        if low > -inf:
+            edge = "zero" if low == 0.0 else f"{low:g}"
+            return f"{whole} above {edge}" if self.above == low else f"{whole}, {edge} or above"
+        if high < inf:
+            return f"{whole} below {high:g}" if self.below == high else f"{whole}, {high:g} or below"
+        return whole
+
+
+FINITE = Limits()
+POSITIVE = Limits(above=0.0)
+NOT_NEGATIVE = Limits(least=0.0)
+NONZERO = Limits(nonzero=True)
+FRACTION = Limits(least=0.0, most=1.0)
