@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -10,8 +11,9 @@ import numpy.typing as npt
 from ..errors import InvalidInput
 from ..typing import Array
 
-__all__ = ["Column", "Numbers", "array"]
+__all__ = ["Attribute", "Column", "Numbers", "array"]
 
+_T = TypeVar("_T")
 #: What a run keeps for some option, by the name of the array.
 _OPTIONS = {
     "transition": "derivatives; integrate with derivatives=True",
@@ -27,7 +29,20 @@ def array(record: Any, name: str, part: int | None = None) -> npt.NDArray[np.flo
     return values if part is None else values[:, part]
 
 
-class Numbers(property):
+class Attribute(property, Generic[_T]):
+    """A property of a record that is computed by a function."""
+
+    def __init__(self, function: Callable[[Any], _T], text: str | None = None) -> None:
+        super().__init__(function)
+        # Python 3.11 would show the text of the class.
+        self.__doc__ = text or function.__doc__
+
+    if TYPE_CHECKING:
+
+        def __get__(self, record: Any, kind: type | None = None, /) -> _T: ...  # type: ignore[override]
+
+
+class Numbers(Attribute[npt.NDArray[np.float64]]):
     """A property of a record: pure numbers, an array of the record or a column of it.
 
     Parameters
@@ -41,16 +56,10 @@ class Numbers(property):
     """
 
     def __init__(self, text: str, name: str, part: int | None = None) -> None:
-        super().__init__(lambda record: array(record, name, part), doc=text)
-
-    if TYPE_CHECKING:
-
-        def __get__(  # type: ignore[override]
-            self, record: Any, kind: type | None = None, /
-        ) -> npt.NDArray[np.float64]: ...
+        super().__init__(lambda record: array(record, name, part), text)
 
 
-class Column(property):
+class Column(Attribute[Array]):
     """A property of a record: an array of the record or a column of it, with the unit of a dimension.
 
     Parameters
@@ -66,10 +75,4 @@ class Column(property):
     """
 
     def __init__(self, text: str, name: str, dimension: str, part: int | None = None) -> None:
-        super().__init__(lambda record: record.context.units.attach(array(record, name, part), dimension), doc=text)
-
-    if TYPE_CHECKING:
-
-        def __get__(  # type: ignore[override]
-            self, record: Any, kind: type | None = None, /
-        ) -> Array: ...
+        super().__init__(lambda record: record.context.units.attach(array(record, name, part), dimension), text)

@@ -12,14 +12,7 @@ from ..errors import InvalidInput
 from ..model.state import strip
 from .record import Record
 
-__all__ = ["EventDerivatives", "at_event", "tangent_labels"]
-
-_KINDS = ("position", "velocity", "rotation", "spin")
-
-
-def tangent_labels(names: tuple[str, ...]) -> list[str]:
-    """Return the labels of the components of a tangent vector, 12 for each body."""
-    return [f"{name} {kind} {axis}" for name in names for kind in _KINDS for axis in "xyz"]
+__all__ = ["EventDerivatives", "at_event"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

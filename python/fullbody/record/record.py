@@ -19,8 +19,8 @@ from ..model.interactions import Invariants
 from ..model.state import State, wrap
 from ..orbit.elements import KeplerElements
 from ..typing import Array
-from . import conserved
-from .columns import Column, Numbers, array
+from . import conserved, tangent
+from .columns import Column, Numbers
 from .dense import Dense, Samples
 from .integrators import Integrator
 from .statistics import Statistics
@@ -338,109 +338,17 @@ class Record(Tabled, Generic[S]):
             self._drifts[name] = drift
         return self._drifts[name]
 
-    @property
-    def tangent_units(self) -> tuple[Any, ...] | None:
-        """The units of the 12 N components of a tangent vector, or ``None`` for a system without units.
-
-        The element (i, j) of a transition matrix has the unit ``tangent_units[i] / tangent_units[j]``. The element
-        i of a sensitivity has the unit ``tangent_units[i]`` divided by that of the parameter, which is the system's
-        own.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> system, state = fullbody.systems.kw4(units=True)
-        >>> units = system.integrate(state, "1 hour", derivatives=True).tangent_units
-        >>> [str(unit) for unit in units[:12:3]]
-        ['km', 'km / h', 'rad', 'rad / h']
-        """
-        units = self.context.units
-        if not units.known:
-            return None
-        kinds = [units.unit(dimension) for dimension in ("length", "velocity", "angle", "spin")]
-        return tuple(unit for _ in self.context.names for unit in kinds for _ in range(3))
+    tangent_units = tangent.tangent_units
+    transition = tangent.transition
+    sensitivity = tangent.sensitivity
+    megno = tangent.megno
+    lyapunov = tangent.lyapunov
+    fast_lyapunov = tangent.fast_lyapunov
 
     @property
     def is_differentiated(self) -> bool:
         """Whether the run was integrated with ``derivatives=``."""
         return "transition" in self.arrays
-
-    transition = Numbers(
-        """Transition matrices (K, 12 N, 12 N), which map a tangent vector at the start of the run to that at a sample.
-
-        A tangent vector has 12 components per body, body after body: changes of position and velocity in the inertial
-        frame, a rotation vector theta in the body frame (R becomes R exp(theta), in rad), and the change of spin in the
-        body frame. All are numbers in the system's own units (:attr:`tangent_units`). The nominal barycentre moves with
-        the start, and the paths of third bodies with it.
-
-        Raises
-        ------
-        InvalidInput
-            For a run that was not integrated with ``derivatives=``.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> system, state = fullbody.systems.kw4()
-        >>> run = system.integrate(state, 10.0, output="ends", derivatives=True)
-        >>> run.transition.shape
-        (2, 24, 24)
-        """,
-        "transition",
-    )
-
-    @property
-    def sensitivity(self) -> dict[str, _Array]:
-        """Derivatives (K, 12 N) of the samples with respect to parameters of the system, by their names, at a fixed
-        start.
-
-        They are numbers in the system's own units: :attr:`tangent_units` divided by the unit of the parameter.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> system, state = fullbody.systems.kw4()
-        >>> run = system.integrate(state, 10.0, output="ends", derivatives=["G", "mass of Alpha"])
-        >>> run.sensitivity["mass of Alpha"].shape
-        (2, 24)
-        """
-        array(self, "transition")
-        values = self.arrays.get("sensitivity")
-        return {} if values is None else {name: values[:, k] for k, name in enumerate(self.parameters)}
-
-    megno = Numbers(
-        """Mean MEGNO since the start of the run (K,): it tends to 2 for regular motion, and grows with chaotic motion.
-
-        It needs a run with ``chaos=True``, and is zero at the start. See Cincotta & Simo (2000), Astron. Astrophys.
-        Suppl. 147, 205.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> system, state = fullbody.systems.kw4()
-        >>> run = system.integrate(state, 3000.0, output="ends", chaos=True)
-        >>> bool(abs(run.megno[-1] - 2.0) < 0.1)
-        True
-        """,
-        "chaos",
-        0,
-    )
-    lyapunov = Column(
-        """Tangent growth ``ln(|delta|/|delta_0|)`` divided by the time since the start (K,), in 1/time.
-
-        It tends to the largest Lyapunov exponent, whose inverse is the Lyapunov time, and needs a run with
-        ``chaos=True``. Components of tangent vectors are measured in their natural sizes at the start: separation,
-        orbital speed or the body's own, rad, and the spin.
-        """,
-        "chaos",
-        "rate",
-        1,
-    )
-    fast_lyapunov = Numbers(
-        "The fast Lyapunov indicator (K,): the largest ``ln(|delta|/|delta_0|)`` so far. It needs ``chaos=True``.",
-        "chaos",
-        2,
-    )
 
     def elements(self, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> KeplerElements[Array]:
         """Return the osculating elements of one body about another.
