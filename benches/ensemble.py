@@ -154,12 +154,12 @@ def short(count: int, days: float, threads: int) -> None:
 
     # What integrate_many adds to a member does not depend on how long its run is, and is seen best where that is short.
     some = [member for _, member in zip(range(count // 20), given(), strict=False)]
-    described = fullbody.Verner98()._describe(float)
+    described = fullbody.Verner98()._describe(None)
     start = _core.Simulation
 
     def alone(until: float) -> None:
         for system, state in some:
-            single = start(system._core, state._in(system._units), described, "{}")
+            single = start(system.context.core, state.in_units(system.context.units), described, "{}")
             single.integrate(until, "ends", [], False, None, None)
 
     def together(until: float) -> None:

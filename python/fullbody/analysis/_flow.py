@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..base import rotations
-from ..motion.system import System
+from ..model.state import strip, wrap
 from ._pair import Array, Pair, Pose, cross
 
 __all__ = ["Point", "flow", "generators", "momentum_rows"]
@@ -124,10 +124,9 @@ def generators(point: Point, axes: tuple[int | None, int | None]) -> Array:
 def flow(pair: Pair, point: Point, time: float) -> tuple[Point, Array]:
     """Integrate a motion over a time and return the final point and the transition matrix (18, 18)."""
     system = pair.system
-    assert isinstance(system, System)
-    start = system._state(pair.state(point.pose, point.velocity, point.spin))
-    run = system.integrate(start, system._units.attach(time, "time"), output="ends", derivatives=True)
-    end = Point.of(run[-1]._core)
+    start = wrap(pair.state(point.pose, point.velocity, point.spin), pair.context)
+    run = system.integrate(start, pair.context.units.attach(time, "time"), output="ends", derivatives=True)
+    end = Point.of(strip(run[-1], pair.context))
     spread = np.zeros((24, 18))
     for body, share in enumerate((-pair.masses[1] / pair.total, pair.masses[0] / pair.total)):
         spread[12 * body : 12 * body + 6, :6] = share * np.eye(6)

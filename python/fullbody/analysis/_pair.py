@@ -12,7 +12,9 @@ import numpy.typing as npt
 from .. import _core
 from ..base import rotations
 from ..errors import InvalidInput
+from ..model.composite import Composite
 from ..model.failures import explaining
+from ..model.polyhedron import Polyhedron
 from ..motion.system import System
 
 __all__ = ["Array", "Pair", "Pose", "cross"]
@@ -68,14 +70,13 @@ class Pair:
         if system.forces:
             names = ", ".join(force.name for force in system.forces)
             raise InvalidInput(f"the system has external forces ({names}); expected system.with_forces([])")
-        self.system = system
-        self.masses: Array = np.asarray(system._masses)
+        self.system, self.context = system, system.context
+        self.masses: Array = np.asarray(self.context.masses)
         self.total = float(self.masses.sum())
         self.mass = float(self.masses.prod() / self.total)
-        self.strength = float(system._G * self.masses.prod())
-        cores = [body._core(system._units, k) for k, body in enumerate(system.bodies)]
-        self.inertia: Array = np.array([np.asarray(core.inertia) for core in cores])
-        self.reach = [self._radius(core) for core in cores]
+        self.strength = float(self.context.G * self.masses.prod())
+        self.inertia: Array = np.array([np.asarray(core.inertia) for core in self.context.bodies])
+        self.reach = [self._radius(core) for core in self.context.bodies]
 
     @staticmethod
     def _radius(core: _core.Body) -> float:
@@ -98,15 +99,15 @@ class Pair:
     def loads(self, pose: Pose) -> tuple[Array, float]:
         """Return the force on the second body with both torques (9,), and the potential energy."""
         state = self.state(pose)
-        with explaining(self.system.context, state):
-            force, torque, energy, _ = self.system._core.interactions(state)
+        with explaining(self.context, state):
+            force, torque, energy, _ = self.context.core.interactions(state)
         return np.concatenate([force[1], torque[0], torque[1]]), float(energy)
 
     def derivatives(self, pose: Pose) -> Array:
         """Return the Jacobian (9, 9) of the loads with respect to the pose."""
         state = self.state(pose)
-        with explaining(self.system.context, state):
-            full = self.system._core.jacobian(state, [])[0]
+        with explaining(self.context, state):
+            full = self.context.core.jacobian(state, [])[0]
         rows, columns = [6, 7, 8, 3, 4, 5, 9, 10, 11], [6, 7, 8, 3, 4, 5, 9, 10, 11]
         found: Array = full[np.ix_(rows, columns)]
         return found
@@ -121,21 +122,18 @@ class Pair:
 
         An axis of symmetry has equal moments of inertia across it, and turns about it leave no torque about it.
         """
-        moments = self.inertia[body]
-        axes = self.system.bodies[body]._semi_axes(self.system._units)
-        if axes is not None or self.is_point(body):
-            lengths = np.asarray(axes if axes is not None else (1.0, 1.0, 1.0))
-            equal = [k for k in range(3) if lengths[k - 1] == lengths[k - 2]]
-            return 3 if len(equal) == 3 else equal[0] if equal else None
-        for axis in range(3):
-            one, other = moments[axis - 1], moments[axis - 2]
-            if abs(one - other) > _EQUAL * max(one, other):
-                continue
-            torques = []
-            for angle in _TURNS:
-                turn = np.zeros(9)
-                turn[3 + 3 * body + axis] = angle
-                torques.append(self.loads(pose.moved(turn))[0][3 + 3 * body + axis])
-            if np.abs(torques).max() <= _EQUAL * self.strength / pose.distance:
-                return axis
-        return None
+        if isinstance(self.system.bodies[body].shape, Composite | Polyhedron):
+            found = [axis for axis in range(3) if self._is_symmetric(body, axis, pose)]
+        else:
+            lengths = self.context.bodies[body].semi_axes
+            found = [k for k in range(3) if lengths[k - 1] == lengths[k - 2]]
+        return 3 if len(found) == 3 else found[0] if found else None
+
+    def _is_symmetric(self, body: int, axis: int, pose: Pose) -> bool:
+        one, other = self.inertia[body][[axis - 1, axis - 2]]
+        if abs(one - other) > _EQUAL * max(one, other):
+            return False
+        place = 3 + 3 * body + axis
+        turns = (pose.moved(angle * np.eye(9)[place]) for angle in _TURNS)
+        torque = max(abs(self.loads(turned)[0][place]) for turned in turns)
+        return bool(torque <= _EQUAL * self.strength / pose.distance)

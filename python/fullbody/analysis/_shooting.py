@@ -93,7 +93,7 @@ def begun(system: System, pair: Pair, point: Point, time: float, count: int) -> 
     whole = point.turned(angle, np.array([_HALF_TURNS[0]] * 2))
     for k in range(2):
         axis, back = axes[k], whole.pose.attitude[k]
-        if axis is None and system.bodies[k]._semi_axes(system._units) is not None:
+        if axis is None:
             misses = [
                 float(np.linalg.norm(rotations.between(rotations.product(back, half), end.pose.attitude[k])))
                 for half in _HALF_TURNS
@@ -131,7 +131,7 @@ def solved(
         step *= min(1.0, _LONGEST / max(float(np.abs(step).max()), 1e-300))
         shooting, ends = _stepped(shooting, step, count)
     if closure > within:
-        period = number(shooting.system._units.attach(np.float64(shooting.period), "time"))
+        period = number(shooting.pair.context.units.attach(np.float64(shooting.period), "time"))
         raise NotConverged(
             f"no periodic orbit found: the best that Newton's method came by misses its start by {best:.2g}, of the "
             f"separation or in radians, the last one after the period {period}; expected a start nearer to one, more "

@@ -77,7 +77,7 @@ def contact(pair: Pair, axes: Axes) -> float:
     if high == 0.0:
         return 0.0
     # Contact does not depend on gravity, so the test bodies have none.
-    core = pair.system.with_options(gravity="point")._core
+    core = pair.system.with_options(gravity="point").context.core
     while high - low > 4e-16 * high:
         middle = (low + high) / 2
         if not low < middle < high:

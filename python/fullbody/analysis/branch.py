@@ -71,7 +71,7 @@ class Branch(Tabled):
     def _column(self, name: str, dimension: str) -> Any:
         values = [getattr(one, name) for one in self.equilibria]
         plain = np.array([float(getattr(value, "value", value)) for value in values])
-        return self.equilibria[0].system._units.attach(plain, dimension)
+        return self.equilibria[0].system.context.units.attach(plain, dimension)
 
     @cached_property
     def separation(self) -> Floats:
@@ -101,7 +101,7 @@ class Branch(Tabled):
     def frequency(self) -> Floats:
         """Frequencies (K, M) of the modes, ascending; zero for modes that grow without oscillating."""
         plain = [np.asarray(getattr(f, "value", f)) for f in (one.modes.frequency for one in self.equilibria)]
-        found: Floats = self.equilibria[0].system._units.attach(np.array(plain), "spin")
+        found: Floats = self.equilibria[0].system.context.units.attach(np.array(plain), "spin")
         return found
 
     @cached_property
@@ -202,7 +202,7 @@ def branch(
     if over not in _FOLDING:
         raise InvalidInput(f"over is {over!r}; expected 'separation' or 'angular_momentum'")
     dimension = "length" if over == "separation" else "angular momentum"
-    goal = equilibrium.system._units.number(until, dimension, "until")
+    goal = equilibrium.system.context.units.number(until, dimension, "until")
     count = integer(steps)
     if goal <= 0.0 or count is None or count < 1:
         what, value = ("until", until) if goal <= 0.0 else ("steps", steps)

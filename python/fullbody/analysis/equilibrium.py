@@ -14,7 +14,7 @@ from ..base.tables import Table, Tabled, number
 from ..errors import InvalidInput, NotConverged
 from ..model.composite import Composite, Part
 from ..model.shapes import Ellipsoid, Sphere
-from ..model.state import State
+from ..model.state import State, strip
 from ..motion.system import System
 from ..typing import Scalar
 from ._linear import Rotation
@@ -56,31 +56,31 @@ class RelativeEquilibrium(Tabled):
     @property
     def separation(self) -> Scalar:
         """Distance between the centres."""
-        found: Scalar = self.system._units.attach(self._rotation.pose.distance, "length")
+        found: Scalar = self.system.context.units.attach(self._rotation.pose.distance, "length")
         return found
 
     @property
     def rate(self) -> Scalar:
         """Rate Omega at which the pair turns, in radians per unit of time."""
-        found: Scalar = self.system._units.attach(self._rotation.rate, "spin")
+        found: Scalar = self.system.context.units.attach(self._rotation.rate, "spin")
         return found
 
     @property
     def period(self) -> Scalar:
         """Period of the rotation, 2 pi divided by the rate."""
-        found: Scalar = self.system._units.attach(2 * np.pi / self._rotation.rate, "time")
+        found: Scalar = self.system.context.units.attach(2 * np.pi / self._rotation.rate, "time")
         return found
 
     @cached_property
     def angular_momentum(self) -> Scalar:
         """Total angular momentum about the barycentre, which is along z."""
-        found: Scalar = self.system._units.attach(float(self._rotation.angular_momentum[2]), "angular momentum")
+        found: Scalar = self.system.context.units.attach(float(self._rotation.angular_momentum[2]), "angular momentum")
         return found
 
     @cached_property
     def energy(self) -> Scalar:
         """Total energy with the barycentre at rest."""
-        found: Scalar = self.system._units.attach(self._rotation.energy, "energy")
+        found: Scalar = self.system.context.units.attach(self._rotation.energy, "energy")
         return found
 
     @property
@@ -135,7 +135,7 @@ class RelativeEquilibrium(Tabled):
         return (Table("Relative equilibrium", (), list(rows)), *self.modes._tables())
 
     def _spin(self, body: int) -> Scalar:
-        found: Scalar = self.system._units.attach(self._problem.spin[body], "spin")
+        found: Scalar = self.system.context.units.attach(self._problem.spin[body], "spin")
         return found
 
     def __repr__(self) -> str:
@@ -236,7 +236,7 @@ def _condition(system: System, separation: Any, angular_momentum: Any, rate: Any
         raise InvalidInput(f"{names} given; expected one of separation, angular_momentum and rate")
     [(name, value)] = given.items()
     dimension = {"separation": "length", "angular_momentum": "angular momentum", "rate": "spin"}[name]
-    plain = system._units.number(value, dimension, name)
+    plain = system.context.units.number(value, dimension, name)
     if plain <= 0.0:
         raise InvalidInput(f"{name} is {value!r}; expected a number above zero")
     kind: Kind = name  # type: ignore[assignment]
@@ -247,7 +247,7 @@ def _axes(pair: Pair, axes: Mapping[str, Any] | None) -> Axes:
     """Parse the axes along the line and the pole from words such as "xz"."""
     found = list(long_axes(pair))
     for name, word in (axes or {}).items():
-        body = pair.system._place(name, "a body of axes")
+        body = pair.context.index(name, "a body of axes")
         letters = list(word) if isinstance(word, str | tuple | list) else []
         if len(letters) != 2 or not set(letters) <= set("xyz") or letters[0] == letters[1]:
             raise InvalidInput(f"axes of {name} is {word!r}; expected two of x, y and z, such as 'xz'")
@@ -263,14 +263,14 @@ def _problem(pair: Pair, pose: Pose, spin: Mapping[str, Any] | None) -> Problem:
         raise InvalidInput(f"spin is {spin!r}; expected spins by names of bodies, such as {{'Alpha': 2.3}}")
     spins = {}
     for name, value in (spin or {}).items():
-        body = pair.system._place(name, "a body of spin")
+        body = pair.context.index(name, "a body of spin")
         called = pair.system.names[body]
         if axes[body] is None:
             raise InvalidInput(
                 f"spin has {called}, which has no axis of symmetry; expected bodies that look the same when they turn "
                 f"(fullbody.analysis.averaged(system, {called!r}) is the mean over its turns, of copies= enough)"
             )
-        spins[body] = pair.system._units.number(value, "spin", f"spin of {called}")
+        spins[body] = pair.context.units.number(value, "spin", f"spin of {called}")
     return Problem(pair, axes, spins)
 
 
@@ -285,7 +285,7 @@ def _distance(problem: Problem, axes: Axes, condition: Condition) -> float:
     places = found.crossings(condition.value)
     if len(places) == 0:
         least = int(found.angular_momentum.argmin())
-        attach = pair.system._units.attach
+        attach = pair.context.units.attach
         raise NotConverged(
             f"no relative equilibrium of these axes has the angular momentum "
             f"{number(attach(np.float64(condition.value), 'angular momentum'))}; with the bodies apart the least is "
@@ -297,7 +297,7 @@ def _distance(problem: Problem, axes: Axes, condition: Condition) -> float:
 
 def pose_of(pair: Pair, state: State, what: str) -> tuple[Pose, Array]:
     """Return a state's pose in axes with z along the angular momentum, and the matrix that turns vectors into them."""
-    core = pair.system._strip(state)
+    core = strip(state, pair.context)
     if len(core.position) != 2:
         raise InvalidInput(f"{what} has {len(core.position)} bodies; expected two")
     r = core.position[1] - core.position[0]
@@ -344,7 +344,7 @@ def averaged(system: System, body: int | str, *, copies: int = 12) -> System:
     """
     if not isinstance(system, System):
         raise InvalidInput(f"system is {system!r}; expected a System")
-    index = system._place(body, "body")
+    index = system.context.index(body, "body")
     old = system.bodies[index]
     count = integer(copies)
     if count is None or count < 2:

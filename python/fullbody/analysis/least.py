@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.tables import Table, Tabled, head, number
 from ..errors import BodiesOverlap, InvalidInput, NotConverged
-from ..model.state import State
+from ..model.state import State, wrap
 from ..motion.system import System
 from ..typing import Scalar
 from ._newton import Condition, Problem, converged
@@ -39,26 +39,26 @@ class Touching(Tabled):
         rate = angular_momentum / inertia
         rotation = Problem(pair, (None, None), {}).rotation(pose, rate)
         self.system: System = pair.system
-        self.state: State = pair.system._state(pair.state(pose, rotation.velocity, rotation.spins))
+        self.state: State = wrap(pair.state(pose, rotation.velocity, rotation.spins), pair.context)
         self._numbers = {"separation": pose.distance, "rate": rate, "energy": rotation.energy}
         self._pressure = pair.mass * rate**2 * pose.distance + float(pair.loads(pose)[0][0])
 
     @property
     def separation(self) -> Scalar:
         """Distance between the centres."""
-        found: Scalar = self.system._units.attach(self._numbers["separation"], "length")
+        found: Scalar = self.system.context.units.attach(self._numbers["separation"], "length")
         return found
 
     @property
     def rate(self) -> Scalar:
         """Rate at which the pair turns, in radians per unit of time."""
-        found: Scalar = self.system._units.attach(self._numbers["rate"], "spin")
+        found: Scalar = self.system.context.units.attach(self._numbers["rate"], "spin")
         return found
 
     @property
     def energy(self) -> Scalar:
         """Total energy with the barycentre at rest."""
-        found: Scalar = self.system._units.attach(self._numbers["energy"], "energy")
+        found: Scalar = self.system.context.units.attach(self._numbers["energy"], "energy")
         return found
 
     @property
@@ -162,7 +162,7 @@ def equilibria(system: System, angular_momentum: Any) -> Equilibria:
     (True, 72)
     """
     pair = Pair(system)
-    value = system._units.number(angular_momentum, "angular momentum", "angular_momentum")
+    value = system.context.units.number(angular_momentum, "angular momentum", "angular_momentum")
     if value <= 0.0:
         raise InvalidInput(f"angular_momentum is {angular_momentum!r}; expected a number above zero")
     apart: list[RelativeEquilibrium] = []
@@ -187,7 +187,7 @@ def equilibria(system: System, angular_momentum: Any) -> Equilibria:
             rest = Touching(pair, axes, distance, value)
             if rest.rests:
                 touching.append(rest)
-    return Equilibria(system._units.attach(np.float64(value), "angular momentum"), apart, touching, missed)
+    return Equilibria(system.context.units.attach(np.float64(value), "angular momentum"), apart, touching, missed)
 
 
 def _same(one: RelativeEquilibrium, other: RelativeEquilibrium) -> bool:

@@ -71,7 +71,7 @@ class Modes(Tabled):
         """Periods (M,) of the modes, 2 pi divided by the frequency; infinite where the frequency is zero."""
         with np.errstate(divide="ignore"):
             plain = 2 * np.pi / np.asarray(getattr(self.frequency, "value", self.frequency))
-        found: Floats = self.system._units.attach(plain, "time")
+        found: Floats = self.system.context.units.attach(plain, "time")
         return found
 
     def excited(self, mode: int, amplitude: float, phase: float = 0.0) -> State:
@@ -161,7 +161,7 @@ def displaced(rotation: Rotation, deviation: Array) -> State:
     for k in range(2):
         if not pair.is_point(k):
             spins[k] += deviation[12 + 3 * k : 15 + 3 * k] / pair.inertia[k]
-    return wrap(pair.state(rotation.pose.moved(deviation[:9]), velocity, spins), pair.system.context)
+    return wrap(pair.state(rotation.pose.moved(deviation[:9]), velocity, spins), pair.context)
 
 
 def modes_of(rotation: Rotation) -> Modes:
@@ -188,7 +188,7 @@ def modes_of(rotation: Rotation) -> Modes:
     flat = [
         max(abs(column[2]), np.abs(turns[:, :2]).max()) < 1e-6 for column, turns in zip(parts.T, about, strict=True)
     ]
-    attach = rotation.pair.system._units.attach
+    attach = rotation.pair.context.units.attach
     return Modes(
         rotation.pair.system,
         attach(rotation.rate, "spin"),

@@ -13,7 +13,7 @@ from ..base.arguments import integer
 from ..base.tables import Table, Tabled, number
 from ..base.units import numbers, scalar
 from ..errors import FullbodyError, InvalidInput
-from ..model.state import State
+from ..model.state import State, strip, wrap
 from ..motion.system import System
 from ..typing import Scalar
 from ._flow import SPINS, TURNS, Point, generators, momentum_rows
@@ -48,7 +48,7 @@ class PeriodicOrbit(Tabled):
     def __init__(self, shooting: Shooting, ends: Ends, closure: float) -> None:
         pair, point = shooting.pair, shooting.points[0]
         self.system: System = shooting.system
-        self.state: State = self.system._state(pair.state(point.pose, point.velocity, point.spin))
+        self.state: State = wrap(pair.state(point.pose, point.velocity, point.spin), pair.context)
         self.closure = closure
         self._shooting = shooting
         self._transition = np.eye(18)
@@ -58,14 +58,14 @@ class PeriodicOrbit(Tabled):
     @property
     def period(self) -> Scalar:
         """The time after which the motion repeats."""
-        found: Scalar = self.system._units.attach(self._shooting.period, "time")
+        found: Scalar = self.system.context.units.attach(self._shooting.period, "time")
         return found
 
     @property
     def turn(self) -> Scalar:
         """The angle, -pi to pi, by which the pair has turned about the angular momentum after a period."""
         angle = float(np.remainder(self._shooting.angle + np.pi, 2 * np.pi) - np.pi)
-        found: Scalar = self.system._units.attach(angle, "angle")
+        found: Scalar = self.system.context.units.attach(angle, "angle")
         return found
 
     @property
@@ -81,14 +81,14 @@ class PeriodicOrbit(Tabled):
     def energy(self) -> Scalar:
         """Total energy with the barycentre at rest."""
         value = self._shooting.points[0].energy(self._shooting.pair)
-        found: Scalar = self.system._units.attach(value, "energy")
+        found: Scalar = self.system.context.units.attach(value, "energy")
         return found
 
     @cached_property
     def angular_momentum(self) -> Scalar:
         """Total angular momentum, which is along z."""
         value = float(self._shooting.points[0].angular_momentum(self._shooting.pair)[2])
-        found: Scalar = self.system._units.attach(value, "angular momentum")
+        found: Scalar = self.system.context.units.attach(value, "angular momentum")
         return found
 
     @cached_property
@@ -215,9 +215,7 @@ def periodic_orbit(
     True
     """
     pair = Pair(system)
-    if not isinstance(system, System):
-        raise InvalidInput(f"system is {system!r}; expected a System")
-    time = system._units.number(period, "time", "period")
+    time = system.context.units.number(period, "time", "period")
     if time <= 0.0:
         raise InvalidInput(f"period is {period!r}; expected a number above zero")
     within = scalar(numbers(tolerance, "tolerance"), "tolerance")
@@ -226,7 +224,7 @@ def periodic_orbit(
     held = _held(hold)
     pose, turn = pose_of(pair, state, "state")
     count = _segments(pair, pose, time, segments)
-    start = Point.of(system._strip(state))
+    start = Point.of(strip(state, system.context))
     shooting, ends = begun(system, pair, Point(pose, turn @ start.velocity, start.spin), time, count)
     first = shooting.points[0]
     kept = {"period": time, "energy": first.energy(pair), "angular_momentum": float(first.angular_momentum(pair)[2])}
@@ -278,12 +276,11 @@ def periodic_family(
     sizes = numbers(amplitudes, "amplitudes")
     if sizes.ndim != 1 or len(sizes) == 0 or not np.all(np.isfinite(sizes) & (sizes != 0.0)):
         raise InvalidInput(f"amplitudes is {amplitudes!r}; expected numbers that are not zero, one or more")
-    system, pair = equilibrium.system, equilibrium._problem.pair
-    if not isinstance(system, System):
-        raise InvalidInput(f"the equilibrium is one of {system!r}; expected a System")
-    centre = Point.of(system._strip(equilibrium.state))
+    pair = equilibrium._problem.pair
+    system = pair.system
+    centre = Point.of(strip(equilibrium.state, system.context))
     modes = equilibrium.modes
-    deviation = Point.of(system._strip(modes.excited(mode, sizes[0]))).less(centre)
+    deviation = Point.of(strip(modes.excited(mode, sizes[0]), system.context)).less(centre)
     time = float(getattr(modes.period[mode], "value", modes.period[mode]))
     if not np.isfinite(time):
         raise InvalidInput(f"mode is {mode!r}, which does not swing; expected one whose frequency is above zero")

@@ -206,6 +206,6 @@ def frequencies(run: Run, quantity: Any, count: int = 3) -> Frequencies:
         raise InvalidInput(f"the run has {len(time)} samples; the frequencies need 8 or more")
     found, amplitude = lines(time, plain, number)
     order = np.argsort(-amplitude)
-    attach = run.system._units.attach
+    attach = run.context.units.attach
     sizes: Any = amplitude[order] if unit is None else amplitude[order] << unit
     return Frequencies(attach(found[order], "spin"), sizes)

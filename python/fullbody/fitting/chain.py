@@ -18,6 +18,7 @@ import numpy.typing as npt
 from ..base import rotations
 from ..base.differences import Differences, difference
 from ..errors import InvalidInput
+from ..model.description import functions
 from ..model.state import State, strip
 from ..motion.system import System
 from .free import Parameters
@@ -67,7 +68,7 @@ class SetupResult:
             **{place: value for place, value in self._entries if not isinstance(value, float)},
             **{f"notes {name}": context.notes[name] for name in ("units", "epoch", "frame")},
             **{f"settings {name}": value for name, value in context.core.settings.items()},
-            **{f"the function of the force {force.name}": force for force in self.system._functions()},
+            **{f"the function of the force {force.name}": force for force in functions(self.system).values()},
         }
 
     @cached_property

@@ -14,7 +14,7 @@ from ..base.version import version
 from ..files.netcdf import SUFFIXES, write
 from ..files.reading import Content, netcdf
 from ..model.state import strip, wrap
-from ..motion.system import System
+from ..motion.system import System, system_of
 from ..record.integrators import rebuild
 from .free import Free, Parameters
 
@@ -86,7 +86,7 @@ def save(fit: Any, path: Any) -> None:
 def contents(content: Content) -> dict[str, Any]:
     """Return the attributes of the fit in a file."""
     content.check_format(*FORMAT)
-    system = content.parsed("fullbody_system", System._rebuild)
+    system = content.parsed("fullbody_system", system_of)
     attributes: dict[str, Any] = content.parsed("fullbody_results", lambda results: _attributes(results, system))
     shapes = attributes.pop("shapes")
     count, samples = len(attributes["_parameters"]), [shape[0] for shape in shapes]

@@ -227,16 +227,6 @@ class Body(Tabled):
         mass, density = attach(self._mass, "mass", units), attach(self._density, "density", units)
         return Body(attached(self._shape, units), mass=mass, density=density, name=self._name)
 
-    def _semi_axes(self, units: Units, name: str = "the body") -> tuple[float, float, float] | None:
-        """Return semi-axes, or those of the fitted ellipsoid, in a system's units; ``None`` for a point."""
-        if isinstance(self._shape, PointMass):
-            return None
-        if isinstance(self._shape, Composite):
-            return self._shape._core(units, name).semi_axes
-        shape = core_shape(self._shape, units, name)
-        # The mass does not change the fitted ellipsoid.
-        return _core.Body(name, shape, 1.0).semi_axes if isinstance(shape, _core.Polyhedron) else shape
-
     def _core(self, units: Units, index: int) -> _core.Body:
         """The body in a system's units."""
         name = self._name if self._name is not None else f"body {index}"

@@ -12,7 +12,7 @@ from .. import _core
 from ..base.arguments import nonzero, positive, sequence, vectors
 from ..base.units import Units, is_quantity, numbers
 from ..base.values import ArrayFields, hashed, same
-from ..errors import InvalidInput, caution
+from ..errors import InvalidInput
 from .polyhedron import Polyhedron
 from .shapes import Ellipsoid, PointMass, Solid, Sphere, attach, attached, core_shape, lengths_of, own_units
 
@@ -283,17 +283,6 @@ class Composite:
 
 def _is_zero(value: Any) -> bool:
     return np.ndim(value) == 0 and not isinstance(value, str) and bool(np.asarray(getattr(value, "value", value)) == 0)
-
-
-def warn_of_cancelling(name: str, masses: Any, tolerance: float) -> None:
-    """Warn if parts cancel so far that the rounding error of their sum is far above the tolerance."""
-    least, largest = int(np.argmin(masses)), int(np.argmax(masses))
-    lost = float(np.finfo(float).eps * np.abs(masses).sum() / np.sum(masses))
-    if masses[least] < 0.0 and lost > 100.0 * tolerance:
-        caution(
-            f"parts {largest} and {least} of {name}, of {masses[largest]:g} and {masses[least]:g} in mass, nearly"
-            f" cancel: rounding leaves forces uncertain by {lost:.0e} of their size; gravity_tolerance is {tolerance:g}"
-        )
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

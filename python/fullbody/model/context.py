@@ -121,6 +121,10 @@ class SystemLike(Protocol):
     def bodies(self) -> tuple[Any, ...]:
         """The bodies."""
 
+    @property
+    def forces(self) -> tuple[Any, ...]:
+        """The external forces."""
+
     def changed(self, parameter: str, by: float) -> Self:
         """Return the system with one of its parameters changed."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, fields, replace
 from math import cbrt, pi
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -19,7 +19,7 @@ from .context import Context
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["Force", "forces_of", "rebuilt"]
+__all__ = ["Force", "acted_on", "forces_of", "rebuilt"]
 
 #: The classes of forces by the names of their kinds.
 KINDS: dict[str, type[Force]] = {}
@@ -163,6 +163,17 @@ def rebuilt(described: dict[str, Any], units: Units) -> Force:
     if kind not in KINDS:
         raise InvalidInput(f"force is of the kind {kind!r}; expected one of {', '.join(KINDS)}")
     return KINDS[kind]._of_core(described, units)
+
+
+def acted_on(alone: Context, forces: tuple[Force, ...]) -> Context:
+    """Return the context of bodies under forces, which describe themselves in that of the bodies alone."""
+    if not forces:
+        return alone
+    calls = {force.name: call for force in forces if (call := force._call(alone)) is not None}
+    described = [force._describe(alone) for force in forces]
+    given = {name: call.given() for name, call in calls.items()}
+    core = _core.System(list(alone.bodies), alone.G, alone.core.settings, described, given)
+    return replace(alone, core=core, forces={force.name: force._kind for force in forces}, calls=calls)
 
 
 def forces_of(given: Any) -> tuple[Force, ...]:

@@ -16,21 +16,39 @@ if TYPE_CHECKING:
     from ..base.units import Units
     from ..model.context import Context
 
-__all__ = ["density_warning", "start_warnings"]
+__all__ = ["body_warnings", "start_warnings"]
 
 #: The least and the greatest density of a body, in kg/m3, that cause no warning.
 _DENSITIES = (100.0, 30000.0)
 
 
-def density_warning(units: Units, body: _core.Body, name: str) -> str | None:
-    """Return a warning about an implausible density, as from a wrong unit of size or mass, or ``None``."""
+def body_warnings(context: Context) -> Iterator[str]:
+    """Return warnings about the bodies of a system."""
+    for name, body in zip(context.names, context.bodies, strict=True):
+        yield from _of_density(context.units, name, body)
+        yield from _of_cancelling(name, body, context.core.settings["gravity_tolerance"])
+
+
+def _of_density(units: Units, name: str, body: _core.Body) -> Iterator[str]:
+    """Return a warning about an implausible density, as from a wrong unit of size or mass."""
     if not units.known or body.volume == 0.0:
-        return None
+        return
     density = float(units.attach(body.mass / body.volume, "density").to_value(unit_named("kg / m3")))
-    if _DENSITIES[0] <= density <= _DENSITIES[1]:
-        return None
-    expected = f"expected {_DENSITIES[0]:g} to {_DENSITIES[1]:g}: check the units of its size and mass"
-    return f"{name} has a density of {density:.3g} kg/m3; {expected}"
+    if not _DENSITIES[0] <= density <= _DENSITIES[1]:
+        expected = f"expected {_DENSITIES[0]:g} to {_DENSITIES[1]:g}: check the units of its size and mass"
+        yield f"{name} has a density of {density:.3g} kg/m3; {expected}"
+
+
+def _of_cancelling(name: str, body: _core.Body, tolerance: float) -> Iterator[str]:
+    """Return a warning about parts that cancel so far that the sum's rounding error is far above the tolerance."""
+    masses = np.array([mass for _, mass, *_ in body.given] or [1.0])
+    least, largest = int(np.argmin(masses)), int(np.argmax(masses))
+    lost = float(np.finfo(float).eps * np.abs(masses).sum() / np.sum(masses))
+    if masses[least] < 0.0 and lost > 100.0 * tolerance:
+        yield (
+            f"parts {largest} and {least} of {name}, of {masses[largest]:g} and {masses[least]:g} in mass, nearly"
+            f" cancel: rounding leaves forces uncertain by {lost:.0e} of their size; gravity_tolerance is {tolerance:g}"
+        )
 
 
 def start_warnings(context: Context, start: _core.State, tolerance: float | None) -> Iterator[str]:

@@ -10,7 +10,7 @@ from ..particles import files as flights
 from ..particles.flight import Flight
 from ..record.integrators import rebuild
 from .run import Run
-from .system import System
+from .system import System, system_of
 
 __all__ = ["load_flight", "run_in"]
 
@@ -18,7 +18,7 @@ __all__ = ["load_flight", "run_in"]
 def run_in(content: Content) -> Run[System]:
     """Return the run in a file."""
     netcdf.check_format(content)
-    system = content.parsed("fullbody_system", System._rebuild)
+    system = content.parsed("fullbody_system", system_of)
     integrator = content.parsed("fullbody_integrator", rebuild)
     return Run(system, integrator, **netcdf.contents(content, system.context))
 
@@ -52,5 +52,5 @@ def load_flight(path: Any) -> Flight[System]:
 
 def _flight(content: Content) -> Flight[System]:
     content.check_format(*flights.FORMAT)
-    system = content.parsed("fullbody_system", System._rebuild)
+    system = content.parsed("fullbody_system", system_of)
     return Flight(system, **flights.contents(content, system.context))

@@ -8,10 +8,19 @@ from ..base.arguments import integer
 from ..base.units import numbers, scalar
 from ..errors import InvalidInput
 
-__all__ = ["quadrature_order", "tolerance"]
+__all__ = ["core_settings"]
 
 
-def tolerance(value: Any) -> float:
+def core_settings(gravity: Any, gravity_tolerance: Any, order: Any, **texts: Any) -> dict[str, Any]:
+    """Return the settings of a system as the core takes them; ``texts`` are those that are text."""
+    for name, value in (("gravity", gravity), *texts.items()):
+        if not isinstance(value, str):
+            raise InvalidInput(f"{name} is {value!r}; expected text")
+    settings = {"gravity": gravity, "order": None if order is None else _quadrature_order(order, gravity), **texts}
+    return settings if gravity_tolerance is None else settings | {"gravity_tolerance": _tolerance(gravity_tolerance)}
+
+
+def _tolerance(value: Any) -> float:
     """Return the tolerance as a number; the core checks its limits."""
     try:
         return scalar(numbers(value, "gravity_tolerance"), "gravity_tolerance")
@@ -19,7 +28,7 @@ def tolerance(value: Any) -> float:
         raise InvalidInput(f"gravity_tolerance is {value!r}; expected a number such as 1e-14") from error
 
 
-def quadrature_order(value: Any, gravity: str) -> tuple[int, int]:
+def _quadrature_order(value: Any, gravity: str) -> tuple[int, int]:
     """Return the order as two integers, which are equal for the harmonic series; the core checks their limits."""
     if gravity == "harmonic" and (degree := integer(value)) is not None:
         value = (degree, degree)

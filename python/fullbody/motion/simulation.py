@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import copy
 import json
 from collections.abc import Iterable, Iterator
 from typing import Any, TypeAlias
@@ -15,6 +14,7 @@ from ..base.atomic import as_path, content
 from ..base.units import scalar
 from ..errors import FullbodyError, InvalidInput
 from ..events import Event
+from ..model.description import functions
 from ..model.failures import explaining
 from ..model.force import Force, forces_of
 from ..model.interactions import Invariants
@@ -25,7 +25,7 @@ from ..record.statistics import Statistics
 from ..typing import Scalar
 from .integration import Task, advance, begin, write
 from .run import Run
-from .system import System
+from .system import System, system_of
 
 __all__ = ["Simulation"]
 
@@ -296,8 +296,8 @@ class Simulation:
     @classmethod
     def _from_bytes(cls, data: bytes, forces: tuple[Force, ...] = ()) -> Simulation:
         described, text = _core.Simulation.described(data)
-        functions = [force for force in described["forces"] if force["kind"] == "Function"]
-        wanted = {force["name"]: force["depends_on_velocity"] for force in functions}
+        unkept = (force for force in described["forces"] if force["kind"] == "Function")
+        wanted = {force["name"]: force["depends_on_velocity"] for force in unkept}
         given = {force.name: force for force in forces}
         if wanted.keys() != given.keys():
             raise InvalidInput(
@@ -313,7 +313,7 @@ class Simulation:
                 raise InvalidInput(f"{found}; expected {wanted[name]}, as in the file")
         try:
             notes = json.loads(text) if text else {}
-            system, integrator = System._rebuild({**described, "notes": notes}, given), rebuild(described["integrator"])
+            system, integrator = system_of({**described, "notes": notes}, given), rebuild(described["integrator"])
         except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
             # Errors of many kinds are possible, since the notes may be any JSON.
             raise InvalidInput(f"the notes of the simulation are damaged: {error}") from error
@@ -323,13 +323,10 @@ class Simulation:
         return sim
 
     def __deepcopy__(self, memo: Any) -> Simulation:
-        return Simulation._from_bytes(self._core.to_bytes(), self._system._functions())
-
-    def __copy__(self) -> Simulation:
-        return copy.deepcopy(self)
+        return Simulation._from_bytes(self._core.to_bytes(), tuple(functions(self._system).values()))
 
     def __reduce__(self) -> Any:
-        return (Simulation._from_bytes, (self._core.to_bytes(), self._system._functions()))
+        return (Simulation._from_bytes, (self._core.to_bytes(), tuple(functions(self._system).values())))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Simulation):

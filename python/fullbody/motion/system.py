@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any, Literal, Self
-
-import numpy as np
 
 from .. import _core
 from ..base import epochs
@@ -16,27 +13,23 @@ from ..base.tables import Table, Tabled
 from ..base.units import Units, scalar
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
-from ..model.composite import Composite, warn_of_cancelling
+from ..model.composite import Composite
 from ..model.context import Context
+from ..model.description import arguments, changed, functions, notes_of
 from ..model.external import loads, third_body
-from ..model.force import Force, forces_of, rebuilt
+from ..model.force import Force, acted_on, forces_of
 from ..model.gravity import gravity
 from ..model.interactions import angular_momentum, energy, interactions, momentum
 from ..model.jacobian import jacobian
 from ..model.shapes import Solid
-from ..model.state import strip, wrap
 from ..typing import Array, Scalar
 from .flights import fly
-from .input_warnings import density_warning
+from .input_warnings import body_warnings
 from .integration import integrate
-from .settings import quadrature_order, tolerance
+from .settings import core_settings
 from .tables import system_tables
 
-__all__ = ["System"]
-
-#: The names of the notes that a description keeps of a system, its bodies and its forces.
-_NOTES = ("units", "epoch", "frame", "bodies", "forces")
-_NOTED = {"bodies": ("named", "shape", "parts"), "forces": ("date",)}
+__all__ = ["System", "system_of"]
 
 
 class System(Tabled):
@@ -103,6 +96,7 @@ class System(Tabled):
     third_body = third_body
     integrate = integrate
     fly = fly
+    changed = changed
 
     def __init__(
         self,
@@ -120,53 +114,28 @@ class System(Tabled):
         forces: Sequence[Force] = (),
     ) -> None:
         own = Units(units)
-        given = sequence(bodies, Body, "bodies", "a sequence of Body", "a sequence of Body")
-        self._bodies = tuple(body._with(own) for body in given)
+        several = "a sequence of Body"
+        self._bodies = tuple(body._with(own) for body in sequence(bodies, Body, "bodies", several, several))
         if G is None and not own.known:
             raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
         constant = own.gravitational_constant if G is None else scalar(own.strip(G, "G", "G"), "G")
         if frame is not None and not isinstance(frame, str):
             raise InvalidInput(f"frame is {frame!r}; expected a name, such as 'ecliptic'")
-        for name, value in (("gravity", gravity), ("attitude_chart", attitude_chart), ("vector_path", vector_path)):
-            if not isinstance(value, str):
-                raise InvalidInput(f"{name} is {value!r}; expected text")
+        texts = {"attitude_chart": attitude_chart, "vector_path": vector_path}
+        settings = core_settings(gravity, gravity_tolerance, order, **texts)
         core = tuple(body._core(own, index) for index, body in enumerate(self._bodies))
-        settings: dict[str, Any] = {
-            "gravity": gravity,
-            "order": None if order is None else quadrature_order(order, gravity),
-            "attitude_chart": attitude_chart,
-            "vector_path": vector_path,
-        }
-        if gravity_tolerance is not None:
-            settings["gravity_tolerance"] = tolerance(gravity_tolerance)
         self._forces = forces_of(forces)
         date = None if epoch is None else epochs.to_text(epoch)
         names = tuple(body.name if body.name is not None else f"body {k}" for k, body in enumerate(self._bodies))
-        # Forces describe themselves in the context of the bodies.
-        alone = Context(own, constant, names, core, _core.System(core, constant, settings, [], {}), date, frame)
-        calls = {force.name: call for force in self._forces if (call := force._call(alone)) is not None}
-        described = [force._describe(alone) for force in self._forces]
-        functions = {name: call.given() for name, call in calls.items()}
-        handle = _core.System(core, constant, settings, described, functions) if described else alone.core
-        notes = {
-            "units": own.names,
-            "epoch": date,
-            "frame": frame,
-            "bodies": [body._notes() for body in self._bodies],
-            "forces": [force._notes() for force in self._forces],
-        }
-        kinds = {force.name: force._kind for force in self._forces}
+        handle = _core.System(core, constant, settings, [], {})
+        notes = notes_of(own, date, frame, self._bodies, self._forces)
+        alone = Context(own, constant, names, core, handle, date, frame, notes=notes)
         #: Units, names and bodies, with the core's handle, for the package's own modules.
-        self.context = replace(alone, core=handle, forces=kinds, calls=calls, notes=notes)
-        self._options: dict[str, Any] = handle.settings | {"epoch": date, "frame": frame}
-        if self._options["order"] is not None:
-            self._options["order"] = tuple(self._options["order"])
-        for body, made, name in zip(self._bodies, core, names, strict=True):
-            if (warning := density_warning(own, made, name)) is not None:
-                caution(warning)
-            if isinstance(body.shape, Composite):
-                masses = np.array([mass for _, mass, *_ in made.given])
-                warn_of_cancelling(name, masses, self._options["gravity_tolerance"])
+        self.context = acted_on(alone, self._forces)
+        pair = handle.settings["order"]
+        self._options = {**handle.settings, "order": pair and tuple(pair), "epoch": date, "frame": frame}
+        for warning in body_warnings(self.context):
+            caution(warning)
 
     @property
     def bodies(self) -> tuple[Body, ...]:
@@ -257,6 +226,9 @@ class System(Tabled):
 
     def __getitem__(self, body: int | str) -> Body:
         return self._bodies[self.index(body)]
+
+    def __len__(self) -> int:
+        return len(self._bodies)
 
     def __iter__(self) -> Iterator[Body]:
         return iter(self._bodies)
@@ -373,39 +345,10 @@ class System(Tabled):
         """
         return self.with_options(forces=forces)
 
-    def _functions(self) -> tuple[Force, ...]:
-        """Return the forces that files cannot keep."""
-        return tuple(force for force in self._forces if force.name in self.context.calls)
-
-    def __len__(self) -> int:
-        return len(self._bodies)
-
-    @classmethod
-    def _rebuild(cls, described: dict[str, Any], functions: dict[str, Force] | None = None) -> Self:
-        """Rebuild the system from such a description, which may come from a file; forces that are functions are given.
-
-        Notes may be missing, since Rust programs write none.
-        """
-        notes = described.get("notes", {})
-        refuse_unknown(notes, _NOTES, "the notes of a system")
-        bodies, forces = (_noted(described[name], notes, name) for name in ("bodies", "forces"))
-        units = notes.get("units")
-        own = Units(None if units is None else tuple(units))
-        given = functions or {}
-        return cls(
-            [Body._rebuild(body, note) for body, note in bodies],
-            described["G"],
-            units=own.names,
-            epoch=notes.get("epoch"),
-            frame=notes.get("frame"),
-            forces=[given.get(force["name"]) or rebuilt(force | note, own) for force, note in forces],
-            **described["settings"],
-        )
-
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, System) or self.context.describe() != other.context.describe():
             return False
-        return self._functions() == other._functions()
+        return functions(self) == functions(other)
 
     def __hash__(self) -> int:
         return hash(repr(self))
@@ -448,70 +391,7 @@ class System(Tabled):
         """
         return tuple(self.context.core.parameters)
 
-    def changed(self, parameter: str, by: float) -> Self:
-        """Return the system with one of its :attr:`parameters` changed by a number in the system's units.
 
-        Parameters
-        ----------
-        parameter : str
-        by : float
-
-        Raises
-        ------
-        InvalidInput
-            For a name that is not among the parameters, and for a change that leaves no valid system.
-
-        Examples
-        --------
-        >>> import fullbody
-        >>> system, state = fullbody.systems.kw4()
-        >>> float(system.changed("mass of Beta", 1e9)["Beta"].mass)
-        136000000000.0
-        """
-        bodies, forces, G, _ = self.context.core.changed(parameter, by)
-        described = self.context.describe() | {"bodies": bodies, "forces": forces, "G": G}
-        notes = [dict(note) for note in described["notes"]["bodies"]]
-        for body, note in zip(self.names, notes, strict=True):
-            if parameter.startswith("semi-axis") and parameter.endswith(f" of {body}"):
-                # A sphere with one changed semi-axis is an ellipsoid.
-                note.pop("shape", None)
-        described["notes"]["bodies"] = notes
-        return self._rebuild(described, {force.name: force for force in self._functions()})
-
-    # These names serve folders that are not yet typed with the context.
-    _units = property(lambda self: self.context.units)
-    _core = property(lambda self: self.context.core)
-    _G = property(lambda self: self.context.G)
-    _masses = property(lambda self: self.context.masses)
-    _attracting = property(lambda self: self.context.attraction)
-
-    def _place(self, index: object, what: str) -> int:
-        return self.context.index(index, what)
-
-    def _core_bodies(self) -> list[Any]:
-        return list(self.context.bodies)
-
-    def _describe(self) -> dict[str, Any]:
-        return self.context.describe()
-
-    def _third_body(self, name: object, what: str) -> int:
-        return self.context.third_body(name, what)
-
-    def _strip(self, state: Any) -> Any:
-        return strip(state, self.context)
-
-    def _state(self, core: Any) -> Any:
-        return wrap(core, self.context)
-
-    def _changed(self, name: str, by: float) -> tuple[Self, float]:
-        return self.changed(name, by), self.context.natural_size(name)
-
-
-def _noted(parts: list[Any], notes: dict[str, Any], what: str) -> list[tuple[Any, dict[str, Any]]]:
-    """Return each part of a description with its notes, which may be missing."""
-    noted = notes.get(what, [{}] * len(parts))
-    if len(noted) != len(parts):
-        raise InvalidInput(f"the notes have {len(noted)} {what}; expected {len(parts)}, as the description has")
-    for note in noted:
-        refuse_unknown(note, _NOTED[what], f"the notes of {what}")
-    return list(zip(parts, noted, strict=True))
+def system_of(described: dict[str, Any], given: dict[str, Force] | None = None) -> System:
+    """Rebuild a system from its description, which may come from a file; forces that are functions are given."""
+    return System(**arguments(described, given))

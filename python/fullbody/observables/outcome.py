@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..base.values import ArrayFields
 from ..errors import BodiesOverlap, InvalidInput
 from ..events import Contact, Escape
-from ..model.context import Context, SystemLike
+from ..model.context import Context
 from ..record.record import Record
 from ..typing import Scalar
 from ._relative import check_run
@@ -110,7 +110,7 @@ def fate(run: Record, *, body: int | str = 1, about: int | str = 0, beyond: Any 
     check_run(run, "a fate")
     context = run.context
     first, second = context.index(body, "body"), context.index(about, "about")
-    limit = _far(run.system, first, second) if beyond is None else context.units.number(beyond, "length", "beyond")
+    limit = _far(context, first, second) if beyond is None else context.units.number(beyond, "length", "beyond")
     contact = _contact(run, first)
     if contact is not None:
         return Fate("contact", contact)
@@ -144,9 +144,8 @@ def _contact(run: Record, body: int) -> Any:
     return None
 
 
-def _far(system: SystemLike, body: int, about: int) -> float:
-    sizes = (system.bodies[index]._semi_axes(system.context.units) for index in (body, about))
-    return _FAR * float(sum(max(axes) for axes in sizes if axes is not None))
+def _far(context: Context, body: int, about: int) -> float:
+    return _FAR * float(sum(max(context.bodies[index].semi_axes) for index in (body, about)))
 
 
 def _gone(run: Record, body: int, about: int, limit: float) -> npt.NDArray[np.bool_]:

@@ -9,7 +9,7 @@ import numpy as np
 from ..base.rotations import quaternion
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
-from ..model.state import State
+from ..model.state import State, from_numbers
 from ..motion.system import System
 from ._meshes import along_body_axes
 from ._text import NOT_NEGATIVE, POSITIVE, naming
@@ -141,14 +141,7 @@ def read_gubas(
         total = sum(body.mass for body in bodies)
         share = np.array([-bodies[1].mass / total, bodies[0].mass / total])[:, None]
         attitude, spin = along_body_axes(path, bodies, np.array([quaternion(turn) for turn in turns]), spin)
-        attach = system.context.units.attach
-        state = State(
-            attach(share * relative[0], "length"),
-            attach(share * relative[1], "velocity"),
-            attitude,
-            attach(spin, "spin"),
-            attach(np.float64(time), "time"),
-        )
+        state = from_numbers(system.context, share * relative[0], share * relative[1], attitude, spin, time)
     for text in outside.input_warnings():
         caution(f"{path} asks for {text}", UserWarning)
-    return system, state._named(system.names)
+    return system, state

@@ -11,7 +11,7 @@ from ..base.units import Units, need
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
 from ..model.shapes import PointMass, Sphere
-from ..model.state import State, strip
+from ..model.state import State, from_numbers, strip
 from ..motion.system import System
 
 __all__ = ["from_rebound", "to_rebound"]
@@ -97,15 +97,8 @@ def from_rebound(sim: Any, *, units: Any = None, **options: Any) -> tuple[System
         text = "the simulation has additional forces or operators, which are left out: functions cannot be read"
         caution(f"{text}; expected fullbody.forces in place of them", UserWarning)
     system = System(bodies, G=float(sim.G), units=names, **options)
-    attach = system.context.units.attach
-    state = State(
-        attach(np.array([particle.xyz for particle in particles]), "length"),
-        attach(np.array([particle.vxyz for particle in particles]), "velocity"),
-        None,
-        attach(np.zeros((len(particles), 3)), "spin"),
-        attach(np.float64(sim.t), "time"),
-    )
-    return system, state._named(system.names)
+    position, velocity = ([getattr(particle, name) for particle in particles] for name in ("xyz", "vxyz"))
+    return system, from_numbers(system.context, position, velocity, time=sim.t)
 
 
 def _units(sim: Any, units: Any) -> Any:

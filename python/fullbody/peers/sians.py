@@ -15,7 +15,7 @@ from ..forces import ThirdBody
 from ..model.bodies import Body
 from ..model.polyhedron import Polyhedron
 from ..model.shapes import Ellipsoid, PointMass
-from ..model.state import State
+from ..model.state import State, wrap
 from ..motion.system import System
 from ..orbit.elements import KeplerElements
 from ._meshes import along_body_axes
@@ -146,21 +146,14 @@ def read_sians(path: Any, units: Any = None, **options: Any) -> tuple[System, St
     with naming(path):
         system = System(bodies, G=G, units=names, **options)
         system = system.with_forces([*system.forces, *forces]) if forces else system
-        attach = system.context.units.attach
-        state = State.from_tait_bryan(
-            attach(position, "length"),
-            attach(velocity, "velocity"),
-            angles,
-            attach(spin, "spin"),
-            attach(np.float64(0.0), "time"),
-        )
+        state = State.from_tait_bryan(position, velocity, angles, spin)
         if any(body.working_frame is not None for body in bodies):
             attitude, spin = along_body_axes(path, bodies, state.attitude, spin)
-            state = State(state.position, state.velocity, attitude, attach(spin, "spin"), state.time)
+            state = State(position, velocity, attitude, spin)
     if forces:
         text = "the Sun's gravity: SIANS's pulls on the bodies' centres alone; here it also turns the bodies"
         caution(f"{path} asks for {text}", UserWarning)
-    return system, state._named(system.names)
+    return system, wrap(state.core, system.context)
 
 
 def _scale(units: Any) -> tuple[tuple[str, str, str] | None, float, float | None]:

@@ -11,7 +11,7 @@ import numpy as np
 from ..base import rotations
 from ..errors import BodiesOverlap, NotConverged
 from ..model.failures import explaining
-from ..model.state import State
+from ..model.state import State, strip
 from ..motion.system import System
 from .masses import Found
 from .start import Start
@@ -44,9 +44,9 @@ def _circular(system: System, found: Found, direction: Any, attitudes: Sequence[
         """Return the mean of mu over the attitudes."""
         total = 0.0
         for pair in attitudes:
-            core = State([np.zeros(3), distance * direction], np.zeros((2, 3)), pair)._core
+            core = strip(State([np.zeros(3), distance * direction], np.zeros((2, 3)), pair), system.context)
             with explaining(system.context, core, " at the start"):
-                total += -float(system._core.interactions(core)[0][1] @ direction)
+                total += -float(system.context.core.interactions(core)[0][1] @ direction)
         return total / len(attitudes) / reduced * distance**2
 
     size = found.semi_major_axis

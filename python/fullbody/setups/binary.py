@@ -13,7 +13,7 @@ from ..base.arguments import options_of, refuse_unknown
 from ..base.units import USUAL, Units, gathered, is_quantity, numbers, scalar
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
-from ..model.state import State
+from ..model.state import State, from_numbers
 from ..motion.system import System
 from . import input_warnings
 from .attraction import circular_orbit
@@ -184,14 +184,8 @@ def binary(
         plain, warning = _osculating(system, found, start, warn_above)
     if warning is not None:
         caution(warning)
-    state = State(
-        convert.attach(plain.position, "length"),
-        convert.attach(plain.velocity, "velocity"),
-        start.attitudes,
-        convert.attach(plain.spin, "spin"),
-        convert.attach(np.float64(scalar(convert.strip(time, "time", "time"), "time")), "time"),
-    )
-    return system, state._named(system.names)
+    begin = scalar(convert.strip(time, "time", "time"), "time")
+    return system, from_numbers(system.context, plain.position, plain.velocity, start.attitudes, plain.spin, begin)
 
 
 def _refuse_choices(
@@ -298,7 +292,7 @@ def _mean(
 
 def _osculating(system: System, found: Found, start: Start, warn_above: float) -> tuple[State, str | None]:
     """Return the start of a Kepler orbit, and a warning if the bodies' figures force a larger eccentricity."""
-    mu = system._G * sum(found.masses)
+    mu = system.context.G * sum(found.masses)
     state = start.state(found.semi_major_axis, mu, found.period)
     # The attraction is that at the distance of the start, where the bodies do not overlap.
     there = replace(found, semi_major_axis=float(np.linalg.norm(start.separation)))

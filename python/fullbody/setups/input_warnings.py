@@ -20,8 +20,8 @@ def of_binary(
     system: System, components: tuple[Component, Component], synchronous: bool, separation: float
 ) -> Iterator[str]:
     """Yield warnings about sizes and spins; :class:`fullbody.System` itself warns of densities."""
-    units = system._units
-    longest = max(system.bodies[0]._semi_axes(units) or ())
+    units = system.context.units
+    longest = max(system.context.bodies[0].semi_axes)
     if separation > _WIDE * longest:
         far, size = (number(units.attach(np.float64(value), "length"), 4) for value in (separation, longest))
         yield (

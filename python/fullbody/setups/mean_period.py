@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ..errors import BodiesOverlap, FullbodyError
+from ..model.composite import Composite
+from ..model.polyhedron import Polyhedron
 from ..model.state import State
 from ..motion.system import System
 from ..observables import mutual_period
@@ -113,14 +115,16 @@ def _revolutions(system: System, locked: Sequence[int]) -> int:
     """Return a number of revolutions that contains some free librations of the slowest locked body."""
     slowest = np.inf
     for place in locked:
-        axes = system.bodies[place]._semi_axes(system._units)
-        if axes is not None and axes[0] != axes[1]:
-            a, b, _ = axes
+        a, b, _ = system.context.bodies[place].semi_axes
+        if a != b:
             slowest = min(slowest, float(np.sqrt(3 * abs(a**2 - b**2) / (a**2 + b**2))))
     return int(np.clip(np.ceil(LIBRATIONS / slowest), REVOLUTIONS, MOST))
 
 
 def _of_points(system: System) -> bool:
     """Return whether the bodies attract as points do, so that a Kepler orbit is exact."""
-    spheres = all(len(set(body._semi_axes(system._units) or ())) <= 1 for body in system.bodies)
-    return spheres or system.options["gravity"] == "point"
+    points = system.options["gravity"] == "point"
+    return points or all(
+        len(set(core.semi_axes)) == 1 and not isinstance(body.shape, Composite | Polyhedron)
+        for body, core in zip(system.bodies, system.context.bodies, strict=True)
+    )

@@ -13,7 +13,7 @@ from ..base.arguments import longitude_latitude, warn_if_degrees
 from ..base.units import Units, numbers, scalar
 from ..errors import InvalidInput
 from ..model.failures import explaining
-from ..model.state import State
+from ..model.state import State, strip
 from ..motion.system import System
 from ..orbit.elements import KeplerElements
 from .component import Component, attitude, pointing, rate
@@ -93,12 +93,12 @@ class Start:
     ) -> Start:
         """Make the start of a system's bodies; the libration is ``None`` for a secondary that is not synchronous."""
         primary, secondary = components
-        separation, _ = orbit.cartesian(found.semi_major_axis, system._G * sum(found.masses))
+        separation, _ = orbit.cartesian(found.semi_major_axis, system.context.G * sum(found.masses))
         plane = orbit.plane
         synchronous = libration is not None
         angle = None if libration is None else pointing(secondary, plane, -separation) + libration
         attitudes = np.array([attitude(primary, plane, None), attitude(secondary, plane, angle)])
-        rates = [rate(part, system._units, name) for part, name in zip(components, system.names, strict=True)]
+        rates = [rate(part, system.context.units, name) for part, name in zip(components, system.names, strict=True)]
         turn = rates[0] * found.period / (2 * np.pi) * rotations.matrices(attitudes[0])[:, 2]
         shares = np.array([0.0, 1.0])
         if at_rest == "barycentre":
@@ -131,9 +131,9 @@ class Start:
 
     def refuse_overlap(self, system: System, separation: _Array) -> None:
         """Raise :class:`fullbody.errors.BodiesOverlap` for bodies that overlap at a separation."""
-        state = State([np.zeros(3), separation], np.zeros((2, 3)), self.attitudes)._core
+        state = strip(State([np.zeros(3), separation], np.zeros((2, 3)), self.attitudes), system.context)
         with explaining(system.context, state, " at the start"):
-            system._core.energy(state)
+            system.context.core.energy(state)
 
 
 def _angle(value: Any, what: str) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base import rotations
-from ..model.state import State
+from ..model.state import State, from_numbers
 from ..motion.system import System
 from ..orbit.elements import KeplerElements
 from .toml_attitudes import ANGLES, attitude, flag, spin
@@ -33,7 +33,7 @@ class _Orbit:
 
 def state_of(run: Table, system: System, rows: list[Table]) -> State:
     """Make the state of the tables of the bodies; ``run`` holds the time and the choice of the origin."""
-    masses, units = system.context.masses, system.context.units
+    masses = system.context.masses
     names = list(system.names)
     orbits = [_orbit(row, names, masses, system.context.G, k) for k, row in enumerate(rows)]
     position, velocity, spins = np.zeros((3, len(rows), 3))
@@ -50,16 +50,8 @@ def state_of(run: Table, system: System, rows: list[Table]) -> State:
         shares = masses / masses.sum()
         position, velocity = position - shares @ position, velocity - shares @ velocity
     start = run.number("start", "time") if "start" in run else 0.0
-    attach = units.attach
     with run.naming("start"):
-        state = State(
-            position=attach(position, "length"),
-            velocity=attach(velocity, "velocity"),
-            attitude=attitudes,
-            spin=attach(spins, "spin"),
-            time=attach(start, "time"),
-        )
-    return state._named(system.names)
+        return from_numbers(system.context, position, velocity, attitudes, spins, start)
 
 
 def _order(rows: list[Table], orbits: list[_Orbit | None], names: list[str]) -> list[int]:

@@ -13,9 +13,10 @@ from ..base.arguments import options_of, refuse_unknown
 from ..base.units import USUAL, Units
 from ..errors import InvalidInput
 from ..frames import turn_state
+from ..model.description import functions
 from ..model.force import rebuilt
-from ..model.state import State
-from ..motion.system import System
+from ..model.state import State, strip, wrap
+from ..motion.system import System, system_of
 from ..setups.toml import build
 from ..setups.toml_published import METADATA, plain, replaced
 from ..setups.toml_table import Table
@@ -131,13 +132,13 @@ def _in_units(system: System, state: State, units: Any) -> tuple[System, State]:
     """Convert a system in km, hour, kg and its state to the given units."""
     wanted = Units(units)
     if not wanted.known or wanted == Units(USUAL):
-        return system, state._named(system.names)
+        return system, wrap(strip(state, system.context), system.context)
     # The forces take Quantities here, since plain numbers are in km, hour, kg.
     united = [
-        force if force in system._functions() else rebuilt(described | force._notes(), system._units)
-        for force, described in zip(system.forces, system._core.forces, strict=True)
+        force if force.name in system.context.calls else rebuilt(described | force._notes(), system.context.units)
+        for force, described in zip(system.forces, system.context.core.forces, strict=True)
     ]
     turned = System(system.bodies, system.G, units=wanted.names, forces=united, **system.options)
     # The system is rebuilt from its description, so that the bodies are in these units too.
-    final = System._rebuild(turned._describe(), {force.name: force for force in system._functions()})
-    return final, final._state(state._in(wanted))
+    final = system_of(turned.context.describe(), functions(system))
+    return final, wrap(state.in_units(wanted), final.context)

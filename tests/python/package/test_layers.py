@@ -25,28 +25,16 @@ def module(path):
 FILES = {module(path): path for path in PACKAGE.rglob("*.py")}
 
 
-#: Types that others may name wherever they stand: a system gives runs, and a run knows its system.
-MUTUAL = ("motion.run", "motion.system")
-
-
-def imports(node, for_types=False):
-    """The imports of a syntax tree, each with whether it serves type hints alone."""
-    for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.ImportFrom) and child.level:
-            yield child, for_types
-        named = isinstance(child, ast.If) and isinstance(child.test, ast.Name) and child.test.id == "TYPE_CHECKING"
-        yield from imports(child, for_types or named)
-
-
 def used(path):
     """Modules of the package that a file names in any import."""
     folder = path.relative_to(PACKAGE).parts[:-1]
-    for node, for_types in imports(ast.parse(path.read_text())):
+    nodes = ast.walk(ast.parse(path.read_text()))
+    for node in (node for node in nodes if isinstance(node, ast.ImportFrom) and node.level):
         base = [*folder[: len(folder) - node.level + 1], *(node.module or "").split(".")]
         for alias in node.names:
             name = ".".join(part for part in (*base, alias.name) if part)
             file = name if name in FILES else name.rpartition(".")[0]
-            if not name.startswith("_core") and not (for_types and file in MUTUAL):
+            if not name.startswith("_core"):
                 yield file
 
 

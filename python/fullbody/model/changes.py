@@ -1,0 +1,320 @@
+"""Sudden changes of a state: kicks, impacts and turns of one body."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, Protocol, Self, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..base import rotations
+from ..base.arguments import directions, place, vectors, warn_if_degrees
+from ..base.tables import number
+from ..base.units import Units, is_quantity, scalar, strip_to
+from ..errors import InvalidInput
+from .context import SystemLike
+
+__all__ = ["impact", "kick", "rotated"]
+
+_Array = npt.NDArray[np.float64]
+
+
+class StateLike(Protocol):
+    """The numbers, units and names of a state, which is a :class:`fullbody.State`: that class uses these functions."""
+
+    core: _core.State
+    units: dict[str, Any]
+    names: tuple[str, ...]
+
+    def in_units(self, units: Units) -> _core.State:
+        """Return the core's state in a system's units."""
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with some arrays changed."""
+
+
+_State = TypeVar("_State", bound=StateLike)
+
+
+def kick(
+    state: _State,
+    body: int | str,
+    dv: Any,
+    *,
+    along: Literal["inertial", "body", "orbit"] = "inertial",
+    about: int | str | None = None,
+) -> _State:
+    """Return the state after a sudden change of one body's velocity.
+
+    Parameters
+    ----------
+    body : int or str
+        The place of the body, or its name if the state comes from a run, a system or a ready-made start.
+    dv : array_like or Quantity, (3,)
+        The change of its velocity, with a unit if the state has units.
+    along : {"inertial", "body", "orbit"}
+        The axes of the components of ``dv``: the inertial ones, the body's own, or those of its orbit, which are
+        radial (from the other body to this one), transverse (in the orbit's plane, along the motion) and normal to
+        the plane.
+    about : int or str, optional
+        The other body of the orbit for ``along="orbit"``; needed only if there are more than two bodies.
+
+    Returns
+    -------
+    State
+
+    Raises
+    ------
+    InvalidInput
+        If there is no such body; if there are several other bodies and ``about`` is not given; and if the body
+        moves along the line to the other one, which defines no plane.
+
+    Notes
+    -----
+    Only this body is pushed, through its centre: its spin and all positions stay the same. The total momentum grows
+    by its mass times ``dv``, so that the velocity of the barycentre changes by ``dv`` times the body's share of the
+    total mass, and the body's velocity relative to each other body changes by ``dv``. An impact that transfers the
+    momentum p gives dv = p / m; for a spacecraft of momentum p_0 the transferred momentum is beta p_0, where beta
+    is the factor by which ejecta enhance it. :meth:`impact` computes dv from the projectile, with the change of the
+    spin.
+
+    Examples
+    --------
+    DART changed the velocity of Dimorphos by 2.70 mm/s against its motion (Cheng et al. 2023, Nature 616, 457):
+
+    >>> import fullbody
+    >>> from astropy import units as u
+    >>> system, before = fullbody.systems.didymos(units=True)
+    >>> after = before.kick("Dimorphos", [0, -2.70, 0] * u.mm / u.s, along="orbit")
+    >>> run = system.integrate(after, "20 day", output="0.5 hour")
+    >>> print(f"{fullbody.observables.mutual_period(run).mean:.2f}")
+    11.37 h
+    """
+    index = _place(state, body, "body of kick")
+    dv = vectors(dv, "dv", one=True)
+    axes = _axes(state, index, along, about, "kick")
+    velocity = state.core.velocity
+    if not is_quantity(dv):
+        if state.units and dv.any():
+            unit = next(iter(state.units.values()))
+            raise InvalidInput(f"the state has units such as {unit}, but dv has none; expected both or neither")
+        velocity[index] += axes @ dv
+        return state.replace(velocity=velocity << state.units["velocity"] if "velocity" in state.units else velocity)
+    if not state.units:
+        raise InvalidInput(f"dv has the unit {dv.unit}, but the state has none; expected both or neither")
+    # Velocities of zero may have been given without a unit.
+    unit = state.units.get("velocity", dv.unit)
+    velocity[index] += axes @ strip_to(dv, unit, "dv")
+    return state.replace(velocity=velocity << unit)
+
+
+def impact(
+    state: _State,
+    system: SystemLike,
+    body: int | str,
+    *,
+    mass: Any,
+    velocity: Any,
+    longitude: Any,
+    latitude: Any,
+    beta: Any = 1.0,
+    ejecta: Any = None,
+    along: Literal["inertial", "body", "orbit"] = "inertial",
+    about: int | str | None = None,
+) -> _State:
+    """Return the state after a projectile has struck a body's surface, which changes the body's velocity and spin.
+
+    Parameters
+    ----------
+    system : System
+        The system, which gives masses, moments of inertia and surfaces.
+    body : int or str
+        The place of the body that is struck, or its name.
+    mass : float or Quantity
+        Mass of the projectile. The body keeps its own mass, shape and centre of mass.
+    velocity : array_like or Quantity, (3,)
+        Velocity of the projectile relative to the body's centre.
+    longitude, latitude : float, Quantity or text
+        Direction from the body's centre in its frame, in which the outermost point of the surface is struck.
+    beta : float
+        The factor by which ejecta enhance the momentum along their direction: 1 without ejecta.
+    ejecta : array_like, (3,), optional
+        The direction of the net momentum of the ejecta, of any length; by default the outward normal of the
+        surface.
+    along : {"inertial", "body", "orbit"}
+        The axes of the components of ``velocity`` and ``ejecta``, as for :meth:`kick`.
+    about : int or str, optional
+        The other body of the orbit for ``along="orbit"``; needed only if there are more than two bodies.
+
+    Returns
+    -------
+    State
+
+    Raises
+    ------
+    InvalidInput
+        For a body without a surface, for a velocity that points away from the surface, and for the same reasons as
+        :meth:`kick`.
+
+    Notes
+    -----
+    Let U be the velocity of the projectile relative to the surface where it strikes, and E the direction of the
+    ejecta. The body receives the momentum p = m U + m (beta - 1) (E.U) E (Cheng et al. 2023, Nature 616, 457), and
+    the angular momentum r x p about its centre, where r is the point that is struck.
+
+    Examples
+    --------
+    A projectile with the mass, the speed and the beta of DART (Cheng et al. 2023) comes from straight ahead:
+
+    >>> import fullbody, numpy as np
+    >>> system, before = fullbody.systems.didymos(units=True)
+    >>> options = {"velocity": ["0 km/s", "-6.14 km/s", "0 km/s"], "along": "orbit", "beta": 3.61}
+    >>> after = before.impact(
+    ...     system, "Dimorphos", mass="579.4 kg", longitude="-90 deg", latitude=0.0, **options)
+    >>> dv = (after.velocity - before.velocity)[1].to("mm/s")
+    >>> float(np.linalg.norm(dv.value).round(1))
+    2.6
+    """
+    index = _place(state, body, "body of impact")
+    axes = _axes(state, index, along, about, "impact")
+    context = system.context
+    units, core = context.units, state.in_units(context.units)
+    amount = units.number(mass, "mass", "mass of the projectile")
+    if amount <= 0.0:
+        raise InvalidInput(f"mass of the projectile is {mass!r}; expected a number above zero")
+    coming = units.strip(velocity, "velocity", "velocity of the projectile")
+    if coming.shape != (3,) or not np.isfinite(coming).all():
+        raise InvalidInput(f"velocity of the projectile is {velocity!r}; expected three finite numbers")
+    enhanced = scalar(units.strip(beta, "angle", "beta"), "beta")
+    if not np.isfinite(enhanced):
+        raise InvalidInput(f"beta is {beta!r}; expected a finite number")
+    angles = [units.number(value, "angle", name) for name, value in (("longitude", longitude), ("latitude", latitude))]
+    warn_if_degrees(longitude, "longitude")
+    if abs(angles[1]) > np.pi / 2:
+        raise InvalidInput(f"latitude is {latitude!r}; expected an angle from -pi/2 to pi/2")
+    way = np.array([np.cos(angles[1]) * np.cos(angles[0]), np.cos(angles[1]) * np.sin(angles[0]), np.sin(angles[1])])
+    (point,), (normal,) = _core.surface(context.core, index, way[None])
+    turn, velocities, spins = core.rotation_matrix[index], core.velocity, core.spin
+    # This is the velocity in the body frame, relative to the surface at the point that is struck.
+    relative = turn.T @ (axes @ coming) - np.cross(spins[index], point)
+    if relative @ normal >= 0.0:
+        speed = number(units.attach(np.float64(relative @ normal), "velocity"), 4)
+        raise InvalidInput(
+            f"velocity of the projectile is {velocity!r}, by which it leaves the surface there at {speed} along the "
+            "normal; expected one that comes from outside, relative to the body's centre"
+        )
+    out = normal if ejecta is None else turn.T @ (axes @ directions(ejecta, "ejecta", one=True))
+    out = out / np.linalg.norm(out)
+    momentum = amount * (relative + (enhanced - 1.0) * (out @ relative) * out)
+    velocities[index] += turn @ momentum / context.bodies[index].mass
+    spins[index] += np.cross(point, momentum) / context.bodies[index].inertia
+    return state.replace(
+        time=units.attach(core.time, "time"),
+        position=units.attach(core.position, "length"),
+        velocity=units.attach(velocities, "velocity"),
+        spin=units.attach(spins, "spin"),
+    )
+
+
+def rotated(
+    state: _State,
+    body: int | str,
+    axis: Any,
+    angle: Any,
+    *,
+    along: Literal["inertial", "body", "orbit"] = "body",
+    about: int | str | None = None,
+) -> _State:
+    """Return the state with one body turned about an axis through its centre.
+
+    The body turns together with its spin: the components of the spin in the body frame do not change.
+
+    Parameters
+    ----------
+    body : int or str
+        The place of the body, or its name; see :meth:`kick`.
+    axis : array_like, (3,)
+        The axis, of any length.
+    angle : float or Quantity
+        The angle of the turn, right-handed about the axis; floats are radians.
+    along : {"body", "inertial", "orbit"}
+        The axes of the components of ``axis``: the body's own, the inertial ones, or radial, transverse and normal;
+        see :meth:`kick`.
+    about : int or str, optional
+        The other body of the orbit for ``along="orbit"``; see :meth:`kick`.
+
+    Returns
+    -------
+    State
+
+    Raises
+    ------
+    InvalidInput
+        For the same reasons as :meth:`kick`, and for an axis of length zero.
+
+    Warns
+    -----
+    InconsistentInput
+        For angles that look like degrees: plain numbers beyond two turns with six decimals at most.
+
+    Examples
+    --------
+    Dimorphos is turned by ten degrees about its pole:
+
+    >>> import fullbody, numpy as np
+    >>> system, state = fullbody.systems.didymos()
+    >>> turned = state.rotated("Dimorphos", [0, 0, 1], np.radians(10))
+    >>> run = system.integrate(turned, 1.0)
+    >>> round(float(np.degrees(fullbody.observables.roll_pitch_yaw(run)[0, 2])), 6)
+    10.0
+    """
+    index = _place(state, body, "body of rotated")
+    way = _axes(state, index, along, about, "rotated") @ directions(axis, "axis", one=True)
+    attitude = state.core.attitude
+    turn = rotations.about(way, Units().number(angle, "angle", "angle"))
+    # No body is turned by more than a turn, or in a state with units by more than half of one.
+    warn_if_degrees(angle, "angle", 0.5 if state.units else 1.0)
+    attitude[index] = rotations.product(turn, attitude[index])
+    return state.replace(attitude=attitude)
+
+
+def _place(state: StateLike, body: object, what: str) -> int:
+    """Return the place of a body from its place or name."""
+    if isinstance(body, str) and not state.names:
+        raise InvalidInput(
+            f"{what} is {body!r}, and this state does not know the names of its bodies (states of runs and of "
+            f"ready-made systems do); expected a place, 0 to {len(state.core.position) - 1}"
+        )
+    return place(body, state.names or [f"body {k}" for k in range(len(state.core.position))], what)
+
+
+def _axes(state: StateLike, index: int, along: str, about: int | str | None, what: str) -> _Array:
+    """Return as columns (3, 3) the axes in which vectors of a body are given."""
+    if not isinstance(along, str) or along not in ("inertial", "body", "orbit"):
+        raise InvalidInput(f"along of {what} is {along!r}; expected 'inertial', 'body' or 'orbit'")
+    if along != "orbit":
+        if about is not None:
+            raise InvalidInput(f"about of {what} is {about!r}, along is {along!r}; expected about with 'orbit' only")
+        return np.eye(3) if along == "inertial" else state.core.rotation_matrix[index]
+    if about is None:
+        others = [k for k in range(len(state.core.position)) if k != index]
+        if len(others) != 1:
+            raise InvalidInput(
+                f"about of {what} is not given, and there are {len(others)} other bodies; expected one of them"
+            )
+        about = others[0]
+    other = _place(state, about, f"about of {what}")
+    if other == index:
+        raise InvalidInput(f"about of {what} is {about!r}, the body itself; expected another one")
+    r = state.core.position[index] - state.core.position[other]
+    v = state.core.velocity[index] - state.core.velocity[other]
+    normal = np.cross(r, v)
+    size = np.linalg.norm(normal)
+    if size <= 1e-14 * np.linalg.norm(r) * np.linalg.norm(v):
+        raise InvalidInput(
+            f"body {index} moves along its line to body {other}, or not at all; along='orbit' of {what} needs the "
+            "plane of an orbit"
+        )
+    radial, normal = r / np.linalg.norm(r), normal / size
+    return np.stack([radial, np.cross(normal, radial), normal], axis=1)

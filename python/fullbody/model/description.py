@@ -1,0 +1,103 @@
+"""The description of a system by its core and its notes, from which files and changed parameters rebuild it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, TypeVar, cast
+
+from ..base.arguments import refuse_unknown
+from ..base.units import Units
+from ..errors import InvalidInput
+from .bodies import Body
+from .context import SystemLike
+from .force import Force, rebuilt
+
+__all__ = ["arguments", "changed", "functions", "notes_of"]
+
+_System = TypeVar("_System", bound=SystemLike)
+#: The names of the notes that a description keeps of a system, its bodies and its forces.
+_NOTES = ("units", "epoch", "frame", "bodies", "forces")
+_NOTED = {"bodies": ("named", "shape", "parts"), "forces": ("date",)}
+
+
+def notes_of(
+    units: Units, epoch: str | None, frame: str | None, bodies: Iterable[Body], forces: Iterable[Force]
+) -> dict[str, Any]:
+    """Return what the core's description of a system leaves out."""
+    noted = ([one._notes() for one in ones] for ones in (bodies, forces))
+    return dict(zip(_NOTES, (units.names, epoch, frame, *noted), strict=True))
+
+
+def functions(system: SystemLike) -> dict[str, Force]:
+    """Return the forces of a system that files cannot keep, by name."""
+    return {force.name: force for force in system.forces if force.name in system.context.calls}
+
+
+def arguments(described: Mapping[str, Any], given: Mapping[str, Force] | None = None) -> dict[str, Any]:
+    """Return the arguments of a system from its description, which may come from a file.
+
+    Notes may be missing, since Rust programs write none.
+
+    Parameters
+    ----------
+    described : dict
+    given : dict of Force, optional
+        The forces that are functions.
+    """
+    notes = described.get("notes", {})
+    refuse_unknown(notes, _NOTES, "the notes of a system")
+    bodies, forces = (_noted(described[name], notes, name) for name in ("bodies", "forces"))
+    units = notes.get("units")
+    own, known = Units(None if units is None else tuple(units)), given or {}
+    return {
+        "bodies": [Body._rebuild(body, note) for body, note in bodies],
+        "G": described["G"],
+        "units": own.names,
+        "epoch": notes.get("epoch"),
+        "frame": notes.get("frame"),
+        "forces": [known.get(force["name"]) or rebuilt(force | note, own) for force, note in forces],
+        **described["settings"],
+    }
+
+
+def changed(system: _System, parameter: str, by: float) -> _System:
+    """Return the system with one of its :attr:`parameters` changed by a number in the system's units.
+
+    Parameters
+    ----------
+    parameter : str
+    by : float
+
+    Raises
+    ------
+    InvalidInput
+        For a name that is not among the parameters, and for a change that leaves no valid system.
+
+    Examples
+    --------
+    >>> import fullbody
+    >>> system, state = fullbody.systems.kw4()
+    >>> float(system.changed("mass of Beta", 1e9)["Beta"].mass)
+    136000000000.0
+    """
+    context = system.context
+    bodies, forces, G, _ = context.core.changed(parameter, by)
+    described = context.describe() | {"bodies": bodies, "forces": forces, "G": G}
+    notes = [dict(note) for note in described["notes"]["bodies"]]
+    for body, note in zip(context.names, notes, strict=True):
+        if parameter.startswith("semi-axis") and parameter.endswith(f" of {body}"):
+            # A sphere with one changed semi-axis is an ellipsoid.
+            note.pop("shape", None)
+    described["notes"]["bodies"] = notes
+    made: _System = cast(Any, type(system))(**arguments(described, functions(system)))
+    return made
+
+
+def _noted(parts: list[Any], notes: dict[str, Any], what: str) -> list[tuple[Any, dict[str, Any]]]:
+    """Return each part of a description with its notes, which may be missing."""
+    noted = notes.get(what, [{}] * len(parts))
+    if len(noted) != len(parts):
+        raise InvalidInput(f"the notes have {len(noted)} {what}; expected {len(parts)}, as the description has")
+    for note in noted:
+        refuse_unknown(note, _NOTED[what], f"the notes of {what}")
+    return list(zip(parts, noted, strict=True))
