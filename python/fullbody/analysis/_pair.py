@@ -25,6 +25,8 @@ Array = npt.NDArray[np.float64]
 _EQUAL = 1e-10
 #: Test angles in radians, not fractions of a full turn, by which a body is turned to test its symmetry about an axis.
 _TURNS = (0.3, 0.7, 1.1, 1.9, 2.6)
+#: The tilt of the axis in this test in radians, and the least distance in radii, at which no turn makes contact.
+_TILT, _CLEAR = 0.5, 1.05
 
 
 def cross(v: Any) -> Array:
@@ -133,7 +135,10 @@ class Pair:
         one, other = self.inertia[body][[axis - 1, axis - 2]]
         if abs(one - other) > _EQUAL * max(one, other):
             return False
-        place = 3 + 3 * body + axis
-        turns = (pose.moved(angle * np.eye(9)[place]) for angle in _TURNS)
-        torque = max(abs(self.loads(turned)[0][place]) for turned in turns)
-        return bool(torque <= _EQUAL * self.strength / pose.distance)
+        # The axis is inclined to the line of the centres, about which a sphere causes no torque on any body.
+        apart = max(1.0, _CLEAR * sum(self.reach) / pose.distance)
+        first, place = 3 + 3 * body, 3 + 3 * body + axis
+        tilt = _TILT * (np.eye(9)[first + (axis + 1) % 3] + 0.7 * np.eye(9)[first + (axis + 2) % 3])
+        inclined = Pose(apart * pose.r, pose.attitude).moved(tilt)
+        torque = max(abs(self.loads(inclined.moved(angle * np.eye(9)[place]))[0][place]) for angle in _TURNS)
+        return bool(torque <= _EQUAL * self.strength / inclined.distance)

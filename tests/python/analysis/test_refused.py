@@ -33,6 +33,26 @@ def test_equilibria(ellipsoids, given, message):
         E(ellipsoids, **given)
 
 
+@pytest.mark.parametrize("copies", [2, 3])
+def test_equal_moments_of_inertia_are_no_axis_of_symmetry(ellipsoids, copies):
+    """Crossed ellipsoids have equal moments across z, and torques of the degrees 2 copies and above about it."""
+    crossed = analysis.averaged(ellipsoids, "A", copies=copies)
+    moments = crossed["A"].inertia
+    assert moments[0] == pytest.approx(moments[1], rel=1e-15)
+    with pytest.raises(S, match="A, which has no axis of symmetry"):
+        E(crossed, separation=3.0, spin={"A": 1.0})
+
+
+def test_a_cube_is_no_sphere():
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / 2
+    faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+             [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]  # fmt: skip
+    cube = fullbody.Body(fullbody.Polyhedron(corners, faces), mass=1.0, name="A")
+    system = fullbody.System([cube, fullbody.Body(fullbody.Sphere(0.5), mass=1.0, name="B")], G=1.0)
+    with pytest.raises(S, match="A, which has no axis of symmetry"):
+        E(system, separation=2.0, spin={"A": 1.0})
+
+
 def test_systems(ellipsoids, locked):
     alone = fullbody.System([ellipsoids["A"]], G=1.0)
     with pytest.raises(InvalidInput, match="the system has 1 bodies; expected two"):
