@@ -41,7 +41,7 @@ def load(path: Any) -> Run | Any:
 
 def _content(content: Content) -> Any:
     if content.has_attribute("fullbody_fit"):
-        from .fitting.result import Fit
+        from .fitting.result import fit_in
 
-        return Fit._read(content)
+        return fit_in(content)
     return run_in(content)

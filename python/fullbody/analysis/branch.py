@@ -207,7 +207,7 @@ def branch(
     if goal <= 0.0 or count is None or count < 1:
         what, value = ("until", until) if goal <= 0.0 else ("steps", steps)
         raise InvalidInput(f"{what} is {value!r}; expected a number above zero")
-    problem, rotation = equilibrium._problem, equilibrium._rotation
+    problem, rotation = equilibrium.problem, equilibrium.rotation
     towards = np.sign(goal - problem.quantity(over, rotation))
     found, folds = [equilibrium], list[Fold]()
     if towards == 0.0:

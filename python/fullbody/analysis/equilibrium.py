@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base import rotations
 from ..base.arguments import integer
-from ..base.tables import Table, Tabled, number
+from ..base.tables import Table, Tabled, number, tables_of
 from ..errors import InvalidInput, NotConverged
 from ..model.composite import Composite, Part
 from ..model.shapes import Ellipsoid, Sphere
@@ -48,56 +48,56 @@ class RelativeEquilibrium(Tabled):
         turn = rotations.turn(2, angle)
         attitude = np.array([rotations.product(turn, q) for q in rotation.pose.attitude])
         r = np.array([np.hypot(*rotation.pose.r[:2]), 0.0, rotation.pose.r[2]])
-        self._problem = problem
-        self._rotation = problem.rotation(Pose(r, attitude), rotation.rate)
+        self.problem = problem
+        self.rotation = problem.rotation(Pose(r, attitude), rotation.rate)
         self.system: System = problem.pair.system
-        self.state: State = displaced(self._rotation, np.zeros(18))
+        self.state: State = displaced(self.rotation, np.zeros(18))
 
     @property
     def separation(self) -> Scalar:
         """Distance between the centres."""
-        found: Scalar = self.system.context.units.attach(self._rotation.pose.distance, "length")
+        found: Scalar = self.system.context.units.attach(self.rotation.pose.distance, "length")
         return found
 
     @property
     def rate(self) -> Scalar:
         """Rate Omega at which the pair turns, in radians per unit of time."""
-        found: Scalar = self.system.context.units.attach(self._rotation.rate, "spin")
+        found: Scalar = self.system.context.units.attach(self.rotation.rate, "spin")
         return found
 
     @property
     def period(self) -> Scalar:
         """Period of the rotation, 2 pi divided by the rate."""
-        found: Scalar = self.system.context.units.attach(2 * np.pi / self._rotation.rate, "time")
+        found: Scalar = self.system.context.units.attach(2 * np.pi / self.rotation.rate, "time")
         return found
 
     @cached_property
     def angular_momentum(self) -> Scalar:
         """Total angular momentum about the barycentre, which is along z."""
-        found: Scalar = self.system.context.units.attach(float(self._rotation.angular_momentum[2]), "angular momentum")
+        found: Scalar = self.system.context.units.attach(float(self.rotation.angular_momentum[2]), "angular momentum")
         return found
 
     @cached_property
     def energy(self) -> Scalar:
         """Total energy with the barycentre at rest."""
-        found: Scalar = self.system.context.units.attach(self._rotation.energy, "energy")
+        found: Scalar = self.system.context.units.attach(self.rotation.energy, "energy")
         return found
 
     @property
     def locked(self) -> tuple[str, ...]:
         """Names of the locked bodies, which always show the other body the same face."""
-        return tuple(name for k, name in enumerate(self.system.names) if k not in self._problem.spin)
+        return tuple(name for k, name in enumerate(self.system.names) if k not in self.problem.spin)
 
     @cached_property
     def residual(self) -> float:
         """The largest residual of the balance: forces relative to G m m / r^2, torques relative to G m m / r."""
-        rows, _ = self._problem.scales(self._rotation)
-        return float(np.abs(self._problem.residual(self._rotation) / rows).max())
+        rows, _ = self.problem.scales(self.rotation)
+        return float(np.abs(self.problem.residual(self.rotation) / rows).max())
 
     @cached_property
     def modes(self) -> Modes:
         """Normal modes of small motions about the equilibrium."""
-        return modes_of(self._rotation)
+        return modes_of(self.rotation)
 
     @property
     def linearly_stable(self) -> bool:
@@ -113,7 +113,7 @@ class RelativeEquilibrium(Tabled):
         sqrt(I / (m r^2)), with I the largest moment of inertia and m the reduced mass, without the symmetries; the unit
         of energy is G m_0 m_1 / r.
         """
-        return self._rotation.amended_hessian()[0]
+        return self.rotation.amended_hessian()[0]
 
     @property
     def energetically_stable(self) -> bool:
@@ -132,17 +132,17 @@ class RelativeEquilibrium(Tabled):
         rows += [(f"spin of {name}", number(self._spin(self.system.names.index(name)))) for name in free]
         rows.append(("linearly stable", "yes" if self.linearly_stable else "no"))
         rows.append(("minimum of energy", "yes" if self.energetically_stable else "no"))
-        return (Table("Relative equilibrium", (), list(rows)), *self.modes._tables())
+        return (Table("Relative equilibrium", (), list(rows)), *tables_of(self.modes))
 
     def _spin(self, body: int) -> Scalar:
-        found: Scalar = self.system.context.units.attach(self._problem.spin[body], "spin")
+        found: Scalar = self.system.context.units.attach(self.problem.spin[body], "spin")
         return found
 
     def __repr__(self) -> str:
         free = [
             f", {name} spinning at {number(self._spin(k), 6)}"
             for k, name in enumerate(self.system.names)
-            if k in self._problem.spin
+            if k in self.problem.spin
         ]
         stable = "linearly stable" if self.linearly_stable else "unstable"
         stable = "a minimum of energy" if self.energetically_stable else f"{stable}, no minimum of energy"

@@ -276,7 +276,7 @@ def periodic_family(
     sizes = numbers(amplitudes, "amplitudes")
     if sizes.ndim != 1 or len(sizes) == 0 or not np.all(np.isfinite(sizes) & (sizes != 0.0)):
         raise InvalidInput(f"amplitudes is {amplitudes!r}; expected numbers that are not zero, one or more")
-    pair = equilibrium._problem.pair
+    pair = equilibrium.problem.pair
     system = pair.system
     centre = Point.of(strip(equilibrium.state, system.context))
     modes = equilibrium.modes
@@ -284,7 +284,7 @@ def periodic_family(
     time = float(getattr(modes.period[mode], "value", modes.period[mode]))
     if not np.isfinite(time):
         raise InvalidInput(f"mode is {mode!r}, which does not swing; expected one whose frequency is above zero")
-    momentum = float(equilibrium._rotation.angular_momentum[2])
+    momentum = float(equilibrium.rotation.angular_momentum[2])
     found: list[PeriodicOrbit] = []
     for before, size in zip((sizes[0], *sizes), sizes, strict=False):
         start = centre.moved(deviation * (size / before))

@@ -16,9 +16,9 @@ from ..ensembles.many import integrate_many
 from ..errors import FullbodyError, InvalidInput
 from ..events import Event, Occurrence
 from ..model.state import State
-from ..motion.run import Run
 from ..motion.system import System
 from ..observables._signal import lines
+from ..record.record import Record
 from ..typing import Array as Floats
 
 __all__ = ["Frequencies", "Section", "frequencies", "section"]
@@ -138,7 +138,7 @@ def section(
     for answer in answers:
         if isinstance(answer, Exception) and not isinstance(answer, FullbodyError):
             raise answer
-        run = answer if isinstance(answer, Run) else answer.run
+        run = answer.run if isinstance(answer, FullbodyError) else answer
         happened: list[Occurrence] = [] if run is None else run.events
         crossings.append([one.state for one in happened])
         errors.append(answer if isinstance(answer, FullbodyError) else None)
@@ -164,7 +164,7 @@ class Frequencies(ArrayFields):
         return block("Frequencies(", frequency=self.frequency, amplitude=self.amplitude)
 
 
-def frequencies(run: Run, quantity: Any, count: int = 3) -> Frequencies:
+def frequencies(run: Record, quantity: Any, count: int = 3) -> Frequencies:
     """Find the strongest periodic terms of a quantity along a run by frequency analysis.
 
     Parameters

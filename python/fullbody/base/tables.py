@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["Table", "Tabled", "head", "number", "to_html", "to_text", "vector"]
+__all__ = ["Table", "Tabled", "head", "number", "tables_of", "to_html", "to_text", "vector"]
 
 
 @dataclass(slots=True)
@@ -37,10 +37,15 @@ def to_html(*tables: Table) -> str:
     return "".join(parts)
 
 
-def to_text(*tables: Table) -> str:
+def tables_of(*shown: Table | Tabled) -> list[Table]:
+    """Return tables, and those of objects that Jupyter shows as tables."""
+    return [table for one in shown for table in (one._tables() if isinstance(one, Tabled) else (one,))]
+
+
+def to_text(*shown: Table | Tabled) -> str:
     """Return tables as aligned text."""
     lines: list[str] = []
-    for table in tables:
+    for table in tables_of(*shown):
         rows = [table.header, *table.rows] if table.header else table.rows
         widths = [max(len(cells[k]) for cells in rows) for k in range(len(rows[0]))] if rows else []
         lines += ["", table.caption] if lines else [table.caption]

@@ -67,7 +67,7 @@ def of_netcdf(path: Path) -> str:
         if ATTRIBUTE in attributes:
             return of_map(file)
     if "fullbody_flight" in attributes:
-        return tables.to_text(*load_flight(path)._tables())
+        return tables.to_text(load_flight(path))
     return of_run(path)
 
 
@@ -91,11 +91,11 @@ def of_map(found: xarray.Dataset) -> str:
 def of_run(path: Path) -> str:
     """Print the content of a recorded run."""
     run = load(path)
-    parts = list(run._tables())
+    parts: list[tables.Tabled] = [run]
     if len(run):
-        parts += run[-1]._tables()
+        parts.append(run[-1])
         if len(run.system) > 1:
-            parts += run.elements()._tables()
+            parts.append(run.elements())
     return tables.to_text(*parts)
 
 
@@ -109,5 +109,4 @@ def of_toml(path: Path) -> str:
         ("integrator", repr(configuration.integrator)),
         ("writes", str(configuration.file)),
     ]
-    parts = [*configuration.system._tables(), *configuration.state._tables()]
-    return tables.to_text(*parts, tables.Table("Run", (), list(rows)))
+    return tables.to_text(configuration.system, configuration.state, tables.Table("Run", (), list(rows)))

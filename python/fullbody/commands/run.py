@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
         with replacing(arguments.page) as temporary:
             page(result).savefig(temporary)
     if not arguments.quiet:
-        print(tables.to_text(result._tables()[0]))
+        print(tables.to_text(tables.tables_of(result)[0]))
         print(f"written to {out}")
     return 0
 

@@ -391,4 +391,4 @@ class Occurrence:
     state: State
     #: The transition matrix (12 N, 12 N), the sensitivities (P, 12 N) and the rates of change (12 N,) at the event, in
     #: runs with derivatives.
-    _derivatives: tuple[Any, Any, Any] | None = field(default=None, compare=False, repr=False)
+    derivatives: tuple[Any, Any, Any] | None = field(default=None, compare=False, repr=False)

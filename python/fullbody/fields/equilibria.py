@@ -58,13 +58,13 @@ def equilibria(frame: Frame) -> list[Equilibrium]:
         # The extent of the bodies may remove a classical point; the search then finds another point.
         classical = name and np.linalg.norm(x - seed) < 0.3
         found.append((name if classical else f"E{6 + sum(other[0] == 'E' for other, _ in found)}", x))
-    return [_described(frame, name, x * frame._distance) for name, x in found]
+    return [_described(frame, name, x * frame.distance) for name, x in found]
 
 
 def inner_point(frame: Frame) -> Equilibrium | None:
     """Return the point between the bodies, or ``None`` if there is none."""
     x = _root(frame, _of_points(frame)[0][1])
-    return None if x is None else _described(frame, "L1", x * frame._distance)
+    return None if x is None else _described(frame, "L1", x * frame.distance)
 
 
 def _of_points(frame: Frame) -> list[tuple[str, _Numbers]]:
@@ -72,7 +72,7 @@ def _of_points(frame: Frame) -> list[tuple[str, _Numbers]]:
     with need("analysis", "an equilibrium point"):
         from scipy.optimize import brentq
 
-    light = float(frame._masses[1 - frame.primary] / frame._masses.sum())
+    light = float(frame.context.masses[1 - frame.primary] / frame.context.masses.sum())
 
     def pull(x: float) -> float:
         heavy, near = x + light, x - 1.0 + light
@@ -96,11 +96,11 @@ def _root(frame: Frame, seed: _Numbers) -> _Numbers | None:
     with need("analysis", "an equilibrium point"):
         from scipy.optimize import root
 
-    scale = frame._rate**2
+    scale = frame.rate**2
 
     def pull(x: _Numbers) -> tuple[_Numbers, _Numbers]:
-        acceleration, jacobian = frame._acceleration_and_gradient(x * frame._distance)
-        return acceleration / (scale * frame._distance), jacobian / scale
+        acceleration, jacobian = frame.acceleration_and_gradient(x * frame.distance)
+        return acceleration / (scale * frame.distance), jacobian / scale
 
     answer = root(pull, seed, jac=True, options={"xtol": 1e-14})
     x: _Numbers = answer.x
@@ -109,18 +109,18 @@ def _root(frame: Frame, seed: _Numbers) -> _Numbers | None:
     x = x - np.linalg.solve(jacobian, value)
     if not np.abs(pull(x)[0]).max() < 1e-11 * np.abs(jacobian).max() or np.abs(x).max() > 3.0:
         return None
-    return None if frame._is_inside(x * frame._distance) else x
+    return None if frame.is_inside(x * frame.distance) else x
 
 
 def _described(frame: Frame, name: str, x: _Numbers) -> Equilibrium:
     """Describe a point by its eigenvalues: x'' = W x + 2 Omega (y', -x', 0), W the derivatives of the acceleration."""
-    coriolis = 2.0 * frame._rate * np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    _, gradient = frame._acceleration_and_gradient(x)
+    coriolis = 2.0 * frame.rate * np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    _, gradient = frame.acceleration_and_gradient(x)
     eigenvalues: Any = np.linalg.eigvals(np.block([[np.zeros((3, 3)), np.eye(3)], [gradient, coriolis]]))
     return Equilibrium(
         name,
-        frame._units.attach(x, "length"),
-        frame._units.attach(frame._jacobi(x)[()], "potential"),
-        frame._units.attach(eigenvalues, "spin"),
-        bool(eigenvalues.real.max() < _NEUTRAL * frame._rate),
+        frame.context.units.attach(x, "length"),
+        frame.context.units.attach(frame.jacobi(x)[()], "potential"),
+        frame.context.units.attach(eigenvalues, "spin"),
+        bool(eigenvalues.real.max() < _NEUTRAL * frame.rate),
     )

@@ -54,8 +54,8 @@ def roche_lobe(frame: Frame, body: int, rows: int) -> RocheLobe:
         raise InvalidInput(
             f"there is no equilibrium point between {' and '.join(frame.system.context.names)}: they have no lobes"
         )
-    units = frame._units
-    centre, tip = frame._centres[body], units.strip(inner.position, "length", "position") - frame._centres[body]
+    units = frame.context.units
+    centre, tip = frame.centres[body], units.strip(inner.position, "length", "position") - frame.centres[body]
     level = units.number(inner.jacobi, "potential", "jacobi")
     along = tip / np.linalg.norm(tip)
     across = np.array([-along[1], along[0], 0.0])
@@ -89,13 +89,13 @@ def _crossings(frame: Frame, centre: _Numbers, rays: _Numbers, level: float, rea
     low, high = np.zeros(len(rays)), np.full(len(rays), reach)
     going = np.arange(len(rays))
     for distance in reach * np.linspace(0.0, 1.0, _STEPS + 1)[1:]:
-        below = frame._jacobi(centre + distance * rays[going]) < level
+        below = frame.jacobi(centre + distance * rays[going]) < level
         high[going[below]] = distance
         going = going[~below]
         low[going] = distance
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        below = frame._jacobi(centre + middle[:, None] * rays) < level
+        below = frame.jacobi(centre + middle[:, None] * rays) < level
         low, high = np.where(below, low, middle), np.where(below, middle, high)
     return high
 

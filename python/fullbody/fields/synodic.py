@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,10 @@ from ..base.arguments import integer, place
 from ..base.tables import number
 from ..base.units import need
 from ..errors import InvalidInput
-from ..typing import Array
+from ..model.context import SystemLike
+from ..model.gravity import points_in
+from ..model.state import State, strip
+from ..typing import Array, Scalar
 from .equilibria import Equilibrium, equilibria
 from .frame import Frame
 from .lobes import RocheLobe, roche_lobe
@@ -18,7 +22,7 @@ from .lobes import RocheLobe, roche_lobe
 __all__ = ["Synodic"]
 
 
-class Synodic(Frame):
+class Synodic:
     """The frame that turns with a pair of bodies, and the field in it.
 
     Its origin is the barycentre, x points from the heavier body to the lighter one, and z along the orbital angular
@@ -61,6 +65,66 @@ class Synodic(Frame):
     [('L1', False), ('L2', False), ('L3', False), ('L4', True), ('L5', True)]
     """
 
+    def __init__(self, system: SystemLike, state: State) -> None:
+        self.system, self._state, self._units = system, state, system.context.units
+        #: The frame in plain numbers.
+        self.frame = Frame(system.context, strip(state, system.context))
+
+    @property
+    def rate(self) -> Scalar:
+        """Angular velocity of the frame."""
+        rate: Scalar = self._units.attach(self.frame.rate, "spin")
+        return rate
+
+    @property
+    def separation(self) -> Scalar:
+        """Distance between the centres."""
+        distance: Scalar = self._units.attach(self.frame.distance, "length")
+        return distance
+
+    @property
+    def position(self) -> Array:
+        """Positions (2, 3) of the bodies' centres in the frame."""
+        centres: Array = self._units.attach(self.frame.centres, "length")
+        return centres
+
+    def to_inertial(self, points: Any, velocity: Any = None) -> tuple[Array, Array]:
+        """Convert points of the frame, with velocities relative to it or at rest, to inertial positions and velocities.
+
+        Parameters
+        ----------
+        points, velocity : array_like or Quantity, (..., 3)
+
+        Returns
+        -------
+        position, velocity : ndarray or Quantity, (..., 3)
+        """
+        x = points_in(points, self._units)
+        v = np.zeros(3) if velocity is None else self._units.strip(velocity, "velocity", "velocity")
+        frame = self.frame
+        moving = v + frame.rate * np.cross([0.0, 0.0, 1.0], x)
+        place, speed = frame.origin + x @ frame.turn.T, frame.drift + moving @ frame.turn.T
+        return self._units.attach(place, "length"), self._units.attach(speed, "velocity")
+
+    def jacobi(self, points: Any, velocity: Any = None) -> Array:
+        """Compute Jacobi's constant C = 2 Phi + Omega^2 (x^2 + y^2) - v^2 at points of the frame.
+
+        Parameters
+        ----------
+        points : array_like or Quantity, (..., 3)
+        velocity : array_like or Quantity, (..., 3), optional
+            Velocities relative to the frame; zero by default.
+
+        Returns
+        -------
+        ndarray or Quantity, (...)
+        """
+        found = self.frame.jacobi(points_in(points, self._units))
+        if velocity is not None:
+            found = found - (self._units.strip(velocity, "velocity", "velocity") ** 2).sum(axis=-1)
+        constant: Array = self._units.attach(found, "potential")
+        return constant
+
     def equilibria(self) -> list[Equilibrium]:
         """Find the points outside of the bodies where a particle can rest, and the linear motion about them.
 
@@ -70,7 +134,7 @@ class Synodic(Frame):
         -------
         list of Equilibrium
         """
-        return equilibria(self)
+        return equilibria(self.frame)
 
     def plane(self, extent: Any = None, count: int = 401) -> tuple[Array, Array, Array]:
         """Compute Jacobi's constant of particles at rest on a grid of the plane z = 0.
@@ -88,19 +152,13 @@ class Synodic(Frame):
         jacobi : ndarray or Quantity, (count, count)
             Rows along y.
         """
-        half = (
-            0.5 * (1.0 + np.sqrt(5.0)) * self._distance
-            if extent is None
-            else self._units.number(extent, "length", "extent")
-        )
+        golden = 0.5 * (1.0 + np.sqrt(5.0))
+        half = golden * self.frame.distance if extent is None else self._units.number(extent, "length", "extent")
         ticks = np.linspace(-half, half, count)
         x, y = np.meshgrid(ticks, ticks)
-        found = self._jacobi(np.stack([x, y, np.zeros_like(x)], axis=-1))
-        return (
-            self._units.attach(ticks, "length"),
-            self._units.attach(ticks.copy(), "length"),
-            self._units.attach(found, "potential"),
-        )
+        found = self.frame.jacobi(np.stack([x, y, np.zeros_like(x)], axis=-1))
+        sides = (self._units.attach(ticks.copy(), "length") for _ in "xy")
+        return *sides, self._units.attach(found, "potential")
 
     def zero_velocity(self, level: Any, extent: Any = None, count: int = 801) -> list[Array]:
         """Return the curves of a Jacobi constant in the plane z = 0, which particles with that constant do not cross.
@@ -142,8 +200,19 @@ class Synodic(Frame):
         count = integer(rows)
         if count is None or count < 4:
             raise InvalidInput(f"rows is {rows!r}; expected a whole number, 4 or more")
-        return roche_lobe(self, place(body, self.system.context.names, "body"), count)
+        return roche_lobe(self.frame, place(body, self.system.context.names, "body"), count)
 
     def __repr__(self) -> str:
         names = " and ".join(self.system.context.names)
         return f"Synodic({names}, {number(self.separation)} apart, rate {number(self.rate)})"
+
+    def __reduce__(self) -> Any:
+        # The warnings of a pair that is not at rest were given when it was made.
+        return _remade, (type(self), self.system, self._state)
+
+
+def _remade(kind: type[Synodic], system: SystemLike, state: State) -> Synodic:
+    """Rebuild the frame of a copy or a pickle, without the warnings."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return kind(system, state)

@@ -60,7 +60,7 @@ def to_dataset(
     for name, (dims, dimension, meaning) in _VARIABLES.items():
         values = np.array([getattr(state, name) for state in states])
         variables[f"event_{name}"] = (("event", *dims), values, attributes(dimension, meaning))
-    found = [happened._derivatives for happened in run.events]
+    found = [happened.derivatives for happened in run.events]
     for k, (name, (dims, meaning)) in enumerate(_DERIVATIVES.items()):
         if all(known is not None and known[k].size for known in found):
             values = np.array([known[k] for known in found if known is not None])

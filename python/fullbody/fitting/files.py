@@ -48,7 +48,7 @@ _LIMITS = ("start", "lower", "upper", "mean", "sigma")
 
 def described(fit: Any) -> dict[str, Any]:
     """Return all of a fit that JSON can hold: all but its arrays."""
-    parameters, context = fit._parameters, fit.system.context
+    parameters, context = fit.parameters, fit.system.context
     core, limits = strip(fit.state, context), zip(*(getattr(parameters, name) for name in _LIMITS), strict=True)
     return {
         **{name: getattr(fit, name) for name in _PLAIN},
@@ -89,7 +89,7 @@ def contents(content: Content) -> dict[str, Any]:
     system = content.parsed("fullbody_system", system_of)
     attributes: dict[str, Any] = content.parsed("fullbody_results", lambda results: _attributes(results, system))
     shapes = attributes.pop("shapes")
-    count, samples = len(attributes["_parameters"]), [shape[0] for shape in shapes]
+    count, samples = len(attributes["parameters"]), [shape[0] for shape in shapes]
     sizes = [int(np.prod(shape[1:])) for shape in shapes]
     square: dict[str, int | None] = {"parameter": count, "other_parameter": count}
     covariance = content.numbers("covariance", square, missing=True)
@@ -121,7 +121,7 @@ def _attributes(results: dict[str, Any], system: System) -> dict[str, Any]:
     minima = [(parameters.named(np.array(row[: len(free)])), *row[len(free) :]) for row in results["minima"]]
     return {
         **{name: results[name] for name in _PLAIN},
-        "_parameters": parameters,
+        "parameters": parameters,
         "names": parameters.names,
         **{name: tuple(results[name]) for name in ("at_bounds", "labels", "_of_setup")},
         "minima": minima,

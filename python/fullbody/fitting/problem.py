@@ -15,7 +15,7 @@ from ..base.differences import REFUSALS, Differences
 from ..errors import InvalidInput
 from ..model.state import State
 from ..motion.system import System
-from ..record.record import joined
+from ..record.record import Record, joined
 from .chain import Chain, SetupDerivatives, SetupResult
 from .free import Parameters
 from .noise import log_determinant, relative
@@ -43,7 +43,7 @@ class Observed(Protocol):
     def emission(self, system: System) -> Any:
         """Return the times (K,) of a system's clock at which the predictions need samples, in their order."""
 
-    def pulls(self, run: Run) -> _Array:
+    def pulls(self, run: Record) -> _Array:
         """Return the residuals of a run with samples at these times, made independent and divided by their errors."""
 
 
@@ -254,7 +254,7 @@ class Problem:
         """Return a run with samples at the times of observations."""
         return self._run(made, observations, None)
 
-    def of(self, one: Any, run: Run, what: str) -> Any:
+    def of(self, one: Any, run: Record, what: str) -> Any:
         """Call a method of observations with the samples of a run at the times of these observations."""
         return getattr(one, what)(run[run.indices(self._emission(one, run.system))])
 
@@ -302,7 +302,7 @@ class Problem:
             parts.append(part)
         return np.concatenate(parts)
 
-    def _derivatives(self, one: Any, run: Run) -> Any:
+    def _derivatives(self, one: Any, run: Record) -> Any:
         part = run[run.indices(self._emission(one, run.system))]
         if hasattr(one, "derivatives"):
             try:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from .objective import Linearised, Objective
     from .pictures import FitPlots
 
-__all__ = ["Derived", "Fit", "Minimum"]
+__all__ = ["Derived", "Fit", "Minimum", "fit_in"]
 
 _Array = npt.NDArray[np.float64]
 
@@ -130,7 +130,7 @@ class Fit(Tabled):
 
         problem, point, parameters = objective.problem, here.point, objective.parameters
         self._objective: Objective | None = objective
-        self._parameters, self.names, self.numbers = parameters, parameters.names, point.values
+        self.parameters, self.names, self.numbers = parameters, parameters.names, point.values
         self._of_setup = problem.of_setup
         self.system, self.state, self.integrator = point.made.system, point.made.state, problem.integrator
         self.observations, self.pulls = point.observations, point.pulls
@@ -161,12 +161,12 @@ class Fit(Tabled):
     @property
     def values(self) -> dict[str, Any]:
         """The parameters by name, with the units of their initial values."""
-        return self._parameters.named(self.numbers)
+        return self.parameters.named(self.numbers)
 
     @property
     def sigma(self) -> dict[str, Any]:
         """The standard errors of the parameters by name."""
-        return self._parameters.named(np.sqrt(np.diag(self.covariance)))
+        return self.parameters.named(np.sqrt(np.diag(self.covariance)))
 
     @property
     def correlation(self) -> _Array:
@@ -175,14 +175,6 @@ class Fit(Tabled):
         finite = np.where(np.isfinite(errors) & (errors > 0.0), errors, 1.0)
         scaled = self.covariance / np.outer(finite, finite)
         return np.where(np.eye(len(errors), dtype=bool), 1.0, scaled)
-
-    @classmethod
-    def _read(cls, content: Any) -> Fit:
-        """Return the fit in a file."""
-        fit = object.__new__(cls)
-        attributes = files.contents(content)
-        fit.__dict__.update(attributes, minima=tuple(Minimum(*row) for row in attributes["minima"]))
-        return fit
 
     def __getstate__(self) -> dict[str, Any]:
         # The continuous solution of the run does not pickle.
@@ -233,7 +225,7 @@ class Fit(Tabled):
         InvalidInput
             If the data leave a combination of parameters unconstrained.
         """
-        columns = self._parameters.named(self.draws_as_array(n, rng).T)
+        columns = self.parameters.named(self.draws_as_array(n, rng).T)
         return paired(**{name: columns[name] for name in self._of_setup})
 
     def draws_as_array(self, n: Any, rng: Any) -> _Array:
@@ -244,7 +236,7 @@ class Fit(Tabled):
         random = generator(rng)
         if self.unconstrained is not None:
             raise InvalidInput(f"there is no distribution to draw from: the data do not constrain {self.unconstrained}")
-        lower, upper, kept = self._parameters.lower, self._parameters.upper, np.empty((0, len(self.numbers)))
+        lower, upper, kept = self.parameters.lower, self.parameters.upper, np.empty((0, len(self.numbers)))
         errors = np.sqrt(np.diag(self.covariance))
         scale = np.where(errors > 0.0, errors, 1.0)
         values, vectors = np.linalg.eigh(self.covariance / np.outer(scale, scale))
@@ -275,7 +267,7 @@ class Fit(Tabled):
             Minus infinity outside the bounds and where the setup refuses the values or a run ends with an error, with
             a gradient of zero: the density is zero there.
         """
-        objective, parameters = self._minimised(), self._parameters
+        objective, parameters = self._minimised(), self.parameters
         plain = parameters.numbers(values)
         nothing = (-np.inf, np.zeros(len(plain))) if gradient else -np.inf
         if ((plain < parameters.lower) | (plain > parameters.upper)).any():
@@ -360,7 +352,7 @@ class Fit(Tabled):
         with need("observing", "a table"):
             from astropy.table import Table as AstropyTable
 
-        parameters, errors = self._parameters, np.sqrt(np.diag(self.covariance))
+        parameters, errors = self.parameters, np.sqrt(np.diag(self.covariance))
         units = [str(unit or "") for unit in parameters.units]
         columns = {"parameter": list(self.names), "value": self.numbers, "sigma": errors, "unit": units}
         meta = {"chi2": self.chi2, "loss": self.loss, "dof": self.dof, "correlation": self.correlation.tolist()}
@@ -385,7 +377,7 @@ class Fit(Tabled):
             flags = (("at its bound", self.at_bounds), ("differenced", self.differenced))
             notes = [note for note, which in flags if name in which]
             value, error = _with_error(float(self.numbers[k]), float(np.sqrt(self.covariance[k, k])))
-            rows.append((name, value, error, str(self._parameters.units[k] or ""), ", ".join(notes)))
+            rows.append((name, value, error, str(self.parameters.units[k] or ""), ", ".join(notes)))
         about = [
             ("chi2", f"{self.chi2:.6g} for {self.dof} degrees of freedom"),
             ("p-value", "-" if self.p_value is None else f"{self.p_value:.3g}"),
@@ -403,14 +395,22 @@ class Fit(Tabled):
         ]
         if len(self.minima) > 1:
             lines: list[Any] = [
-                [f"{number:.6g}" for number in (one.loss, one.chi2, one.starts, *self._parameters.numbers(one.values))]
+                [f"{number:.6g}" for number in (one.loss, one.chi2, one.starts, *self.parameters.numbers(one.values))]
                 for one in self.minima
             ]
             tables.append(Table(f"Minima from {self.starts} starts", ("loss", "chi2", "starts", *self.names), lines))
         return tuple(tables)
 
     def __repr__(self) -> str:
-        return to_text(*self._tables())
+        return to_text(self)
+
+
+def fit_in(content: Any) -> Fit:
+    """Return the fit in a file."""
+    fit = object.__new__(Fit)
+    attributes = files.contents(content)
+    fit.__dict__.update(attributes, minima=tuple(Minimum(*row) for row in attributes["minima"]))
+    return fit
 
 
 def _with_error(value: float, error: float) -> tuple[str, str]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base import epochs
 from ..base.deferred import Deferred
-from ..base.tables import Table, number
+from ..base.tables import Table, number, tables_of
 from ..errors import InvalidInput
 from ..files.netcdf import save, to_pandas, to_xarray
 from ..model.context import S
@@ -126,7 +126,7 @@ class Run(Record[S]):
             for drift, name in _DRIFTS.items()
             if len(self) and conserved.size(drift, self.invariants)
         ]
-        return (Table("Run", (), rows), *self.system._tables())
+        return (Table("Run", (), rows), *tables_of(self.system))
 
     def __repr__(self) -> str:
         if len(self) == 0:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
-from ..orbit.elements import KeplerElements
+from ..orbit.elements import KeplerElements, computed
 from ..record.record import Record
 from ..typing import Array, Scalar
 from . import _signal as signal
@@ -217,7 +217,7 @@ def element_rates(run: Record, mu: Any = None, *, body: int | str = 1, about: in
         columns["e"],
         *(motion.angle(columns[name]) for name in ("i", "Omega", "omega", "M")),
     ]
-    return ElementRates(KeplerElements._trusted(attached, run.context.frame), rates, means)
+    return ElementRates(computed(attached, run.context.frame), rates, means)
 
 
 def _per_time(motion: RelativeMotion, number: Any) -> Any:

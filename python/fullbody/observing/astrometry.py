@@ -13,7 +13,7 @@ from ..model.context import SystemLike
 from .columns import Column, Rows, column, jitter_of, positive_rows
 from .data import Observations
 from .photocentre import photocentre, semi_axes
-from .vectors import Vectors, turn
+from .vectors import Vectors, local_geometry, turn
 
 __all__ = ["Astrometry"]
 
@@ -114,7 +114,7 @@ class Astrometry(Observations):
         self.unit = given["east"][1]
         if not isinstance(photocentre, bool | np.bool_):
             raise InvalidInput(f"photocentre is {photocentre!r}; expected True or False")
-        if photocentre and geometry._sun is None:
+        if photocentre and not geometry.has_sun:
             raise InvalidInput("geometry of Astrometry has no Sun, which photocentre=True needs; give to_sun=")
         self.body, self.about, self.frame, self.photocentre = body, about, frame, bool(photocentre)
         self._offsets = np.stack([rows.of("east"), rows.of("north")], axis=1)
@@ -255,7 +255,7 @@ class Astrometry(Observations):
         axes = turn(system.context.frame, self.frame)
         centres = {one: retarded.centre[..., one, :] for one in (body, about)}
         if self.photocentre:
-            to_sun = self.geometry._of(system).sun(retarded.times)
+            to_sun = local_geometry(self.geometry, system).sun(retarded.times)
             for one, centre in centres.items():
                 shift = photocentre(semi_axes(system, one), states["attitude"][:, one], retarded.observer, to_sun)
                 centres[one] = centre + shift

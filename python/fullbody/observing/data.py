@@ -20,7 +20,7 @@ from ..record.record import Record
 from .columns import Column, Rows, read_table
 from .states import RetardedStates
 from .times import in_system
-from .vectors import Vectors
+from .vectors import Vectors, local_geometry
 
 __all__ = ["Errors", "Observations"]
 
@@ -173,7 +173,7 @@ class Observations(Tabled):
         return system.context.units.attach(self._emission(system), "time")
 
     def _emission(self, system: SystemLike) -> _Array:
-        return self.geometry._of(system).emission(self._clock(system))
+        return local_geometry(self.geometry, system).emission(self._clock(system))
 
     def _clock(self, system: SystemLike) -> _Array:
         """Return the times of the observations on a system's clock, converted once for each epoch and unit."""
@@ -185,7 +185,7 @@ class Observations(Tabled):
     def _retarded(self, system: SystemLike, states: dict[str, _Array], masses: Any = None) -> RetardedStates:
         """Return the states of the bodies when the observed light left them; other masses move the barycentre."""
         known = system.context.masses if masses is None else masses
-        return RetardedStates(self.geometry._of(system), self._clock(system), known, states)
+        return RetardedStates(local_geometry(self.geometry, system), self._clock(system), known, states)
 
     def _model(self, system: SystemLike, states: dict[str, _Array], masses: Any = None) -> _Array:
         """Return predictions (..., K, C) in plain numbers from the states at the times of emission.

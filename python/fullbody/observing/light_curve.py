@@ -13,7 +13,7 @@ from .brightness import Photometer
 from .laws import LommelSeeliger
 from .states import RetardedStates, refuse_inside
 from .times import in_system
-from .vectors import Vectors
+from .vectors import Vectors, local_geometry
 
 if TYPE_CHECKING:
     from .laws import Law
@@ -81,7 +81,7 @@ def light_curve(
     (100,)
     """
     system = run.system
-    local = geometry._of(system)
+    local = local_geometry(geometry, system)
     when = np.atleast_1d(in_system(times, system, "times"))
     if when.ndim != 1:
         raise InvalidInput(f"times has shape {when.shape}; expected (K,)")

@@ -14,7 +14,7 @@ from ..events import Occultation
 from ..model.context import SystemLike
 from ..record.record import Record
 from .states import refuse_inside
-from .vectors import SystemGeometry, Vectors
+from .vectors import SystemGeometry, Vectors, local_geometry
 
 if TYPE_CHECKING:
     from ..typing import Scalar
@@ -112,7 +112,7 @@ def mutual_events(run: Record, geometry: Vectors) -> list[MutualEvent]:
     if run.dense is None:
         raise InvalidInput("this run keeps no continuous solution; integrate with dense=True")
     system = run.system
-    local = geometry._of(system)
+    local = local_geometry(geometry, system)
     start, stop = run.dense.core.range
     first, last = sorted((start, stop))
     begin, end = local.ends()
@@ -123,7 +123,7 @@ def mutual_events(run: Record, geometry: Vectors) -> list[MutualEvent]:
             f"the run, from {attach(first, 'time')} to {attach(last, 'time')}, and the geometry, from "
             f"{attach(begin, 'time')} to {attach(end, 'time')} at the observer, have no time in common"
         )
-    kinds = [kind for kind in KINDS if kind == "occultation" or geometry._sun is not None]
+    kinds = [kind for kind in KINDS if kind == "occultation" or geometry.has_sun]
     pairs = [(i, j) for i in range(len(system.context)) for j in range(len(system.context)) if i != j]
     asked = [(kind, i, j, total) for kind in kinds for i, j in pairs for total in (False, True)]
     towards = {}
@@ -251,7 +251,7 @@ def occultation(
     """
     if kind not in KINDS:
         raise InvalidInput(f"kind is {kind!r}; expected one of {', '.join(KINDS)}")
-    local = geometry._of(system)
+    local = local_geometry(geometry, system)
     span = [float(local.emission(end)) for end in local.ends()]
     times, toward = _table(local, kind, span)
     when = system.context.units.attach(np.array(times), "time")

@@ -18,7 +18,7 @@ from .laws import LommelSeeliger
 from .light_curve import magnitudes
 from .states import RetardedStates, refuse_inside
 from .times import are_dates
-from .vectors import Vectors
+from .vectors import Vectors, local_geometry
 
 if TYPE_CHECKING:
     from .laws import Law
@@ -101,7 +101,7 @@ class Photometry(Observations):
         numbers = {"magnitude": column(magnitude, "magnitude", unit)[0], "sigma": column(sigma, "sigma", unit)[0]}
         rows = Rows(times, numbers, ("magnitude",), "Photometry")
         super().__init__(rows, geometry)
-        if geometry._sun is None:
+        if not geometry.has_sun:
             raise InvalidInput("geometry of Photometry has no Sun; give to_sun=")
         self.magnitude = rows.of("magnitude")
         self.sigma = positive_rows(rows.of("sigma"), "sigma of Photometry")
@@ -194,7 +194,7 @@ class Photometry(Observations):
     def _view(self, system: SystemLike, states: dict[str, _Array], retarded: RetardedStates) -> tuple[_Array, ...]:
         """Return the arguments of a photometer: times, centres, attitudes, vectors to the observer and to the Sun."""
         attitude = retarded.attitude(states["attitude"], states["spin"])
-        to_sun = self.geometry._of(system).sun(retarded.times)
+        to_sun = local_geometry(self.geometry, system).sun(retarded.times)
         for what, place in (("observer", retarded.observer), ("Sun", to_sun)):
             refuse_inside(system, what, place, retarded.centre, attitude, retarded.times)
         return retarded.times, retarded.centre, attitude, retarded.observer, to_sun

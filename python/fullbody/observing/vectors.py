@@ -17,7 +17,7 @@ from ..model.context import SystemLike
 from ..typing import Array
 from .times import LIGHT_SPEED, are_dates, kilometres, seconds, system_epoch
 
-__all__ = ["SystemGeometry", "Vectors", "turn"]
+__all__ = ["SystemGeometry", "Vectors", "local_geometry", "turn"]
 
 _Array = npt.NDArray[np.float64]
 #: The error of the spline between rows, relative to the distance, above which a warning is given.
@@ -150,6 +150,11 @@ class Vectors:
         angle = np.arctan2(np.linalg.norm(np.cross(e, s), axis=-1), np.einsum("...x,...x->...", e, s))
         return float(angle) if np.ndim(angle) == 0 else angle
 
+    @property
+    def has_sun(self) -> bool:
+        """Whether the geometry has vectors to the Sun."""
+        return self._sun is not None
+
     def _attached(self, found: _Array) -> Any:
         if self._km is None:
             return found
@@ -211,14 +216,6 @@ class Vectors:
                 InconsistentInput,
             )
 
-    def _of(self, system: SystemLike) -> SystemGeometry:
-        """Return the geometry in the time, units and axes of a system."""
-        key = ("system", system.context.epoch, system.context.units.names, system.context.frame)
-        if key not in self._known:
-            self._known[key] = SystemGeometry(self, system)
-        found: SystemGeometry = self._known[key]
-        return found
-
     def __eq__(self, other: object) -> bool:
         return values.same(self._parts(), other._parts()) if isinstance(other, Vectors) else NotImplemented
 
@@ -234,7 +231,7 @@ class Vectors:
 
     def __repr__(self) -> str:
         first, last = self.span
-        sun = "" if self._sun is not None else ", without the Sun"
+        sun = "" if self.has_sun else ", without the Sun"
         return f"{type(self).__name__}({len(self._times)} times from {first} to {last}{sun})"
 
 
@@ -246,6 +243,15 @@ def turn(origin: Any, target: Any) -> _Array:
 @functools.cache
 def _turn(origin: str, target: str) -> _Array:
     return rotation(origin, target)
+
+
+def local_geometry(geometry: Vectors, system: SystemLike) -> SystemGeometry:
+    """Return a geometry in the time, units and axes of a system."""
+    key = ("system", system.context.epoch, system.context.units.names, system.context.frame)
+    if key not in geometry._known:
+        geometry._known[key] = SystemGeometry(geometry, system)
+    found: SystemGeometry = geometry._known[key]
+    return found
 
 
 class SystemGeometry:

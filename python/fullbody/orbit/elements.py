@@ -196,7 +196,7 @@ class KeplerElements(Generic[_T], Tabled):
             from astropy import units as u
 
             columns = [columns[0] * length, columns[1], *(c * u.rad for c in columns[2:])]
-        return cls._trusted(columns, frame)
+        return computed(columns, frame)
 
     def to_frame(self, target: Any, origin: Any = None) -> KeplerElements[_T]:
         """Return the elements of this orbit with its angles referred to another frame.
@@ -235,7 +235,7 @@ class KeplerElements(Generic[_T], Tabled):
                 "the frame that these elements are in is not known; expected origin='ecliptic', or another, or the "
                 "elements of a run whose system has a frame"
             )
-        plain = KeplerElements._trusted([_length_number(self.a), *(getattr(self, n) for n in ("e", *_ANGLES))])
+        plain = computed([_length_number(self.a), *(getattr(self, n) for n in ("e", *_ANGLES))])
         r, v = plain.to_cartesian(1.0)
         turned = KeplerElements.from_cartesian(turn(r, origin, target), turn(v, origin, target), 1.0)
         columns: list[Any] = [self.a, self.e]
@@ -246,16 +246,7 @@ class KeplerElements(Generic[_T], Tabled):
 
                 value = (value * u.rad).to(given.unit)
             columns.append(value)
-        return KeplerElements._trusted(columns, target)
-
-    @classmethod
-    def _trusted(cls, columns: list[Any], frame: Any = None) -> KeplerElements[Any]:
-        """Make elements that the core has computed, without checks."""
-        elements = cls.__new__(cls)
-        object.__setattr__(elements, "frame", frame)
-        for name, value in zip(("a", "e", *_ANGLES), columns, strict=True):
-            object.__setattr__(elements, name, value)
-        return elements
+        return computed(columns, target)
 
     def period(self, mu: Any) -> _T:
         """Return the orbital period.
@@ -292,7 +283,7 @@ class KeplerElements(Generic[_T], Tabled):
     def __getitem__(self, index: Any) -> KeplerElements[Any]:
         len(self)
         values = [getattr(self, name) for name in ("a", "e", *_ANGLES)]
-        return KeplerElements._trusted([value[index] if np.ndim(value) else value for value in values], self.frame)
+        return computed([value[index] if np.ndim(value) else value for value in values], self.frame)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, KeplerElements):
@@ -327,7 +318,15 @@ class KeplerElements(Generic[_T], Tabled):
         return f"KeplerElements({', '.join(parts)})"
 
     def __reduce__(self) -> Any:
-        return (KeplerElements._trusted, ([getattr(self, n) for n in ("a", "e", *_ANGLES)], self.frame))
+        return (computed, ([getattr(self, n) for n in ("a", "e", *_ANGLES)], self.frame))
+
+
+def computed(columns: list[Any], frame: Any = None) -> KeplerElements[Any]:
+    """Return elements that the core has computed, without checks."""
+    elements = KeplerElements.__new__(KeplerElements)
+    for name, value in zip(("a", "e", *_ANGLES, "frame"), (*columns, frame), strict=True):
+        object.__setattr__(elements, name, value)
+    return elements
 
 
 def _length_number(a: Any) -> Any:

@@ -9,7 +9,7 @@ from typing import Any, Generic
 import numpy as np
 import numpy.typing as npt
 
-from ..base.tables import Table, Tabled, number
+from ..base.tables import Table, Tabled, number, tables_of
 from ..base.values import ScalarFields
 from ..model.context import Context, S
 from ..record.columns import Column
@@ -174,7 +174,7 @@ class Flight(Tabled, Generic[S]):
         rows += [(f"impact on {n}", str(int((struck == k).sum()))) for k, n in enumerate(self.context.names)]
         if len(self.arrays["event"]):
             rows.append(("events", str(len(self.arrays["event"]))))
-        return (Table("Flight", (), rows), *self.system._tables())
+        return (Table("Flight", (), rows), *tables_of(self.system))
 
     def __repr__(self) -> str:
         fates = ", ".join(f"{count} {name}" for name, count in self.counts.items())

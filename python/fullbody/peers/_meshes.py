@@ -35,8 +35,7 @@ def along_body_axes(path: Any, bodies: Sequence[Body], attitude: _Array, spin: _
         back = frame.attitude * [1.0, -1.0, -1.0, -1.0]
         attitude[k] = rotations.product(attitude[k], back)
         angle = 2.0 * np.arctan2(np.linalg.norm(frame.attitude[1:]), abs(frame.attitude[0]))
-        size = max(body._core(body._own_units(), 0).semi_axes)
-        offset = np.linalg.norm(frame.position) / size
+        offset = float(np.linalg.norm(frame.position) / max(body.fitted_ellipsoid().semi_axes))
         if angle > _OFF or offset > _OFF:
             caution(
                 f"{path}: the shape of {body.name or f'body {k}'} is not given in its principal frame: it is turned by "

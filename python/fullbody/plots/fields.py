@@ -195,7 +195,7 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     -------
     matplotlib Axes
     """
-    units, points = pair._units, pair.equilibria()
+    units, points = pair.system.context.units, pair.equilibria()
     constants = {point.name: float(numbers(point.jacobi)) for point in points}
     asked = (
         list(constants.values()) if levels is None else [units.number(c, "potential", "one of levels") for c in levels]
@@ -214,19 +214,19 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     colour_bar(ax, filled, f"Jacobi constant [{unit_of(pair.jacobi([[0.0, 0.0, 0.0]]))}]")
     colours = [LINES[k % len(LINES)]["color"] for k in range(len(wanted))]
     ax.contour(x, y, found, **{"levels": wanted, "colors": colours, "linewidths": 1.1, **kwargs})
-    for k, body in enumerate(pair._bodies):
+    for k, body in enumerate(pair.system.context.bodies):
         _silhouette(ax, pair, k, body)
 
     def nearest(place: _Numbers) -> float:
         """Return the x coordinate of the body that is nearest to a point."""
-        return float(pair._centres[np.argmin(np.linalg.norm(pair._centres - place, axis=1)), 0])
+        return float(pair.frame.centres[np.argmin(np.linalg.norm(pair.frame.centres - place, axis=1)), 0])
 
     for point in points:
         place = numbers(point.position)
         face = "black" if point.stable else "white"
         ax.plot(*place[:2], marker="o", markersize=3.5, color="black", markerfacecolor=face, zorder=4)
         # Names are placed aside of the bodies, to which the points beside them are near.
-        offset = (0.0, 26.0) if abs(place[1]) < 0.2 * pair._distance else (0.0, 9.0)
+        offset = (0.0, 26.0) if abs(place[1]) < 0.2 * pair.frame.distance else (0.0, 9.0)
         aside = {"xytext": (np.sign(place[0] - nearest(place)) * 9.0, offset[1]), "textcoords": "offset points"}
         look = {
             "arrowprops": {"arrowstyle": "-", "linewidth": 0.6, "shrinkB": 2.0},
@@ -268,7 +268,7 @@ def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any)
     """
     ax = _stage(ax)
     all_points = []
-    for k, (name, body) in enumerate(zip(pair.system.context.names, pair._bodies, strict=True)):
+    for k, (name, body) in enumerate(zip(pair.system.context.names, pair.system.context.bodies, strict=True)):
         colour = LINES[k % len(LINES)]["color"]
         points = numbers(pair.roche_lobe(name, rows=rows).points)
         all_points.append(points.reshape(-1, 3))
@@ -278,7 +278,7 @@ def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any)
         if len(cells):
             ax.add_collection3d(_polygons(cells, facecolors=colour, shade=True))
         else:
-            ax.plot(*pair._centres[k][:, None], marker="o", color=colour)
+            ax.plot(*pair.frame.centres[k][:, None], marker="o", color=colour)
     _equal(ax, np.concatenate(all_points), pair.position)
     ax.legend(loc="upper left", frameon=False, fontsize="small")
     return ax
@@ -286,8 +286,8 @@ def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any)
 
 def _cells(pair: Synodic, place: int, body: Any) -> _Numbers:
     """Return the cells of a body's surface (S, 4, 3) in the rotating frame."""
-    turn = pair._turn.T @ pair._attitudes[place]
-    cells: _Numbers = pair._centres[place] + samples(body, 24).cells @ turn.T
+    turn = pair.frame.turn.T @ pair.frame.attitudes[place]
+    cells: _Numbers = pair.frame.centres[place] + samples(body, 24).cells @ turn.T
     return cells
 
 
@@ -298,7 +298,7 @@ def _silhouette(ax: Any, pair: Synodic, place: int, body: Any) -> None:
     if len(cells):
         ax.add_collection(matplotlib("collections").PolyCollection(cells, **style))
     else:
-        ax.plot(*pair._centres[place][:2], marker=".", color="#56B4E9", zorder=3)
+        ax.plot(*pair.frame.centres[place][:2], marker=".", color="#56B4E9", zorder=3)
 
 
 def _stage(ax: Any) -> Any:

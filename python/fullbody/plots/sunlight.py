@@ -21,7 +21,9 @@ NIGHT = 0.18
 
 def directions(run: Record, geometry: Vectors, times: Array) -> Array:
     """Return unit vectors (T, 3) to the Sun at times of a run, in the inertial frame, from the observing geometry."""
-    local = geometry._of(run.system)
+    from ..observing.vectors import local_geometry
+
+    local = local_geometry(geometry, run.system)
     toward = local.sun(local.arrival(times))
     return np.asarray(toward / np.linalg.norm(toward, axis=1)[:, None])
 

@@ -80,9 +80,9 @@ def at_event(run: Record, k: int = -1) -> EventDerivatives:
     if not -len(run.events) <= k < len(run.events):
         raise InvalidInput(f"k is {k!r}; expected the index of one of the {len(run.events)} events of the run")
     happened = run.events[k]
-    if happened._derivatives is None:
+    if happened.derivatives is None:
         raise InvalidInput("the events of this run keep no derivatives; integrate with derivatives=True")
-    transition, sensitivity, flow = happened._derivatives
+    transition, sensitivity, flow = happened.derivatives
     condition = happened.event._condition(run.context)
     names = list(run.parameters)
     gradient, by_time, direct, own = condition.derivatives(run.context.core, strip(happened.state, run.context), names)

@@ -17,7 +17,7 @@ from ..events import Occurrence
 from ..model.context import Context, S
 from ..model.interactions import Invariants
 from ..model.state import State, wrap
-from ..orbit.elements import KeplerElements
+from ..orbit.elements import KeplerElements, computed
 from ..typing import Array
 from . import conserved, tangent
 from .columns import Column, Numbers
@@ -126,7 +126,8 @@ class Record(Tabled, Generic[S]):
     def __getitem__(self, index: slice | Sequence[int] | npt.NDArray[Any]) -> Self: ...
     def __getitem__(self, index: Any) -> State | Self | Track:
         if isinstance(index, str):
-            return self._track(self.context.index(index))
+            body = self.context.index(index)
+            return Track(self.context.names[body], self.time, *(getattr(self, name)[:, body] for name in STATE))
         if isinstance(index, slice) or np.ndim(index):
             which = index if isinstance(index, slice) else self._selected(index)
             return self._with({name: np.ascontiguousarray(values[which]) for name, values in self.arrays.items()})
@@ -146,9 +147,6 @@ class Record(Tabled, Generic[S]):
                 "against it, or a mask (K,)"
             )
         return selected
-
-    def _track(self, body: int) -> Track:
-        return Track(self.context.names[body], self.time, *(getattr(self, name)[:, body] for name in STATE))
 
     def __iter__(self) -> Iterator[State]:
         return (self[k] for k in range(len(self)))
@@ -377,7 +375,7 @@ class Record(Tabled, Generic[S]):
         number = self.context.mu(first, second) if mu is None else units.number(mu, "mu", "mu")
         r, v = (self.arrays[name][:, first] - self.arrays[name][:, second] for name in ("position", "velocity"))
         a, e, *angles = (np.ascontiguousarray(column) for column in _core.cartesian_to_elements(r, v, number).T)
-        return KeplerElements._trusted(
+        return computed(
             [units.attach(a, "length"), e, *(units.attach(angle, "angle") for angle in angles)], self.context.frame
         )
 

@@ -51,6 +51,26 @@ def test_no_python_files_use_each_other():
     assert len(tuple(TopologicalSorter(graph).static_order())) == len(FILES)
 
 
+#: What the package asks of bodies, shapes, forces, events, integrators and laws, which users see.
+INWARD = {"_condition", "_core", "_describe", "_event_spec", "_input_warnings", "_layer", "_notes", "_numbers"}
+INWARD |= {"_phase", "_radius", "_rebuild", "_summary", "_tolerance", "_with"}
+#: Names of Python's own modules.
+INWARD |= {"_getframe", "_Pointer"}
+
+
+def test_private_attributes_are_those_of_the_same_file():
+    for name, path in FILES.items():
+        nodes = list(ast.walk(ast.parse(path.read_text())))
+        own = {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+        own |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+        own |= {node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)}
+        for node in nodes:
+            if not isinstance(node, ast.Attribute) or ast.unparse(node.value) in ("self", "cls", "super()"):
+                continue
+            private = re.match("_[^_]", node.attr) and node.attr not in own | INWARD
+            assert not private, f"{name} reads {ast.unparse(node)}, which another file keeps to itself"
+
+
 SRC = Path(__file__).parents[3] / "src"
 USE = r"(pub(?:\(\w+\))? )?\buse ([^;]+);"
 
