@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -37,12 +37,18 @@ def to_html(*tables: Table) -> str:
     return "".join(parts)
 
 
-def tables_of(*shown: Table | Tabled) -> list[Table]:
+class Shown(Protocol):
+    """An object that Jupyter shows as tables."""
+
+    def _tables(self) -> tuple[Table, ...]: ...
+
+
+def tables_of(*shown: Table | Shown) -> list[Table]:
     """Return tables, and those of objects that Jupyter shows as tables."""
-    return [table for one in shown for table in (one._tables() if isinstance(one, Tabled) else (one,))]
+    return [table for one in shown for table in ((one,) if isinstance(one, Table) else one._tables())]
 
 
-def to_text(*shown: Table | Tabled) -> str:
+def to_text(*shown: Table | Shown) -> str:
     """Return tables as aligned text."""
     lines: list[str] = []
     for table in tables_of(*shown):

@@ -49,10 +49,10 @@ class RocheLobe(ArrayFields):
 
 def roche_lobe(frame: Frame, body: int, rows: int) -> RocheLobe:
     """Compute the Roche lobe of a body; see :meth:`fullbody.fields.Synodic.roche_lobe`."""
-    name, inner = frame.system.context.names[body], inner_point(frame)
+    name, inner = frame.context.names[body], inner_point(frame)
     if inner is None:
         raise InvalidInput(
-            f"there is no equilibrium point between {' and '.join(frame.system.context.names)}: they have no lobes"
+            f"there is no equilibrium point between {' and '.join(frame.context.names)}: they have no lobes"
         )
     units = frame.context.units
     centre, tip = frame.centres[body], units.strip(inner.position, "length", "position") - frame.centres[body]

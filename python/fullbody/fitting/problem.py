@@ -302,7 +302,7 @@ class Problem:
             parts.append(part)
         return np.concatenate(parts)
 
-    def _derivatives(self, one: Any, run: Record) -> Any:
+    def _derivatives(self, one: Any, run: Run) -> Any:
         part = run[run.indices(self._emission(one, run.system))]
         if hasattr(one, "derivatives"):
             try:
