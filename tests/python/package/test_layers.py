@@ -64,11 +64,10 @@ def test_private_attributes_are_those_of_the_same_file():
         own = {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
         own |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
         own |= {node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)}
-        for node in nodes:
-            if not isinstance(node, ast.Attribute) or ast.unparse(node.value) in ("self", "cls", "super()"):
-                continue
-            private = re.match("_[^_]", node.attr) and node.attr not in own | INWARD
-            assert not private, f"{name} reads {ast.unparse(node)}, which another file keeps to itself"
+        read = (node for node in nodes if isinstance(node, ast.Attribute) and re.match("_[^_]", node.attr))
+        for node in read:
+            within = node.attr in own | INWARD or ast.unparse(node.value) in ("self", "cls", "super()")
+            assert within, f"{name} reads {ast.unparse(node)}, which another file keeps to itself"
 
 
 SRC = Path(__file__).parents[3] / "src"
