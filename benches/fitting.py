@@ -43,7 +43,7 @@ def main():
     geometry = observing.Geometry([0.0, HOURS + 1.0] * u.h, to_observer=[[0.05, 0.01, 0.0], [0.04, 0.03, 0.0]] * u.au)
     times, zero = np.linspace(1.0, HOURS, 200) * u.h, np.zeros(200)
     values = {"range": zero * u.km, "range_rate": zero * u.cm / u.s, "sigma": (75 * u.m, 1 * u.cm / u.s)}
-    data = observing.Radar(times, **values, body="Beta", about="Alpha", geometry=geometry)
+    data = observing.RadarAstrometry(times, **values, body="Beta", about="Alpha", geometry=geometry)
     every = {f"mass_{name}": 1.0 for name in SYSTEM.names} | {"tilt_Alpha": 0.02, "tilt_Beta": 0.02}
     every |= {f"{axis}_{name}": 1.0 for axis in "abc" for name in SYSTEM.names}
     print(f"{HOURS:g} h of 1999 KW4, Verner98 at 1e-13, {ROUNDS} rounds; an iteration over a run")

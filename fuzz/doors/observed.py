@@ -38,7 +38,7 @@ _SIGMA = _or_any(_POSITIVE)
 _OBSERVED = _TIMES.flatmap(
     lambda times: st.one_of(
         st.tuples(
-            st.just("Radar"),
+            st.just("RadarAstrometry"),
             st.fixed_dictionaries(
                 {"times": _or_any(st.just(times)), "sigma": st.one_of(_SIGMA, st.tuples(_SIGMA, _SIGMA)), **_PLACES},
                 optional={"range": _columns(len(times)), "range_rate": _columns(len(times))},
@@ -93,7 +93,7 @@ def _table(names: tuple[str, ...]) -> Any:
 def _check_table(given: tuple[dict[str, Any], dict[str, Any]]) -> None:
     columns, options = given
     geometry = observing.Geometry([0.0, 6.0], to_observer=[1e3, 2e2, 4e2], light_time=False)
-    for kind in (observing.Radar, observing.Astrometry, observing.Photometry):
+    for kind in (observing.RadarAstrometry, observing.Astrometry, observing.Photometry):
         try:
             # pandas may refuse columns, and that is not this package's business.
             table = pd.DataFrame(columns)
@@ -115,7 +115,9 @@ def _setup(mass: float, a: float) -> Any:
 
 
 _VIEW = observing.Geometry([0.0, 9.0], to_observer=[1e3, 2e2, 4e2], light_time=False)
-_RANGES = observing.Radar([1.0, 2.0, 3.0, 4.0], range=[0.5, 1.5, 1.0, -1.0], sigma=0.5, body=1, about=0, geometry=_VIEW)
+_RANGES = observing.RadarAstrometry(
+    [1.0, 2.0, 3.0, 4.0], range=[0.5, 1.5, 1.0, -1.0], sigma=0.5, body=1, about=0, geometry=_VIEW
+)
 _NEAR = _or_any(st.floats(1.5, 3.5))
 _FREE = st.builds(
     lambda start, options: fullbody.fitting.Free(start, **options),

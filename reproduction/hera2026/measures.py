@@ -136,7 +136,7 @@ def _rotation(run: Run) -> dict[str, Any]:
 
 def _libration(run: Run) -> dict[str, Any]:
     """Return the amplitude in degrees and the period of the strongest term in hours."""
-    libration = observables.libration(run, count=2)
+    libration = observables.libration(run, n=2)
     if libration.amplitude is None:
         return {}
     return {

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from fullbody import Body, Ellipsoid, PointMass, Run, State, System, Verner98
 from fullbody.base import rotations
-from fullbody.observing import Geometry, Radar
+from fullbody.observing import Geometry, RadarAstrometry
 from fullbody.record.displaced import FunctionDerivatives
 
 from . import model
@@ -218,10 +218,10 @@ def simulated(truth: Truth) -> list[Any]:
         name = f"Hera {k + 1}"
         times = np.arange(first, last, RADIO)
         options: dict[str, Any] = {"sigma": (RANGE_ERROR, RATE_ERROR), "body": name, "geometry": geometry}
-        exact = Radar(times, range=0.0 * times, range_rate=0.0 * times, **options).predict(run)
+        exact = RadarAstrometry(times, range=0.0 * times, range_rate=0.0 * times, **options).predict(run)
         ranges = exact.range + rng.normal(0.0, RANGE_ERROR, len(times))
         rates = exact.range_rate + rng.normal(0.0, RATE_ERROR, len(times))
-        data.append(Radar(times, range=ranges, range_rate=rates, **options))
+        data.append(RadarAstrometry(times, range=ranges, range_rate=rates, **options))
         times = np.arange(first + IMAGES / 2, last, IMAGES)
         images = system.integrate(state, times[-1], output=times, integrator=Verner98(1e-11, 1e-11))
         for body, places in (("Dimorphos", PLACES * shape), ("Didymos", np.zeros((1, 3)))):

@@ -57,10 +57,12 @@ def pair_radar():
     rng, (system, state) = np.random.default_rng(5), pair()
     options = {"sigma": (0.02, 0.01), "body": 1, "about": 0, "geometry": VIEW}
     times, zero = np.linspace(2.0, 30.0, 15), np.zeros(15)
-    plain = observing.Radar(times, range=zero, range_rate=zero, **options)
+    plain = observing.RadarAstrometry(times, range=zero, range_rate=zero, **options)
     found = plain.predict(system.integrate(state, 30.0, output=times))
     noise = rng.normal(size=(2, 15)) * [[0.02], [0.01]]
-    return observing.Radar(times, range=found.range + noise[0], range_rate=found.range_rate + noise[1], **options)
+    return observing.RadarAstrometry(
+        times, range=found.range + noise[0], range_rate=found.range_rate + noise[1], **options
+    )
 
 
 def view(hours, sun=False, share=1.0):
@@ -85,10 +87,10 @@ def noisy(rng, system, state, times, hours, **places):
         places or {"body": "Beta", "about": "Alpha"}
     )
     zero = np.zeros(len(times))
-    plain = observing.Radar(times, range=zero * u.km, range_rate=zero * u.cm / u.s, **options)
+    plain = observing.RadarAstrometry(times, range=zero * u.km, range_rate=zero * u.cm / u.s, **options)
     found = plain.predict(system.integrate(state, hours, output=plain.emission(system), integrator=QUICK))
     noise = rng.normal(size=(2, len(times)))
-    return observing.Radar(
+    return observing.RadarAstrometry(
         times, range=found.range + noise[0] * 75 * u.m, range_rate=found.range_rate + noise[1] * u.cm / u.s, **options
     )
 

@@ -164,7 +164,7 @@ class Frequencies(ArrayFields):
         return block("Frequencies(", frequency=self.frequency, amplitude=self.amplitude)
 
 
-def frequencies(run: Record, quantity: Any, count: int = 3) -> Frequencies:
+def frequencies(run: Record, quantity: Any, *, n: int = 3) -> Frequencies:
     """Find the strongest periodic terms of a quantity along a run by frequency analysis.
 
     Parameters
@@ -173,7 +173,7 @@ def frequencies(run: Record, quantity: Any, count: int = 3) -> Frequencies:
         A run with several samples in the shortest period of interest.
     quantity : array_like or Quantity, (K,), or callable
         The values at the samples of the run, or a function of the run that returns them.
-    count : int
+    n : int
         The largest number of terms.
 
     Returns
@@ -190,16 +190,16 @@ def frequencies(run: Record, quantity: Any, count: int = 3) -> Frequencies:
     >>> system, state = fullbody.systems.didymos()
     >>> run = system.integrate(state, 200.0, output=0.5)
     >>> yaw = fullbody.observables.roll_pitch_yaw(run)[:, 2]
-    >>> fullbody.analysis.frequencies(run, yaw, count=2).frequency.shape
+    >>> fullbody.analysis.frequencies(run, yaw, n=2).frequency.shape
     (2,)
     """
     values = quantity(run) if callable(quantity) else quantity
     unit = getattr(values, "unit", None)
     plain = np.asarray(getattr(values, "value", values), dtype=np.float64)
     time: npt.NDArray[np.float64] = run.arrays["time"]
-    number = integer(count)
+    number = integer(n)
     if number is None or number < 1:
-        raise InvalidInput(f"count is {count!r}; expected a whole number above zero")
+        raise InvalidInput(f"n is {n!r}; expected a whole number above zero")
     if plain.shape != time.shape or not np.isfinite(plain).all():
         raise InvalidInput(f"quantity has shape {plain.shape}; expected {time.shape}, finite numbers, one for a sample")
     if len(time) < 8:

@@ -136,49 +136,49 @@ class Synodic:
         """
         return equilibria(self.frame)
 
-    def plane(self, extent: Any = None, count: int = 401) -> tuple[Array, Array, Array]:
+    def plane(self, extent: Any = None, *, n: int = 401) -> tuple[Array, Array, Array]:
         """Compute Jacobi's constant of particles at rest on a grid of the plane z = 0.
 
         Parameters
         ----------
         extent : float or Quantity, optional
             Half the side length of the square about the barycentre; by default 1.618 separations.
-        count : int
+        n : int
             Number of points along a side.
 
         Returns
         -------
-        x, y : ndarray or Quantity, (count,)
-        jacobi : ndarray or Quantity, (count, count)
+        x, y : ndarray or Quantity, (n,)
+        jacobi : ndarray or Quantity, (n, n)
             Rows along y.
         """
         golden = 0.5 * (1.0 + np.sqrt(5.0))
         half = golden * self.frame.distance if extent is None else self._units.number(extent, "length", "extent")
-        ticks = np.linspace(-half, half, count)
+        ticks = np.linspace(-half, half, n)
         x, y = np.meshgrid(ticks, ticks)
         found = self.frame.jacobi(np.stack([x, y, np.zeros_like(x)], axis=-1))
         sides = (self._units.attach(ticks.copy(), "length") for _ in "xy")
         return *sides, self._units.attach(found, "potential")
 
-    def zero_velocity(self, level: Any, extent: Any = None, count: int = 801) -> list[Array]:
+    def zero_velocity(self, level: Any, extent: Any = None, *, n: int = 801) -> list[Array]:
         """Return the curves of a Jacobi constant in the plane z = 0, which particles with that constant do not cross.
 
         Parameters
         ----------
         level : float or Quantity
             Jacobi's constant.
-        extent, count
+        extent, n
             As for :meth:`plane`.
 
         Returns
         -------
-        list of ndarray or Quantity, (n, 2)
+        list of ndarray or Quantity, (P, 2)
             The curves, including those within the bodies.
         """
         with need("plot", "a zero-velocity curve"):
             from contourpy import contour_generator
 
-        x, y, found = self.plane(extent, count)
+        x, y, found = self.plane(extent, n=n)
         plain = [np.asarray(getattr(value, "value", value)) for value in (x, y, found)]
         curves = contour_generator(*plain).lines(self._units.number(level, "potential", "level"))
         return [self._units.attach(np.asarray(curve), "length") for curve in curves]

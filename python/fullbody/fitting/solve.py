@@ -53,7 +53,7 @@ def fit(
         Names to initial values, numbers or Quantities, or to :class:`fullbody.fitting.Free` with bounds and priors. The
         setup is differentiated by differences over a thousandth of a value, or of a radian for angles with a unit, or
         less; over more where nothing changes.
-    observations : Astrometry, Photometry, Radar, Measured, or a list of them
+    observations : Astrometry, Photometry, RadarAstrometry, Measured, or a list of them
         Observations may also be a function of parameters that returns them: ``lambda jitter: data.with_jitter(jitter)``
         frees a jitter, ``lambda albedo: observing.Photometry(..., albedo={"Alpha": 1.0, "Beta": albedo})`` an albedo.
     integrator : Integrator, optional
@@ -106,8 +106,8 @@ def fit(
     >>> view = observing.Geometry([0.0, 30.0], to_observer=far, light_time=False)
     >>> options = {"sigma": 0.01, "body": 1, "about": 0, "geometry": view}
     >>> run = system.integrate(state, 20.0, dense=True)
-    >>> ranges = observing.Radar(times, range=0 * times, **options).predict(run).range
-    >>> data = observing.Radar(times, range=ranges, **options)
+    >>> ranges = observing.RadarAstrometry(times, range=0 * times, **options).predict(run).range
+    >>> data = observing.RadarAstrometry(times, range=ranges, **options)
     >>> found = fullbody.fit(setup, {"mass": 2.01}, data)
     >>> round(found.values["mass"], 6), found.dof
     (2.0, 39)

@@ -120,7 +120,7 @@ def about_sun(orbit: Any, start: Time, epoch: Time, given: Units) -> tuple[Calla
     if not isinstance(orbit, KeplerElements):
         raise InvalidInput(f"orbit is {orbit!r}; expected the KeplerElements of the system about the Sun")
     if orbit.frame is not None and not (isinstance(orbit.frame, str) and orbit.frame == "ecliptic"):
-        orbit = orbit.to_frame("ecliptic")
+        orbit = orbit.to_frame(target="ecliptic")
     if np.ndim(orbit.e) > 0:
         raise InvalidInput(f"orbit is {orbit!r}; expected the elements of one orbit")
     if is_quantity(orbit.a):

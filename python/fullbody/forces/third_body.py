@@ -204,7 +204,7 @@ class ThirdBody(Force):
         given_in = self.frame if self.orbit is None else self.orbit.frame
         turn = None if given_in is None else _rotation(given_in, context, name)
         if self.orbit is not None:
-            orbit = self.orbit if turn is None else self.orbit.to_frame(context.frame)
+            orbit = self.orbit if turn is None else self.orbit.to_frame(target=context.frame)
             elements = {
                 "a": units.number(orbit.a, "length", f"semi-major axis of {name}"),
                 "e": units.number(orbit.e, "number", f"eccentricity of {name}"),

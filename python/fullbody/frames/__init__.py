@@ -24,7 +24,7 @@ from ..errors import InvalidInput
 from ..model.state import State
 from ..typing import Array
 
-__all__ = ["attitude", "pole_angles", "pole_vector", "rotation", "turn", "turn_pole", "turn_state"]
+__all__ = ["attitude", "pole_angles", "pole_vector", "rotate", "rotate_pole", "rotate_state", "rotation"]
 
 _Array = npt.NDArray[np.float64]
 _NAMES = {"ecliptic": "barycentricmeanecliptic", "equatorial": "icrs", "icrf": "icrs"}
@@ -68,7 +68,7 @@ def rotation(origin: Any, target: Any) -> _Array:
         # Astropy would take None as the ICRS.
         kind = frame if isinstance(frame, type) else type(frame)
         if not issubclass(kind, str | BaseCoordinateFrame | SkyCoord):
-            raise InvalidInput(f"cannot turn from the frame {origin!r} to {target!r}; {_EXPECTED}")
+            raise InvalidInput(f"cannot rotate from the frame {origin!r} to {target!r}; {_EXPECTED}")
     if "eclipj2000" in (origin, target):
         before, after = (_ECLIPJ2000 if frame == "eclipj2000" else np.eye(3) for frame in (origin, target))
         through = ("equatorial" if frame == "eclipj2000" else frame for frame in (origin, target))
@@ -80,13 +80,13 @@ def rotation(origin: Any, target: Any) -> _Array:
         matrix = np.array(turned.cartesian.xyz.value, dtype=np.float64)
     # A frame without the observer or the time that it needs raises an AttributeError within astropy.
     except (ValueError, TypeError, AttributeError, ConvertError) as error:
-        raise InvalidInput(f"cannot turn from the frame {origin!r} to {target!r}; {_EXPECTED}") from error
+        raise InvalidInput(f"cannot rotate from the frame {origin!r} to {target!r}; {_EXPECTED}") from error
     if not rotations.is_rotation(matrix):
         raise InvalidInput(f"the frames {origin!r} and {target!r} differ by more than a rotation; {_EXPECTED}")
     return matrix
 
 
-def turn(vectors: Any, origin: Any, target: Any) -> Array:
+def rotate(vectors: Any, origin: Any, target: Any) -> Array:
     """Convert vectors from one frame to another.
 
     Parameters
@@ -101,14 +101,14 @@ def turn(vectors: Any, origin: Any, target: Any) -> Array:
     Examples
     --------
     >>> import fullbody
-    >>> fullbody.frames.turn([0.0, 0.0, 1.0], "ecliptic", "equatorial")[1:].round(6)
+    >>> fullbody.frames.rotate([0.0, 0.0, 1.0], "ecliptic", "equatorial")[1:].round(6)
     array([-0.397777,  0.917482])
     """
     turned: Array = _vectors(vectors, "vectors") @ rotation(origin, target).T
     return turned
 
 
-def turn_state(state: State, origin: Any, target: Any) -> State:
+def rotate_state(state: State, origin: Any, target: Any) -> State:
     """Convert a state from one frame to another: positions, velocities and attitudes; spins are in body frames.
 
     Parameters
@@ -124,7 +124,7 @@ def turn_state(state: State, origin: Any, target: Any) -> State:
     --------
     >>> import fullbody
     >>> state = fullbody.State(position=[[0, 0, 1]], velocity=[[0, 0, 0]])
-    >>> fullbody.frames.turn_state(state, "ecliptic", "equatorial").position[0, 1:].round(6)
+    >>> fullbody.frames.rotate_state(state, "ecliptic", "equatorial").position[0, 1:].round(6)
     array([-0.397777,  0.917482])
     """
     if not isinstance(state, State):
@@ -182,7 +182,7 @@ def pole_angles(vector: Any) -> tuple[Any, Any]:
     return np.mod(np.arctan2(y, x), 2 * np.pi), np.arctan2(z, np.hypot(x, y))
 
 
-def turn_pole(longitude: Any, latitude: Any, origin: Any, target: Any) -> tuple[Any, Any]:
+def rotate_pole(longitude: Any, latitude: Any, origin: Any, target: Any) -> tuple[Any, Any]:
     """Convert a pole's longitude and latitude to another frame.
 
     Parameters
@@ -200,11 +200,11 @@ def turn_pole(longitude: Any, latitude: Any, origin: Any, target: Any) -> tuple[
     The pole of the ecliptic has the declination 90 degrees minus the obliquity:
 
     >>> import astropy.units as u, fullbody
-    >>> ra, dec = fullbody.frames.turn_pole(0 * u.deg, 90 * u.deg, "ecliptic", "equatorial")
+    >>> ra, dec = fullbody.frames.rotate_pole(0 * u.deg, 90 * u.deg, "ecliptic", "equatorial")
     >>> ra.to(u.deg).round(4), dec.to(u.deg).round(4)
     (<Quantity 270. deg>, <Quantity 66.5607 deg>)
     """
-    result = pole_angles(turn(pole_vector(longitude, latitude), origin, target))
+    result = pole_angles(rotate(pole_vector(longitude, latitude), origin, target))
     if not is_quantity(longitude):
         return result
     from astropy import units as u

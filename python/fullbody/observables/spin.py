@@ -172,7 +172,7 @@ def roll_pitch_yaw(run: Record, *, body: int | str = 1, about: int | str = 0) ->
     return found
 
 
-def libration(run: Record, *, body: int | str = 1, about: int | str = 0, count: int = 3) -> Libration:
+def libration(run: Record, *, body: int | str = 1, about: int | str = 0, n: int = 3) -> Libration:
     """Compute the libration of a body's longest axis, its amplitude and its strongest periodic terms.
 
     Parameters
@@ -181,7 +181,7 @@ def libration(run: Record, *, body: int | str = 1, about: int | str = 0, count: 
         A run of several periods of the libration, sampled several times in each.
     body, about : int or str
         Indices in the system, or names.
-    count : int
+    n : int
         The largest number of periodic terms.
 
     Returns
@@ -213,8 +213,8 @@ def libration(run: Record, *, body: int | str = 1, about: int | str = 0, count: 
     >>> swings.angle.shape
     (801,)
     """
-    if (integer(count) or 0) < 1:
-        raise InvalidInput(f"count is {count!r}; expected a whole number of 1 or more")
+    if (integer(n) or 0) < 1:
+        raise InvalidInput(f"n is {n!r}; expected a whole number of 1 or more")
     motion = RelativeMotion(run, body, about, 16, "a libration", REVOLUTIONS)
     axes = run.context.bodies[motion.body].semi_axes
     if not any(axes):
@@ -239,7 +239,7 @@ def libration(run: Record, *, body: int | str = 1, about: int | str = 0, count: 
     if swing > np.pi / 2:
         none = motion.rate(np.zeros(0)), motion.angle(np.zeros(0)), None
         return Libration(motion.span(motion.time), motion.angle(angle), None, *none)
-    frequencies, amplitudes = signal.lines(motion.path.time, fine, count)
+    frequencies, amplitudes = signal.lines(motion.path.time, fine, n)
     return Libration(
         motion.span(motion.time),
         motion.angle(angle),

@@ -2,7 +2,7 @@
 
 A :class:`Geometry` contains the directions of the observer and the Sun. :func:`brightness` and :func:`light_curve`
 compute the light of the bodies, :func:`mutual_events` their occultations and eclipses. :class:`Astrometry`,
-:class:`Photometry`, :class:`Radar` and :class:`Measured` hold data, and compute the predictions of a run for them, with
+:class:`Photometry`, :class:`RadarAstrometry` and :class:`Measured` hold data, and compute the predictions of a run for them, with
 residuals and chi2.
 
 Install the dependencies with the extra ``observing``.
@@ -18,7 +18,7 @@ from .light_curve import light_curve
 from .measured import Measured
 from .mutual import MutualEvent, mutual_events, occultation
 from .photometry import Photometry
-from .radar import Radar, RangeAndRate
+from .radar import RadarAstrometry, RangeAndRate
 
 __all__ = [
     "HG",
@@ -33,7 +33,7 @@ __all__ = [
     "Measured",
     "MutualEvent",
     "Photometry",
-    "Radar",
+    "RadarAstrometry",
     "RangeAndRate",
     "brightness",
     "brightness_derivatives",

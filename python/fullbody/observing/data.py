@@ -103,7 +103,7 @@ class Observations(Tabled):
         columns : dict, optional
             Names of columns where they differ from those that :meth:`to_table` writes. The keys are ``times``; for
             :class:`Astrometry` ``east``, ``north``, ``sigma`` (a pair of names) and ``correlation``; for
-            :class:`Photometry` ``magnitude`` and ``sigma``; for :class:`Radar` ``range``, ``range_rate`` and their
+            :class:`Photometry` ``magnitude`` and ``sigma``; for :class:`RadarAstrometry` ``range``, ``range_rate`` and their
             standard errors ``sigma_range`` and ``sigma_range_rate``.
         unit : unit or dict of unit, optional
             Unit of columns that have none, or the unit of each by these keys. Correlations have no unit.
@@ -114,7 +114,7 @@ class Observations(Tabled):
 
         Returns
         -------
-        Astrometry, Photometry or Radar
+        Astrometry, Photometry or RadarAstrometry
 
         Examples
         --------
@@ -123,7 +123,7 @@ class Observations(Tabled):
         >>> from fullbody import observing
         >>> geometry = observing.Geometry([0.0, 24.0] * u.h, to_observer=[0.05, 0.0, 0.0] * u.au)
         >>> table = QTable({"hours": [10.0, 11.0] * u.h, "range": [2.5, 2.6] * u.km, "sigma_range": [75.0, 75.0] * u.m})
-        >>> data = observing.Radar.from_table(table, columns={"times": "hours"}, geometry=geometry)
+        >>> data = observing.RadarAstrometry.from_table(table, columns={"times": "hours"}, geometry=geometry)
         >>> data.range, data.to_table().colnames
         (<Quantity [2.5, 2.6] km>, ['times', 'range', 'sigma_range'])
         """
@@ -279,7 +279,7 @@ class Observations(Tabled):
         Returns
         -------
         ndarray, Quantity or a pair of them
-            In the units of the observations: :class:`Astrometry` gives (K, 2), east and north, :class:`Radar` a
+            In the units of the observations: :class:`Astrometry` gives (K, 2), east and north, :class:`RadarAstrometry` a
             :class:`RangeAndRate`, and :class:`Photometry` magnitudes (K,).
 
         Raises
@@ -370,7 +370,7 @@ class Observations(Tabled):
         Parameters
         ----------
         jitter : float or Quantity
-            Its standard deviation, zero or above; its square is added to the variances. For a :class:`Radar` with both
+            Its standard deviation, zero or above; its square is added to the variances. For a :class:`RadarAstrometry` with both
             ranges and range rates, a pair. A fit that frees it starts above zero, where predictions do not change with
             it to first order.
 

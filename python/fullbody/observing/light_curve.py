@@ -33,7 +33,7 @@ def light_curve(
     mutual: bool = True,
     sun_radius: Any = 0.0,
     reduced: bool = True,
-    each: bool = False,
+    per_body: bool = False,
 ) -> _Array:
     """Compute the magnitudes of the bodies of a run, with their mutual occultations and eclipses.
 
@@ -50,7 +50,7 @@ def light_curve(
     reduced : bool
         Whether magnitudes are those at unit distances from the observer and from the Sun. Otherwise 5 log10 of the
         product of the two distances, in the system's unit of length, is added.
-    each : bool
+    per_body : bool
         Whether to return the magnitude of each body instead of that of all of them together.
 
     Returns
@@ -93,7 +93,7 @@ def light_curve(
     for what, place in (("observer", retarded.observer), ("Sun", to_sun)):
         refuse_inside(system, what, place, retarded.centre, attitude, when)
     light = photometer.brightness(when, retarded.centre, attitude, retarded.observer, to_sun)
-    return magnitudes(light if each else light.sum(axis=1), retarded.observer, to_sun, reduced)
+    return magnitudes(light if per_body else light.sum(axis=1), retarded.observer, to_sun, reduced)
 
 
 def magnitudes(light: _Array, to_observer: _Array, to_sun: _Array, reduced: bool) -> _Array:

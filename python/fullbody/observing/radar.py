@@ -14,7 +14,7 @@ from .columns import Column, Rows, column, jitter_of, positive_rows
 from .data import Observations
 from .vectors import Vectors
 
-__all__ = ["Radar", "RangeAndRate"]
+__all__ = ["RadarAstrometry", "RangeAndRate"]
 
 _Array = npt.NDArray[np.float64]
 _KINDS = {"range": ("length", "km"), "range_rate": ("velocity", "km/s")}
@@ -27,7 +27,7 @@ class RangeAndRate(NamedTuple):
     range_rate: Any
 
 
-class Radar(Observations):
+class RadarAstrometry(Observations):
     """Ranges and range rates of a body's centre of mass, from the observer or relative to another body.
 
     The range is the distance from the body, at the time when it reflects the signal, to the observer, at the time when
@@ -65,7 +65,7 @@ class Radar(Observations):
     >>> system, state = fullbody.systems.kw4(units=True)
     >>> view = observing.Geometry([0.0, 24.0] * u.h, to_observer=[0.05, 0.0, 0.0] * u.au)
     >>> times, ranges = [10.0, 11.0] * u.h, [0.0, 0.0] * u.km
-    >>> data = observing.Radar(times, range=ranges, sigma=75 * u.m, body="Beta", about="Alpha", geometry=view)
+    >>> data = observing.RadarAstrometry(times, range=ranges, sigma=75 * u.m, body="Beta", about="Alpha", geometry=view)
     >>> data.predict(system.integrate(state, 12.0, dense=True)).range.shape
     (2,)
     """
@@ -95,17 +95,19 @@ class Radar(Observations):
         self._units: dict[str, Any] = {}
         numbers: dict[str, _Array] = {}
         for (name, value), error in zip(given.items(), errors, strict=True):
-            values, unit = column(value, f"{name} of Radar", _KINDS[name][1])
-            spread, own = column(error, f"sigma of {name} of Radar", _KINDS[name][1])
+            values, unit = column(value, f"{name} of RadarAstrometry", _KINDS[name][1])
+            spread, own = column(error, f"sigma of {name} of RadarAstrometry", _KINDS[name][1])
             if (unit is None) != (own is None):
                 raise InvalidInput(f"only one of {name} and its sigma has a unit; expected both or neither")
             self._units[name] = unit
             numbers |= {name: values, f"sigma_{name}": spread}
-        rows = Rows(times, numbers, tuple(given), "Radar")
+        rows = Rows(times, numbers, tuple(given), "RadarAstrometry")
         super().__init__(rows, geometry)
         self.body, self.about = body, about
         self._values = {name: rows.of(name) for name in given}
-        self._sigma = {name: positive_rows(rows.of(f"sigma_{name}"), f"sigma of {name} of Radar") for name in given}
+        self._sigma = {
+            name: positive_rows(rows.of(f"sigma_{name}"), f"sigma of {name} of RadarAstrometry") for name in given
+        }
 
     @classmethod
     def _arguments(cls, read: dict[str, Any]) -> dict[str, Any]:
@@ -136,7 +138,7 @@ class Radar(Observations):
         return (values * unit_named(_KINDS[name][1])).to(unit)
 
     def _in_system(self, name: str, values: _Array, system: SystemLike) -> _Array:
-        return system.context.units.strip(self._united(name, values), _KINDS[name][0], f"{name} of Radar")
+        return system.context.units.strip(self._united(name, values), _KINDS[name][0], f"{name} of RadarAstrometry")
 
     def _widen(self, jitter: Any) -> None:
         both = jitter if len(self._values) == 2 else (jitter,)
@@ -168,7 +170,9 @@ class Radar(Observations):
         body = system.context.index(self.body, "body")
         about = None if self.about is None else system.context.index(self.about, "about")
         if body == about:
-            raise InvalidInput(f"body and about of Radar are both {system.context.names[body]}; expected two bodies")
+            raise InvalidInput(
+                f"body and about of RadarAstrometry are both {system.context.names[body]}; expected two bodies"
+            )
         retarded = self._retarded(system, states, masses)
         way = retarded.observer[:, None] - retarded.centre
         distance = np.sqrt(np.einsum("...x,...x->...", way, way))

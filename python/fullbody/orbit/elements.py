@@ -198,15 +198,15 @@ class KeplerElements(Generic[_T], Tabled):
             columns = [columns[0] * length, columns[1], *(c * u.rad for c in columns[2:])]
         return computed(columns, frame)
 
-    def to_frame(self, target: Any, origin: Any = None) -> KeplerElements[_T]:
+    def to_frame(self, origin: Any = None, target: Any = None) -> KeplerElements[_T]:
         """Return the elements of this orbit with its angles referred to another frame.
 
         Parameters
         ----------
-        target : str or astropy frame
-            The new frame: ``"ecliptic"``, ``"equatorial"`` or a frame of astropy; see :mod:`fullbody.frames`.
         origin : str or astropy frame, optional
             The frame of these elements; by default their own ``frame``.
+        target : str or astropy frame
+            The new frame: ``"ecliptic"``, ``"equatorial"`` or a frame of astropy; see :mod:`fullbody.frames`.
 
         Returns
         -------
@@ -223,11 +223,13 @@ class KeplerElements(Generic[_T], Tabled):
 
         >>> import fullbody, numpy as np
         >>> orbit = fullbody.KeplerElements(a=2.0, e=0.1, i=0.0, Omega=0.0, omega=0.5, M=1.0, frame="ecliptic")
-        >>> round(float(np.degrees(orbit.to_frame("equatorial").i)), 4)
+        >>> round(float(np.degrees(orbit.to_frame(target="equatorial").i)), 4)
         23.4393
         """
-        from ..frames import turn
+        from ..frames import rotate
 
+        if target is None:
+            raise InvalidInput("the target of to_frame is not given; expected target='equatorial', or another frame")
         origin = self.frame if origin is None else origin
         if origin is None:
             # A wrong guess would rotate the elements and give a result that looks plausible.
@@ -237,7 +239,7 @@ class KeplerElements(Generic[_T], Tabled):
             )
         plain = computed([_length_number(self.a), *(getattr(self, n) for n in ("e", *_ANGLES))])
         r, v = plain.to_cartesian(1.0)
-        turned = KeplerElements.from_cartesian(turn(r, origin, target), turn(v, origin, target), 1.0)
+        turned = KeplerElements.from_cartesian(rotate(r, origin, target), rotate(v, origin, target), 1.0)
         columns: list[Any] = [self.a, self.e]
         for name in _ANGLES:
             value, given = getattr(turned, name), getattr(self, name)

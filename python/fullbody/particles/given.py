@@ -212,10 +212,10 @@ class Particles:
         longitude: Any,
         latitude: Any,
         speed: Any,
-        number: int,
+        n: int,
         opening_angle: Any = np.pi / 2,
         filled: bool = False,
-        seed: int = 0,
+        rng: int | np.random.Generator = 0,
         area_to_mass: Any = 0.0,
     ) -> Particles:
         """Make particles that leave one point of a surface in a cone about its normal.
@@ -227,16 +227,16 @@ class Particles:
         body : int or str
         longitude, latitude : float or Quantity
             Direction of the crater, as in :meth:`from_surface`, whose notes say which side leads.
-        speed : float, Quantity or array_like, () or (number,)
+        speed : float, Quantity or array_like, () or (n,)
             Speed relative to the rotating surface.
-        number : int
+        n : int
             Number of particles.
         opening_angle : float or Quantity
             Full opening angle of the cone: twice the angle between its mantle and the normal.
         filled : bool
             Whether directions are uniform in the solid angle of the cone; otherwise they lie on its mantle.
-        seed : int
-            Seed of the generator of random numbers: equal seeds give equal particles.
+        rng : int or numpy.random.Generator
+            The generator of random numbers, or its seed: equal seeds give equal particles.
         area_to_mass : float, Quantity or array_like
 
         Returns
@@ -248,14 +248,14 @@ class Particles:
         InconsistentInput
             For angles that look like degrees: plain numbers beyond two turns with at most six decimals.
         """
-        count = integer(number)
+        count = integer(n)
         if count is None or count < 1:
-            raise InvalidInput(f"number is {number!r}; expected a whole number above zero")
+            raise InvalidInput(f"n is {n!r}; expected a whole number above zero")
         site, units = LaunchSite(system, state, body), system.context.units
         opening = units.number(opening_angle, "angle", "opening_angle")
         if not 0.0 <= opening <= np.pi:
             raise InvalidInput(f"opening_angle is {opening_angle!r}; expected an angle from 0 to pi")
-        azimuth, elevation = cone(count, opening, bool(filled), seed)
+        azimuth, elevation = cone(count, opening, bool(filled), rng)
         place = {"longitude": longitude, "latitude": latitude}
         numbers = {name: units.number(value, "angle", name) for name, value in place.items()}
         warn_if_degrees(longitude, "longitude")

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.arguments import integer
+from ..base.arguments import generator
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..model.state import State, strip
@@ -82,13 +82,11 @@ def launched(
     return site.moved(place, velocity)
 
 
-def cone(number: int, opening: float, filled: bool, seed: Any) -> tuple[_Array, _Array]:
+def cone(n: int, opening: float, filled: bool, rng: Any) -> tuple[_Array, _Array]:
     """Return azimuths and elevations of random directions in a cone about the normal."""
-    if integer(seed) is None:
-        raise InvalidInput(f"seed is {seed!r}; expected a whole number")
-    random = np.random.default_rng(seed)
-    azimuth = random.uniform(0.0, 2.0 * np.pi, number)
+    random = generator(rng)
+    azimuth = random.uniform(0.0, 2.0 * np.pi, n)
     half = 0.5 * opening
     if not filled:
-        return azimuth, np.full(number, np.pi / 2 - half)
-    return azimuth, np.arcsin(random.uniform(np.cos(half), 1.0, number))
+        return azimuth, np.full(n, np.pi / 2 - half)
+    return azimuth, np.arcsin(random.uniform(np.cos(half), 1.0, n))

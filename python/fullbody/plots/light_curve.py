@@ -30,7 +30,7 @@ def light_curve(
     """Draw magnitudes; see :meth:`fullbody.plots.Plots.light_curve`."""
     options = {name: kwargs.pop(name) for name in _OPTIONS if name in kwargs}
     moments = np.atleast_1d(in_system(times, run.system, "times"))
-    single = computed(run, times, geometry, each=True, **options)
+    single = computed(run, times, geometry, per_body=True, **options)
     with np.errstate(divide="ignore"):
         total = -2.5 * np.log10(np.sum(10.0 ** (-0.4 * single), axis=1))
     order = np.argsort(moments)

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..frames import attitude as attitude_of_pole
-from ..frames import turn_pole
+from ..frames import rotate_pole
 from ..model.state import State
 from .toml_table import Table
 
@@ -38,7 +38,7 @@ def attitude(table: Table, frame: str | None = None) -> _Array:
             longitude, latitude = table.vector("pole", "angle", 2)
             if "pole_frame" in table:
                 with table.naming("pole_frame"):
-                    longitude, latitude = turn_pole(longitude, latitude, table.text("pole_frame"), frame)
+                    longitude, latitude = rotate_pole(longitude, latitude, table.text("pole_frame"), frame)
             with table.naming("pole"):
                 return attitude_of_pole(longitude, latitude, angle)
     return np.array([1.0, 0.0, 0.0, 0.0])

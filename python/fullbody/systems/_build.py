@@ -12,7 +12,7 @@ from ..base import rotations
 from ..base.arguments import options_of, refuse_unknown
 from ..base.units import USUAL, Units
 from ..errors import InvalidInput
-from ..frames import turn_state
+from ..frames import rotate_state
 from ..model.description import functions
 from ..model.force import rebuilt
 from ..model.state import State, strip, wrap
@@ -71,7 +71,7 @@ def ready(
     if frame == "orbit" and not planar:
         state = _rotated(state, _into(plane))
     elif frame not in (None, "orbit", published):
-        state = turn_state(state, published, frame)
+        state = rotate_state(state, published, frame)
     system, state = _in_units(system, state, units)
     axes = (published, _into(plane)) if frame == "orbit" else (frame, None)
     return with_sun(system, content.get("sun"), sun, axes), state

@@ -96,7 +96,7 @@ def test_frequencies_are_those_of_runs(ellipsoids, locked):
         run = ellipsoids.integrate(modes.excited(mode, 1e-5), 40 * period, output=period / 16)
         angles = fullbody.observables.roll_pitch_yaw(run, body="B", about="A")
         angle = np.asarray(angles)[:, 2 if coordinate else 0]
-        found = analysis.frequencies(run, angle, count=1)
+        found = analysis.frequencies(run, angle, n=1)
         assert found.frequency[0] == pytest.approx(modes.frequency[mode], rel=1e-6)
 
 

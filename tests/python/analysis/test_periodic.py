@@ -153,6 +153,6 @@ def test_sections_are_the_events_of_runs(ellipsoids, locked):
 def test_frequencies_of_a_made_up_signal(ellipsoids, locked):
     run = ellipsoids.integrate(locked.state, 200.0, output=0.5)
     time = run.time
-    found = analysis.frequencies(run, 0.3 * np.cos(1.234 * time) + 2.0 * np.sin(0.7 * time + 1.0), count=2)
+    found = analysis.frequencies(run, 0.3 * np.cos(1.234 * time) + 2.0 * np.sin(0.7 * time + 1.0), n=2)
     np.testing.assert_allclose(found.frequency, [0.7, 1.234], rtol=1e-5)
     np.testing.assert_allclose(found.amplitude, [2.0, 0.3], rtol=1e-4)

@@ -128,7 +128,9 @@ CASES = {
     "from_cartesian mu": Case("mu", lambda x: KeplerElements.from_cartesian(R[1], V[1], x).a, MU, u.km),
     "pole_vector longitude": Case("longitude", lambda x: frames.pole_vector(x, 0.1), 10 * u.deg, None),
     "pole_vector latitude": Case("latitude", lambda x: frames.pole_vector(0.1, x), 10 * u.deg, None),
-    "turn_pole": Case("longitude", lambda x: frames.turn_pole(x, 0.1, "ecliptic", "equatorial")[1], 10 * u.deg, u.rad),
+    "rotate_pole": Case(
+        "longitude", lambda x: frames.rotate_pole(x, 0.1, "ecliptic", "equatorial")[1], 10 * u.deg, u.rad
+    ),
     "attitude longitude": Case("longitude", lambda x: frames.attitude(x, 0.1), 10 * u.deg, None),
     "attitude latitude": Case("latitude", lambda x: frames.attitude(0.1, x), 10 * u.deg, None),
     "attitude angle": Case("angle", lambda x: frames.attitude(0.1, 0.1, x), 10 * u.deg, None),

@@ -56,7 +56,7 @@ def radar(truth, hours, count):
 
     def data(ranges, rates, **places):
         options = {"sigma": (75 * u.m, 1 * u.cm / u.s), "geometry": geometry, **places}
-        return observing.Radar(times, range=ranges, range_rate=rates, **options)
+        return observing.RadarAstrometry(times, range=ranges, range_rate=rates, **options)
 
     zero, exact = np.zeros(count), []
     # What Alpha does about the barycentre tells the ratio of the masses.
@@ -146,14 +146,14 @@ def test_points_give_pulls_and_p_values_of_their_distributions(seed):
     rng, (system, state) = np.random.default_rng(seed), pair()
     options = {"sigma": (0.02, 0.01), "body": 1, "about": 0, "geometry": VIEW}
     times, zero, truth = np.linspace(2.0, 30.0, 15), np.zeros(15), {"mass": 2.353, "a": 2.55}
-    exact = observing.Radar(times, range=zero, range_rate=zero, **options).predict(
+    exact = observing.RadarAstrometry(times, range=zero, range_rate=zero, **options).predict(
         system.integrate(state, 30.0, output=times)
     )
     fits = []
     for _ in range(max(40, COUNT)):
         noise = rng.normal(size=(2, 15)) * [[0.02], [0.01]]
         columns = {"range": exact.range + noise[0], "range_rate": exact.range_rate + noise[1]}
-        fits.append(fullbody.fit(pair, truth, observing.Radar(times, **columns, **options), integrator=QUICK))
+        fits.append(fullbody.fit(pair, truth, observing.RadarAstrometry(times, **columns, **options), integrator=QUICK))
     check(fits, truth)
     scatter = np.cov([[one.values[name] for one in fits] for name in truth])
     # Elements of a covariance from so many draws are known to the root of two over their number.

@@ -87,7 +87,7 @@ def test_order_units_and_epoch_of_the_data_change_nothing():
     options = {"body": "Beta", "about": "Alpha", "geometry": radar.geometry}
     columns = {"range": radar.range[order].to(u.m), "range_rate": radar.range_rate[order].to(u.km / u.day)}
     sigma = (0.075 * u.km, 0.01 * u.m / u.s)
-    shuffled = observing.Radar(radar.times[order].to(u.day), **columns, sigma=sigma, **options)
+    shuffled = observing.RadarAstrometry(radar.times[order].to(u.day), **columns, sigma=sigma, **options)
 
     def later(mass, a):
         """The same start, from which half a period earlier the motion is followed."""
@@ -188,7 +188,7 @@ def test_refused_proposals_are_shortened_and_counted(radar, found):
 def test_refused_proposals_are_not_taken_for_good_ones_where_residuals_are_large(radar, found):
     # The errors are ten thousand times smaller than the noise, so that the best pulls are of that size.
     columns = {"range": radar.range, "range_rate": radar.range_rate, "sigma": (2e-6, 1e-6)}
-    data = observing.Radar(radar.times, **columns, body=1, about=0, geometry=radar.geometry)
+    data = observing.RadarAstrometry(radar.times, **columns, body=1, about=0, geometry=radar.geometry)
     far = fullbody.fit(limited(2.2, 2.5), {"mass": 2.4, "a": 2.45}, data)
     assert far.refused > 0
     assert far.chi2 == pytest.approx(1e8 * found.chi2, rel=1e-6)
@@ -205,7 +205,7 @@ def test_robust_losses_withstand_outliers(radar):
     wrong = np.array(radar.range)
     wrong[[3, 9]] += 1.0
     columns = {"range": wrong, "range_rate": radar.range_rate, "sigma": (0.02, 0.01)}
-    data = observing.Radar(radar.times, **columns, body=1, about=0, geometry=radar.geometry)
+    data = observing.RadarAstrometry(radar.times, **columns, body=1, about=0, geometry=radar.geometry)
     start = {"mass": 2.353, "a": 2.55}
     shifts = {}
     for loss in ("linear", "cauchy", "huber", "soft_l1", "arctan", Outliers(0.1, 30.0)):
@@ -274,7 +274,9 @@ def test_jitter_is_found_with_its_error():
     exact = noisy(rng, system, state, times, 40.0)
     run = system.integrate(state, 40.0, output=exact.emission(system), integrator=QUICK)
     ranges = exact.predict(run).range + rng.normal(size=60) * 225 * u.m
-    data = observing.Radar(times, range=ranges, sigma=75 * u.m, body="Beta", about="Alpha", geometry=exact.geometry)
+    data = observing.RadarAstrometry(
+        times, range=ranges, sigma=75 * u.m, body="Beta", about="Alpha", geometry=exact.geometry
+    )
     start = {"a": 2.55, "jitter": Free(100 * u.m, min=0 * u.m)}
     found = fullbody.fit(lambda a: kw4(a=a), start, [lambda jitter: data.with_jitter(jitter)], integrator=QUICK)
     assert found.values["jitter"].unit == u.m

@@ -48,7 +48,7 @@ BETWEEN = {"a": Free(2.55, min=2.5, max=2.6)}
         ({"integrator": "Verner98"}, "integrator is 'Verner98'; expected one of fullbody's"),
         ({"observations": None}, "observations is None; expected observations, or a list"),
         ({"observations": 1.0 * u.km}, r"observations is <Quantity 1. km>; expected observations, or a list"),
-        ({"observations": observing.Radar}, "parameters has no 'times', which .*Radar.* needs"),
+        ({"observations": observing.RadarAstrometry}, "parameters has no 'times', which .*RadarAstrometry.* needs"),
         ({"parameters": {"a": True}}, "start of a is True; expected numbers"),
         ({"parameters": {"a": Free(np.bool_(True))}}, "start of a is .*True.*; expected numbers"),
         ({"parameters": {"a": Free(2.55, min=True)}}, "min of a is True; expected numbers"),
@@ -91,14 +91,16 @@ def test_bad_arguments_are_refused(radar, options, message):
 
 
 def test_bad_data_and_setups_are_refused(radar):
-    few = observing.Radar(radar.times[:1], range=radar.range[:1], sigma=0.02, body=1, about=0, geometry=radar.geometry)
+    few = observing.RadarAstrometry(
+        radar.times[:1], range=radar.range[:1], sigma=0.02, body=1, about=0, geometry=radar.geometry
+    )
     with pytest.raises(InvalidInput, match="2 parameters, and there are 1 numbers of data"):
         fullbody.fit(pair, TRUE, few)
     other = {"range": radar.range, "sigma": 0.02, "about": 0, "geometry": radar.geometry}
     with pytest.raises(InvalidInput, match="body is 7"):
-        fullbody.fit(pair, TRUE, observing.Radar(radar.times, body=7, **other))
+        fullbody.fit(pair, TRUE, observing.RadarAstrometry(radar.times, body=7, **other))
     with pytest.raises(InvalidInput, match="outside the span of the geometry"):
-        fullbody.fit(pair, TRUE, observing.Radar(radar.times + 90.0, body=1, **other))
+        fullbody.fit(pair, TRUE, observing.RadarAstrometry(radar.times + 90.0, body=1, **other))
     with pytest.raises(InvalidInput, match=r"do not change evenly with a near 2\.55"):
         fullbody.fit(lambda a: pair(a=2.5 + 1e-3 * np.floor(1e9 * a) % 7), {"a": 2.55}, radar)
     rng = np.random.default_rng(1)
@@ -116,24 +118,27 @@ def test_bad_data_and_setups_are_refused(radar):
 @pytest.mark.parametrize(
     ("sigma", "message"),
     [
-        (0.0, "sigma of range of Radar has the value 0.0; expected standard errors above zero"),
-        (-1.0, "sigma of range of Radar has the value -1.0; expected standard errors above zero"),
-        (np.inf, r"sigma of range of Radar has the value inf; expected numbers of at most 1e\+60 in size"),
-        (1e-61, "sigma of range of Radar has the value 1e-61; expected standard errors above zero and not below 1e-60"),
-        (np.nan, "Radar has no row without masked or missing values"),
-        (None, "sigma of range of Radar is None; expected numbers"),
-        ([0.1, 0.2], r"sigma_range of Radar has shape \(2,\); expected 15 rows"),
+        (0.0, "sigma of range of RadarAstrometry has the value 0.0; expected standard errors above zero"),
+        (-1.0, "sigma of range of RadarAstrometry has the value -1.0; expected standard errors above zero"),
+        (np.inf, r"sigma of range of RadarAstrometry has the value inf; expected numbers of at most 1e\+60 in size"),
+        (
+            1e-61,
+            "sigma of range of RadarAstrometry has the value 1e-61; expected standard errors above zero and not below 1e-60",
+        ),
+        (np.nan, "RadarAstrometry has no row without masked or missing values"),
+        (None, "sigma of range of RadarAstrometry is None; expected numbers"),
+        ([0.1, 0.2], r"sigma_range of RadarAstrometry has shape \(2,\); expected 15 rows"),
     ],
 )
 def test_errors_that_are_none_are_refused(radar, sigma, message):
     with pytest.raises(InvalidInput, match=message):
-        observing.Radar(radar.times, range=radar.range, sigma=sigma, body=1, about=0, geometry=VIEW)
+        observing.RadarAstrometry(radar.times, range=radar.range, sigma=sigma, body=1, about=0, geometry=VIEW)
 
 
 def test_a_row_whose_error_is_missing_is_left_out_with_a_warning(radar):
     sigma = np.where(radar.times > 29.0, np.nan, 0.02)
-    with pytest.warns(InconsistentInput, match="1 of 15 rows of Radar .* left out: row 14"):
-        data = observing.Radar(radar.times, range=radar.range, sigma=sigma, body=1, about=0, geometry=VIEW)
+    with pytest.warns(InconsistentInput, match="1 of 15 rows of RadarAstrometry .* left out: row 14"):
+        data = observing.RadarAstrometry(radar.times, range=radar.range, sigma=sigma, body=1, about=0, geometry=VIEW)
     assert fullbody.fit(pair, TRUE, data).dof == 12
 
 
@@ -189,7 +194,7 @@ def test_observations_whose_number_depends_on_a_parameter_are_refused(radar):
     def data(mass):
         rows = slice(10 if mass < 2.355 else 15)
         values = {"range": radar.range[rows], "sigma": 0.02}
-        return observing.Radar(radar.times[rows], **values, body=1, about=0, geometry=VIEW)
+        return observing.RadarAstrometry(radar.times[rows], **values, body=1, about=0, geometry=VIEW)
 
     with pytest.warns(InconsistentInput, match="refused: InvalidInput: the observations have 10 numbers"):
         found = fullbody.fit(pair, START, data)
@@ -198,12 +203,14 @@ def test_observations_whose_number_depends_on_a_parameter_are_refused(radar):
 
 def test_as_many_data_as_parameters_leave_no_p_value(radar):
     rows = {"range": radar.range[:2], "sigma": 0.02, "body": 1, "about": 0, "geometry": VIEW}
-    found = fullbody.fit(pair, START, observing.Radar(radar.times[:2], **rows))
+    found = fullbody.fit(pair, START, observing.RadarAstrometry(radar.times[:2], **rows))
     assert (found.dof, found.p_value) == (0, None)
     assert found.chi2 < 1e-6
     with pytest.raises(InvalidInput, match="3 parameters, and there are 2 numbers of data and priors"):
         fullbody.fit(
-            lambda mass, a, more: pair(mass + more, a), {**START, "more": 0.0}, observing.Radar(radar.times[:2], **rows)
+            lambda mass, a, more: pair(mass + more, a),
+            {**START, "more": 0.0},
+            observing.RadarAstrometry(radar.times[:2], **rows),
         )
 
 

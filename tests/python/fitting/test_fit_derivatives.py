@@ -47,8 +47,8 @@ def test_jacobian_of_radar_is_that_of_complete_runs():
     zero = np.zeros(14)
     both = {"range": zero * u.km, "range_rate": zero * u.cm / u.s, "sigma": (75 * u.m, 1 * u.cm / u.s)}
     data = [
-        observing.Radar(times, **both, body="Beta", about="Alpha", geometry=geometry),
-        observing.Radar(times[:4], range=zero[:4] * u.km, sigma=75 * u.m, body="Alpha", geometry=geometry),
+        observing.RadarAstrometry(times, **both, body="Beta", about="Alpha", geometry=geometry),
+        observing.RadarAstrometry(times[:4], range=zero[:4] * u.km, sigma=75 * u.m, body="Alpha", geometry=geometry),
     ]
     steps = {"mass": 3e-4, "ratio": 3e-4, "a": 2e-4, "c": 1e-3, "tilt": 1e-2, "libration": 2e-2}
     assert max(compared(kw4, start, data, steps).values()) < 1e-6
@@ -91,7 +91,7 @@ def test_derivatives_of_pulls_are_those_of_the_run_displaced():
     zero = np.zeros(5)
     light = observing.Photometry(times, zero, 0.01, geometry=geometry)
     names = ["mass of Didymos", "mass of Dimorphos", "semi-axis a of Didymos", "semi-axis b of Dimorphos", "G"]
-    radar = observing.Radar(times, range=zero * u.km, sigma=10 * u.m, body="Dimorphos", geometry=geometry)
+    radar = observing.RadarAstrometry(times, range=zero * u.km, sigma=10 * u.m, body="Dimorphos", geometry=geometry)
     offsets = {"body": "Dimorphos", "about": "Didymos", "geometry": geometry}
     sky = observing.Astrometry(times, zero * u.mas, zero * u.mas, 1 * u.mas, photocentre=True, **offsets)
     # Ranges of 0.05 au are rounded to 1 um, of which the differences take some hundreds apart.
@@ -199,7 +199,7 @@ def test_composites_are_differentiated_by_their_parts(name):
 
     times = np.linspace(1.0, 8.0, 6)
     geometry = observing.Geometry([0.0, 10.0], to_observer=[1e3, 2e2, 3e2], light_time=False)
-    data = observing.Radar(times, range=np.zeros(6), sigma=0.01, body=1, about=0, geometry=geometry)
+    data = observing.RadarAstrometry(times, range=np.zeros(6), sigma=0.01, body=1, about=0, geometry=geometry)
     assert compared(setup, {name: {"mass": 1.0, "c": 0.3}[name]}, data, {name: 1e-3})[name] < 1e-6
 
 

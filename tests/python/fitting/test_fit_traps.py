@@ -24,9 +24,9 @@ def ranges(setup, times, noise, seed=0, sigma=0.02):
     options = {"sigma": sigma, "body": 1, "about": 0, "geometry": FAR}
     system, state = setup
     run = system.integrate(state, times[-1] + 1.0, dense=True)
-    exact = observing.Radar(times, range=0 * times, **options).predict(run).range
+    exact = observing.RadarAstrometry(times, range=0 * times, **options).predict(run).range
     seen = exact + noise * np.random.default_rng(seed).normal(size=len(times))
-    return observing.Radar(times, range=seen, **options)
+    return observing.RadarAstrometry(times, range=seen, **options)
 
 
 @pytest.mark.parametrize("seed", [0, 3, 7])
@@ -135,10 +135,12 @@ def test_the_run_of_a_fit_is_the_motion_that_was_fitted_before_the_epoch_too():
     options = {"sigma": 0.01, "body": 1, "about": 0, "geometry": FAR}
     later, earlier = times[times > 0], times[times < 0]
     exact = [
-        observing.Radar(part, range=0 * part, **options).predict(system.integrate(state, end, dense=True)).range
+        observing.RadarAstrometry(part, range=0 * part, **options)
+        .predict(system.integrate(state, end, dense=True))
+        .range
         for part, end in ((earlier, -61.0), (later, 61.0))
     ]
-    data = observing.Radar(times, range=np.concatenate(exact), **options)
+    data = observing.RadarAstrometry(times, range=np.concatenate(exact), **options)
     fit = fullbody.fit(lambda mass: with_third_body(mass=mass), {"mass": 1.0}, data)
     assert np.abs(data.residuals(fit.run).range).max() < 1e-8
 
@@ -166,7 +168,7 @@ def test_one_orbit_with_an_angle_in_other_turns_is_one_minimum():
 def test_stated_errors_that_change_with_a_parameter_are_refused(radar):
     def scaled(factor):
         columns = {"range": radar.range, "range_rate": radar.range_rate, "sigma": (0.02 * factor, 0.01 * factor)}
-        return observing.Radar(radar.times, **columns, body=1, about=0, geometry=radar.geometry)
+        return observing.RadarAstrometry(radar.times, **columns, body=1, about=0, geometry=radar.geometry)
 
     with pytest.raises(InvalidInput, match=r"stated errors .* change with factor"):
         fullbody.fit(lambda a: pair(a=a), {"a": 2.55, "factor": 1.0}, scaled)

@@ -333,10 +333,10 @@ def test_a_frame_that_cannot_be_compared_is_refused():
     third = ThirdBody(mu=7.0, orbit=orbit, of="body", name="Sun")
     with pytest.raises(InvalidInput, match="path of Sun is in the frame 'ecliptic'"):
         fullbody.System(bodies, G=0.5, forces=[third])
-    with pytest.raises(InvalidInput, match="path of Sun: cannot turn from the frame 'ecliptic' to 'orbit'"):
+    with pytest.raises(InvalidInput, match="path of Sun: cannot rotate from the frame 'ecliptic' to 'orbit'"):
         fullbody.System(bodies, G=0.5, frame="orbit", forces=[third])
     wrong = fullbody.KeplerElements(50.0, 0.1, 0.2, 0.3, 0.4, 0.5, frame="eclptic")
-    with pytest.raises(InvalidInput, match="cannot turn from the frame 'eclptic'"):
+    with pytest.raises(InvalidInput, match="cannot rotate from the frame 'eclptic'"):
         ThirdBody(mu=7.0, orbit=wrong, of="body")
     with pytest.raises(InvalidInput, match="frame of third body is 'icrs' beside an orbit"):
         ThirdBody(mu=7.0, orbit=orbit, frame="icrs", of="body")

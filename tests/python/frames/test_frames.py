@@ -24,17 +24,17 @@ def test_the_ecliptic_is_turned_about_the_equinox_by_the_obliquity():
 
 
 def test_poles_are_turned_as_astropy_turns_them():
-    lon, lat = frames.turn_pole(310 * u.deg, -84 * u.deg, "ecliptic", "equatorial")
+    lon, lat = frames.rotate_pole(310 * u.deg, -84 * u.deg, "ecliptic", "equatorial")
     expected = SkyCoord(310 * u.deg, -84 * u.deg, frame=BarycentricMeanEcliptic()).icrs
     assert abs(lon - expected.ra).to_value(u.arcsec) < 1e-6
     assert abs(lat - expected.dec).to_value(u.arcsec) < 1e-6
-    back = frames.turn_pole(lon, lat, "equatorial", "ecliptic")
+    back = frames.rotate_pole(lon, lat, "equatorial", "ecliptic")
     np.testing.assert_allclose([b.to_value(u.deg) for b in back], [310, -84], rtol=1e-13)
 
 
 def test_any_frame_of_astropy_and_none_else():
     # The north galactic pole for J2000: 12h 51m 26.282s, +27d 07' 42.01" (Reid & Brunthaler 2004).
-    ra, dec = frames.turn_pole(0.0, np.pi / 2, "galactic", "equatorial")
+    ra, dec = frames.rotate_pole(0.0, np.pi / 2, "galactic", "equatorial")
     np.testing.assert_allclose(np.degrees([ra, dec]), [192.859508, 27.128336], atol=1e-4)
     # Of no frame, of an observer, of a time, of a moving origin, of aberrated light.
     for name in ("elliptic", "altaz", "hadec", "teme", "itrs", "hcrs", "fk4", None, 3):
@@ -65,14 +65,14 @@ def test_elements_turn_like_their_vectors(degrees):
     angles = np.radians([156.1, 105.4, 319.7, 40.0]) * u.rad
     angles = angles.to(u.deg) if degrees else angles
     orbit = fullbody.KeplerElements(a, e, *angles)
-    turned = orbit.to_frame("equatorial", "ecliptic")
+    turned = orbit.to_frame("ecliptic", "equatorial")
     assert turned.a == a
     assert turned.e == e
     assert turned.i.unit == angles.unit
     for given, result in zip(orbit.to_cartesian(mu), turned.to_cartesian(mu), strict=True):
         expected = SkyCoord(*given.value, frame=BarycentricMeanEcliptic(), representation_type="cartesian").icrs
         np.testing.assert_allclose(result.value, expected.cartesian.xyz.value, rtol=1e-12)
-    back = turned.to_frame("ecliptic", "equatorial")
+    back = turned.to_frame("equatorial", "ecliptic")
     for name in ("i", "Omega", "omega", "M"):
         np.testing.assert_allclose(getattr(back, name).value, getattr(orbit, name).value, rtol=1e-12)
 
@@ -83,19 +83,19 @@ def test_elements_of_a_run_are_in_its_frame():
     elements = system.integrate(state, 2.0, output=1.0).elements()
     assert elements.frame == elements[0].frame == "equatorial"
     np.testing.assert_allclose(np.degrees([elements.i, elements.Omega]), [[164.1] * 3, [268.0] * 3], rtol=1e-9)
-    turned = elements.to_frame("ecliptic")
+    turned = elements.to_frame(target="ecliptic")
     pole = SkyCoord(178 * u.deg, -74.1 * u.deg).transform_to(BarycentricMeanEcliptic())
     np.testing.assert_allclose(np.degrees(turned.i), 90 - pole.lat.deg, rtol=1e-9)
     np.testing.assert_allclose(np.degrees(turned.Omega), pole.lon.deg + 90 - 360 * (pole.lon.deg > 270), rtol=1e-9)
     assert turned.frame == "ecliptic"
-    assert turned == elements.to_frame("ecliptic", origin="equatorial")
+    assert turned == elements.to_frame("equatorial", "ecliptic")
     # What is given goes before what is known, for a system's frame is but a name.
-    assert elements.to_frame("ecliptic", origin="ecliptic") != turned
-    np.testing.assert_allclose(turned.to_frame("equatorial").Omega, elements.Omega, rtol=1e-9)
+    assert elements.to_frame("ecliptic", "ecliptic") != turned
+    np.testing.assert_allclose(turned.to_frame(target="equatorial").Omega, elements.Omega, rtol=1e-9)
     relative = (state.position[1] - state.position[0], state.velocity[1] - state.velocity[0], system.mu())
     made = fullbody.KeplerElements.from_cartesian(*relative, frame=system.frame)
     assert made.frame == "equatorial"
-    np.testing.assert_allclose(made.to_frame("ecliptic").i, turned.i[0], rtol=1e-12)
+    np.testing.assert_allclose(made.to_frame(target="ecliptic").i, turned.i[0], rtol=1e-12)
 
 
 def test_elements_of_no_known_frame_do_not_turn():
@@ -104,11 +104,11 @@ def test_elements_of_no_known_frame_do_not_turn():
     for elements in (orbit, system.integrate(state, 1.0).elements()):
         assert elements.frame is None
         with pytest.raises(InvalidInput, match=r"the frame that .* not known; expected origin='ecliptic'"):
-            elements.to_frame("equatorial")
-        elements.to_frame("equatorial", origin="ecliptic")
+            elements.to_frame(target="equatorial")
+        elements.to_frame("ecliptic", "equatorial")
     _, plane = ready("didymos", frame="orbit")
-    with pytest.raises(InvalidInput, match="cannot turn from the frame 'orbit' to 'ecliptic'"):
-        ready("didymos", frame="orbit")[0].integrate(plane, 1.0).elements().to_frame("ecliptic")
+    with pytest.raises(InvalidInput, match="cannot rotate from the frame 'orbit' to 'ecliptic'"):
+        ready("didymos", frame="orbit")[0].integrate(plane, 1.0).elements().to_frame(target="ecliptic")
 
 
 def test_a_frame_of_elements_is_kept_and_compared():
@@ -130,7 +130,7 @@ def test_a_frame_of_elements_is_kept_and_compared():
 
 def test_a_hyperbola_and_arrays_turn():
     orbit = fullbody.KeplerElements(-1.0, 1.5, np.array([0.1, 0.2]), 0.3, 0.4, -2.0, frame="ecliptic")
-    back = orbit.to_frame("equatorial").to_frame("ecliptic")
+    back = orbit.to_frame(target="equatorial").to_frame(target="ecliptic")
     np.testing.assert_allclose(back.i, orbit.i, rtol=1e-12)
     np.testing.assert_allclose(back.M, [-2.0, -2.0], rtol=1e-12)
 
@@ -172,7 +172,7 @@ def test_epoch_and_frame_survive_a_file(tmp_path):
 )
 def test_vectors_that_are_none(vector, what):
     with pytest.raises(InvalidInput, match="vectors " + what):
-        frames.turn(vector, "ecliptic", "equatorial")
+        frames.rotate(vector, "ecliptic", "equatorial")
     with pytest.raises(InvalidInput, match="vector " + what):
         frames.pole_angles(vector)
 
@@ -181,12 +181,12 @@ def test_directions_and_states_that_are_none():
     with pytest.raises(InvalidInput, match=r"vector is .*; expected three numbers that are not all zero"):
         frames.pole_angles([[0, 0, 1], [0, 0, 0]])
     with pytest.raises(InvalidInput, match="state is 3; expected a State"):
-        frames.turn_state(3, "ecliptic", "equatorial")
+        frames.rotate_state(3, "ecliptic", "equatorial")
 
 
 def test_vectors_with_units_keep_them():
     """The pole of the ecliptic is at the declination 90 degrees less the obliquity, in any unit."""
-    turned = frames.turn([0 * u.km, 0 * u.km, 1000 * u.m], "ecliptic", "equatorial")
+    turned = frames.rotate([0 * u.km, 0 * u.km, 1000 * u.m], "ecliptic", "equatorial")
     assert turned.unit.is_equivalent(u.km)
     np.testing.assert_allclose(turned[2].to_value(u.km), np.cos(np.deg2rad(84381.406 / 3600)), rtol=1e-6)
     longitude, latitude = frames.pole_angles([0, 2, 2] * u.km)

@@ -59,7 +59,7 @@ def input_warnings(call):
         (lambda: points(1, 1).integrate(START, np.ma.masked), "until is masked"),
         (lambda: points(1, 1).integrate(START, 2.0, output=np.ma.array([0.0, 1], mask=[0, 1])), "output has 1 masked"),
         (lambda: fullbody.SymplecticSplitting(np.ma.masked), "step is masked"),
-        (lambda: fullbody.frames.turn(HIDDEN, "ecliptic", "equatorial"), "vectors has 1 masked value"),
+        (lambda: fullbody.frames.rotate(HIDDEN, "ecliptic", "equatorial"), "vectors has 1 masked value"),
         (lambda: fullbody.events.PlaneCrossing(normal=HIDDEN[1]), "normal of PlaneCrossing has 1 masked value"),
     ],
 )
@@ -136,7 +136,7 @@ def thrown(way, **options):
         (lambda x: State(POSITION, VELOCITY).rotated(1, [0, 0, 1], x), "angle is", 20),
         (lambda x: thrown("from_surface", longitude=x, latitude=0.0), "longitude is", 270),
         (lambda x: thrown("from_surface", longitude=0.0, latitude=0.0, azimuth=x, elevation=0.5), "azimuth is", 200),
-        (lambda x: thrown("ejecta", number=3, longitude=x, latitude=0.0), "longitude is", 270),
+        (lambda x: thrown("ejecta", n=3, longitude=x, latitude=0.0), "longitude is", 270),
     ],
 )
 def test_angles_that_look_like_degrees(call, what, turns):

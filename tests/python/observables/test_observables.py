@@ -161,18 +161,18 @@ def test_libration_of_a_massive_moon(mass):
     """The torque goes with the other mass alone, the orbit with both."""
     run, frequency = librating(0.0, 1e-3, 1000.0, mass)
     assert frequency < np.sqrt(3 * (100 - 81) / (100 + 81)) / np.sqrt(1 + 0.99 * mass)
-    found = observables.libration(run, count=1)
+    found = observables.libration(run, n=1)
     np.testing.assert_allclose(found.frequencies[0], frequency, rtol=1e-4)
     e = 1e-3
     run, frequency = librating(e, 0.0, 1000.0, mass)
-    found = observables.libration(run, count=2)
+    found = observables.libration(run, n=2)
     forced = np.argmin(np.abs(found.frequencies - 1.0))
     np.testing.assert_allclose(found.amplitudes[forced], 2 * e / (1 - frequency**2), rtol=0.01)
 
 
 def test_free_libration():
     run, frequency = librating(0.0, 1e-3, 400.0)
-    found = observables.libration(run, count=1)
+    found = observables.libration(run, n=1)
     np.testing.assert_allclose(found.frequencies[0], frequency, rtol=1e-4)
     np.testing.assert_allclose(found.amplitudes[0], 1e-3, rtol=1e-3)
     np.testing.assert_allclose(found.amplitude, 1e-3, rtol=1e-2)
@@ -185,7 +185,7 @@ def test_free_libration():
 def test_forced_libration():
     e = 1e-3
     run, frequency = librating(e, 0.0, 600.0)
-    found = observables.libration(run, count=2)
+    found = observables.libration(run, n=2)
     order = np.argsort(found.frequencies)
     np.testing.assert_allclose(found.frequencies[order], [frequency, 1.0], rtol=1e-3)
     np.testing.assert_allclose(found.amplitudes[order][1], 2 * e / (1 - frequency**2), rtol=0.01)
@@ -328,8 +328,8 @@ def test_what_cannot_be_observed_is_named():
         with pytest.raises(InvalidInput, match="axis"):
             observables.orbit_precession(run, axis=axis)
     for count in (0, -1, 1.5, None):
-        with pytest.raises(InvalidInput, match=r"count is .*; expected a whole number"):
-            observables.libration(run, count=count)
+        with pytest.raises(InvalidInput, match=r"n is .*; expected a whole number"):
+            observables.libration(run, n=count)
 
 
 def test_periapsis_is_not_told_from_other_terms_of_the_distance():

@@ -205,7 +205,7 @@ def test_correlations_are_read_from_a_table_with_other_names_of_columns():
         ({"east": [1.0, 2.0] * u.km}, "has the unit km"),
         ({"east": [1.0, 2.0] * u.mas}, "north has no unit"),
         ({"geometry": None}, "expected an observing.Geometry"),
-        ({"frame": "alpha"}, "cannot turn from the frame"),
+        ({"frame": "alpha"}, "cannot rotate from the frame"),
         ({"times": [np.nan, np.nan]}, "no row without masked or missing values"),
     ],
 )

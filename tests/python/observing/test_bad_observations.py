@@ -22,7 +22,7 @@ PLAIN = observing.Geometry([0.0, 100.0], to_observer=[1e6, 2e5, 4e5], light_time
 def radar(**options):
     given = {"times": [1.0, 2.0, 3.0], "range": np.ones(3), "sigma": 0.1, "body": 1, "about": 0, "geometry": PLAIN}
     given |= options
-    return observing.Radar(given.pop("times"), **given)
+    return observing.RadarAstrometry(given.pop("times"), **given)
 
 
 def astrometry(**options):
@@ -46,24 +46,36 @@ def table(columns=("times", "east", "north", "sigma_east", "sigma_north"), **opt
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"sigma": True}, "sigma of range of Radar is True; expected numbers"),
-        ({"range": np.ones(3, bool)}, "range of Radar is an array of True and False"),
-        ({"range": 3.0}, r"range of Radar has shape \(\); expected \(K,\), one for each of times"),
-        ({"range": np.ones((3, 2))}, r"range of Radar has shape \(3, 2\); expected \(K,\)"),
-        ({"range": ["far", "near", "far"]}, "range of Radar is 'far'; expected numbers"),
-        ({"range": np.ones(2)}, r"range of Radar has shape \(2,\); expected 3 rows"),
-        ({"range": np.ones(3) * u.s, "sigma": 1 * u.s}, "range of Radar has the unit s; expected a unit such as km"),
+        ({"sigma": True}, "sigma of range of RadarAstrometry is True; expected numbers"),
+        ({"range": np.ones(3, bool)}, "range of RadarAstrometry is an array of True and False"),
+        ({"range": 3.0}, r"range of RadarAstrometry has shape \(\); expected \(K,\), one for each of times"),
+        ({"range": np.ones((3, 2))}, r"range of RadarAstrometry has shape \(3, 2\); expected \(K,\)"),
+        ({"range": ["far", "near", "far"]}, "range of RadarAstrometry is 'far'; expected numbers"),
+        ({"range": np.ones(2)}, r"range of RadarAstrometry has shape \(2,\); expected 3 rows"),
+        (
+            {"range": np.ones(3) * u.s, "sigma": 1 * u.s},
+            "range of RadarAstrometry has the unit s; expected a unit such as km",
+        ),
         ({"sigma": 0.1 * u.km}, "only one of range and its sigma has a unit"),
-        ({"sigma": np.ones((3, 1))}, r"sigma_range of Radar has shape \(3, 1\); expected \(3,\), or one number"),
-        ({"sigma": np.ones((3, 2))}, r"sigma_range of Radar has shape \(3, 2\); expected \(3,\), or one number"),
+        (
+            {"sigma": np.ones((3, 1))},
+            r"sigma_range of RadarAstrometry has shape \(3, 1\); expected \(3,\), or one number",
+        ),
+        (
+            {"sigma": np.ones((3, 2))},
+            r"sigma_range of RadarAstrometry has shape \(3, 2\); expected \(3,\), or one number",
+        ),
         ({"range_rate": np.zeros(3)}, "sigma is not a pair"),
         ({"range_rate": np.zeros(3), "sigma": (0.1, 0.1, 0.1)}, "sigma is not a pair"),
-        ({"times": [True, False, True]}, "times of Radar is True; expected numbers"),
-        ({"times": ["now", "then", "later"]}, "times of Radar is 'now'; expected numbers"),
-        ({"times": [[1.0, 2.0, 3.0]]}, r"times of Radar has shape \(1, 3\); expected \(K,\)"),
-        ({"times": [1.0, 2.0, np.inf]}, "times of Radar has the value inf; expected numbers of at most 1e.60 in size"),
-        ({"times": [], "range": []}, r"times of Radar has shape \(0,\)"),
-        ({"geometry": None}, "geometry of Radar is None; expected an observing.Geometry"),
+        ({"times": [True, False, True]}, "times of RadarAstrometry is True; expected numbers"),
+        ({"times": ["now", "then", "later"]}, "times of RadarAstrometry is 'now'; expected numbers"),
+        ({"times": [[1.0, 2.0, 3.0]]}, r"times of RadarAstrometry has shape \(1, 3\); expected \(K,\)"),
+        (
+            {"times": [1.0, 2.0, np.inf]},
+            "times of RadarAstrometry has the value inf; expected numbers of at most 1e.60 in size",
+        ),
+        ({"times": [], "range": []}, r"times of RadarAstrometry has shape \(0,\)"),
+        ({"geometry": None}, "geometry of RadarAstrometry is None; expected an observing.Geometry"),
     ],
 )
 def test_radar(options, message):
@@ -100,7 +112,7 @@ def test_jitter(jitter, message):
         ({"east": 1 * u.mas}, r"east of Astrometry has shape \(\); expected \(K,\), one for each of times"),
         ({"east": [1.0, 2.0, 3.0] * u.km}, "east has the unit km; expected a unit such as rad"),
         ({"photocentre": 1}, "photocentre is 1; expected True or False"),
-        ({"frame": "sky"}, "cannot turn from the frame 'equatorial' to 'sky'"),
+        ({"frame": "sky"}, "cannot rotate from the frame 'equatorial' to 'sky'"),
         ({"east": [1.0, 2.0, 3.0] * u.Unit(1e-70 * u.mas)}, "east has a unit that cannot be used: its scale is"),
         ({"east": [1.0, 2.0, 1e70] * u.mas}, "east has the value .*; expected numbers of at most 1e.60 in size"),
     ],
@@ -135,10 +147,15 @@ def test_astrometry(options, message):
         (lambda: table(dates=("jd", "noon")), "not dates of the format and scale .*noon"),
         (lambda: table(dates="jd"), "dates is 'jd'; expected a format and a scale"),
         (lambda: table(columns_=("times",)), "'columns_' is not an option"),
-        (lambda: observing.Radar.from_table(pd.DataFrame({"times": [1.0]}), geometry=VIEW), "no column 'range' or"),
         (
-            lambda: observing.Radar.from_table(pd.DataFrame({"times": [1.0]}), columns=["range"], geometry=VIEW),
-            r"columns of Radar is \['range'\]; expected a dict",
+            lambda: observing.RadarAstrometry.from_table(pd.DataFrame({"times": [1.0]}), geometry=VIEW),
+            "no column 'range' or",
+        ),
+        (
+            lambda: observing.RadarAstrometry.from_table(
+                pd.DataFrame({"times": [1.0]}), columns=["range"], geometry=VIEW
+            ),
+            r"columns of RadarAstrometry is \['range'\]; expected a dict",
         ),
         (
             lambda: observing.Photometry.from_table(
@@ -215,9 +232,9 @@ def test_measured_values(arguments, message):
         ({"to_observer": [np.nan, 0.0, 0.0]}, "to_observer is .*; expected finite numbers"),
         ({"to_observer": np.ones((3, 3))}, r"to_observer has shape \(3, 3\); expected \(2, 3\)"),
         ({"light_time": "no"}, "light_time is 'no'; expected True or False"),
-        ({"frame": "sky"}, "cannot turn from the frame 'equatorial' to 'sky'"),
-        ({"frame": 3}, "cannot turn from the frame 'equatorial' to 3"),
-        ({"frame": np.zeros(2)}, r"cannot turn from the frame 'equatorial' to array\(\[0., 0.\]\)"),
+        ({"frame": "sky"}, "cannot rotate from the frame 'equatorial' to 'sky'"),
+        ({"frame": 3}, "cannot rotate from the frame 'equatorial' to 3"),
+        ({"frame": np.zeros(2)}, r"cannot rotate from the frame 'equatorial' to array\(\[0., 0.\]\)"),
     ],
 )
 def test_geometries(options, message):

@@ -36,7 +36,7 @@ def system_of(**options):
 
 def test_orbit_about_the_sun_gives_the_places_of_a_catalogue(catalogue):
     geometry = observing.Geometry.from_orbit(ERIS, EPOCH, span=dates(catalogue))
-    away = -fullbody.frames.turn(geometry.to_observer(dates(catalogue)), "ecliptic", "equatorial")
+    away = -fullbody.frames.rotate(geometry.to_observer(dates(catalogue)), "ecliptic", "equatorial")
     distance = np.linalg.norm(away, axis=1).to_value("au")
     # The semi-major axis is given to 1e-4 of itself.
     np.testing.assert_allclose(distance, catalogue["dist"], rtol=1e-4)
@@ -48,7 +48,7 @@ def test_orbit_about_the_sun_gives_the_places_of_a_catalogue(catalogue):
     assert np.degrees(off).max() * 3600 < 60
     listed = {"ra": catalogue["RA-Primary"] * u.hourangle, "dec": catalogue["DEC-Primary"] * u.deg}
     given = observing.Geometry.from_radec(dates(catalogue), **listed, distance=catalogue["dist"] * u.au)
-    direct = -fullbody.frames.turn(given.to_observer(dates(catalogue)[near]), "equatorial", "ecliptic")
+    direct = -fullbody.frames.rotate(given.to_observer(dates(catalogue)[near]), "equatorial", "ecliptic")
     np.testing.assert_allclose(-geometry.to_observer(dates(catalogue)[near]), direct, rtol=1e-4)
 
 
@@ -98,7 +98,7 @@ def test_place_on_the_earth_is_as_far_from_its_centre_as_it_is(monkeypatch):
         for observer in ("earth", site)
     )
     times = span[0] + np.linspace(0.0, 2.0, 40) * u.day
-    away = fullbody.frames.turn(here.to_observer(times) - centre.to_observer(times), "ecliptic", "equatorial")
+    away = fullbody.frames.rotate(here.to_observer(times) - centre.to_observer(times), "ecliptic", "equatorial")
     expected = np.linalg.norm([site.x.to_value("km"), site.y.to_value("km"), site.z.to_value("km")])
     # The system moves while the light goes from the place to the centre: by 1e-4 of the way.
     np.testing.assert_allclose(np.linalg.norm(away, axis=1).value, expected, rtol=3e-4)
@@ -153,8 +153,8 @@ def test_frames_of_geometry_and_system_do_not_change_what_is_seen():
         for of_system in ("ecliptic", "equatorial"):
             system, state = fullbody.systems.didymos(units=True)
             system = system.with_options(frame=of_system)
-            state = fullbody.frames.turn_state(state, "ecliptic", of_system)
-            to_observer = fullbody.frames.turn(vectors, "ecliptic", of_geometry) * u.au
+            state = fullbody.frames.rotate_state(state, "ecliptic", of_system)
+            to_observer = fullbody.frames.rotate(vectors, "ecliptic", of_geometry) * u.au
             geometry = observing.Geometry([0.0, 1.0] * u.day, to_observer=to_observer, frame=of_geometry)
             data = observing.Astrometry([10.0] * u.h, [0.0], [0.0], 1.0, geometry=geometry)
             seen.append(data.predict(system.integrate(state, 12.0, dense=True)))

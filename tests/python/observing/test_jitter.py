@@ -16,7 +16,7 @@ def weighted(covariance, jitter, residuals):
     return squares, np.log(np.linalg.det(wider) / np.linalg.det(covariance))
 
 
-@pytest.mark.parametrize("kind", ["Astrometry", "Radar", "Photometry"])
+@pytest.mark.parametrize("kind", ["Astrometry", "RadarAstrometry", "Photometry"])
 def test_jitter_adds_to_the_variances(kind):
     system, state = kw4()
     run = system.integrate(state, 4.0, dense=True)
@@ -28,9 +28,9 @@ def test_jitter_adds_to_the_variances(kind):
         jitter, plain, residuals = 2 * u.mas, 2.0, data.residuals(run).to_value("mas")
         covariance = np.einsum("ki,kj->kij", sigma, sigma)
         covariance[:, [0, 1], [1, 0]] *= correlation[:, None]
-    elif kind == "Radar":
+    elif kind == "RadarAstrometry":
         columns = {"range": np.zeros(3) * u.km, "range_rate": np.zeros(3) * u.km / u.s}
-        data = observing.Radar(times, **columns, sigma=(75 * u.m, 1 * u.cm / u.s), **places)
+        data = observing.RadarAstrometry(times, **columns, sigma=(75 * u.m, 1 * u.cm / u.s), **places)
         jitter, plain, found = (30 * u.m, 2 * u.cm / u.s), [30.0, 2.0], data.residuals(run)
         residuals = np.stack([found.range.to_value("m"), found.range_rate.to_value("cm/s")], axis=1)
         covariance = np.repeat(np.diag([75.0**2, 1.0])[None], 3, axis=0)
@@ -51,11 +51,11 @@ def test_jitter_adds_to_the_variances(kind):
 def test_bad_jitter_is_refused():
     options = {"body": "Beta", "about": "Alpha", "geometry": view(10.0)}
     zero = [0.0] * u.km
-    data = observing.Radar([1.0] * u.h, range=zero, sigma=75 * u.m, **options)
+    data = observing.RadarAstrometry([1.0] * u.h, range=zero, sigma=75 * u.m, **options)
     with pytest.raises(InvalidInput, match="zero or above"):
         data.with_jitter(-1 * u.m)
     with pytest.raises(InvalidInput, match="jitter"):
         data.with_jitter(1 * u.s)
     both = {"range": zero, "range_rate": zero / u.s, "sigma": (75 * u.m, 1 * u.cm / u.s)}
     with pytest.raises(InvalidInput, match="jitter is not a pair"):
-        observing.Radar([1.0] * u.h, **both, **options).with_jitter(1 * u.m)
+        observing.RadarAstrometry([1.0] * u.h, **both, **options).with_jitter(1 * u.m)

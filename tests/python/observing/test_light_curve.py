@@ -42,7 +42,7 @@ def test_light_curve_is_that_of_another_program(nights, run, geometry):
         light[row["row"], 1] = row["exact"]
     vectors = {name: np.array(nights[name]) * u.km for name in ("to_observer", "to_sun")}
     emitted = observing.Geometry([0.0, 41.0] * u.h, **vectors, light_time=False)
-    each = observing.light_curve(run, np.array(nights["emitted"]) * u.h, emitted, each=True)
+    each = observing.light_curve(run, np.array(nights["emitted"]) * u.h, emitted, per_body=True)
     seen = light > 1e-6 * light.max(axis=0)
     np.testing.assert_allclose(each[seen], -2.5 * np.log10(light[seen]), rtol=0, atol=1e-8)
     # A body that is hidden has no light: an infinite magnitude, and no more than round-off otherwise.
@@ -61,7 +61,8 @@ def test_albedo_distance_and_frame_do_what_they_say(nights, run, geometry):
     apparent = observing.light_curve(run, times, geometry, reduced=False)
     np.testing.assert_allclose(apparent - plain, 5.0 * np.log10(far), rtol=1e-12)
     turned = {
-        name: fullbody.frames.turn(nights[name], "ecliptic", "equatorial") * u.km for name in ("to_observer", "to_sun")
+        name: fullbody.frames.rotate(nights[name], "ecliptic", "equatorial") * u.km
+        for name in ("to_observer", "to_sun")
     }
     other = observing.Geometry([0.0, 41.0] * u.h, **turned, frame="equatorial")
     np.testing.assert_allclose(observing.light_curve(run, times, other), plain, atol=1e-9)
@@ -75,7 +76,7 @@ def test_light_changes_between_the_contacts_of_mutual_events_and_only_there(run,
 
     def hidden(time, body):
         light = [
-            observing.light_curve(run, [time.value] * u.h, geometry, each=True, mutual=m)[0, body]
+            observing.light_curve(run, [time.value] * u.h, geometry, per_body=True, mutual=m)[0, body]
             for m in (False, True)
         ]
         return light[1] - light[0]

@@ -33,7 +33,7 @@ def geometry():
 
 
 def test_ranges_are_those_of_a_circular_orbit(run, geometry):
-    data = observing.Radar(
+    data = observing.RadarAstrometry(
         TIMES * u.s, range=np.zeros(9) * u.km, range_rate=np.zeros(9) * u.cm / u.s, sigma=(75 * u.m, 1 * u.cm / u.s),
         body="B", about="A", geometry=geometry,
     )  # fmt: skip
@@ -53,7 +53,7 @@ def test_ranges_are_those_of_a_circular_orbit(run, geometry):
 def test_range_rates_are_derivatives_of_the_ranges(run, geometry):
     step = 1.0
     moments = np.concatenate([[t - step, t, t + step] for t in TIMES])
-    data = observing.Radar(
+    data = observing.RadarAstrometry(
         moments * u.s, range=np.zeros(27), range_rate=np.zeros(27), sigma=(1.0, 1.0), body="A", geometry=geometry
     )
     found = data.predict(run)
@@ -67,7 +67,7 @@ def test_partial_derivatives_are_differences(run, geometry):
     columns = {"range": [0.0], "range_rate": [0.0], "sigma": (1.0, 1.0), "body": "B", "about": "A"}
     for time in TIMES[::4]:
         # The rates between the rows of a geometry need more than one row.
-        data = observing.Radar([time] * u.s, **columns, geometry=geometry)
+        data = observing.RadarAstrometry([time] * u.s, **columns, geometry=geometry)
         moment = run(data.emission(run.system)[0])
         exact, differences = by_start(data, run.system, moment, {"position": 1.0, "velocity": 1e-2})
         for body in range(2):
@@ -79,12 +79,12 @@ def test_tables_masks_and_order(run, geometry):
     table = QTable(
         {"times": [220.0, 200.0, 210.0] * u.s, "range": [3.0, 1.0, np.nan] * u.m, "sigma_range": [1.0, 2.0, 3.0] * u.m}
     )
-    with pytest.warns(InconsistentInput, match="1 of 3 rows of Radar"):
-        data = observing.Radar.from_table(table, body="B", about="A", geometry=geometry)
+    with pytest.warns(InconsistentInput, match="1 of 3 rows of RadarAstrometry"):
+        data = observing.RadarAstrometry.from_table(table, body="B", about="A", geometry=geometry)
     assert data.range.to_value("m").tolist() == [1.0, 3.0]
     assert data.range_rate is None
     assert data.residuals(run).range_rate is None
-    back = observing.Radar.from_table(data.to_table(), body="B", about="A", geometry=geometry)
+    back = observing.RadarAstrometry.from_table(data.to_table(), body="B", about="A", geometry=geometry)
     np.testing.assert_array_equal(back.residuals(run).range, data.residuals(run).range)
 
 
@@ -96,17 +96,19 @@ def test_tables_masks_and_order(run, geometry):
         ({"range": [1.0], "range_rate": [1.0]}, "sigma is not a pair"),
         ({"range": [1.0] * u.km, "sigma": 1.0}, "expected both or neither"),
         ({"range": [1.0] * u.s, "sigma": 1.0 * u.km}, "has the unit s"),
-        ({"range": [1.0, 2.0], "sigma": 1.0}, "range of Radar has shape"),
+        ({"range": [1.0, 2.0], "sigma": 1.0}, "range of RadarAstrometry has shape"),
     ],
 )
 def test_bad_radar_is_refused(arguments, message, geometry):
     with pytest.raises(InvalidInput, match=message):
-        observing.Radar([100.0] * u.s, **{"sigma": 0.0, "geometry": geometry} | arguments)
+        observing.RadarAstrometry([100.0] * u.s, **{"sigma": 0.0, "geometry": geometry} | arguments)
 
 
 def test_bodies_that_are_one_and_unknown_ones_are_refused(run, geometry):
     for about, message in (("B", "both B; expected two bodies"), ("C", "about is 'C'")):
-        data = observing.Radar([200.0] * u.s, range=[1.0], sigma=1.0, body="B", about=about, geometry=geometry)
+        data = observing.RadarAstrometry(
+            [200.0] * u.s, range=[1.0], sigma=1.0, body="B", about=about, geometry=geometry
+        )
         with pytest.raises(InvalidInput, match=message):
             data.predict(run)
 

@@ -51,7 +51,7 @@ reveal_type(system.mu() * run.position)                         # Array
 reveal_type(system.masses)                                      # Array
 reveal_type(system["Alpha"])                                    # Body
 reveal_type(fullbody.KeplerElements(2.5, 0.1, 0.0, 0.0, 0.0, 0.0).a)    # Scalar
-reveal_type(elements.to_frame("ecliptic").Omega)                # Array
+reveal_type(elements.to_frame(target="ecliptic").Omega)                # Array
 reveal_type(fullbody.observables.mutual_period(run).mean)       # Scalar
 reveal_type(fullbody.observables.obliquity(run))                # Array
 reveal_type(run.plot.orbit())                                   # Axes

@@ -145,7 +145,7 @@ def test_units():
         lambda: Shadow(1.0),
         lambda: fullbody.particles.Function(3),
         lambda: Particles.from_surface(*fullbody.systems.kw4(), "Beta", longitude=0.0, latitude=2.0, speed=1.0),
-        lambda: Particles.ejecta(*fullbody.systems.kw4(), 0, longitude=0, latitude=0, speed=1.0, number=0),
+        lambda: Particles.ejecta(*fullbody.systems.kw4(), 0, longitude=0, latitude=0, speed=1.0, n=0),
     ],
 )
 def test_rules_that_mean_nothing(make):

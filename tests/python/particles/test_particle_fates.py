@@ -186,7 +186,7 @@ def test_launch_from_a_surface():
 
 def test_an_ejecta_cone():
     system, state = lone()
-    options = {"longitude": 0.0, "latitude": 0.0, "speed": 0.2, "number": 500, "seed": 3}
+    options = {"longitude": 0.0, "latitude": 0.0, "speed": 0.2, "n": 500, "rng": 3}
     mantle = fullbody.Particles.ejecta(system, state, 0, opening_angle=1.2, **options)
     assert mantle.velocity[:, 0] == pytest.approx(0.2 * np.cos(0.6), rel=1e-12)
     filled = fullbody.Particles.ejecta(system, state, 0, opening_angle=1.2, filled=True, **options)

@@ -18,7 +18,7 @@ def thrown(run, state):
     options = {"longitude": "10 deg", "latitude": "5 deg", "speed": "0.1 m/s"}
     return [
         Particles.from_surface(run.system, state, "Beta", **options),
-        Particles.ejecta(run.system, state, "Beta", **options, number=3),
+        Particles.ejecta(run.system, state, "Beta", **options, n=3),
     ]
 
 

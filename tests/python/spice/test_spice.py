@@ -189,7 +189,7 @@ def test_samples_that_are_too_far_apart(system, start, tmp_path):
     [
         ({"epoch": None}, r"needs the system's epoch; give fullbody.System\(..., epoch='"),
         ({"frame": None}, r"needs the system's frame; give fullbody.System\(..., frame='ecliptic'\)"),
-        ({"frame": "orbit"}, "cannot turn from the frame 'orbit'"),
+        ({"frame": "orbit"}, "cannot rotate from the frame 'orbit'"),
     ],
 )
 def test_what_the_system_lacks_is_named(system, start, change, message, tmp_path):

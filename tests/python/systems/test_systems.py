@@ -515,7 +515,7 @@ def test_pluto_and_charon():
     r = state.position[1] - state.position[0]
     np.testing.assert_allclose(x @ r / np.linalg.norm(r), 1.0, rtol=1e-14)
     _, ecliptic = ready("pluto_charon", frame="ecliptic")
-    turned = fullbody.frames.turn(state.position, "equatorial", "ecliptic")
+    turned = fullbody.frames.rotate(state.position, "equatorial", "ecliptic")
     np.testing.assert_allclose(ecliptic.position, turned, rtol=1e-9)
     assert system.epoch == Time(2452600.5, format="jd", scale="tt")
 

@@ -73,7 +73,7 @@ def test_kw4_takes_its_pole_and_epoch():
     from astropy.coordinates import get_body_barycentric
 
     away = get_body_barycentric("earth", system.epoch) - get_body_barycentric("sun", system.epoch)
-    earth = fullbody.frames.turn(away.xyz.to_value("au"), "equatorial", "ecliptic")
+    earth = fullbody.frames.rotate(away.xyz.to_value("au"), "equatorial", "ecliptic")
     # Elements of two years before, to four digits.
     assert np.linalg.norm(earth + ecliptic) == pytest.approx(0.0346, rel=0.02)
     assert np.linalg.norm(sun(systems.kw4(sun=True)[0])) == pytest.approx(0.2006, abs=5e-4)
