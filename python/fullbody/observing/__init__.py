@@ -2,8 +2,8 @@
 
 A :class:`Geometry` contains the directions of the observer and the Sun. :func:`brightness` and :func:`light_curve`
 compute the light of the bodies, :func:`mutual_events` their occultations and eclipses. :class:`Astrometry`,
-:class:`Photometry`, :class:`RadarAstrometry` and :class:`Measured` hold data, and compute the predictions of a run for them, with
-residuals and chi2.
+:class:`Photometry`, :class:`RadarAstrometry` and :class:`Measured` hold data, and compute the predictions of a run for
+them, with residuals and chi2.
 
 Install the dependencies with the extra ``observing``.
 """

@@ -103,8 +103,8 @@ class Observations(Tabled):
         columns : dict, optional
             Names of columns where they differ from those that :meth:`to_table` writes. The keys are ``times``; for
             :class:`Astrometry` ``east``, ``north``, ``sigma`` (a pair of names) and ``correlation``; for
-            :class:`Photometry` ``magnitude`` and ``sigma``; for :class:`RadarAstrometry` ``range``, ``range_rate`` and their
-            standard errors ``sigma_range`` and ``sigma_range_rate``.
+            :class:`Photometry` ``magnitude`` and ``sigma``; for :class:`RadarAstrometry` ``range``, ``range_rate`` and
+            their standard errors ``sigma_range`` and ``sigma_range_rate``.
         unit : unit or dict of unit, optional
             Unit of columns that have none, or the unit of each by these keys. Correlations have no unit.
         dates : (format, scale), optional
@@ -279,8 +279,8 @@ class Observations(Tabled):
         Returns
         -------
         ndarray, Quantity or a pair of them
-            In the units of the observations: :class:`Astrometry` gives (K, 2), east and north, :class:`RadarAstrometry` a
-            :class:`RangeAndRate`, and :class:`Photometry` magnitudes (K,).
+            In the units of the observations: :class:`Astrometry` gives (K, 2), east and north,
+            :class:`RadarAstrometry` a :class:`RangeAndRate`, and :class:`Photometry` magnitudes (K,).
 
         Raises
         ------
@@ -370,8 +370,8 @@ class Observations(Tabled):
         Parameters
         ----------
         jitter : float or Quantity
-            Its standard deviation, zero or above; its square is added to the variances. For a :class:`RadarAstrometry` with both
-            ranges and range rates, a pair. A fit that frees it starts above zero, where predictions do not change with
+            Its standard deviation, zero or above; its square is added to the variances. For a :class:`RadarAstrometry`
+            with both ranges and range rates, a pair. A fit that frees it starts above zero, where predictions do not change with
             it to first order.
 
         Returns

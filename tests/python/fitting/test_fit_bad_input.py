@@ -123,7 +123,7 @@ def test_bad_data_and_setups_are_refused(radar):
         (np.inf, r"sigma of range of RadarAstrometry has the value inf; expected numbers of at most 1e\+60 in size"),
         (
             1e-61,
-            "sigma of range of RadarAstrometry has the value 1e-61; expected standard errors above zero and not below 1e-60",
+            "sigma of range of RadarAstrometry has the value 1e-61; expected standard errors .* not below 1e-60",
         ),
         (np.nan, "RadarAstrometry has no row without masked or missing values"),
         (None, "sigma of range of RadarAstrometry is None; expected numbers"),

@@ -266,13 +266,13 @@ def test_frequencies_of_a_made_up_signal():
     time = np.linspace(0.0, 200.0, 1501)
     expected = [0.73, 1.91, 2.2]
     signal = 0.5 + 2 * np.cos(0.73 * time + 1) + 0.3 * np.sin(1.91 * time) + 0.1 * np.cos(2.2 * time)
-    found = analysis.frequencies(sampled(time), signal, 3)
+    found = analysis.frequencies(sampled(time), signal, n=3)
     np.testing.assert_allclose(found.frequency, expected, rtol=1e-4)
     np.testing.assert_allclose(found.amplitude, [2, 0.3, 0.1], rtol=1e-3)
     # The same at uneven times.
     uneven = time + 0.03 * np.sin(time)
     signal = 2 * np.cos(0.73 * uneven) + 0.3 * np.sin(1.91 * uneven)
-    np.testing.assert_allclose(analysis.frequencies(sampled(uneven), signal, 2).frequency, expected[:2], rtol=1e-4)
+    np.testing.assert_allclose(analysis.frequencies(sampled(uneven), signal, n=2).frequency, expected[:2], rtol=1e-4)
 
 
 def test_terms_too_close_to_tell_apart_are_one():
