@@ -47,7 +47,7 @@ def setup(beta: float, a_b: float, b_c: float) -> tuple[System, State]:
 
 def measure(run: Run) -> dict[str, Any]:
     """The largest roll, pitch and yaw; when one of them passed the limit; and the drifts."""
-    return observables.tumbles(run, UNSTABLE).as_dict() | observables.drift(run).as_dict()
+    return observables.tumbles(run, limit=UNSTABLE).as_dict() | observables.drift(run).as_dict()
 
 
 def sweep(folder: Path | None, draft: bool = False, progress: bool = False, **options: Any) -> xarray.Dataset:

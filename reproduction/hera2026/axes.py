@@ -35,7 +35,7 @@ def setup(a_b: float, b_c: float) -> tuple[System, State]:
 
 def measure(run: Run) -> dict[str, Any]:
     """Measure when a roll passed the limit, and the orbit that observers would fit."""
-    return {"tumbling_time": observables.tumbles(run, measures.LIMIT).time} | measures.observed_orbit("", run)
+    return {"tumbling_time": observables.tumbles(run, limit=measures.LIMIT).time} | measures.observed_orbit("", run)
 
 
 def sweep(folder: Path | None, draft: bool = False, progress: bool = False) -> xarray.Dataset:

@@ -54,7 +54,7 @@ def early(run: Run) -> dict[str, Any]:
     return {
         **observed_orbit("", run[: first + 1]),
         **observed_orbit("_later", run[first : second + 1]),
-        "tumbling_time": observables.tumbles(run[: second + 1], LIMIT).time,
+        "tumbling_time": observables.tumbles(run[: second + 1], limit=LIMIT).time,
     }
 
 
@@ -112,7 +112,7 @@ def _largest(run: Run, last: int) -> npt.NDArray[np.float64]:
     if len(run.time) <= last:
         return np.full(3, np.nan)
     window = run[max(0, last - _index(WINDOW)) : last + 1]
-    return np.asarray(np.rad2deg(np.minimum(observables.tumbles(window, LIMIT).largest, np.pi)))
+    return np.asarray(np.rad2deg(np.minimum(observables.tumbles(window, limit=LIMIT).largest, np.pi)))
 
 
 def _state(run: Run) -> dict[str, Any]:

@@ -175,8 +175,8 @@ def beta(along: Any, density: Any, diameter: Any) -> Any:
 
 
 def _slow(log_k2_q: float, log_k2_q_primary: float, byorp: float) -> list[forces.Force]:
-    lag = forces.lag_from_quality_factor(Q, ORBIT, "libration")
-    lag_primary = forces.lag_from_quality_factor(Q, ORBIT, "semidiurnal", spin=SPIN)
+    lag = forces.lag_from_quality_factor(Q=Q, mean_motion=ORBIT, tide="libration")
+    lag_primary = forces.lag_from_quality_factor(Q=Q, mean_motion=ORBIT, tide="semidiurnal", spin=SPIN)
     sun, pressure = _sunlight()
     return [
         sun,

@@ -112,8 +112,10 @@ def _simulation(kept: Path, arguments: argparse.Namespace) -> Simulation:
             )
         return sim
     if arguments.step is not None:
-        return Simulation(system, state, SymplecticSplitting(step=arguments.step))
-    return Simulation(system, state, SymplecticSplitting.suggest(system, state, energy_error=arguments.energy_error))
+        return Simulation(system, state, integrator=SymplecticSplitting(step=arguments.step))
+    return Simulation(
+        system, state, integrator=SymplecticSplitting.suggest(system, state, energy_error=arguments.energy_error)
+    )
 
 
 def measure(runs: list[Run]) -> dict[str, Any]:

@@ -199,7 +199,7 @@ class Fit(Tabled):
         """
         units, epoch = self.system.context.units, strip(self.state, self.system.context).time
         times = np.concatenate([[epoch], *(units.strip(times, "time", "times") for times in self.times)])
-        simulation = Simulation(self.system, self.state, self.integrator)
+        simulation = Simulation(self.system, self.state, integrator=self.integrator)
         if times.min() == epoch:
             return simulation.integrate(times.max(), dense=True)
         back = simulation.integrate(times.min(), dense=True)

@@ -113,7 +113,7 @@ class Tide(Force):
 
 
 def lag_from_quality_factor(
-    Q: float, mean_motion: Any, tide: Literal["eccentricity", "libration", "semidiurnal"], spin: Any = None
+    *, Q: float, mean_motion: Any, tide: Literal["eccentricity", "libration", "semidiurnal"], spin: Any = None
 ) -> Any:
     """Compute the time lag with the same dissipation as a quality factor at one frequency.
 

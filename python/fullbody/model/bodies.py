@@ -54,6 +54,7 @@ class Body(Tabled):
     def __init__(
         self,
         shape: Solid | Composite,
+        *,
         mass: Any = None,
         density: Any = None,
         name: str | None = None,
@@ -254,7 +255,7 @@ class Body(Tabled):
             raise InvalidInput(f"the notes of {called} have {named!r} for named; expected true or false")
         name = called if named else None
         if "parts" not in described:
-            return cls(rebuilt(described["semi_axes"], notes.get("shape"), called), described["mass"], name=name)
+            return cls(rebuilt(described["semi_axes"], notes.get("shape"), called), mass=described["mass"], name=name)
         kinds = notes.get("parts", [None] * len(described["parts"]))
         parts = [
             Part(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
 import numpy as np
@@ -52,6 +52,7 @@ class Part:
     """
 
     shape: Solid
+    _: KW_ONLY
     mass: Any = None
     density: Any = None
     position: Any = None
@@ -121,7 +122,7 @@ class Part:
     def _with(self, units: Units) -> Part:
         mass, density = attach(self.mass, "mass", units), attach(self.density, "density", units)
         position = attach(self.position, "length", units)
-        return Part(attached(self.shape, units), mass, density, position, self.attitude)
+        return Part(attached(self.shape, units), mass=mass, density=density, position=position, attitude=self.attitude)
 
 
 @dataclass(frozen=True, slots=True)
@@ -264,7 +265,7 @@ class Composite:
 
         def scaled(part: Part) -> Part:
             mass, density = (None if value is None else value * factor for value in (part.mass, part.density))
-            return Part(part.shape, mass, density, part.position, part.attitude)
+            return Part(part.shape, mass=mass, density=density, position=part.position, attitude=part.attitude)
 
         return Composite([scaled(part) for part in self.parts])
 

@@ -61,7 +61,7 @@ class Simulation:
     0.0
     """
 
-    def __init__(self, system: System, state: State, integrator: Integrator | None = None) -> None:
+    def __init__(self, system: System, state: State, *, integrator: Integrator | None = None) -> None:
         if not isinstance(system, System):
             raise InvalidInput(f"system is {system!r}; expected a System")
         self._system = system

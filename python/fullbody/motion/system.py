@@ -101,8 +101,8 @@ class System(Tabled):
     def __init__(
         self,
         bodies: Sequence[Body],
-        G: Any = None,
         *,
+        G: Any = None,
         gravity: str = "focal",
         gravity_tolerance: float | None = None,
         order: tuple[int, int] | int | None = None,
@@ -262,9 +262,9 @@ class System(Tabled):
         """
         refuse_unknown(options, (*self._options, "forces"), "with_options, which keeps bodies, G and units")
         options = {**self._options, "forces": self._forces, **options}
-        return type(self)(self._bodies, self.G, units=self.units, **options)
+        return type(self)(self._bodies, G=self.G, units=self.units, **options)
 
-    def with_body(self, body: int | str, shape: Solid | Composite, mass: Any = None, density: Any = None) -> Self:
+    def with_body(self, body: int | str, shape: Solid | Composite, *, mass: Any = None, density: Any = None) -> Self:
         """Return the system with another shape of one body.
 
         Everything else stays the same: the body's name, its mass unless another one is given, the other bodies,
@@ -305,9 +305,9 @@ class System(Tabled):
                 raise InvalidInput(f"density of {self.names[index]} is {density!r}; expected a mass beside a composite")
             new = Body(shape._with(self.context.units).with_mass(mass), name=old.name)
         else:
-            new = Body(shape, mass, density, old.name)
+            new = Body(shape, mass=mass, density=density, name=old.name)
         bodies = (*self._bodies[:index], new, *self._bodies[index + 1 :])
-        return type(self)(bodies, self.G, units=self.units, forces=self._forces, **self._options)
+        return type(self)(bodies, G=self.G, units=self.units, forces=self._forces, **self._options)
 
     def with_force(self, force: Force) -> Self:
         """Return the system with one more external force.

@@ -162,7 +162,7 @@ class Precession(ArrayFields):
         }
 
 
-def element_rates(run: Record, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> ElementRates:
+def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: int | str = 0) -> ElementRates:
     """Compute osculating elements with their rates.
 
     Parameters
@@ -224,7 +224,7 @@ def _per_time(motion: RelativeMotion, number: Any) -> Any:
     return number / motion.units.unit("time") if motion.units.known else number
 
 
-def mean_elements(run: Record, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> MeanElements:
+def mean_elements(run: Record, *, mu: Any = None, body: int | str = 1, about: int | str = 0) -> MeanElements:
     """Compute the means of an orbit's osculating semi-major axis, eccentricity and inclination.
 
     The means are taken under a Hann window, which suppresses terms that recur several times in the run.
@@ -328,7 +328,7 @@ def _sharpened(motion: RelativeMotion, moments: _Array, start: float) -> _Array:
     return moments
 
 
-def orbit_precession(run: Record, axis: Any = None, *, body: int | str = 1, about: int | str = 0) -> Precession:
+def orbit_precession(run: Record, *, axis: Any = None, body: int | str = 1, about: int | str = 0) -> Precession:
     """Compute the mean apsidal and nodal precession of an orbit.
 
     The apsidal rate is the mean motion in the orbit's plane less the frequency of the distance. Unlike the slope of the

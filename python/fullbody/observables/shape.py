@@ -168,7 +168,7 @@ def _extremes(
     return sign * found
 
 
-def eccentricity(run: Record, mu: Any = None, *, body: int | str = 1, about: int | str = 0) -> Eccentricity:
+def eccentricity(run: Record, *, mu: Any = None, body: int | str = 1, about: int | str = 0) -> Eccentricity:
     """Compute the mean eccentricity of an orbit: the free part, the part that the figures force, and the osculating
     one.
 

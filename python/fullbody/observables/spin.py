@@ -55,7 +55,7 @@ class Libration(ArrayFields):
         return {"libration": self.amplitude, "libration_period": self.period}
 
 
-def spin_precession(run: Record, axis: Any = None, *, body: int | str = 0, about: int | str | None = None) -> Scalar:
+def spin_precession(run: Record, *, axis: Any = None, body: int | str = 0, about: int | str | None = None) -> Scalar:
     """Compute the mean rate at which a body's pole of rotation turns about an axis.
 
     Parameters

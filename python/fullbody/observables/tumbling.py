@@ -58,7 +58,7 @@ class Tumbling(ArrayFields):
         }
 
 
-def tumbles(run: Record, limit: Any = np.pi / 2, *, body: int | str = 1, about: int | str = 0) -> Tumbling:
+def tumbles(run: Record, *, limit: Any = np.pi / 2, body: int | str = 1, about: int | str = 0) -> Tumbling:
     """Determine whether and when a body's roll, pitch or yaw passes a limit.
 
     The angles are those of :func:`roll_pitch_yaw`, but relative to the nearest of the attitudes in which an ellipsoid

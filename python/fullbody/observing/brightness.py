@@ -141,6 +141,7 @@ def brightness(
     state: State,
     to_observer: Any,
     to_sun: Any,
+    *,
     law: Law | dict[str, Law] = LommelSeeliger(),  # noqa: B008
     mutual: bool = True,
     sun_radius: Any = 0.0,
@@ -207,6 +208,7 @@ def brightness_derivatives(
     state: State,
     to_observer: Any,
     to_sun: Any,
+    *,
     law: Law | dict[str, Law] = LommelSeeliger(),  # noqa: B008
     mutual: bool = True,
     sun_radius: Any = 0.0,

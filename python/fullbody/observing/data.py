@@ -371,8 +371,8 @@ class Observations(Tabled):
         ----------
         jitter : float or Quantity
             Its standard deviation, zero or above; its square is added to the variances. For a :class:`RadarAstrometry`
-            with both ranges and range rates, a pair. A fit that frees it starts above zero, where predictions do not change with
-            it to first order.
+            with both ranges and range rates, a pair. A fit that frees it starts above zero, where predictions do not
+            change with it to first order.
 
         Returns
         -------

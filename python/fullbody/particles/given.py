@@ -50,7 +50,7 @@ class Particles:
     ((3, 1, 3), ['flying'])
     """
 
-    def __init__(self, position: Any, velocity: Any, area_to_mass: Any = 0.0, time: Any = None) -> None:
+    def __init__(self, position: Any, velocity: Any, *, area_to_mass: Any = 0.0, time: Any = None) -> None:
         self._given = {
             "position": gathered(position, "position"),
             "velocity": gathered(velocity, "velocity", "velocity"),
@@ -200,7 +200,7 @@ class Particles:
         for name, value in angles.items():
             warn_if_degrees(value, name)
         numbers["speed"] = system.context.units.strip(speed, "velocity", "speed")
-        return cls(*launched(site, **numbers), area_to_mass, state.time)
+        return cls(*launched(site, **numbers), area_to_mass=area_to_mass, time=state.time)
 
     @classmethod
     def ejecta(
@@ -263,4 +263,4 @@ class Particles:
         if speeds.ndim and speeds.shape != (count,):
             raise InvalidInput(f"speed has shape {speeds.shape}; expected one number, or ({count},)")
         start = launched(site, **numbers, azimuth=azimuth, elevation=elevation, speed=speeds)
-        return cls(*start, area_to_mass, state.time)
+        return cls(*start, area_to_mass=area_to_mass, time=state.time)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
 import numpy as np
@@ -72,6 +72,7 @@ class Escape(ScalarFields):
     """
 
     distance: Any
+    _: KW_ONLY
     unbound: bool = False
 
     def __post_init__(self) -> None:
@@ -85,7 +86,7 @@ class Escape(ScalarFields):
 _SUN = (3.828e26 / (4.0 * math.pi * 299792458.0), 695700.0)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Radiation(ScalarFields):
     """Radiation pressure of a third body on particles that the bodies do not shade.
 

@@ -22,7 +22,7 @@ from ..model.shapes import Ellipsoid
 __all__ = ["Component"]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Component(ArrayFields, Tabled):
     """One of the two bodies of :func:`binary`, as published.
 

@@ -138,7 +138,7 @@ def _in_units(system: System, state: State, units: Any) -> tuple[System, State]:
         force if force.name in system.context.calls else rebuilt(described | force._notes(), system.context.units)
         for force, described in zip(system.forces, system.context.core.forces, strict=True)
     ]
-    turned = System(system.bodies, system.G, units=wanted.names, forces=united, **system.options)
+    turned = System(system.bodies, G=system.G, units=wanted.names, forces=united, **system.options)
     # The system is rebuilt from its description, so that the bodies are in these units too.
     final = system_of(turned.context.describe(), functions(system))
     return final, wrap(state.in_units(wanted), final.context)

@@ -85,7 +85,7 @@ CASES = {
     "potential G": Case("G", lambda x: BALL.gravity([3, 0, 0] * u.km, x).potential, constants.G * 1, u.km**2 / u.s**2),
     "field points": Case("point", lambda x: BALL.gravity(x).field, [[3, 0, 0], [0, 4, 0]] * u.km, u.km / u.s**2),
     "field G": Case("G", lambda x: BALL.gravity([3, 0, 0] * u.km, x).field, constants.G * 1, u.km / u.s**2),
-    "System G": Case("G", lambda x: System(SYSTEM.bodies, x, units=UNITS).G, SYSTEM.G, SYSTEM.G.unit),
+    "System G": Case("G", lambda x: System(SYSTEM.bodies, G=x, units=UNITS).G, SYSTEM.G, SYSTEM.G.unit),
     "integrate until": Case("until", lambda x: integrate(x).time, 2 * u.h, u.h),
     "integrate output": Case("output", lambda x: integrate(output=x).time, 0.25 * u.h, u.h),
     "integrate outputs": Case("output", lambda x: integrate(output=x).time, [0.25, 0.5] * u.h, u.h),
@@ -110,7 +110,7 @@ CASES = {
     ),
     "Run.elements mu": Case("mu", lambda x: RUN.elements(mu=x).a, MU, u.km),
     "element_rates mu": Case(
-        "mu", lambda x: fullbody.observables.element_rates(LONG, x).mean_rates["a"], MU, u.km / u.h
+        "mu", lambda x: fullbody.observables.element_rates(LONG, mu=x).mean_rates["a"], MU, u.km / u.h
     ),
     "Dense": Case("time", lambda x: RUN(x).velocity, 0.5 * u.h, SPEED),
     "Dense times": Case("time", lambda x: RUN(x).spin, [0.5, 0.25] * u.h, RATE),

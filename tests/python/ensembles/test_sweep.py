@@ -287,7 +287,7 @@ def test_observables_are_measures_by_their_names():
         return system, state.rotated("Beta", [0, 0, 1], angle)
 
     def tumbling(run):
-        return observables.tumbles(run, "30 deg", body="Beta", about="Alpha")
+        return observables.tumbles(run, limit="30 deg", body="Beta", about="Alpha")
 
     measures = ["libration", tumbling, "spin_precession"]
     found = fullbody.sweep(setup, {"angle": [0.1, 0.6]}, "200 h", measure=measures, output="0.5 h")

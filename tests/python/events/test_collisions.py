@@ -65,7 +65,7 @@ def test_spheres_do_not_pass_through_each_other(G, integrator):
         assert samples == pytest.approx(due[:-1], abs=1e-12)
 
     # By hand, and back from there.
-    sim = fullbody.Simulation(system, FLYING, integrator)
+    sim = fullbody.Simulation(system, FLYING, integrator=integrator)
     states = []
 
     def steps():

@@ -281,7 +281,7 @@ def test_a_table_that_ends_before_the_run():
 
 @pytest.mark.parametrize("integrator", [fullbody.Verner98(), fullbody.LieGroupVariational(step=0.15)])
 def test_single_steps_end_with_the_table(integrator):
-    sim = fullbody.Simulation(SYSTEM.with_forces([table()]), STATE, integrator)
+    sim = fullbody.Simulation(SYSTEM.with_forces([table()]), STATE, integrator=integrator)
     while sim.time < 2.5:
         sim.step()
     assert sim.time == 2.5

@@ -124,7 +124,7 @@ def test_equilibrium_of_jacobson_scheeres(ratio):
             shares * [0, n * a, 0] * u.m / u.s,
             spin=[[0, 0, fast], [0, 0, n]] * u.rad / u.s,
         )
-        lag = lag_from_quality_factor(Q, n * u.rad / u.s, "semidiurnal", spin=fast * u.rad / u.s)
+        lag = lag_from_quality_factor(Q=Q, mean_motion=n * u.rad / u.s, tide="semidiurnal", spin=fast * u.rad / u.s)
         tide = Tide(on="Alpha", by="Beta", k2=k, lag=lag)
         byorp = Byorp(**ON_BETA, coefficient=-B, normalization="jacobson_scheeres_2011", pressure=H * u.Pa)
         loads = system.with_forces([tide, byorp]).loads(state)

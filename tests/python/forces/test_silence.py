@@ -48,7 +48,7 @@ def test_steps_end_with_a_table(integrator, end):
     """They come to its end and no further."""
     system, state = pair()
     system = system.with_forces([table(-5.0, 5.0, 6, lambda t: [50.0 + t, 3.0, t * t])])
-    sim = fullbody.Simulation(system, state, integrator)
+    sim = fullbody.Simulation(system, state, integrator=integrator)
     for _ in range(1000):
         if sim.time == end:
             break
@@ -178,7 +178,7 @@ def test_functions_of_a_simulation_from_a_file(tmp_path, given, words):
     """They are those that it was saved with: one that depends on velocities does not fit a splitting."""
     system, state = pair()
     system = system.with_forces([forces.Function(still, depends_on_velocity=False)])
-    fullbody.Simulation(system, state, fullbody.SymplecticSplitting(step=0.1)).save(tmp_path / "pair.sim")
+    fullbody.Simulation(system, state, integrator=fullbody.SymplecticSplitting(step=0.1)).save(tmp_path / "pair.sim")
     with pytest.raises(InvalidInput, match=words):
         fullbody.Simulation.load(tmp_path / "pair.sim", forces=given)
 

@@ -223,7 +223,7 @@ def test_the_way_back():
     """A simulation goes back to where it began; so does a pair from its last state, but for its nominal barycentre."""
     system, state = pair()
     world = system.with_forces([sun()])
-    sim = fullbody.Simulation(world, state, TIGHT)
+    sim = fullbody.Simulation(world, state, integrator=TIGHT)
     there = sim.integrate(30.0, output=[30.0])
     back = sim.integrate(0.0, output=[0.0])
     np.testing.assert_allclose(back.position[0], state.position, rtol=0, atol=1e-12)

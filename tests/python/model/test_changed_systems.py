@@ -23,7 +23,7 @@ def cube(side):
 
 
 def two_spheres(mass=1.0):
-    parts = [fullbody.Part(fullbody.Sphere(50 * u.m), mass * u.kg, position=[x, 0, 0] * u.m) for x in (-40, 40)]
+    parts = [fullbody.Part(fullbody.Sphere(50 * u.m), mass=mass * u.kg, position=[x, 0, 0] * u.m) for x in (-40, 40)]
     return fullbody.Composite(parts)
 
 
@@ -49,7 +49,9 @@ def test_another_mass_or_density(didymos):
     assert didymos.with_body(1, shape, mass=3e9 * u.kg)["Dimorphos"].mass == 3e9 * u.kg
     dense = didymos.with_body(1, shape, density="2 g/cm3")["Dimorphos"]
     np.testing.assert_allclose(dense.mass.to_value("kg"), 2000 * 4 / 3 * np.pi * 80**3, rtol=1e-13)
-    np.testing.assert_allclose(didymos.with_body(1, two_spheres(), 4e9 * u.kg)[1].mass.to_value("kg"), 4e9, rtol=1e-14)
+    np.testing.assert_allclose(
+        didymos.with_body(1, two_spheres(), mass=4e9 * u.kg)[1].mass.to_value("kg"), 4e9, rtol=1e-14
+    )
     for arguments, text in {
         ("Dimorfos", shape): "body is 'Dimorfos'; did you mean 'Dimorphos'",
         (1, "sphere"): "shape of Dimorphos is 'sphere'; expected an Ellipsoid",

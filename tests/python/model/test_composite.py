@@ -282,7 +282,13 @@ def test_invariances():
     q, shift = np.array([1.0, 0.02, -0.01, 0.03]), np.array([7.0, -3.0, 2.0])
     q /= np.linalg.norm(q)
     moved = [
-        Part(p.shape, p.mass, p.density, matrix(q) @ p.position + shift, quaternion_product(q, p.attitude))
+        Part(
+            p.shape,
+            mass=p.mass,
+            density=p.density,
+            position=matrix(q) @ p.position + shift,
+            attitude=quaternion_product(q, p.attitude),
+        )
         for p in parts
     ]
     same_interactions(fullbody.System([Body(Composite(moved), name="A"), PROBE], G=1.3), system, state, 3e-14)
@@ -295,14 +301,14 @@ def test_invariances():
     metres = [
         Part(
             type(p.shape)(*(getattr(p.shape, name) * 1000.0 * u.m for name in p.shape.__slots__)),
-            None if p.mass is None else p.mass * u.kg,
-            None if p.density is None else p.density * u.kg / u.km**3,
-            np.array(p.position) * 1000.0 * u.m,
-            p.attitude,
+            mass=None if p.mass is None else p.mass * u.kg,
+            density=None if p.density is None else p.density * u.kg / u.km**3,
+            position=np.array(p.position) * 1000.0 * u.m,
+            attitude=p.attitude,
         )
         for p in parts
     ]
-    found = fullbody.System([Body(Composite(metres), name="A"), united.bodies[1]], united.G, units=united.units)
+    found = fullbody.System([Body(Composite(metres), name="A"), united.bodies[1]], G=united.G, units=united.units)
     h = found.interactions(state)
     close(h.force.to_value("kg km / hour2"), f.force, 1e-13)
     close(h.torque.to_value("kg km2 / hour2"), f.torque, 1e-13)

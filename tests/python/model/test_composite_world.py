@@ -265,7 +265,7 @@ def test_units_all_through():
 
     parts = [
         Part(Sphere("110 m"), density="2.4 g/cm3", position=["0.1 km", "0 m", "0 m"]),
-        Part(Sphere(0.1 * u.km), 1e9 * u.kg),
+        Part(Sphere(0.1 * u.km), mass=1e9 * u.kg),
     ]
     body = Body(Composite(parts), name="Selam")
     first = 2400.0 * 4.0 / 3.0 * np.pi * 110.0**3

@@ -25,7 +25,7 @@ def test_a_turn_in_degrees_without_a_unit(units):
 
 
 @pytest.mark.parametrize("shape", [fullbody.Ellipsoid, lambda *axes: fullbody.Composite([fullbody.Part(
-    fullbody.Ellipsoid(*axes), 1 * u.kg)])])  # fmt: skip
+    fullbody.Ellipsoid(*axes), mass=1 * u.kg)])])  # fmt: skip
 def test_a_density_that_no_body_has(shape):
     """Of a shape in kilometres that is read as one in metres, or the other way round."""
     system, _ = fullbody.systems.didymos(units=True)

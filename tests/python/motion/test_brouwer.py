@@ -139,7 +139,7 @@ def test_it_goes_through_files(tmp_path):
     run = system.integrate(state, 5.0, output=[5.0], integrator=TO_ROUNDOFF)
     run.save(tmp_path / "run.nc")
     assert fullbody.load(tmp_path / "run.nc").integrator == TO_ROUNDOFF
-    sim = fullbody.Simulation(system, state, TO_ROUNDOFF)
+    sim = fullbody.Simulation(system, state, integrator=TO_ROUNDOFF)
     sim.integrate(2.0)
     sim.save(tmp_path / "case1.sim")
     again = fullbody.Simulation.load(tmp_path / "case1.sim")

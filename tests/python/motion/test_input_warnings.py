@@ -213,8 +213,11 @@ def test_heavy_bodies_far_away(distance, digits):
     assert "or body 2 as a fullbody.forces.ThirdBody on a prescribed path" in text
     # Whoever does is told nothing more; steps of a fixed size are not adapted, but lose as much.
     tolerance = float(digits)
-    assert input_warnings(lambda: fullbody.Simulation(system, state, fullbody.Verner98(tolerance, tolerance))) == []
-    (text,) = input_warnings(lambda: fullbody.Simulation(system, state, fullbody.SymplecticSplitting(0.1)))
+    assert (
+        input_warnings(lambda: fullbody.Simulation(system, state, integrator=fullbody.Verner98(tolerance, tolerance)))
+        == []
+    )
+    (text,) = input_warnings(lambda: fullbody.Simulation(system, state, integrator=fullbody.SymplecticSplitting(0.1)))
     assert "Every step loses that much" in text
     assert text.endswith("or body 2 as a fullbody.forces.ThirdBody on a prescribed path, which costs no digits")
     # Nearer, or light: the barycentre stays with the pair.

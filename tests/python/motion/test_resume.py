@@ -94,9 +94,11 @@ def test_resumed_equals_unbroken(integrator, chart, interrupted, until, tmp_path
     grid = np.sort(places[:40]) * np.sign(until)
     places *= np.sign(until)
     for output in (None, 1.3, grid):
-        sim = fullbody.Simulation(system, state, integrator)
+        sim = fullbody.Simulation(system, state, integrator=integrator)
         whole = sim.integrate(until, output=output, events=watched(), dense=True)
-        begun, resumed = interrupted(fullbody.Simulation(system, state, integrator), until, output, tmp_path / "a.sim")
+        begun, resumed = interrupted(
+            fullbody.Simulation(system, state, integrator=integrator), until, output, tmp_path / "a.sim"
+        )
         now = resumed.time
         assert 0.3 * UNTIL < abs(now) < abs(until)
         assert same_samples(whole, sim.system.integrate(state, until, output=output, integrator=integrator))
@@ -183,7 +185,7 @@ def test_an_autosave_in_the_middle(integrator, tmp_path):
             shutil.copy(path, taken)
 
     every = [*watched(), events.Function(pause)]
-    sim = fullbody.Simulation(system, state, integrator)
+    sim = fullbody.Simulation(system, state, integrator=integrator)
     whole = sim.integrate(UNTIL, output=0.7, events=every, dense=True, progress=take, autosave=(path, 0.0))
     resumed = fullbody.Simulation.load(taken)
     now = resumed.time
@@ -200,7 +202,7 @@ def test_an_autosave_in_the_middle(integrator, tmp_path):
 
 def test_copies_look_between_steps_as_the_original_does():
     system, state = KW4
-    sim = fullbody.Simulation(system, state, FIXED[1])
+    sim = fullbody.Simulation(system, state, integrator=FIXED[1])
     sim.integrate(10.0, output=0.3, events=watched())
     other = copy.deepcopy(sim)
     ours, theirs = (one.integrate(30.0, output=0.3, events=watched()) for one in (sim, other))
@@ -213,7 +215,7 @@ def test_a_function_that_fails_loses_no_event():
     """The step in which it failed is taken back: with the function repaired, the run goes on as if nothing had been."""
     system, state = KW4
     for integrator in (ADAPTIVE[-1], FIXED[2]):
-        sim = fullbody.Simulation(system, state, integrator)
+        sim = fullbody.Simulation(system, state, integrator=integrator)
 
         def fail(state):
             return 1.0 if state.time < 20.0 else 1 / 0
@@ -250,7 +252,7 @@ def test_numbers_of_the_setup_stand_once_in_a_file(tmp_path):
         [[0, 0, 0], [2.5, 0, 0], [0, -9, 0]] * u.km, [[0, 0, 0], [0, 0.9, 0], [0.4, 0, 0]] * u.km / u.h
     )
     integrator = fullbody.SymplecticSplitting(0.7404 * u.min, "ABA1064")
-    sim = fullbody.Simulation(system, state, integrator)
+    sim = fullbody.Simulation(system, state, integrator=integrator)
     # Twice, for after one the time is the step.
     sim.step()
     sim.step()

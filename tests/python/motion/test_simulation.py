@@ -33,7 +33,7 @@ each = pytest.mark.parametrize(("integrator", "chart"), EACH, ids=lambda one: st
 def begun(integrator, chart, system=KW4):
     """A simulation some steps on its way, past a change of its quadrature if there is one."""
     system, state = system
-    sim = fullbody.Simulation(system.with_options(attitude_chart=chart), state, integrator)
+    sim = fullbody.Simulation(system.with_options(attitude_chart=chart), state, integrator=integrator)
     sim.integrate(7.3, output=[7.3])
     sim.step()
     return sim
@@ -87,7 +87,7 @@ def test_files_keep_units_epoch_and_names(tmp_path):
     from astropy import units as u
 
     system, state = fullbody.systems.kw4(units=True, epoch="2001-05-25T00:00:00 TDB")
-    sim = fullbody.Simulation(system, state, fullbody.SymplecticSplitting(15 * u.min))
+    sim = fullbody.Simulation(system, state, integrator=fullbody.SymplecticSplitting(15 * u.min))
     sim.integrate(5 * u.h)
     sim.save(tmp_path / "units.sim")
     loaded = fullbody.Simulation.load(tmp_path / "units.sim")
@@ -138,12 +138,12 @@ def test_again_and_again():
 @pytest.mark.parametrize("integrator", ADAPTIVE + FIXED, ids=lambda one: str(one).replace(" ", ""))
 def test_setting_the_state_starts_anew(integrator):
     system, state = CASE1
-    sim = fullbody.Simulation(system, state, integrator)
+    sim = fullbody.Simulation(system, state, integrator=integrator)
     sim.integrate(9.0)
     sim.state = state.replace(time=2.0)
     assert sim.time == 2.0
     assert sim.state == state.replace(time=2.0)
-    fresh = fullbody.Simulation(system, state.replace(time=2.0), integrator)
+    fresh = fullbody.Simulation(system, state.replace(time=2.0), integrator=integrator)
     ours, theirs = sim.integrate(6.0), fresh.integrate(6.0)
     assert [bits(s) for s in ours] == [bits(s) for s in theirs]
     for wrong in (None, 3.0, "rest"):

@@ -110,10 +110,10 @@ def test_shapes_have_units_and_places():
     np.testing.assert_allclose(found.a.value, (distance.min() + distance.max()).value / 2, rtol=2e-3)
     other = observables.orbit_shape(run, body=0, about=1)
     np.testing.assert_allclose(other.e, found.e, rtol=1e-9)
-    mean = observables.eccentricity(run, system.mu())
+    mean = observables.eccentricity(run, mu=system.mu())
     assert mean == observables.eccentricity(run)
     with pytest.raises(InvalidInput, match="mu has the unit km"):
-        observables.eccentricity(run, 1 * u.km)
+        observables.eccentricity(run, mu=1 * u.km)
 
 
 @pytest.mark.parametrize("function", [observables.orbit_shape, observables.eccentricity, observables.tumbles])
@@ -167,7 +167,7 @@ def test_a_roll_of_370_degrees_has_tumbled(half_turn):
     """Steadily: the limit is passed when the roll is as large; an ellipsoid looks the same upside down."""
     rate = np.radians(370) / 100
     run = turning(lambda t: rate * t, still, still, half_turn=half_turn)
-    found = observables.tumbles(run, np.radians(45))
+    found = observables.tumbles(run, limit=np.radians(45))
     assert found.angle == "roll"
     np.testing.assert_allclose(found.time, np.radians(45) / rate, rtol=1e-9)
     np.testing.assert_allclose(np.degrees(found.largest), [370, 0, 0], atol=1e-6)
@@ -180,11 +180,11 @@ def test_which_angle_passes_the_limit_first(name, frequency):
         return lambda time: size * np.sin(frequency * time)
 
     run = turning(*(swing(0.7 if one == name else 0.3) for one in ("roll", "pitch", "yaw")))
-    found = observables.tumbles(run, 0.5)
+    found = observables.tumbles(run, limit=0.5)
     assert found.angle == name
     # Where 0.7 sin reaches 0.5; a cubic through samples an eighth of a radian of phase apart.
     np.testing.assert_allclose(found.time, np.arcsin(0.5 / 0.7) / frequency, rtol=1e-4)
-    none = observables.tumbles(run, 0.71)
+    none = observables.tumbles(run, limit=0.71)
     assert none.time is None
     assert none.angle is None
     np.testing.assert_allclose(none.largest, found.largest)
@@ -193,25 +193,25 @@ def test_which_angle_passes_the_limit_first(name, frequency):
 
 def test_a_start_beyond_the_limit_and_a_run_backwards():
     run = turning(still, still, lambda t: 0.5 - 0.01 * t)
-    found = observables.tumbles(run, 0.4)
+    found = observables.tumbles(run, limit=0.4)
     assert (found.time, found.angle) == (0.0, "yaw")
     back = run[::-1]
     # From -0.44 at time 94 back through zero to 0.45 at time 5.
-    assert observables.tumbles(back[12:], 0.45).time == pytest.approx(5.0)
+    assert observables.tumbles(back[12:], limit=0.45).time == pytest.approx(5.0)
 
 
 @pytest.mark.parametrize("limit", [0.0, -0.1, 1.6, np.nan, np.inf, None, "90", "90 km", 90, [0.1, 0.2]])
 def test_limits_that_are_none(limit):
     run = turning(still, still, still, span=5.0)
     with pytest.raises(InvalidInput, match="limit"):
-        observables.tumbles(run, limit)
+        observables.tumbles(run, limit=limit)
 
 
 def test_limits_with_units():
     system, state = ready("didymos_after_dart", gravity="multipole:4", units=True)
     run = system.integrate(state, "2 day", output="0.5 hour")
-    found = observables.tumbles(run, 15 * u.deg)
+    found = observables.tumbles(run, limit=15 * u.deg)
     assert found.angle == "yaw"
     assert found.time.unit == u.hour
     assert found.largest.unit == u.rad
-    assert observables.tumbles(run, "15 deg") == found
+    assert observables.tumbles(run, limit="15 deg") == found

@@ -130,7 +130,7 @@ def test_a_roll_that_goes_round_is_tumbling():
     quiet = tumbles(answer(turning(0.0), 20.0, output=0.2)).as_dict()
     assert (quiet["tumbles"], quiet["tumbling_time"]) == (0.0, None)
     assert max(quiet[f"largest_{name}"] for name in ("roll", "pitch", "yaw")) < 1e-2
-    some = tumbles(run[:5], np.radians(40)).as_dict()
+    some = tumbles(run[:5], limit=np.radians(40)).as_dict()
     assert some["tumbles"] == 1.0
     assert some["largest_roll"] == np.abs(tumbles(run[:5]).largest[0]) < np.pi
 

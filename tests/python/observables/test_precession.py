@@ -113,7 +113,7 @@ def test_relabelled_rotated_and_backwards(inclination):
     for other in (swapped, rotated):
         np.testing.assert_allclose(other.nodal, plain.nodal, rtol=0, atol=scale)
         np.testing.assert_allclose(other.argument_of_periapsis, plain.argument_of_periapsis, rtol=0, atol=scale)
-    back = observables.orbit_precession(run[::-1], [0, 0, 1])
+    back = observables.orbit_precession(run[::-1], axis=[0, 0, 1])
     np.testing.assert_allclose(back.apsidal, plain.apsidal, rtol=1e-6)
     np.testing.assert_allclose(back.nodal, plain.nodal, rtol=0, atol=scale)
     np.testing.assert_allclose(back.argument_of_periapsis, plain.argument_of_periapsis, rtol=0, atol=scale)

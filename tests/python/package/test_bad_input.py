@@ -399,7 +399,7 @@ def test_overlaps_say_how_far_or_when():
     falling = State(POSITION, [[0, 0, 0], [-1, 0, 0]])
 
     def steps():
-        sim = fullbody.Simulation(units, falling, fullbody.SymplecticSplitting(step=0.1))
+        sim = fullbody.Simulation(units, falling, integrator=fullbody.SymplecticSplitting(step=0.1))
         while True:
             sim.step()
 

@@ -110,7 +110,7 @@ def made(units=False):
         ended.derivative_of(lambda run: run.position[-1, 1], start=False),
         particles,
         run.fly(particles, 5.0, output=1.0),
-        fullbody.Simulation(system, state, integrators[0]),
+        fullbody.Simulation(system, state, integrator=integrators[0]),
         fullbody.KeplerElements(2.0 * km, 0.3, 0.4, 0.5, 0.6, 0.7),
         fullbody.KeplerElements([1.0, 2.0] * km, 0.3, 0.4, [0.5, 0.6], 0.6, 0.7),
         run.elements(),

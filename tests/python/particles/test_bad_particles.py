@@ -34,7 +34,7 @@ ONE = Particles([[3.0, 0.0, 0.0]], [[0.0, 0.8, 0.0]])
 )
 def test_particles_that_are_none(position, velocity, ratio, says):
     with pytest.raises(InvalidInput, match=says):
-        Particles(position, velocity, ratio)
+        Particles(position, velocity, area_to_mass=ratio)
 
 
 @pytest.mark.parametrize("value", [1e155, -1e155, 1e77, 1e308])
@@ -105,7 +105,7 @@ def test_a_particle_inside_a_body(run):
         ({"output": [0.0, 9.0]}, "output"),
         ({"contact": "bounce"}, "contact is"),
         ({"escape": 20.0}, "escape is"),
-        ({"radiation": Radiation("Sun", strength=1.0, radius=1.0)}, "by of Radiation is 'Sun'"),
+        ({"radiation": Radiation(by="Sun", strength=1.0, radius=1.0)}, "by of Radiation is 'Sun'"),
         ({"events": [Shadow()]}, "Shadow"),
         ({"events": ["shadow"]}, "events"),
         ({"threads": 0}, "threads"),
@@ -199,7 +199,7 @@ def test_light_on_particles_without_an_area_is_warned_of():
     """Unless the source is there for the shadows."""
     system, state = fullbody.systems.didymos(units=True, sun=True)
     dark = Particles([["3 km", "0 km", "0 km"]], [["0 km/h", "0.4 km/h", "0 km/h"]])
-    light = fullbody.particles.Radiation("Sun")
+    light = fullbody.particles.Radiation(by="Sun")
     with pytest.warns(InconsistentInput, match="no particle has an area_to_mass"):
         system.fly(state, dark, 0.1, radiation=light)
     with warnings.catch_warnings():

@@ -15,7 +15,7 @@ def lit(shape, strength=0.0, attitude=(1.0, 0.0, 0.0, 0.0), mass=1.0, spin=(0.0,
     system = fullbody.System([fullbody.Body(shape, mass=mass, name="A")], G=1.0, forces=[sun])
     zero = [[0.0, 0.0, 0.0]]
     state = fullbody.State(position=zero, velocity=zero, attitude=[attitude], spin=[spin])
-    return system, state, Radiation("Sun", strength=strength, radius=RADIUS)
+    return system, state, Radiation(by="Sun", strength=strength, radius=RADIUS)
 
 
 def test_umbra_and_penumbra_of_a_sphere_end_on_their_cones():
@@ -100,7 +100,7 @@ def test_radiation_pushes_and_the_shadow_does_not():
     strength, ratio = 2.0, 300.0
     system, state, light = lit(fullbody.Sphere(1.0), strength=strength, mass=1e-12)
     x = [[-20.0, 0.0, 0.0], [-20.0, 3.0, 0.0], [-20.0, 3.0, 0.0]]
-    particles = fullbody.Particles(x, np.zeros((3, 3)), [ratio, ratio, 0.0])
+    particles = fullbody.Particles(x, np.zeros((3, 3)), area_to_mass=[ratio, ratio, 0.0])
     flight = system.fly(state, particles, 2.0, output="ends", radiation=light)
     moved = flight.position[-1] - x
     push = strength * ratio / (DISTANCE + 20.0) ** 2

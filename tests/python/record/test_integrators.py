@@ -119,9 +119,9 @@ def test_steps_with_units():
             assert run.statistics.steps == 40
             assert worst(run.position[-1].to_value(u.km), expected.position[-1]) < 1e-12
         with pytest.raises(InvalidInput, match=r"step has the unit km.*expected a unit such as s"):
-            fullbody.Simulation(system, state, make(1 * u.km))
+            fullbody.Simulation(system, state, integrator=make(1 * u.km))
         with pytest.raises(InvalidInput, match=r"step has the unit h.*the system has no units"):
-            fullbody.Simulation(plain, start, make(1 * u.h))
+            fullbody.Simulation(plain, start, integrator=make(1 * u.h))
 
 
 @pytest.mark.parametrize("make", [fullbody.LieGroupVariational, fullbody.SymplecticSplitting])
@@ -215,7 +215,7 @@ def test_there_and_back(place):
     """Time reversal: back at the start within the error of the way out; to round-off for the symplectic ones."""
     integrator = family(0.1, 1e-12)[place]
     system, state = CASE1
-    sim = fullbody.Simulation(system, state, integrator)
+    sim = fullbody.Simulation(system, state, integrator=integrator)
     sim.integrate(20.0, output=[20.0])
     sim.integrate(0.0, output=[0.0])
     bound = 1e-9 if hasattr(integrator, "rtol") else 1e-11

@@ -121,7 +121,7 @@ def test_the_start_in_xarray_has_units():
 
 def test_a_simulation_tells_the_drift_of_all_its_runs():
     """A run counts from where it began, the simulation from where it began: steps and runs, there and back."""
-    sim = fullbody.Simulation(three(), START, LOOSE)
+    sim = fullbody.Simulation(three(), START, integrator=LOOSE)
     assert drifts(sim).tolist() == [0.0, 0.0, 0.0]
     for until in (12.0, 32.0, 20.0):
         begin = sim.state
@@ -144,7 +144,7 @@ def test_a_simulation_tells_the_drift_of_all_its_runs():
 
 def test_a_saved_simulation_knows_where_it_began(tmp_path):
     """Its drift goes on from there, and that of its runs from where they begin."""
-    sim = fullbody.Simulation(three(), START, LOOSE)
+    sim = fullbody.Simulation(three(), START, integrator=LOOSE)
     sim.integrate(12.0)
     sim.save(tmp_path / "three.sim")
     again = fullbody.Simulation.load(tmp_path / "three.sim")

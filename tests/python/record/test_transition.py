@@ -203,7 +203,7 @@ def test_units_of_a_tangent_vector():
     """An element of the matrix is a number of its row's unit by its column's: seen by the same run in other units."""
     system, state = fullbody.systems.kw4(units=True)
     assert fullbody.systems.kw4()[0].integrate(fullbody.systems.kw4()[1], 1.0).tangent_units is None
-    other = fullbody.System(system.bodies, system.G, units=("m", "min", "kg"))
+    other = fullbody.System(system.bodies, G=system.G, units=("m", "min", "kg"))
     runs = [one.integrate(state, "2 h", output="ends", derivatives=True) for one in (system, other)]
     first, second = (run.tangent_units for run in runs)
     assert [str(unit) for unit in first[12:24:3]] == ["km", "km / h", "rad", "rad / h"]

@@ -396,7 +396,7 @@ def test_a_tilted_dimorphos_rolls_and_keeps_facing_didymos(tilt):
     """For a year; the angle of its long axis from the line to Didymos by plain vectors. How far it rolls is chaotic."""
     system, state = systems.didymos_after_dart(tilt=tilt)
     run = system.integrate(state, 8766.0, output=0.5)
-    found = fullbody.observables.tumbles(run, np.radians(30))
+    found = fullbody.observables.tumbles(run, limit=np.radians(30))
     assert found.angle == "roll"
     assert abs(found.time - 260) < 20
     roll = fullbody.observables.roll_pitch_yaw(run)[:, 0]
