@@ -7,13 +7,13 @@ outputs that they are kept with, which the tests check.
 from __future__ import annotations
 
 import os
+import re
 import shutil
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 from docutils import nodes
-from sphinx.errors import ConfigError
 from sphinx.transforms.post_transforms import SphinxPostTransform
 from sphinx.util import logging
 from sphinx.util.osutil import relative_uri
@@ -26,17 +26,21 @@ author = "The fullbody developers"
 project_copyright = "the fullbody developers"
 release = metadata.version("fullbody")
 
-# Where `make reproduce` wrote its report, from the project's folder; the page report.md reads it.
-REPORT = (ROOT / os.environ.get("FULLBODY_REPORT", "out/reproduce")).resolve()
-os.environ["FULLBODY_REPORT"] = str(REPORT)
-# That page also uses the package `reproduction`, which is not installed.
+# Where `make study` wrote the results of the studies that have a page; their pages read them there.
+STUDIES = {"report": ROOT / "out" / "ho2021", "binaries": ROOT / "out" / "binaries"}
+os.environ["FULLBODY_REPORT"], os.environ["FULLBODY_BINARIES"] = map(str, STUDIES.values())
+# These pages also use the package `reproduction`, which is not installed.
 os.environ["PYTHONPATH"] = str(ROOT)
-# The same for `make binaries` and the page binaries.md.
-BINARIES = (ROOT / os.environ.get("FULLBODY_BINARIES", "out/binaries")).resolve()
-os.environ["FULLBODY_BINARIES"] = str(BINARIES)
-for folder, target in ((REPORT, "reproduce"), (BINARIES, "binaries")):
-    if not (folder / "numbers.json").is_file():
-        raise ConfigError(f"no numbers.json in {folder}; `make {target}` writes it")
+
+
+def without_results(app: Any, page: str, source: list[str]) -> None:
+    """Put a notice in the place of the results of a study that has not run."""
+    folder = STUDIES.get(page)
+    if folder is None or (folder / "numbers.json").is_file():
+        return
+    notice = f":::{{note}}\nThis page was built without results. `make study S={folder.name}` writes them.\n:::\n"
+    head = source[0].partition("\n## ")[0]
+    source[0] = f"{re.sub(r'<p>.*?</p>', '', head, flags=re.DOTALL)}\n{notice}"
 
 
 def stage() -> None:
@@ -51,8 +55,8 @@ def stage() -> None:
             path.unlink()
     for name, path in wanted.items():
         copy(path, notebooks / name)
-    if (REPORT / "report.html").is_file():
-        page = (REPORT / "report.html").read_text(encoding="utf-8")
+    if (STUDIES["report"] / "report.html").is_file():
+        page = (STUDIES["report"] / "report.html").read_text(encoding="utf-8")
         back = '<p><a href="report.html">fullbody: the paper, reproduced</a></p>'
         (extra / "full-report.html").write_text(page.replace("<body>", f"<body>\n{back}"), encoding="utf-8")
     # The crate's documentation with its source, which `make docs` has built.
@@ -192,5 +196,6 @@ def setup(app: Any) -> None:
     """Connect what this file defines; the escape comes after numpydoc, which takes the text apart."""
     app.add_post_transform(LinkSource)
     app.add_post_transform(DescribeImages)
+    app.connect("source-read", without_results)
     app.connect("autodoc-process-docstring", escape_number, priority=600)
     app.connect("build-finished", drop_template, priority=900)

@@ -22,7 +22,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         description="Run everything that Ho, Wold, Conway & Poursina (2021) show and write report.html (one file), the "
         "figures and numbers.json, with a verdict on every number. Takes some minutes.",
     )
-    parser.add_argument("--out", type=Path, default=Path("out/reproduce"), help="folder (%(default)s)")
+    parser.add_argument("--out", type=Path, default=Path("out/ho2021"), help="folder (%(default)s)")
     parser.add_argument("--draft", action="store_true", help="coarser scans and shorter long runs")
     parser.add_argument("--quiet", action="store_true", help="no progress bar and no table")
     arguments = parser.parse_args(argv)

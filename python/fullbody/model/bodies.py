@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -211,7 +212,7 @@ class Body(Tabled):
         return isinstance(other, Body) and same(self._parts(), other._parts())
 
     def __reduce__(self) -> Any:
-        return Body, (self._shape, self._mass, self._density, self._name)
+        return partial(Body, self._shape, mass=self._mass, density=self._density, name=self._name), ()
 
     def __hash__(self) -> int:
         return hash(tuple(map(hashed, self._parts())))

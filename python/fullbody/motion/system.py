@@ -363,7 +363,8 @@ class System(Tabled):
         return f"System({list(self.names)}, G={float(f'{self.context.G:.9g}')!r}, {gravity}{units}{forces})"
 
     def __reduce__(self) -> Any:
-        return partial(System, units=self.units, forces=self._forces, **self._options), (self._bodies, self.context.G)
+        made = partial(System, G=self.context.G, units=self.units, forces=self._forces, **self._options)
+        return made, (self._bodies,)
 
     @property
     def parameters(self) -> tuple[str, ...]:

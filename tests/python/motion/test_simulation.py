@@ -173,11 +173,11 @@ def test_statistics_count_from_the_start():
     assert sim.statistics.steps == sum(s.steps for s in runs)
     assert sim.statistics.rejected == sum(s.rejected for s in runs)
     # One evaluation a step for the variational method, seven for ABA864, and one to begin.
-    sim = fullbody.Simulation(*CASE1, fullbody.LieGroupVariational(0.25))
+    sim = fullbody.Simulation(*CASE1, integrator=fullbody.LieGroupVariational(0.25))
     run = sim.integrate(10.0, output=[10.0])
     assert (run.statistics.steps, run.statistics.rejected) == (40, 0)
     assert run.statistics.evaluations == 41
-    sim = fullbody.Simulation(*CASE1, fullbody.SymplecticSplitting(0.25))
+    sim = fullbody.Simulation(*CASE1, integrator=fullbody.SymplecticSplitting(0.25))
     assert sim.integrate(10.0, output=[10.0]).statistics.evaluations == 7 * 40
 
 
@@ -432,7 +432,7 @@ def test_refused_autosave(tmp_path, seconds):
 
 
 def test_repr():
-    sim = fullbody.Simulation(*CASE1, fullbody.SymplecticSplitting(0.25))
+    sim = fullbody.Simulation(*CASE1, integrator=fullbody.SymplecticSplitting(0.25))
     for word in ("time=0.0", "focal", "SymplecticSplitting(step=0.25, scheme='ABA864')"):
         assert word in repr(sim)
 

@@ -278,13 +278,13 @@ def test_frequencies_of_a_made_up_signal():
 def test_terms_too_close_to_tell_apart_are_one():
     time = np.linspace(0.0, 100.0, 1001)
     # One term whose frequency drifts by a fiftieth, less than the window resolves: no sum of large ones that cancel.
-    found = analysis.frequencies(sampled(time), np.cos(time + 1e-4 * time**2), 3)
+    found = analysis.frequencies(sampled(time), np.cos(time + 1e-4 * time**2), n=3)
     assert found.frequency[0] == pytest.approx(1.01, rel=1e-3)
     assert found.amplitude[0] == pytest.approx(1.0, rel=0.01)
     assert np.all(found.amplitude[1:] < 0.05)
     assert np.diff(np.sort(found.frequency)).min() > 2 * np.pi / 100.0
     # A signal of hardly two periods has no room for many.
-    few = analysis.frequencies(sampled(time[:130]), np.cos(time[:130]), 50)
+    few = analysis.frequencies(sampled(time[:130]), np.cos(time[:130]), n=50)
     assert 1 <= len(few.frequency) < 50
 
 

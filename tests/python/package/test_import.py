@@ -96,7 +96,7 @@ def test_one_version_is_told_everywhere():
         ("CITATION.cff", r"^version: (\S+)$"),
         ("docs/cite.md", r"^  version = \{(\S+)\},$"),
         ("docs/install.md", r"/dist/fullbody-(\S+?)-cp311"),
-        ("conda/recipe.yaml", r'^  version: "(\S+)"$'),
+        ("packaging/conda/recipe.yaml", r'^  version: "(\S+)"$'),
     ):
         told[file] = re.search(pattern, (ROOT / file).read_text(), re.MULTILINE)[1]
     # Cargo writes 0.3.0-dev for Python's 0.3.0.dev0.

@@ -15,7 +15,7 @@ def test_each_crate_of_the_extension_is_listed_with_its_version():
     command = "cargo tree --locked --offline --package fullbody-python --edges normal --prefix none --format {p}"
     tree = subprocess.run(command.split(), cwd=ROOT, capture_output=True, text=True, check=True).stdout
     linked = {tuple(line.split()[:2]) for line in tree.splitlines()}
-    text = (ROOT / "THIRD_PARTY_LICENCES.yml").read_text()
+    text = (ROOT / "packaging" / "THIRD_PARTY_LICENCES.yml").read_text()
     listed = re.findall(r"^- package_name: (\S+)\n  package_version: '?([^\s']+)", text, re.MULTILINE)
     own = {crate for crate in linked if crate[0] in ("fullbody", "fullbody-python")}
     assert len(own) == 2

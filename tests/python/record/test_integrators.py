@@ -128,7 +128,7 @@ def test_steps_with_units():
 @pytest.mark.parametrize("step", [0, -1.0, float("nan"), float("inf"), "a", None, [1.0, 2.0]], ids=str)
 def test_refused_steps(make, step):
     with pytest.raises(InvalidInput, match=r"^step (is|has) .*expected"):
-        fullbody.Simulation(*CASE1, make(step))
+        fullbody.Simulation(*CASE1, integrator=make(step))
 
 
 @pytest.mark.parametrize("make", [fullbody.LieGroupVariational, fullbody.SymplecticSplitting])
@@ -158,7 +158,7 @@ def test_refused_settings():
         fullbody.SymplecticSplitting(0.1, "yoshida")
     for integrator in (fullbody.Verner98, "Verner98", 1e-13):
         with pytest.raises(InvalidInput, match=r"integrator is .*; expected one of fullbody's"):
-            fullbody.Simulation(*CASE1, integrator)
+            fullbody.Simulation(*CASE1, integrator=integrator)
     system, state = CASE1
     chart = system.with_options(attitude_chart="tait_bryan")
     for integrator in (fullbody.LieGroupVariational(0.1), fullbody.SymplecticSplitting(0.1)):
@@ -203,7 +203,7 @@ def test_integrators_compare_print_and_come_back():
         assert pickle.loads(pickle.dumps(integrator)) == integrator
         assert eval(repr(integrator), vars(integrators)) == integrator
         # A simulation's bytes hold a description of its integrator.
-        assert pickle.loads(pickle.dumps(fullbody.Simulation(*CASE1, integrator))).integrator == integrator
+        assert pickle.loads(pickle.dumps(fullbody.Simulation(*CASE1, integrator=integrator))).integrator == integrator
         with pytest.raises((AttributeError, TypeError)):
             integrator.rtol = 1.0
     with pytest.raises(InvalidInput, match="integrator is 'Euler'; expected one of DormandPrince54, "):
