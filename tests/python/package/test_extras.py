@@ -119,9 +119,9 @@ def test_all_has_every_extra_for_users():
     assert any(needed.startswith("ipywidgets") for needed in extras["notebook"])
 
 
-def test_the_readme_names_the_extras():
+def test_the_page_of_the_installation_names_the_extras():
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
-    installing = (ROOT / "README.md").read_text().partition("## Installing")[2].partition("\n## ")[0]
+    installing = (ROOT / "docs" / "install.md").read_text().partition("\n## ")[0]
     told = dict(re.findall(r"^\| `(\w+)` \| ([\w, ]+) \| ", installing, re.M))
     expected = {
         name: ", ".join(re.split(r"\W", package)[0] for package in packages)
