@@ -14,7 +14,7 @@ BENCHES := table instructions work_precision brouwer splitting import_time force
 	fitting flight head_on ensemble killed
 RUST   := Cargo.toml Cargo.lock bindings/Cargo.toml $(shell find src bindings/src -type f)
 # Folders with Python code, and the settings of the tests.
-PYTHONS := conftest.py python reproduction tests benches fuzz browser
+PYTHONS := conftest.py python reproduction tests benches fuzz browser packaging
 # The extension links against this interpreter's ABI.
 export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 # Windows separates folders in PATH by a semicolon.

@@ -6,7 +6,7 @@ ifeq ($(shell uname -s),Linux)
 WHEEL := --zig --compatibility manylinux2014
 AUDIT  = $(BIN)/auditwheel show dist/*.whl
 endif
-.PHONY: wheel wheel-musl licences crate test-wheel test-lowest test-arm
+.PHONY: wheel wheel-musl licences crate test-wheel test-lowest test-arm release
 
 $(VENV)/.wheel: $(MATURIN)
 	$(INSTALL) 'auditwheel>=6.4,<7' 'cargo-zigbuild>=0.20,<1' 'ziglang>=0.13,<1'
@@ -42,3 +42,11 @@ test-arm: $(VENV)/.wheel  ## the Rust tests on 64-bit ARM, emulated by QEMU
 	rustup target add aarch64-unknown-linux-gnu
 	CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER='qemu-aarch64 -L /usr/aarch64-linux-gnu' \
 		$(BIN)/cargo-zigbuild test --target aarch64-unknown-linux-gnu --test rust
+
+# CONTRIBUTING.md has the steps after it, which need accounts. A version such as 0.4.0.dev0 is written and committed without the checks.
+release: $(VENV)/.dev  ## write VERSION=, check everything for hours, commit and tag
+	@test -z "$$(git status --porcelain)" || { echo "there are changes that are not committed" >&2; exit 1; }
+	$(BIN)/python packaging/release.py $(VERSION)
+	$(if $(findstring dev,$(VERSION)),,$(MAKE) licences && bash .ci/run && $(MAKE) test-wheel crate test-lowest bench fuzz)
+	git commit --all --message "Version $(VERSION)"
+	$(if $(findstring dev,$(VERSION)),,git tag v$(VERSION))
