@@ -59,7 +59,7 @@ def test_another_mass_or_density(didymos):
         (1, two_spheres(), None, 1 * u.kg / u.m**3): "density of Dimorphos is .*; expected a mass beside a composite",
     }.items():
         with pytest.raises(InvalidInput, match=text):
-            didymos.with_body(*arguments)
+            didymos.with_body(*arguments[:2], **dict(zip(("mass", "density"), arguments[2:], strict=False)))
 
 
 def test_one_more_force(didymos):
