@@ -79,19 +79,19 @@ class Event(Declared):
 
 @dataclass(frozen=True, eq=False)
 class _TwoBodyEvent(Event):
-    i: int | str = 0
-    j: int | str = 1
+    body: int | str = 1
+    about: int | str = 0
 
-    _kinds: ClassVar = {"i": Place(), "j": Place()}
+    _kinds: ClassVar = {"body": Place(), "about": Place()}
 
 
 @dataclass(frozen=True, eq=False)
 class Separation(_TwoBodyEvent):
-    """The centres of bodies i and j are ``value`` apart.
+    """The centres of two bodies are ``value`` apart.
 
     Parameters
     ----------
-    i, j : int or str
+    body, about : int or str
         Indices in the system, or names.
     value : float or Quantity
     direction : {-1, 0, 1}
@@ -114,14 +114,14 @@ class Separation(_TwoBodyEvent):
 
 @dataclass(frozen=True, eq=False)
 class Contact(_TwoBodyEvent):
-    """The surfaces of bodies i and j touch, even if they only graze each other.
+    """The surfaces of two bodies touch, even if they only graze each other.
 
     Without this event, or without ``terminal=True``, a run ends in :class:`fullbody.errors.BodiesOverlap` at the time
     of the contact if the bodies begin to interpenetrate, for however short a time.
 
     Parameters
     ----------
-    i, j : int or str
+    body, about : int or str
         Indices in the system, or names.
     direction : {-1, 0, 1}
         -1 if the bodies come together, 1 if they separate, 0 for both.
@@ -144,11 +144,11 @@ class Contact(_TwoBodyEvent):
 
 @dataclass(frozen=True, eq=False)
 class Periapsis(_TwoBodyEvent):
-    """The centres of bodies i and j are nearest.
+    """The centres of two bodies are nearest.
 
     Parameters
     ----------
-    i, j : int or str
+    body, about : int or str
     terminal : bool
 
     Examples
@@ -163,23 +163,23 @@ class Periapsis(_TwoBodyEvent):
 
 @dataclass(frozen=True, eq=False)
 class Apoapsis(_TwoBodyEvent):
-    """The centres of bodies i and j are furthest apart.
+    """The centres of two bodies are furthest apart.
 
     Parameters
     ----------
-    i, j : int or str
+    body, about : int or str
     terminal : bool
     """
 
 
 @dataclass(frozen=True, eq=False)
 class PlaneCrossing(Event):
-    """The centre of body i goes through a plane.
+    """The centre of a body goes through a plane.
 
     Parameters
     ----------
-    i : int or str
-    j : int, str or None
+    body : int or str
+    about : int, str or None
         The body whose centre lies in the plane; ``None`` for a plane through the origin.
     normal : array_like, (3,)
         The normal of the plane in the inertial frame, of any length. With the z-axis the crossings are the nodes;
@@ -188,24 +188,24 @@ class PlaneCrossing(Event):
     terminal : bool
     """
 
-    i: int | str = 1
-    j: int | str | None = 0
+    body: int | str = 1
+    about: int | str | None = 0
     normal: Any = (0.0, 0.0, 1.0)
 
-    _kinds: ClassVar = {"i": Place(), "j": Place(), "normal": direction}
+    _kinds: ClassVar = {"body": Place(), "about": Place(), "normal": direction}
 
     def _condition(self, context: Context) -> _core.Condition:
         plain = self._plain(context.units, context.index)
-        return _core.Condition.PlaneCrossing(plain["i"], plain["j"], self.normal)
+        return _core.Condition.PlaneCrossing(plain["body"], plain["about"], self.normal)
 
 
 @dataclass(frozen=True, eq=False)
 class Escape(_TwoBodyEvent):
-    """Bodies i and j are further apart than a distance, with positive energy of their relative motion as points.
+    """Two bodies are further apart than a distance, with positive energy of their relative motion as points.
 
     Parameters
     ----------
-    i, j : int or str
+    body, about : int or str
     distance : float or Quantity
     direction : {-1, 0, 1}
         1 if this becomes true, -1 if it ceases to be true, 0 for both.
@@ -219,11 +219,11 @@ class Escape(_TwoBodyEvent):
 
 @dataclass(frozen=True, eq=False)
 class Alignment(_TwoBodyEvent):
-    """The angle between body i's long axis and the line to body j is smallest.
+    """The angle between a body's long axis and the line to another body is smallest.
 
     Parameters
     ----------
-    i, j : int or str
+    body, about : int or str
     terminal : bool
     """
 
@@ -300,18 +300,18 @@ class Function(Event):
 
 
 @dataclass(frozen=True, eq=False)
-class Occultation(_TwoBodyEvent):
-    """Body j begins or ceases to hide body i behind it, as seen from a distant point.
+class Occultation(Event):
+    """One body begins or ceases to hide another one behind it, as seen from a distant point.
 
     If the distant point is the observer, this is an occultation; if it is the Sun, an eclipse. The function is the gap
-    between the outlines of the two bodies, or with ``total=True`` the distance by which the outline of body i extends
-    beyond the other one. The outline of a polyhedron is the convex hull of its vertices.
+    between the outlines of the two bodies, or with ``total=True`` the distance by which the outline of the body behind
+    extends beyond that in front. The outline of a polyhedron is the convex hull of its vertices.
     :func:`fullbody.observing.occultation` makes the event from a geometry, and :func:`fullbody.observing.mutual_events`
     finds all such events of a finished run.
 
     Parameters
     ----------
-    i, j : int or str
+    body, by : int or str
         The body behind and the body in front: indices in the system, or names.
     toward : array_like, (3,) or (T, 3)
         The direction to the distant point, of any length, or its directions at ``times``, which are interpolated by a
@@ -319,7 +319,7 @@ class Occultation(_TwoBodyEvent):
     times : array_like or Quantity, (T,), optional
         Times of the directions, at least four. A run beyond them is refused.
     total : bool
-        Whether body j must hide all of body i. A part of body i that only several parts of body j hide together counts
+        Whether all of the body behind must be hidden. What only several parts of the body in front hide together counts
         as visible.
     direction : {-1, 0, 1}
         -1 if it begins, 1 if it ends, 0 for both.
@@ -335,11 +335,13 @@ class Occultation(_TwoBodyEvent):
     'event'
     """
 
+    body: int | str
+    by: int | str
     toward: Any = None
     times: Any = None
     total: bool = False
 
-    _kinds: ClassVar = {"times": Number("time", shape=("T",)), "total": flag}
+    _kinds: ClassVar = {"body": Place(), "by": Place(), "times": Number("time", shape=("T",)), "total": flag}
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -365,7 +367,7 @@ class Occultation(_TwoBodyEvent):
             when = context.units.numbers(times, "time", "times of Occultation")
         toward = _core.Toward(when.tolist(), places.tolist(), 0.0, times is not None)
         plain = self._plain(context.units, context.index)
-        return _core.Condition.Occultation(plain["i"], plain["j"], self.total, toward)
+        return _core.Condition.Occultation(plain["body"], plain["by"], self.total, toward)
 
 
 def _tuples(values: Any) -> Any:

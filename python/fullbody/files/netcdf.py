@@ -66,7 +66,7 @@ _START: dict[str, tuple[Any, tuple[str, ...], str]] = {
     "start_angular_momentum": (slice(5, 8), ("axis",), "angular momentum"),
 }
 #: The number of the file format, the only one that is read.
-_FORMAT = 1
+_FORMAT = 2
 #: Suffixes of the names of runs' files.
 SUFFIXES = (".nc", ".nc4")
 

@@ -129,7 +129,7 @@ def fate(run: Record, *, body: int | str = 1, about: int | str = 0, beyond: Any 
 
 
 def _bodies(context: Context, event: Any) -> set[int]:
-    return {context.index(event.i, "i"), context.index(event.j, "j")}
+    return {context.index(event.body, "body"), context.index(event.about, "about")}
 
 
 def _contact(run: Record, body: int) -> Any:

@@ -121,7 +121,7 @@ def test_names_that_are_not_there(kw4):
     for call, what in (
         (lambda: system.mu("Alfa", "Beta"), "body is 'Alfa'; did you mean 'Alpha'"),
         (lambda: run.elements(body="Betta"), "body is 'Betta'; did you mean 'Beta'"),
-        (lambda: system.integrate(state, 1.0, events=[events.Contact("Moon", "Beta")]), "i of Contact is 'Moon'; "),
+        (lambda: system.integrate(state, 1.0, events=[events.Contact("Moon", "Beta")]), "body of Contact is 'Moon'; "),
         (lambda: observables.obliquity(run, body="Moon"), "body of an obliquity is 'Moon'; "),
         (lambda: run.plot.orbit(about="Moon"), "about is 'Moon'; "),
         (lambda: run.plot.spins(bodies=["Moon"]), "one of bodies is 'Moon'; "),

@@ -82,7 +82,7 @@ def turned(dataset):
 CONTENT = {
     "no variable": (lambda d: d.drop_vars("spin"), "the file has no variable spin"),
     "no system": (
-        lambda d: d.drop_attrs().assign_attrs(fullbody_format=1),
+        lambda d: d.drop_attrs().assign_attrs(fullbody_format=2),
         "the file has no attribute fullbody_system",
     ),
     "cut system": (described('"mass"', '"ma'), "attribute fullbody_system is not JSON"),
@@ -102,11 +102,11 @@ CONTENT = {
     "no format": (lambda d: d.drop_attrs(), "the file has no attribute fullbody_format"),
     "other format": (
         attribute("fullbody_format", 5),
-        "the file's format is 5, by its attribute fullbody_format; expected 1",
+        "the file's format is 5, by its attribute fullbody_format; expected 2",
     ),
     "text for format": (
         attribute("fullbody_format", "junk{"),
-        "the file's format is junk{, by its attribute fullbody_format; expected 1",
+        "the file's format is junk{, by its attribute fullbody_format; expected 2",
     ),
     "many formats": (attribute("fullbody_format", [1, 1]), r"the file's format is \[1 1\], by its"),
     "junk statistics": (attribute("fullbody_statistics", "junk{"), "attribute fullbody_statistics is not JSON"),

@@ -268,7 +268,7 @@ def test_places_of_bodies_that_do_not_exist():
     refused(lambda: SYSTEM.mu("Beta", 1), "body and about are 'Beta' and 1, both Beta; expected two bodies")
     refused(lambda: run.elements(body=5), "body is 5; expected 0 to 1, one of the 2 bodies")
     for event in (fullbody.events.Contact(0, 5), fullbody.events.PlaneCrossing(1, 5)):
-        what = f"j of {type(event).__name__} is 5; expected 0 to 1, one of the 2 bodies"
+        what = f"about of {type(event).__name__} is 5; expected 0 to 1, one of the 2 bodies"
         refused(lambda event=event: SYSTEM.integrate(START, 1.0, events=[event]), what)
     alone = System(BODIES[:1], G=1.0)
     refused(lambda: alone.mu(0, 1), "about is 1; expected 0, the only body")
