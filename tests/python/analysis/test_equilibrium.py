@@ -143,7 +143,7 @@ def test_only_the_pose_counts(ellipsoids, locked):
 
 def test_curvature_is_that_of_the_energy(ellipsoids, locked):
     # With the pose changed along the eigenvector and the momenta chosen best, the energy grows by half the curvature.
-    values, ways = locked._rotation.amended_hessian()
+    values, ways = locked.rotation.amended_hessian()
     assert len(values) == 8
     J = np.array([0.0, 0.0, locked.angular_momentum])
     masses, inertia = ellipsoids.masses, [body.inertia for body in ellipsoids]
@@ -162,7 +162,7 @@ def test_curvature_is_that_of_the_energy(ellipsoids, locked):
     unit = masses.prod() / locked.separation
     for value, way in zip(values, ways.T, strict=True):
         h = 5e-4
-        pose = locked._rotation.pose
+        pose = locked.rotation.pose
         found = (amended(pose.moved(h * way)) - 2 * amended(pose) + amended(pose.moved(-h * way))) / h**2 / unit
         assert found == pytest.approx(value, rel=1e-4, abs=1e-6)
     assert locked.energetically_stable
@@ -180,10 +180,10 @@ def test_energy_of_deviations_is_conserved(locked):
     other = analysis.relative_equilibrium(spinning, separation=2.5, spin={"A": -1.7})
     assert len(other.modes) == 6
     for found in (locked, other):
-        A, Q = found._rotation.rates(), found._rotation.energy_form()
+        A, Q = found.rotation.rates(), found.rotation.energy_form()
         assert np.abs(A.T @ Q + Q @ A).max() < 1e-14
-        assert np.abs(A @ found._rotation.generators()).max() < 1e-15
-        _, a, q = found._rotation.reduced()
+        assert np.abs(A @ found.rotation.generators()).max() < 1e-15
+        _, a, q = found.rotation.reduced()
         assert np.abs(a.T @ q + q @ a).max() < 1e-13 * np.abs(q).max()
 
 
