@@ -149,7 +149,7 @@ def test_curvature_is_that_of_the_energy(ellipsoids, locked):
     masses, inertia = ellipsoids.masses, [body.inertia for body in ellipsoids]
 
     def amended(pose):
-        state = locked._problem.pair.state(pose)
+        state = locked.problem.pair.state(pose)
         total = np.zeros((3, 3))
         m = masses.prod() / masses.sum()
         total += m * (pose.r @ pose.r * np.eye(3) - np.outer(pose.r, pose.r))
