@@ -82,10 +82,10 @@ def _text(measured: dict[str, dict[str, float]], draft: bool) -> str:
     rows = [[name, f"{radar[name]:.6g}", f"{smooth[name]:.6g}", f"{radar[name] - smooth[name]:+.3g}"] for name in radar]
     return f"""# 1999 KW4 with its radar shapes
 
-{"A draft of 200 hours. " if draft else ""}A year of (66391) 1999 KW4 in exact gravity at the tolerance 1e-13, once with the radar shapes of Ostro et
-al. (2006), 9,168 and 2,292 faces, and once with the homogeneous ellipsoids of the same masses and moments of inertia. Both start from
-the same state. The ellipsoids have the quadrupole of the shapes, so that the differences come from the harmonics of degree 3 and above
-and from the mutual terms of these.
+{"A draft of 200 hours. " if draft else ""}A year of (66391) 1999 KW4 in exact gravity at the tolerance 1e-13, once with
+the radar shapes of Ostro et al. (2006), 9,168 and 2,292 faces, and once with the homogeneous ellipsoids of the same
+masses and moments of inertia. Both start from the same state. The ellipsoids have the quadrupole of the shapes, so that
+the differences come from the harmonics of degree 3 and above.
 
 {table(["", "radar shapes", "ellipsoids", "difference"], rows)}
 
