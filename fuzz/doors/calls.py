@@ -128,13 +128,13 @@ _INTEGRATORS = st.one_of(
         ),
     ),
 )
-_PLACES = {"i": _or_any(st.sampled_from([0, 1, "A", "B"])), "j": _or_any(st.sampled_from([0, 1, "A", "B"]))}
+_PLACE = _or_any(st.sampled_from([0, 1, "A", "B"]))
 _EVENTS = st.tuples(
     st.sampled_from([name for name in events.__all__ if name not in ("Event", "Occurrence")]),
     st.fixed_dictionaries(
         {},
         optional={
-            **_PLACES,
+            **dict.fromkeys(("body", "about", "by"), _PLACE),
             "value": _or_any(_POSITIVE),
             "distance": _or_any(_POSITIVE),
             "normal": _or_any(st.lists(st.floats(-1, 1), min_size=3, max_size=3)),
@@ -207,7 +207,7 @@ def _check_run(given: tuple[Any, Any, Any, Any, list[Any]]) -> None:
     for name, values in watched:
         event = getattr(events, name)
         known = event.__dataclass_fields__
-        asked.append(event(**{key: value for key, value in values.items() if key in known}))
+        asked.append(event(**{key: value for key, value in ({"body": 1, "by": 0} | values).items() if key in known}))
         assert repr(asked[-1])
     run = system.integrate(
         state, until, output=output, integrator=integrator, events=asked, dense=dense, progress=_stop

@@ -537,7 +537,7 @@ def test_poles_with_wrong_parts_name_the_part():
     for pole, what in (
         ((1 * u.kg, 0.0), "longitude of pole has the unit kg; expected a unit such as rad"),
         ((0.0, float("nan")), "latitude of pole is nan; expected a finite number"),
-        (("x", 0.0), "longitude of pole is 'x'; expected numbers"),
+        (("x", 0.0), "longitude of pole is 'x'; expected a finite number"),
     ):
         with pytest.raises(InvalidInput, match=what):
             binary(first, second, G=1.0, semi_major_axis=5.0, pole=pole)
