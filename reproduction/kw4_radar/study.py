@@ -95,7 +95,7 @@ the differences come from the harmonics of degree 3 and above.
 
 def _figure(found: dict[str, tuple[Run, float]]) -> Figure:
     """The libration of Beta in the first 200 hours."""
-    figure = matplotlib("figure").Figure(figsize=(8.0, 3.5), layout="constrained")
+    figure: Figure = matplotlib("figure").Figure(figsize=(8.0, 3.5), layout="constrained")
     ax = figure.subplots()
     for (name, (run, _)), style in zip(found.items(), LINES, strict=False):
         libration = observables.libration(run[run.time <= 200.0])
