@@ -5,20 +5,16 @@
 
 mod composition;
 mod control;
-mod dormand_prince54;
 mod equations;
 mod event_detection;
 mod fixed;
 mod memory;
+mod pairs;
 mod roots;
 mod segment;
 mod step;
 mod stepper;
 mod tableau;
-mod verner65;
-mod verner76;
-mod verner87;
-mod verner98;
 
 pub use composition::Scheme;
 #[doc(hidden)]
@@ -26,8 +22,6 @@ pub use composition::{Composition, Flows, KICK_DRIFT_KICK};
 #[doc(hidden)]
 pub use control::Controller;
 pub use control::Tolerance;
-#[doc(hidden)]
-pub use dormand_prince54::DORMAND_PRINCE54;
 #[doc(hidden)]
 pub use equations::Equations;
 #[doc(hidden)]
@@ -38,6 +32,8 @@ pub use fixed::FixedStepper;
 pub use memory::Memory;
 pub use memory::Statistics;
 #[doc(hidden)]
+pub use pairs::{DORMAND_PRINCE54, VERNER65, VERNER76, VERNER87, VERNER96, VERNER98};
+#[doc(hidden)]
 pub use roots::{extremum, first_fall, polynomial_roots, root};
 #[doc(hidden)]
 pub use segment::{MAX_TERMS, Segment};
@@ -47,11 +43,3 @@ pub use step::Step;
 pub use stepper::Stepper;
 #[doc(hidden)]
 pub use tableau::{Interpolant, Tableau};
-#[doc(hidden)]
-pub use verner65::VERNER65;
-#[doc(hidden)]
-pub use verner76::VERNER76;
-#[doc(hidden)]
-pub use verner87::VERNER87;
-#[doc(hidden)]
-pub use verner98::{VERNER96, VERNER98};

@@ -245,7 +245,7 @@ impl Stepper {
             self.complete_stages(equations, interrupt)?;
             let dimension = self.high.len();
             equations.arch().dispatch(Sums {
-                weights: self.tableau.interpolant.weights,
+                weights: &self.tableau.interpolant.weights,
                 rows: &self.stages,
                 stride: stride(dimension),
                 out: &mut self.last.coefficients,
@@ -352,7 +352,7 @@ impl Stepper {
             self.known = stage + 1;
         }
         self.trial.fill(0.0);
-        for (stage, (b, b_hat)) in self.tableau.b.iter().zip(self.tableau.b_hat).enumerate() {
+        for (stage, (b, b_hat)) in self.tableau.b.iter().zip(&self.tableau.b_hat).enumerate() {
             let weight = size * (b - b_hat);
             if weight != 0.0 {
                 let rates = &self.stages[stage * stride(dimension)..][..equations.dependent(dimension)];

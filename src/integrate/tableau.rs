@@ -1,12 +1,15 @@
-//! A Runge-Kutta pair as data.
+//! A Runge-Kutta pair as data, which a file of numbers holds.
 
 use crate::math::rows::Term;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
 
 /// The coefficients of an explicit embedded Runge-Kutta pair.
-#[derive(Debug)]
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Tableau {
     /// The name with the orders.
-    pub name: &'static str,
+    pub name: String,
     /// The order of the solution with which the integration continues.
     pub order: u32,
     /// The order of the comparison solution.
@@ -14,18 +17,18 @@ pub struct Tableau {
     /// The number of stages of the pair.
     pub stages: usize,
     /// The nodes, including those of the interpolant's stages.
-    pub c: &'static [f64],
+    pub c: Vec<f64>,
     /// The coefficients; row i holds those of the earlier stages in stage i.
-    pub a: &'static [&'static [f64]],
+    pub a: Vec<Vec<f64>>,
     /// The low parts of the pair's coefficients. Without them every step would have the same error, which
     /// would grow with the number of steps and not with its square root.
-    pub a_low: &'static [&'static [f64]],
+    pub a_low: Vec<Vec<f64>>,
     /// The weights of the solution.
-    pub b: &'static [f64],
+    pub b: Vec<f64>,
     /// The low parts of the weights.
-    pub b_low: &'static [f64],
+    pub b_low: Vec<f64>,
     /// The weights of the comparison solution.
-    pub b_hat: &'static [f64],
+    pub b_hat: Vec<f64>,
     /// The continuous extension.
     pub interpolant: Interpolant,
     /// The numbers in a bound of how far a path x with dx/dt = v, dv/dt = a departs from its chord within a
@@ -41,6 +44,14 @@ pub struct Tableau {
     pub spread: [f64; 2],
 }
 
+/// Returns what a file of this crate holds, in JSON; its decimals are rounded to the nearest doubles.
+///
+/// # Panics
+/// Panics if the file does not hold it, which no input can cause: the file is part of the program.
+pub(super) fn read<T: DeserializeOwned>(text: &str) -> T {
+    serde_json::from_str(text).expect("a file of this crate is valid")
+}
+
 impl Tableau {
     /// Returns the non-zero weights of every stage, followed by those of the solution.
     pub(super) fn terms(&self) -> Vec<Vec<Term>> {
@@ -52,9 +63,9 @@ impl Tableau {
             };
             weights.iter().enumerate().map(term).filter(|term| term.weight != 0.0).collect()
         };
-        let low = |stage: usize| self.a_low.get(stage).copied().unwrap_or(&[]);
+        let low = |stage: usize| self.a_low.get(stage).map_or(&[][..], Vec::as_slice);
         let stages = self.a.iter().enumerate().map(|(stage, row)| nonzero(row, low(stage)));
-        stages.chain([nonzero(self.b, self.b_low)]).collect()
+        stages.chain([nonzero(&self.b, &self.b_low)]).collect()
     }
 
     /// Returns, for each stage, whether it has a weight in the solution or in its interpolant.
@@ -68,7 +79,8 @@ impl Tableau {
 }
 
 /// The continuous extension y(t + theta h) = y + h sum_i b_i(theta) k_i.
-#[derive(Debug)]
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Interpolant {
     /// The order of the interpolant.
     pub order: u32,
@@ -77,12 +89,12 @@ pub struct Interpolant {
     ///
     /// In powers of theta the coefficients would be of order 1e4 and cancel; in this basis they are of order
     /// one.
-    pub weights: &'static [&'static [f64]],
+    pub weights: Vec<Vec<f64>>,
 }
 
 impl Interpolant {
     /// Returns the number of coefficients of every b_i.
     pub fn terms(&self) -> usize {
-        self.weights.iter().map(|row| row.len()).max().unwrap_or(0)
+        self.weights.iter().map(Vec::len).max().unwrap_or(0)
     }
 }

@@ -185,7 +185,7 @@ fn groups<S: Simd>(length: usize) -> (usize, usize) {
 /// bits.
 pub struct Sums<'a> {
     /// The weights of each row in all sums; zero for a sum to which the row does not contribute.
-    pub weights: &'a [&'a [f64]],
+    pub weights: &'a [Vec<f64>],
     /// The rows, one after the other.
     pub rows: &'a [f64],
     /// The distance from one row to the next.

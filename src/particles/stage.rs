@@ -102,8 +102,8 @@ impl<'a> Stages<'a> {
 
     fn stage(&mut self, stage: usize) -> Result<()> {
         let tableau = self.model.tableau;
-        let low = tableau.a_low.get(stage).copied().unwrap_or(&[]);
-        self.combine(tableau.a[stage], low);
+        let low = tableau.a_low.get(stage).map_or(&[][..], Vec::as_slice);
+        self.combine(&tableau.a[stage], low);
         for c in 0..6 {
             for lane in 0..BLOCK {
                 self.trial[c][lane] = self.motion[c][lane] + (self.low[c][lane] + self.trial[c][lane]);
@@ -117,7 +117,7 @@ impl<'a> Stages<'a> {
 
     /// Returns the end of the steps in two parts.
     pub fn end(&mut self) -> (MotionBlock, MotionBlock) {
-        self.combine(self.model.tableau.b, self.model.tableau.b_low);
+        self.combine(&self.model.tableau.b, &self.model.tableau.b_low);
         let (mut high, mut low) = (self.motion, self.low);
         for c in 0..6 {
             for lane in 0..BLOCK {
@@ -132,7 +132,7 @@ impl<'a> Stages<'a> {
     pub fn errors(&mut self) -> [LaneBlock; 2] {
         let tableau = self.model.tableau;
         let mut weights = [0.0; 32];
-        for (weight, (b, b_hat)) in weights.iter_mut().zip(tableau.b.iter().zip(tableau.b_hat)) {
+        for (weight, (b, b_hat)) in weights.iter_mut().zip(tableau.b.iter().zip(&tableau.b_hat)) {
             *weight = b - b_hat;
         }
         self.combine(&weights[..tableau.b.len()], &[]);
@@ -147,7 +147,7 @@ impl<'a> Stages<'a> {
 
     /// Writes the polynomial of a lane's step, once the stages of the interpolant have been evaluated.
     pub fn segment(&self, lane: usize, out: &mut Segment) {
-        let weights = self.model.tableau.interpolant.weights;
+        let weights = &self.model.tableau.interpolant.weights;
         let number = |vector: &MotionBlock| [0, 1, 2, 3, 4, 5].map(|c| vector[c][lane]);
         let (high, low) = (number(&self.motion), number(&self.low));
         out.refill((self.time[lane], self.size[lane]), (&high, &low), |term, c| {

@@ -7,8 +7,9 @@ use fullbody::integrate::{
 };
 use fullbody::interrupt::InterruptCheck;
 use fullbody::trajectory::{Output, Simulation};
+use std::sync::LazyLock;
 
-const PAIRS: [&Tableau; 5] = [&DORMAND_PRINCE54, &VERNER65, &VERNER76, &VERNER87, &VERNER98];
+static PAIRS: [&LazyLock<Tableau>; 5] = [&DORMAND_PRINCE54, &VERNER65, &VERNER76, &VERNER87, &VERNER98];
 
 /// How far the interpolant and its stages bend from the chord, from the tableau's sums.
 #[test]
@@ -37,7 +38,7 @@ fn spread() {
         for k in 0..=1000 {
             let theta = f64::from(k) / 1000.0;
             let weight = |i: usize| {
-                let row = pair.interpolant.weights.get(i).copied().unwrap_or(&[]);
+                let row = pair.interpolant.weights.get(i).map_or(&[][..], Vec::as_slice);
                 // T_k(x) = cos(k acos x).
                 let angle = (2.0 * theta - 1.0).clamp(-1.0, 1.0).acos();
                 theta * row.iter().enumerate().map(|(k, w)| w * (k as f64 * angle).cos()).sum::<f64>()
