@@ -235,6 +235,23 @@ impl PySystem {
         Parameter::of(&self.inner).into_iter().map(|(name, _)| name).collect()
     }
 
+    /// Returns the values of the parameters by their names.
+    #[getter]
+    fn parameter_values(&self) -> BTreeMap<String, f64> {
+        self.inner.parameter_values().into_iter().collect()
+    }
+
+    /// Returns the changes of the parameters that lead to another system, by their names, and the first place of
+    /// its description that they do not explain.
+    fn parameter_changes(
+        &self,
+        py: Python<'_>,
+        other: &Self,
+    ) -> Result<(BTreeMap<String, f64>, Option<String>)> {
+        let found = py.detach(|| self.inner.parameter_changes(&other.inner))?;
+        Ok((found.changes.into_iter().collect(), found.unexplained))
+    }
+
     /// Returns the descriptions of bodies and forces, and G, of the system with a parameter changed, and a
     /// natural size of its changes.
     fn changed<'py>(

@@ -16,6 +16,7 @@ mod equations;
 mod external;
 mod variations;
 
+pub use equations::changes::ParameterChanges;
 pub use equations::evaluation::BodyInteraction;
 pub use equations::invariants::{Energy, Invariants};
 pub use equations::layout::AttitudeChart;
@@ -38,4 +39,4 @@ pub use rotation::{
 };
 pub use variations::jacobian::SystemJacobian;
 #[doc(hidden)]
-pub use variations::{Variations, collocation::Collocation, tangent::TANGENT_SIZE};
+pub use variations::{Variations, collocation::Collocation, nominal::NominalChange, tangent::TANGENT_SIZE};

@@ -15,7 +15,7 @@ pub enum Force {
     Tide(Tide),
     /// The torque of radiation on a body.
     Yorp(Yorp),
-    /// The force of radiation on a synchronous secondary.
+    /// The force and torque of radiation on a synchronous secondary.
     Byorp(Byorp),
     /// A function of the user.
     Function(Function),

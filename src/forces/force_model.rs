@@ -1,8 +1,9 @@
 //! The external forces of a system as terms of a sum, with their work and impulse.
 
+use super::evaluator::Evaluator;
 use super::{
     Force, ForceParameter, Load, LoadJacobian, LoadSink, MarginGradient, PointAttraction, Snapshot, Switch,
-    function, radiation, third_body, tide,
+    byorp, function, third_body, tide, yorp,
 };
 use crate::error::{Error, Result};
 use crate::gravity::{BodyChange, ExtendedAttraction};
@@ -31,6 +32,8 @@ pub struct SwitchJump {
     pub about: usize,
     /// The force after the switch minus the force before it, inertial.
     pub force: Vec3,
+    /// The torque after the switch minus the torque before it, body frame.
+    pub torque: Vec3,
     /// The derivatives of the function that is zero at the switch.
     pub gradient: MarginGradient,
 }
@@ -45,22 +48,41 @@ struct ForceTerm {
 enum ForceTermKind {
     ThirdBody(third_body::ThirdBodyAttraction),
     Tide(tide::TidalForce),
-    Yorp(radiation::YorpTorque),
-    Byorp(radiation::ByorpForce),
+    Yorp(yorp::YorpTorque),
+    Byorp(byorp::ByorpForce),
     Function(function::FunctionForce),
 }
 
-impl ForceTermKind {
+/// Evaluates an expression with the evaluator of a force, of whatever kind it is.
+macro_rules! with {
+    ($kind:expr, $force:ident => $value:expr) => {
+        match $kind {
+            ForceTermKind::ThirdBody($force) => $value,
+            ForceTermKind::Tide($force) => $value,
+            ForceTermKind::Yorp($force) => $value,
+            ForceTermKind::Byorp($force) => $value,
+            ForceTermKind::Function($force) => $value,
+        }
+    };
+}
+
+impl ForceTerm {
     /// Returns the loads at the last snapshot on the bodies on which the force acts.
     #[inline(always)]
     fn loads(&self) -> &[Load] {
-        match self {
-            Self::ThirdBody(attraction) => &attraction.loads,
-            Self::Tide(tide) => &tide.loads,
-            Self::Yorp(turn) => &turn.loads,
-            Self::Byorp(push) => &push.loads,
-            Self::Function(called) => &called.loads,
-        }
+        with!(&self.kind, force => force.loads())
+    }
+
+    fn third_body(&self) -> Option<&third_body::ThirdBodyAttraction> {
+        if let ForceTermKind::ThirdBody(attraction) = &self.kind { Some(attraction) } else { None }
+    }
+
+    fn third_body_mut(&mut self) -> Option<&mut third_body::ThirdBodyAttraction> {
+        if let ForceTermKind::ThirdBody(attraction) = &mut self.kind { Some(attraction) } else { None }
+    }
+
+    fn byorp(&self) -> Option<&byorp::ByorpForce> {
+        if let ForceTermKind::Byorp(push) = &self.kind { Some(push) } else { None }
     }
 }
 
@@ -93,7 +115,7 @@ impl ForceModel {
     /// Iterates over the loads at the last snapshot, one force after the other.
     #[inline]
     pub fn loads(&self) -> impl Iterator<Item = &Load> {
-        self.terms.iter().flat_map(|term| term.kind.loads())
+        self.terms.iter().flat_map(ForceTerm::loads)
     }
 
     /// Returns whether a force needs the attitudes as quaternions.
@@ -104,56 +126,33 @@ impl ForceModel {
 
     /// Returns the units of work of an evaluation, for [`crate::interrupt::InterruptCheck`].
     pub fn work(&self) -> u64 {
-        let of = |term: &ForceTerm| match &term.kind {
-            ForceTermKind::ThirdBody(_) => 8 * term.kind.loads().len() as u64,
-            ForceTermKind::Tide(_) | ForceTermKind::Yorp(_) | ForceTermKind::Byorp(_) => 4,
-            // A function that is written in Python takes some ten microseconds.
-            ForceTermKind::Function(_) => 1000,
-        };
-        self.terms.iter().map(of).sum()
+        self.terms.iter().map(|term| with!(&term.kind, force => force.work())).sum()
     }
 
     /// Returns an error for a run, from a snapshot to another time, that leaves the times for which a force
     /// is given, or in which a third body comes inside the system.
-    pub fn check(&mut self, snapshot: Snapshot, to: f64) -> Result<()> {
-        for ForceTerm { name, kind } in &mut self.terms {
-            if let ForceTermKind::ThirdBody(attraction) = kind {
-                attraction.check(name, to, snapshot)?;
-            }
-        }
-        Ok(())
+    pub fn check(&self, snapshot: Snapshot, to: f64) -> Result<()> {
+        self.third_bodies().try_for_each(|(name, attraction)| attraction.check(name, to, snapshot))
     }
 
     /// Returns the time at which a step from one time towards another must end for every force to be defined
     /// all along it.
     pub fn reach(&self, from: f64, to: f64) -> f64 {
-        let ends = self.terms.iter().filter_map(|term| match &term.kind {
-            ForceTermKind::ThirdBody(attraction) => Some(attraction.span()),
-            _ => None,
-        });
+        let ends = self.third_bodies().map(|(_, attraction)| attraction.span());
         ends.fold(to, |to, (first, last)| if to < from { to.max(first) } else { to.min(last) })
     }
 
     /// Begins a step; the first step of a motion decides which forces act. Returns an error for a step in
     /// which a force loses its meaning.
     pub fn begin_step(&mut self, snapshot: Snapshot, step: f64) -> Result<()> {
-        for ForceTerm { name, kind } in &mut self.terms {
-            match kind {
-                ForceTermKind::Byorp(push) => push.begin_step(snapshot),
-                ForceTermKind::Yorp(turn) => turn.check(name, snapshot, step)?,
-                _ => {}
-            }
-        }
-        Ok(())
+        let mut terms = self.terms.iter_mut();
+        terms
+            .try_for_each(|term| with!(&mut term.kind, force => force.begin_step(&term.name, snapshot, step)))
     }
 
     /// Returns the switch of each force; `None` for forces that are never switched off.
     pub fn switches(&self) -> Vec<Option<Switch>> {
-        let of = |term: &ForceTerm| match &term.kind {
-            ForceTermKind::Byorp(push) => push.state,
-            _ => None,
-        };
-        self.terms.iter().map(of).collect()
+        self.terms.iter().map(|term| term.byorp().and_then(|push| push.state)).collect()
     }
 
     /// Iterates over the indices of the forces that can be switched on and off.
@@ -163,7 +162,7 @@ impl ForceModel {
 
     /// Returns whether an evaluation of the present step came near a switch.
     pub fn nears_switch(&self) -> bool {
-        self.terms.iter().any(|term| matches!(&term.kind, ForceTermKind::Byorp(push) if push.nears_switch()))
+        self.terms.iter().filter_map(ForceTerm::byorp).any(byorp::ByorpForce::nears_switch)
     }
 
     /// Returns how far a snapshot is from the next switch of a force: below zero beyond the switch.
@@ -176,7 +175,8 @@ impl ForceModel {
     pub fn switch_jump(&self, force: usize, snapshot: Snapshot) -> Option<SwitchJump> {
         let push = self.push(force)?;
         let (on, about) = (push.lock.on, push.lock.about);
-        Some(SwitchJump { on, about, force: push.jump(snapshot), gradient: push.lock.gradient(snapshot)? })
+        let [force, torque] = push.jump(snapshot);
+        Some(SwitchJump { on, about, force, torque, gradient: push.lock.gradient(snapshot)? })
     }
 
     /// Switches a force.
@@ -191,11 +191,8 @@ impl ForceModel {
         &self.terms[force].name
     }
 
-    fn push(&self, force: usize) -> Option<&radiation::ByorpForce> {
-        match &self.terms.get(force)?.kind {
-            ForceTermKind::Byorp(push) => Some(push),
-            _ => None,
-        }
+    fn push(&self, force: usize) -> Option<&byorp::ByorpForce> {
+        self.terms.get(force)?.byorp()
     }
 
     /// Restores what [`Self::switches`] returned.
@@ -216,28 +213,10 @@ impl ForceModel {
     #[inline(always)]
     pub fn load<S: Simd>(&mut self, simd: S, snapshot: Snapshot, to: &mut impl LoadSink) -> Result<()> {
         for ForceTerm { name, kind } in &mut self.terms {
-            match kind {
-                ForceTermKind::ThirdBody(attraction) => {
-                    attraction.load(simd, name, snapshot)?;
-                    to.take(&attraction.loads);
-                }
-                ForceTermKind::Tide(tide) => {
-                    tide.load(snapshot);
-                    to.take(&tide.loads);
-                }
-                ForceTermKind::Yorp(turn) => {
-                    turn.load(snapshot);
-                    to.take(&turn.loads);
-                }
-                ForceTermKind::Byorp(push) => {
-                    push.load(snapshot);
-                    to.take(&push.loads);
-                }
-                ForceTermKind::Function(called) => {
-                    called.load(name, snapshot)?;
-                    to.take(&called.loads);
-                }
-            }
+            with!(kind, force => {
+                force.load(simd, name, snapshot)?;
+                to.take(force.loads());
+            });
         }
         Ok(())
     }
@@ -245,19 +224,10 @@ impl ForceModel {
     /// Adds the derivatives of the loads at the snapshot for which [`Self::load`] was called last. Allocates
     /// nothing.
     pub fn add_jacobian(&mut self, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()> {
-        for ForceTerm { name, kind } in &mut self.terms {
-            match kind {
-                ForceTermKind::ThirdBody(attraction) => attraction.add_jacobian(snapshot, jacobian)?,
-                ForceTermKind::Tide(tide) => tide.add_jacobian(snapshot, jacobian),
-                ForceTermKind::Yorp(turn) => turn.add_jacobian(name, snapshot, jacobian)?,
-                ForceTermKind::Byorp(push) => push.add_jacobian(snapshot, jacobian),
-                ForceTermKind::Function(_) => {
-                    let expected = "a system without it: a function does not tell its derivatives";
-                    return Err(Error::invalid("derivatives", format!("of the function {name}"), expected));
-                }
-            }
-        }
-        Ok(())
+        let mut terms = self.terms.iter_mut();
+        terms.try_for_each(
+            |term| with!(&mut term.kind, force => force.add_jacobian(&term.name, snapshot, jacobian)),
+        )
     }
 
     /// Returns the derivatives of the loads of third bodies on a body with respect to its semi-axes, at a
@@ -269,17 +239,15 @@ impl ForceModel {
         attraction: &mut ExtendedAttraction,
     ) -> Result<[[Vec3; 2]; 3]> {
         let mut sums = [[Vec3::zeros(); 2]; 3];
-        for ForceTerm { kind, .. } in &mut self.terms {
-            if let ForceTermKind::ThirdBody(third) = kind {
-                third.semi_axis_derivatives(snapshot, body, attraction, &mut sums)?;
-            }
+        for third in self.terms.iter_mut().filter_map(ForceTerm::third_body_mut) {
+            third.semi_axis_derivatives(snapshot, body, attraction, &mut sums)?;
         }
         Ok(sums)
     }
 
     /// Returns whether there is a third body.
     pub fn has_third_body(&self) -> bool {
-        self.terms.iter().any(|term| matches!(term.kind, ForceTermKind::ThirdBody(_)))
+        self.third_bodies().next().is_some()
     }
 
     /// Passes the derivative of a force's loads with respect to one of its numbers to the sink, at the
@@ -293,23 +261,7 @@ impl ForceModel {
         to: &mut impl FnMut(&Load, f64),
     ) -> Result<()> {
         let ForceTerm { name, kind } = &mut self.terms[force];
-        match kind {
-            ForceTermKind::ThirdBody(attraction) => {
-                let (place, derivatives) = attraction.path_derivatives(snapshot.time)?;
-                let (change, mu) = match parameter {
-                    ForceParameter::Element(which) => (derivatives[which], 0.0),
-                    ForceParameter::Mass => (derivatives[7] * gravitational_constant, gravitational_constant),
-                    _ => (derivatives[7], 1.0),
-                };
-                attraction.loads.iter().for_each(|load| to(load, mu / attraction.mu));
-                attraction.along(name, snapshot, place, &change)?.iter().for_each(|load| to(load, 1.0));
-            }
-            ForceTermKind::Tide(tide) => tide.by_parameter(snapshot, parameter, to),
-            ForceTermKind::Yorp(turn) => turn.by_parameter(snapshot, parameter, to),
-            ForceTermKind::Byorp(push) => push.by_strength(snapshot, to),
-            ForceTermKind::Function(_) => {}
-        }
-        Ok(())
+        with!(kind, force => force.by_parameter(name, snapshot, parameter, gravitational_constant, to))
     }
 
     /// Passes the derivative of a third body's loads along a change of the mu of its orbit to the sink. `by`
@@ -323,15 +275,14 @@ impl ForceModel {
         of_g: f64,
         to: &mut impl FnMut(&Load, f64),
     ) -> Result<()> {
-        if let ForceTerm { name, kind: ForceTermKind::ThirdBody(attraction) } = &mut self.terms[force]
-            && by != 0.0
-        {
+        let ForceTerm { name, kind: ForceTermKind::ThirdBody(attraction) } = &mut self.terms[force] else {
+            return Ok(());
+        };
+        if by != 0.0 {
             let by = by + if attraction.by_mass { of_g * attraction.mu } else { 0.0 };
             let (place, derivatives) = attraction.path_derivatives(snapshot.time)?;
-            attraction
-                .along(name, snapshot, place, &(derivatives[7] * by))?
-                .iter()
-                .for_each(|load| to(load, 1.0));
+            let moved = attraction.along(name, snapshot, place, &(derivatives[7] * by))?;
+            moved.iter().for_each(|load| to(load, 1.0));
         }
         Ok(())
     }
@@ -340,11 +291,9 @@ impl ForceModel {
     /// stays the same: of the force, inertial, and of the torque, body frame.
     pub fn by_change(&mut self, snapshot: Snapshot, body: usize, change: &BodyChange) -> Result<[Vec3; 2]> {
         let mut sums = [Vec3::zeros(); 2];
-        for ForceTerm { kind, .. } in &mut self.terms {
-            if let ForceTermKind::ThirdBody(attraction) = kind {
-                let moved = attraction.by_change(snapshot, body, change)?;
-                (0..2).for_each(|k| sums[k] += moved[k]);
-            }
+        for attraction in self.terms.iter_mut().filter_map(ForceTerm::third_body_mut) {
+            let moved = attraction.by_change(snapshot, body, change)?;
+            (0..2).for_each(|k| sums[k] += moved[k]);
         }
         Ok(sums)
     }
@@ -357,13 +306,7 @@ impl ForceModel {
     /// Returns the powers of G and of a body's mass to which a force's loads on another body are
     /// proportional, at a fixed path of a third body.
     pub fn powers(&self, force: usize, mass_of: usize, on: usize) -> [f64; 2] {
-        match &self.terms[force].kind {
-            ForceTermKind::ThirdBody(attraction) => {
-                [f64::from(attraction.by_mass), if mass_of == on { 1.0 } else { 0.0 }]
-            }
-            ForceTermKind::Tide(tide) => [1.0, if mass_of == tide.by { 2.0 } else { 0.0 }],
-            ForceTermKind::Yorp(_) | ForceTermKind::Byorp(_) | ForceTermKind::Function(_) => [0.0; 2],
-        }
+        with!(&self.terms[force].kind, force => force.powers(mass_of, on))
     }
 
     /// Returns the rates of work, impulse and angular impulse of a force on the whole system: power, force
@@ -372,7 +315,7 @@ impl ForceModel {
     #[inline(always)]
     pub fn work_and_impulse_rates(&self, snapshot: Snapshot, force: usize) -> [f64; WORK_AND_IMPULSE] {
         let (mut power, mut total, mut moment) = (0.0, Vec3::zeros(), Vec3::zeros());
-        for load in self.terms[force].kind.loads() {
+        for load in self.terms[force].loads() {
             let of = |vectors: &[[f64; 3]]| Vec3::from(vectors[load.on]);
             power += load.force.dot(&of(snapshot.velocity));
             total += load.force;
@@ -390,11 +333,7 @@ impl ForceModel {
 
     /// Returns the third bodies in the form in which they act on particles.
     pub fn on_points(&self) -> Vec<PointAttraction> {
-        let of = |term: &ForceTerm| match &term.kind {
-            ForceTermKind::ThirdBody(attraction) => Some(PointAttraction::new(&term.name, attraction)),
-            _ => None,
-        };
-        self.terms.iter().filter_map(of).collect()
+        self.third_bodies().map(|(name, attraction)| PointAttraction::new(name, attraction)).collect()
     }
 
     /// Returns position and velocity of a third body relative to the nominal barycentre at a time.
@@ -410,9 +349,12 @@ impl ForceModel {
     }
 
     fn attraction(&self, force: usize) -> Result<(&str, &third_body::ThirdBodyAttraction)> {
-        match self.terms.get(force) {
-            Some(ForceTerm { name, kind: ForceTermKind::ThirdBody(attraction) }) => Ok((name, attraction)),
-            _ => Err(Error::invalid("a third body", force, "the place of one among the forces")),
-        }
+        let found = self.terms.get(force).and_then(|term| Some((term.name.as_str(), term.third_body()?)));
+        found.ok_or_else(|| Error::invalid("a third body", force, "the place of one among the forces"))
+    }
+
+    /// Iterates over the third bodies with their names.
+    fn third_bodies(&self) -> impl Iterator<Item = (&str, &third_body::ThirdBodyAttraction)> {
+        self.terms.iter().filter_map(|term| Some((term.name.as_str(), term.third_body()?)))
     }
 }

@@ -20,6 +20,6 @@ pub enum ForceParameter {
     Across,
     /// A factor of the YORP torques of a table; its value is one.
     Factor,
-    /// The BYORP force.
+    /// The component of the BYORP force along the motion.
     Push,
 }

@@ -1,10 +1,12 @@
 //! A force of the user, given by a pointer to a C function, which may be compiled from any language or call
 //! an interpreter.
 
-use super::{Load, Snapshot};
+use super::evaluator::Evaluator;
+use super::{Load, LoadJacobian, Snapshot};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::shape::Body;
+use pulp::Simd;
 use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::ffi::{c_int, c_void};
@@ -129,12 +131,26 @@ pub(super) struct FunctionForce {
     torque: Vec<Vec3>,
     /// The name of each body that is a point, `None` for others.
     points: Vec<Option<String>>,
-    pub loads: Vec<Load>,
+    loads: Vec<Load>,
 }
 
-impl FunctionForce {
+impl Evaluator for FunctionForce {
+    fn loads(&self) -> &[Load] {
+        &self.loads
+    }
+
+    /// Counts some ten microseconds, which a function that is written in Python takes.
+    fn work(&self) -> u64 {
+        1000
+    }
+
+    fn add_jacobian(&mut self, name: &str, _: Snapshot, _: &mut LoadJacobian) -> Result<()> {
+        let expected = "a system without it: a function does not tell its derivatives";
+        Err(Error::invalid("derivatives", format!("of the function {name}"), expected))
+    }
+
     #[allow(unsafe_code)]
-    pub fn load(&mut self, name: &str, snapshot: Snapshot) -> Result<()> {
+    fn load<S: Simd>(&mut self, _: S, name: &str, snapshot: Snapshot) -> Result<()> {
         let [place, motion] = [0, 1].map(|k| snapshot.nominal[k] + snapshot.barycentre_offset[k]);
         for body in 0..self.points.len() {
             self.position[body] = place + Vec3::from(snapshot.position[body]);

@@ -29,7 +29,7 @@ pub(super) struct Lock {
     pub on: usize,
     pub about: usize,
     /// The body axes of the smallest, the middle and the largest moment of inertia.
-    axes: [usize; 3],
+    pub axes: [usize; 3],
     inertia: Vec3,
     /// The constant 3 (B - A) / C of the moments of inertia.
     elongation: f64,

@@ -10,12 +10,13 @@
 //! the effect of a third body is thus the difference of its attractions on a body and on the nominal
 //! barycentre.
 
+mod byorp;
+mod evaluator;
 mod force;
 mod function;
 mod lock;
 mod parameter;
 mod point;
-mod radiation;
 mod snapshot;
 mod load_jacobian;
 mod load_sum;
@@ -23,7 +24,9 @@ mod force_model;
 mod force_parameter;
 mod third_body;
 mod tide;
+mod yorp;
 
+pub use byorp::Byorp;
 pub use force::Force;
 #[doc(hidden)]
 pub use force_model::{ForceModel, SwitchJump, WORK_AND_IMPULSE};
@@ -37,9 +40,9 @@ pub use load_sum::LoadSum;
 pub use lock::MarginGradient;
 #[doc(hidden)]
 pub use point::PointAttraction;
-pub use radiation::{Byorp, Yorp};
 pub use snapshot::{Load, Snapshot};
 #[doc(hidden)]
 pub use snapshot::{LoadSink, Switch};
 pub use third_body::{Path, ThirdBody, WhoseOrbit};
 pub use tide::Tide;
+pub use yorp::Yorp;

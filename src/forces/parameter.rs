@@ -9,7 +9,7 @@
 //! the scale of a polyhedron are treated in the same way.
 
 use super::third_body::{BattinFactors, ThirdBodyAttraction, inside};
-use super::{Force, ForceParameter, Load, Path, Snapshot};
+use super::{Force, ForceParameter, Load, Path, Snapshot, ThirdBody};
 use crate::error::Result;
 use crate::gravity::BodyChange;
 use crate::math::Vec3;
@@ -40,15 +40,35 @@ impl Force {
         }
     }
 
+    /// Returns the value of a parameter; that of a factor is one. The gravitational constant relates the mass
+    /// of a third body to its mu.
+    pub fn parameter_value(&self, parameter: ForceParameter, gravitational_constant: f64) -> f64 {
+        match (self, parameter) {
+            (Self::ThirdBody(body), ForceParameter::Mass) if gravitational_constant > 0.0 => {
+                body.mu / gravitational_constant
+            }
+            (_, ForceParameter::Factor) => 1.0,
+            _ => self.clone().numbers(parameter).first().map_or(0.0, |number| **number),
+        }
+    }
+
+    /// Returns the change of a parameter from this force to another one of its kind.
+    pub fn parameter_change(&self, other: &Self, parameter: ForceParameter, g: [f64; 2]) -> f64 {
+        if parameter != ForceParameter::Factor {
+            return other.parameter_value(parameter, g[1]) - self.parameter_value(parameter, g[0]);
+        }
+        let [own, others] = [self, other].map(|force| {
+            let mut force = force.clone();
+            force.numbers(parameter).iter().fold(0.0, |length: f64, torque| length.hypot(**torque))
+        });
+        if own > 0.0 { others / own - 1.0 } else { 0.0 }
+    }
+
     /// Returns a natural size of the changes of a parameter.
     pub fn parameter_size(&self, parameter: ForceParameter, gravitational_constant: f64) -> f64 {
-        use ForceParameter as P;
         let or_one = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
         match (self, parameter) {
-            (Self::ThirdBody(body), P::Mu) => body.mu,
-            (Self::ThirdBody(body), P::Mass) => body.mu / or_one(gravitational_constant),
-            (Self::ThirdBody(body), P::Element(which)) => match (&body.path, which) {
-                (Path::Orbit { elements, .. }, 0) => elements.semi_major_axis.abs(),
+            (Self::ThirdBody(body), ForceParameter::Element(which @ 1..)) => match (&body.path, which) {
                 (Path::Orbit { elements, .. }, 1) => {
                     or_one(elements.eccentricity.min((1.0 - elements.eccentricity).abs()))
                 }
@@ -57,51 +77,50 @@ impl Force {
                 }
                 _ => 1.0,
             },
-            (Self::Tide(tide), P::K2) => or_one(tide.k2),
-            (Self::Tide(tide), P::Lag) => or_one(tide.lag),
-            (Self::Yorp(turn), P::Along) => or_one(turn.along[0]),
-            (Self::Yorp(turn), P::Across) => or_one(turn.across[0]),
-            (Self::Byorp(push), _) => or_one(push.force),
-            _ => 1.0,
+            _ => or_one(self.parameter_value(parameter, gravitational_constant)),
         }
     }
 
-    /// Returns the force with a parameter changed by `by`; the gravitational constant relates the mass of a
-    /// third body to its mu.
+    /// Returns the force with a parameter changed by `by`.
     pub fn with_parameter(&self, parameter: ForceParameter, by: f64, gravitational_constant: f64) -> Self {
-        use ForceParameter as P;
         let mut force = self.clone();
-        match (&mut force, parameter) {
-            (Self::ThirdBody(body), P::Mu) => body.mu += by,
-            (Self::ThirdBody(body), P::Mass) => {
-                body.mass = body.mass.map(|mass| mass + by);
-                body.mu += gravitational_constant * by;
-            }
-            (Self::ThirdBody(body), P::Element(which)) => {
-                if let Path::Orbit { elements, time } = &mut body.path {
-                    let elements = [
-                        &mut elements.semi_major_axis,
-                        &mut elements.eccentricity,
-                        &mut elements.inclination,
-                        &mut elements.longitude_of_node,
-                        &mut elements.argument_of_periapsis,
-                        &mut elements.mean_anomaly,
-                        time,
-                    ];
-                    elements.into_iter().skip(which).take(1).for_each(|element| *element += by);
-                }
-            }
-            (Self::Tide(tide), P::K2) => tide.k2 += by,
-            (Self::Tide(tide), P::Lag) => tide.lag += by,
-            (Self::Yorp(turn), P::Along) => turn.along.iter_mut().for_each(|torque| *torque += by),
-            (Self::Yorp(turn), P::Across) => turn.across.iter_mut().for_each(|torque| *torque += by),
-            (Self::Yorp(turn), _) => {
-                turn.along.iter_mut().chain(&mut turn.across).for_each(|torque| *torque *= 1.0 + by);
-            }
-            (Self::Byorp(push), _) => push.force += by,
-            _ => {}
+        let is_factor = parameter == ForceParameter::Factor;
+        force
+            .numbers(parameter)
+            .into_iter()
+            .for_each(|number| if is_factor { *number *= 1.0 + by } else { *number += by });
+        if let (Self::ThirdBody(body), ForceParameter::Mass) = (&mut force, parameter) {
+            body.mu += gravitational_constant * by;
         }
         force
+    }
+
+    /// Returns the numbers that a parameter changes.
+    fn numbers(&mut self, parameter: ForceParameter) -> Vec<&mut f64> {
+        use ForceParameter as P;
+        match (self, parameter) {
+            (Self::ThirdBody(body), P::Mu) => vec![&mut body.mu],
+            (Self::ThirdBody(body), P::Mass) => body.mass.iter_mut().collect(),
+            (Self::ThirdBody(ThirdBody { path: Path::Orbit { elements, time }, .. }), P::Element(which)) => {
+                let elements = [
+                    &mut elements.semi_major_axis,
+                    &mut elements.eccentricity,
+                    &mut elements.inclination,
+                    &mut elements.longitude_of_node,
+                    &mut elements.argument_of_periapsis,
+                    &mut elements.mean_anomaly,
+                    time,
+                ];
+                elements.into_iter().skip(which).take(1).collect()
+            }
+            (Self::Tide(tide), P::K2) => vec![&mut tide.k2],
+            (Self::Tide(tide), P::Lag) => vec![&mut tide.lag],
+            (Self::Yorp(turn), P::Along) => turn.along.iter_mut().collect(),
+            (Self::Yorp(turn), P::Across) => turn.across.iter_mut().collect(),
+            (Self::Yorp(turn), P::Factor) => turn.along.iter_mut().chain(&mut turn.across).collect(),
+            (Self::Byorp(push), P::Push) => vec![&mut push.force[1]],
+            _ => Vec::new(),
+        }
     }
 }
 

@@ -10,7 +10,8 @@
 //! law, the force of the third body on a body with extent is the opposite of the force of the body's exact
 //! field on the third body.
 
-use super::{BodyBlock, Load, LoadJacobian, Snapshot};
+use super::evaluator::Evaluator;
+use super::{BodyBlock, ForceParameter, Load, LoadJacobian, Snapshot};
 use crate::error::{Error, Result, require_finite, require_positive};
 use crate::gravity::{BodyAttraction, BodyChange, ExtendedAttraction, point_jacobian};
 use crate::math::Vec3;
@@ -234,9 +235,43 @@ impl ThirdBodyAttraction {
         let expected = format!("more than {extent}, out to which the system reaches");
         Err(Error::invalid(format!("{what} of {name}"), nearest, expected))
     }
+}
+
+impl Evaluator for ThirdBodyAttraction {
+    #[inline(always)]
+    fn loads(&self) -> &[Load] {
+        &self.loads
+    }
+
+    fn work(&self) -> u64 {
+        8 * self.loads.len() as u64
+    }
+
+    fn powers(&self, mass_of: usize, on: usize) -> [f64; 2] {
+        [f64::from(self.by_mass), if mass_of == on { 1.0 } else { 0.0 }]
+    }
+
+    fn by_parameter(
+        &mut self,
+        name: &str,
+        snapshot: Snapshot,
+        parameter: ForceParameter,
+        gravitational_constant: f64,
+        to: &mut impl FnMut(&Load, f64),
+    ) -> Result<()> {
+        let (place, derivatives) = self.path_derivatives(snapshot.time)?;
+        let (change, mu) = match parameter {
+            ForceParameter::Element(which) => (derivatives[which], 0.0),
+            ForceParameter::Mass => (derivatives[7] * gravitational_constant, gravitational_constant),
+            _ => (derivatives[7], 1.0),
+        };
+        self.loads.iter().for_each(|load| to(load, mu / self.mu));
+        self.along(name, snapshot, place, &change)?.iter().for_each(|load| to(load, 1.0));
+        Ok(())
+    }
 
     #[inline(always)]
-    pub fn load<S: Simd>(&mut self, simd: S, name: &str, snapshot: Snapshot) -> Result<()> {
+    fn load<S: Simd>(&mut self, simd: S, name: &str, snapshot: Snapshot) -> Result<()> {
         let OrbitPosition { position: p, inverse_square, inverse_cube } =
             self.position(simd, snapshot.time)?;
         if !inverse_square.is_finite() {
@@ -270,13 +305,11 @@ impl ThirdBodyAttraction {
         }
         Ok(())
     }
-}
 
-impl ThirdBodyAttraction {
     /// Adds the derivatives of the loads, from the Jacobian of every body's own field at the third body. The
     /// force on a body is F = -mu m R g(x) at x = R^T (p - r), and its torque is mu m n(x) with n = -x cross
     /// g. dF/dtheta is the transpose of dn/dr, since both are derivatives of one potential.
-    pub fn add_jacobian(&mut self, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()> {
+    fn add_jacobian(&mut self, _: &str, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()> {
         let OrbitPosition { position: p, .. } = self.position(Scalar, snapshot.time)?;
         for (index, (rotation, body)) in snapshot.rotation.iter().zip(&mut self.bodies).enumerate() {
             let strength = self.mu * body.mass;

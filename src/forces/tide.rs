@@ -9,6 +9,7 @@
 //! the opposite force acts on the deformed body, and its torque is -r x F. Only the effect of the lag is
 //! included: the figure is rigid, so that the conservative bulges of tide and rotation are part of it.
 
+use super::evaluator::Evaluator;
 use super::snapshot::{Load, Snapshot, place_to_turn, two_places};
 use super::{BodyBlock, ForceParameter, LoadJacobian};
 use crate::error::{Error, Result, require_positive};
@@ -16,6 +17,7 @@ use crate::math::matrix::{times, times_cross};
 use crate::math::rotation::turned_back;
 use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
+use pulp::Simd;
 use serde::{Deserialize, Serialize};
 
 /// The tide that one body raises on another.
@@ -75,19 +77,19 @@ impl Tide {
 /// The evaluator of a tide.
 #[derive(Debug, Clone)]
 pub(super) struct TidalForce {
-    pub on: usize,
-    pub by: usize,
+    on: usize,
+    by: usize,
     /// The factor 3 k2 G m^2 R^5 tau.
     strength: f64,
     /// The derivatives of the tide's factor with respect to k2 and to the lag; the factor contains only their
     /// product.
     by_parameters: [f64; 2],
-    pub loads: [Load; 2],
+    loads: [Load; 2],
 }
 
 impl TidalForce {
     #[inline(always)]
-    pub fn load(&mut self, snapshot: Snapshot) {
+    fn compute(&mut self, snapshot: Snapshot) {
         let (r, v) = snapshot.relative(self.by, self.on);
         let spin = snapshot.inertial_spin(self.on);
         let inverse = 1.0 / r.norm_squared();
@@ -98,25 +100,45 @@ impl TidalForce {
         self.loads[0].torque = turned_back(&snapshot.rotation[self.on], &force.cross(&r));
         self.loads[1].force = force;
     }
+}
 
-    /// Passes the derivative of the loads with respect to k2 or the lag to the sink.
-    pub fn by_parameter(
+impl Evaluator for TidalForce {
+    #[inline(always)]
+    fn loads(&self) -> &[Load] {
+        &self.loads
+    }
+
+    #[inline(always)]
+    fn load<S: Simd>(&mut self, _: S, _: &str, snapshot: Snapshot) -> Result<()> {
+        self.compute(snapshot);
+        Ok(())
+    }
+
+    /// Takes the derivative with respect to k2 or the lag.
+    fn by_parameter(
         &mut self,
+        _: &str,
         snapshot: Snapshot,
         parameter: ForceParameter,
+        _: f64,
         to: &mut impl FnMut(&Load, f64),
-    ) {
+    ) -> Result<()> {
         let [by_k2, by_lag] = self.by_parameters;
         let one = if parameter == ForceParameter::Lag { by_lag } else { by_k2 };
         let own = (std::mem::replace(&mut self.strength, one), self.loads);
-        self.load(snapshot);
+        self.compute(snapshot);
         self.loads.iter().for_each(|load| to(load, 1.0));
         (self.strength, self.loads) = own;
+        Ok(())
+    }
+
+    fn powers(&self, mass_of: usize, _: usize) -> [f64; 2] {
+        [1.0, if mass_of == self.by { 2.0 } else { 0.0 }]
     }
 
     /// Adds the derivatives of the loads. With b the bracket and k = strength / r^8, the force is F = -k b,
     /// and the torque is M = -R^T (r x F) in the body frame.
-    pub fn add_jacobian(&self, snapshot: Snapshot, jacobian: &mut LoadJacobian) {
+    fn add_jacobian(&mut self, _: &str, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()> {
         let (r, v) = snapshot.relative(self.by, self.on);
         let (spin, rotation) = (snapshot.inertial_spin(self.on), &snapshot.rotation[self.on]);
         let inverse = 1.0 / r.norm_squared();
@@ -169,5 +191,6 @@ impl TidalForce {
             &times(&to_body, &by_spin),
             1.0,
         );
+        Ok(())
     }
 }

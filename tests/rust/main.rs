@@ -14,6 +14,7 @@ mod mutual;
 mod mutual_values;
 mod occultation;
 mod orbit;
+mod parameters;
 mod particles;
 mod photometry;
 mod polyhedron;

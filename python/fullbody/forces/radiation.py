@@ -211,15 +211,37 @@ class Yorp(Force):
         return cls(**given, along=torque("along"), across=torque("across"), obliquity=obliquity)
 
 
+class _Components(Number):
+    """The kind of three components along the axes of a secondary, or of the middle one alone."""
+
+    __slots__ = ()
+
+    def plain(self, value: Any, what: str, units: Units) -> Any:
+        """Return the three components in a system's units."""
+        found = units.numbers(value, self.dimension, what, limits=self.limits)
+        if found.shape not in ((), (3,)):
+            raise InvalidInput(f"{what} has shape {found.shape}; expected a finite number, or three")
+        return found.tolist() if found.shape else [0.0, float(found), 0.0]
+
+    def attached(self, value: Any, units: Units) -> Any:
+        """Return what was given: one component, or three."""
+        outwards, along, up = value if isinstance(value, list) else (0.0, value, 0.0)
+        return units.attach(np.array(value) if outwards or up else along, self.dimension)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Byorp(Force):
-    """The mean force of radiation on a synchronous secondary along its motion, averaged over both orbits.
+    """The mean force and torque of radiation on a synchronous secondary, averaged over both orbits.
 
-    The force acts while the secondary is locked: its short axis is within 45 degrees of the orbit's normal, and the
+    Both are fixed in the secondary's body frame. Their components refer to its principal axes: the long axis, away from
+    the other body; the middle axis, along the motion; and the short axis, to the side of the orbit's normal.
+
+    They act while the secondary is locked: its short axis is within 45 degrees of the orbit's normal, and the
     angle psi of its long axis to the line to the other body is that of a pendulum which does not turn over, psi'^2 +
     w^2 sin^2 psi < w^2 with w^2 = 3 (B - A)/C mu/r^3. A step ends where the lock is lost or regained, and derivatives
     of a run include the jump there. ``run.switched_off`` counts how often the lock was lost. A force so strong that it
-    breaks its own lock, which would return at once without it, raises :class:`fullbody.errors.ForceFailed`.
+    breaks its own lock, which would return at once without it, raises :class:`fullbody.errors.ForceFailed`. Where a
+    lock is regained with the opposite side towards the other body, the components keep their sense along the motion.
 
     Parameters
     ----------
@@ -227,11 +249,12 @@ class Byorp(Force):
         The secondary.
     about : int or str
         The body that the secondary orbits.
-    force : float, Quantity or str
-        The force along the motion: in the plane of the orbit, across the line to the other body. A positive force
-        enlarges the orbit. Either this or ``coefficient`` is given.
-    coefficient : float
-        Dimensionless, with the ``normalization`` and the ``pressure`` that go with it.
+    force : float, Quantity, str or array_like, (3,)
+        The components of the force, or the one along the motion alone: a positive one enlarges the orbit. Either this
+        or ``coefficient`` is given.
+    coefficient : float or array_like, (3,)
+        Dimensionless components of the force, or the one along the motion alone, with the ``normalization`` and the
+        ``pressure`` that go with them.
     normalization : str
         The definition of the coefficient: ``"jacobson_scheeres_2011"``, ``"quillen_2022"``, ``"steinberg_sari_2011"``
         or ``"wang_hou_2021"``. They differ by 2 pi / 3, see Notes.
@@ -239,14 +262,17 @@ class Byorp(Force):
         Pressure of sunlight: :func:`solar_pressure` returns the mean along an orbit.
     radius : float, Quantity or str, optional
         Radius of the secondary, for a coefficient; by default that of the sphere of its volume.
+    torque : Quantity or array_like, (3,), optional
+        The components of the torque about the secondary's centre; zero by default.
     name : str, optional
         Name of the force; by default ``BYORP on`` the body.
 
     Notes
     -----
     According to Cuk & Burns (2005) and McMahon & Scheeres (2010), a circular orbit drifts by da/dt = 2 F / (m n), where
-    m is the secondary's mass and n the mean motion. With P the pressure and R the secondary's radius, a coefficient f
-    means
+    F is the force along the motion, m the secondary's mass and n the mean motion. The eccentricity of a secondary that
+    rotates uniformly changes by de/e = -1/4 da/a, and librations change that ratio. With P the pressure and R the
+    secondary's radius, a coefficient f means
 
     - ``"jacobson_scheeres_2011"``, ``"quillen_2022"``: F = f P R^2;
     - ``"steinberg_sari_2011"``, ``"wang_hou_2021"``: F = (2 pi / 3) f P R^2.
@@ -278,12 +304,14 @@ class Byorp(Force):
     normalization: str | None = None
     pressure: Any = None
     radius: Any = None
+    torque: Any = None
 
     _kinds: ClassVar = {
         "on": Place(),
         "about": Place(),
-        "force": Number("force"),
-        "coefficient": Number(),
+        "force": _Components("force"),
+        "coefficient": _Components(),
+        "torque": Number("torque", shape=(3,)),
         "pressure": Number("pressure", POSITIVE),
         "radius": Number("length", POSITIVE),
     }
@@ -306,15 +334,21 @@ class Byorp(Force):
 
     def _describe(self, context: Context) -> dict[str, Any]:
         given = super()._describe(context)
-        coefficient, pressure, _ = (given.pop(role) for role in ("coefficient", "pressure", "radius"))
+        coefficient, pressure, _, torque = (given.pop(role) for role in ("coefficient", "pressure", "radius", "torque"))
         if self.normalization is not None:
             radius = self._radius(context, self._index(context, "on"))
-            given["force"] = _BYORP[self.normalization] * coefficient * pressure * radius**2
-        return given
+            unit = _BYORP[self.normalization] * pressure * radius**2
+            given["force"] = [unit * component for component in coefficient]
+        return given if torque is None else given | {"torque": torque}
 
     def _summary(self, described: dict[str, Any], units: Units) -> str:
-        force = number(units.attach(described["force"], "force"))
+        force = number(units.attach(described["force"][1], "force"))
         return f"on {described['on']} about {described['about']}, {force} along the motion"
+
+    @classmethod
+    def _of_core(cls, described: dict[str, Any], units: Units) -> Self:
+        absent = () if any(described.get("torque", ())) else ("torque",)
+        return super()._of_core({name: value for name, value in described.items() if name not in absent}, units)
 
 
 def _check_normalization(

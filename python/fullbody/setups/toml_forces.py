@@ -21,6 +21,7 @@ _NUMBERS = {
     **{"mass": "mass", "mu": "mu", "time": "time", "times": "time", "positions": "length"},
     **{"k2": "number", "lag": "time", "radius": "length"},
     **{"obliquity": "angle", "pole": "number", "force": "force", "coefficient": "number", "pressure": "pressure"},
+    "torque": "torque",
 }
 
 

@@ -1,5 +1,6 @@
 //! The equations of motion over the integrator's vector.
 
+pub(super) mod changes;
 pub(super) mod evaluation;
 pub(super) mod invariants;
 mod jacobi;

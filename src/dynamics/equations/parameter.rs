@@ -282,22 +282,45 @@ impl Parameter {
         System::new(bodies, g, *system.settings())?.with_forces(forces)
     }
 
-    /// Returns a natural size of the parameter's changes.
-    #[doc(hidden)]
-    pub fn size(self, system: &System) -> f64 {
-        let bodies = system.bodies();
-        let or_one = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
+    /// Returns the value of the parameter; that of a factor is one.
+    pub fn value(self, system: &System) -> f64 {
+        let (bodies, g) = (system.bodies(), system.gravitational_constant());
         match self {
-            Self::GravitationalConstant => or_one(system.gravitational_constant()),
+            Self::GravitationalConstant => g,
             Self::Mass(k) => bodies[k].mass,
             Self::Density(k, volume) => bodies[k].mass / volume,
             Self::SemiAxis(k, axis) => bodies[k].semi_axes()[axis],
             Self::Scale(_) => 1.0,
-            Self::Part(k, part, PartNumber::Mass) => bodies[k].parts()[part].mass.abs(),
-            Self::Part(k, ..) => bodies[k].circumradius(),
+            Self::Part(k, part, PartNumber::Mass) => bodies[k].given()[part].mass,
+            Self::Part(k, part, PartNumber::Position(axis)) => bodies[k].given()[part].position[axis],
+            Self::OfForce(k, number) => system.forces()[k].parameter_value(number, g),
+        }
+    }
+
+    /// Returns the change of the parameter from one system to another one that has it too.
+    pub(in crate::dynamics) fn change(self, from: &System, to: &System) -> f64 {
+        match self {
+            Self::Scale(k) => to.bodies()[k].circumradius() / from.bodies()[k].circumradius() - 1.0,
+            Self::OfForce(k, number) => {
+                let constants = [from, to].map(System::gravitational_constant);
+                from.forces()[k].parameter_change(&to.forces()[k], number, constants)
+            }
+            _ => self.value(to) - self.value(from),
+        }
+    }
+
+    /// Returns a natural size of the parameter's changes.
+    #[doc(hidden)]
+    pub fn size(self, system: &System) -> f64 {
+        match self {
+            Self::Part(k, _, PartNumber::Position(_)) => system.bodies()[k].circumradius(),
             Self::OfForce(k, number) => {
                 system.forces()[k].parameter_size(number, system.gravitational_constant())
             }
+            _ => match self.value(system).abs() {
+                0.0 => 1.0,
+                value => value,
+            },
         }
     }
 }

@@ -46,14 +46,17 @@ impl Dynamics {
             + gradient.by_velocity.dot(&relative(&|body| layout.velocity(body)))
             + gradient.by_rotation.dot(&vector(y, layout.spin(jump.on)))
             + gradient.by_spin.dot(&vector(&rate, layout.spin(jump.on)));
-        let after = before + gradient.by_velocity.dot(&jump.force) / self.system.bodies()[jump.on].mass;
+        let body = &self.system.bodies()[jump.on];
+        let after = before
+            + gradient.by_velocity.dot(&jump.force) / body.mass
+            + gradient.by_spin.dot(&jump.torque.component_div(&body.inertia()));
         // If the function's rate changes its sign, the function returns to its zero.
         if before == 0.0 || before * after < 0.0 {
-            let name = &self.system.bodies()[jump.on].name;
             let detail = format!(
-                "the lock of {name} neither lasts nor ends: the force, which acts while it is locked, takes \
+                "the lock of {} neither lasts nor ends: the force, which acts while it is locked, takes \
                  it out of the lock, and without the force it comes back at once; expected a weaker force, \
-                 whose effect in an orbit is small"
+                 whose effect in an orbit is small",
+                body.name
             );
             return Err(failed(self, &detail));
         }

@@ -9,7 +9,7 @@
 //! The derivative with respect to a parameter changes in the same way, where the derivative of g with respect
 //! to the parameter is added to g'(delta).
 
-use super::Variations;
+use super::{Variations, over};
 use crate::dynamics::Parameter;
 use crate::forces::SwitchJump;
 use crate::math::Vec3;
@@ -32,22 +32,22 @@ impl Variations {
         add(Some(half + self.turn(jump.on)), &gradient.by_spin, 1.0);
         let acceleration = jump.force / self.masses[jump.on];
         let mut to: Vec<(usize, f64)> = Vec::new();
-        let mut put =
-            |row: usize, factor: f64| to.extend((0..3).map(|c| (half + row + c, factor * acceleration[c])));
+        let mut put = |row: usize, change: Vec3| to.extend((0..3).map(|c| (half + row + c, change[c])));
         match self.place(jump.on) {
-            Some(row) => put(row, 1.0),
-            None => (1..self.bodies).for_each(|other| put(3 * (other - 1), -1.0)),
+            Some(row) => put(row, acceleration),
+            None => (1..self.bodies).for_each(|other| put(3 * (other - 1), -acceleration)),
         }
         if let Some(row) = self.barycentre() {
-            put(row, self.share[jump.on]);
+            put(row, acceleration * self.share[jump.on]);
         }
+        put(self.turn(jump.on), over(&jump.torque, &self.inertia[jump.on]));
         for column in 0..width {
             let mut change: f64 = of.iter().map(|(row, slope)| slope * columns[row * width + column]).sum();
             if column >= self.initial {
                 change += self.margin_by(column - self.initial, jump, gravitational_constant);
             }
-            for (row, acceleration) in &to {
-                columns[row * width + column] += acceleration * change / rate;
+            for (row, rates) in &to {
+                columns[row * width + column] += rates * change / rate;
             }
         }
     }

@@ -1,14 +1,11 @@
 """The derivatives of residuals, by the chain rule, against differences of complete runs."""
 
-from types import SimpleNamespace
-
 import astropy.units as u
 import fullbody
 import numpy as np
 import pytest
 from fits import QUICK, dimorphos, kw4, noisy, view
 from fullbody import observing
-from fullbody.fitting import chain
 from fullbody.fitting.free import Parameters
 from fullbody.fitting.problem import Problem
 
@@ -203,15 +200,30 @@ def test_composites_are_differentiated_by_their_parts(name):
     assert compared(setup, {name: {"mass": 1.0, "c": 0.3}[name]}, data, {name: 1e-3})[name] < 1e-6
 
 
-def test_a_parameter_of_the_system_that_is_spare_at_some_values_is_used_where_it_is_needed(monkeypatch):
-    """The second of two parameters changes the number of the first alone, and elsewhere another number too."""
-    base = SimpleNamespace(numbers={"x": 5.0, "y": 7.0})
-    for by_q, numbers, expected in (
-        ([2.0, 0.0], [3.0, 0.0], {"p": 3.0}),
-        ([2.0, 4.0], [3.0, 8.0], {"p": -1.0, "q": 2.0}),
-    ):
-        columns = [("p", np.array([1.0, 0.0])), ("q", np.array(by_q))]
-        monkeypatch.setattr(chain, "_columns", lambda base, columns=columns: iter(columns))
-        found, unexplained = chain._parameters_of_system(base, np.array(numbers)[:, None])
-        assert {name: float(row[0]) for name, row in found.items()} == pytest.approx(expected)
-        assert unexplained == [None]
+def test_the_parameters_of_a_system_change_as_a_setup_changes_it():
+    """The mass of a body that is given by its density changes with its semi-axes, and parts may exchange mass."""
+
+    def setup(a, share):
+        egg = fullbody.Body(fullbody.Ellipsoid(a, 0.8, 0.6), density=2.0, name="egg")
+        parts = [
+            fullbody.Part(fullbody.Sphere(0.2), mass=mass, position=[x, 0.0, 0.0])
+            for mass, x in ((share, 0.3), (3.0 - share, -0.3))
+        ]
+        system = fullbody.System([egg, fullbody.Body(fullbody.Composite(parts), name="pair")], G=1.0)
+        return system, fullbody.State([[0.0] * 3, [9.0, 0.0, 0.0]], [[0.0] * 3] * 2)
+
+    geometry = observing.Geometry([0.0, 10.0], to_observer=[1e3, 2e2, 3e2], light_time=False)
+    data = observing.Radar([1.0], range=[0.0], sigma=0.01, body=1, about=0, geometry=geometry)
+    problem = Problem(setup, Parameters({"a": 1.0, "share": 1.0}), [data], None)
+    values = problem.parameters.start
+    found = problem._chain.at(problem.make(values), values)
+    expected = {
+        "semi-axis a of egg": [1.0, 0.0],
+        "mass of egg": [2.0 * 4.0 / 3.0 * np.pi * 0.8 * 0.6, 0.0],
+        "mass of part 0 of pair": [0.0, 1.0],
+        "mass of part 1 of pair": [0.0, -1.0],
+    }
+    assert not found.undifferentiable
+    assert found.system.keys() == expected.keys()
+    for name, row in expected.items():
+        np.testing.assert_allclose(found.system[name], row, rtol=1e-10, atol=0.0)

@@ -7,15 +7,16 @@ from fullbody.errors import ForceFailed
 from fullbody.forces import Byorp
 
 FORCE = 2e-4
+TORQUE = (1e-7, 2e-7, 3e-7)
 
 
-def swinging(force=FORCE, axes=(0.1, 0.08, 0.07), mass=1e-2, e=0.2, rate=1.3, G=1.0, primary=1.0):
+def swinging(force=FORCE, axes=(0.1, 0.08, 0.07), mass=1e-2, e=0.2, rate=1.3, G=1.0, primary=1.0, torque=TORQUE):
     """A secondary that swings near the separatrix on an eccentric orbit, so that its lock comes and goes."""
     bodies = [
         fullbody.Body(fullbody.Ellipsoid(0.3, 0.28, 0.25), mass=primary, name="A"),
         fullbody.Body(fullbody.Ellipsoid(*axes), mass=mass, name="B"),
     ]
-    system = fullbody.System(bodies, G=G, forces=[Byorp(on="B", about="A", force=force, name="BYORP")])
+    system = fullbody.System(bodies, G=G, forces=[Byorp("B", "A", force, torque=torque, name="BYORP")])
     r, v = fullbody.KeplerElements(1.0, e, 0.1, 0.3, 0.2, 0.1).to_cartesian(1.01)
     share = 0.01 / 1.01
     state = fullbody.State(
@@ -74,8 +75,10 @@ def test_the_work_is_that_of_the_time_in_which_it_is_locked(reference):
     def power(t):
         state = reference(t)
         r, v = state.position[1] - state.position[0], state.velocity[1] - state.velocity[0]
-        across = v - r * (r @ v) / (r @ r)
-        return FORCE * across @ state.velocity[1] / np.linalg.norm(across)
+        turn = state.rotation_matrix[1]
+        outwards, up = turn[:, 0] * np.sign(turn[:, 0] @ r), turn[:, 2] * np.sign(turn[:, 2] @ np.cross(r, v))
+        axes = np.stack([outwards, np.cross(up, outwards), up], axis=1)
+        return FORCE * axes[:, 1] @ state.velocity[1] + (axes @ TORQUE) @ (turn @ state.spin[1])
 
     work = 0.0
     for first, last in zip([0.0, *edges], [*edges, UNTIL], strict=True):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from fullbody.forces import Byorp, Tide, Yorp
 from scenes import body_alone
+from scipy.spatial.transform import Rotation
 from support import inertia, matrix, worst
 
 
@@ -56,19 +57,81 @@ def test_the_orbit_drifts_by_2_F_over_m_n(force):
     assert ends[0].switched_off == {"BYORP": 0}
 
 
-def test_the_force_is_along_the_motion_on_the_secondary_alone():
-    """In the plane of the orbit, across the line to the other body, also on an eccentric orbit."""
-    system, _ = synchronous()
+@pytest.mark.parametrize("facing", [0.0, np.pi])
+@pytest.mark.parametrize("force", [0.5, [0.2, -0.5, 0.3]])
+def test_force_and_torque_are_fixed_in_the_body_frame_of_the_secondary(force, facing):
+    """Its axes are rotated by 0.3 rad from the line to the other body, whichever side faces that body."""
+    system, _ = synchronous(axes=(0.09, 0.08, 0.1))
     r, v = fullbody.KeplerElements(1.0, 0.4, 0.0, 0.0, 0.0, 1.0).to_cartesian(1.001)
     speed = np.array([3.0, 0.0, 1.0])
-    angle = np.arctan2(r[1], r[0])
-    q = [np.cos(angle / 2), 0, 0, np.sin(angle / 2)]
+    angle = np.arctan2(r[1], r[0]) + 0.3
+    # The body's z is its long axis, which the attitude turns into the plane, and its y is the short one.
+    turn = matrix([np.cos(angle / 2), 0, 0, np.sin(angle / 2)])
+    outwards, along, up = turn.T
+    axes = np.stack([-along, up, -outwards] if facing == 0.0 else [along, up, outwards], axis=1)
+    q = np.roll(Rotation.from_matrix(axes).as_quat(), 1)
     rate = np.cross(r, v)[2] / (r @ r)
-    moved = fullbody.State([0 * r, r], [speed, speed + v], attitude=[[1.0, 0, 0, 0], q], spin=[[0, 0, 0], [0, 0, rate]])
-    loads = system.with_forces([push(0.5)]).loads(moved)["BYORP"]
-    across = np.cross([0, 0, 1.0], r / np.linalg.norm(r))
-    np.testing.assert_allclose(loads.force, [[0, 0, 0], 0.5 * across], rtol=0, atol=1e-15)
-    assert (loads.torque == 0).all()
+    moved = fullbody.State([0 * r, r], [speed, speed + v], attitude=[[1.0, 0, 0, 0], q], spin=[[0, 0, 0], [0, rate, 0]])
+    torque = np.array([0.1, 0.7, -0.4])
+    byorp = Byorp(on="B", about="A", force=force, torque=torque, name="BYORP")
+    loads = system.with_forces([byorp]).loads(moved)["BYORP"]
+    components = np.array([0.0, force, 0.0] if np.ndim(force) == 0 else force)
+    np.testing.assert_allclose(loads.force, [[0, 0, 0], turn @ components], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(loads.torque, [[0, 0, 0], axes.T @ turn @ torque], rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("e", "axes"), [(0.03, (0.003, 0.0026, 0.0022)), (0.02, (0.003, 0.0029, 0.0022)), (0.02, (0.003, 0.00299, 0.0022))]
+)
+def test_the_eccentricity_changes_with_the_semi_major_axis_as_by_theory(e, axes):
+    """de/e = -1/4 da/a at uniform rotation, and less with forced librations.
+
+    With the long axis at A sin M from the mean direction and the line of centres at 2 e sin M, the force F along the
+    middle axis has the part F (2 e - A) sin M along the line. Gauss's equations average to de/dt = F/(m n a) [(2 e -
+    A)/2 - 3 e/2] and da/dt = 2 F/(m n). A pendulum of frequency w has A = 2 e w^2/(w^2 - n^2).
+    """
+    mass = 1e-3
+    a, b, _ = axes
+    primary = fullbody.Sphere(0.01)
+    bodies = [
+        fullbody.Body(primary, mass=1.0, name="A"),
+        fullbody.Body(fullbody.Ellipsoid(*axes), mass=mass, name="B"),
+    ]
+    n = np.sqrt(1.0 + mass)
+    ratio = 3.0 * (a * a - b * b) / (a * a + b * b)
+    libration = 2.0 * e * ratio / (ratio - 1.0)
+    r, v = fullbody.KeplerElements(1.0, e, 0.0, 0.0, 0.0, 0.0).to_cartesian(1.0 + mass)
+    share = mass / (1.0 + mass)
+    # At periapsis the axis is on the line, and turns by the libration's rate faster than on average.
+    state = fullbody.State(
+        [-share * r, (1 - share) * r], [-share * v, (1 - share) * v], spin=[[0.0] * 3, [0.0, 0.0, n + libration * n]]
+    )
+    until = 60 * 2 * np.pi / n
+    force = 2e-5 * mass
+    elements = []
+    for given in (force, -force):
+        system = fullbody.System(bodies, G=1.0, forces=[Byorp(on="B", about="A", force=given, name="BYORP")])
+        run = system.integrate(state, until, output=until / 60)
+        assert run.switched_off == {"BYORP": 0}
+        elements.append(run.elements())
+    up, down = elements
+    by_a = np.log(up.a[-1] / down.a[-1])
+    assert by_a == pytest.approx(2.0 * (2.0 * force / (mass * n)) * until, rel=5e-3)
+    expected = ((2.0 * e - libration) / (2.0 * e) - 1.5) / 2.0
+    assert np.log(up.e[-1] / down.e[-1]) / by_a == pytest.approx(expected, rel=2e-2)
+
+
+def test_a_torque_on_a_locked_secondary_drives_the_orbit():
+    """The lock hands the torque on to the orbit, whose angular momentum mu n a^2 has the derivative mu n a / 2."""
+    system, state = synchronous()
+    until, torque = 40 * np.pi, 2e-9
+    given = Byorp(on="B", about="A", force=0.0, torque=[0.0, 0.0, torque], name="BYORP")
+    driven, free = (s.integrate(state, until, output=until / 400) for s in (system.with_forces([given]), system))
+    # The secondary librates about the angle at which gravity balances the torque.
+    drift = np.polyfit(driven.time, driven.elements().a - free.elements().a, 1)[0]
+    # A force on the secondary with the arm of one has the same torque about the primary, which it does not push.
+    assert drift == pytest.approx(drift_of(torque) * 1.001, rel=5e-3)
+    np.testing.assert_allclose(driven.angular_impulse["BYORP"][-1], [0, 0, torque * until], atol=1e-6 * torque * until)
 
 
 def test_where_tide_and_byorp_balance():
@@ -102,10 +165,9 @@ def swinging(turned, rate, until=100.0, **given):
 def test_a_libration_of_any_size_stays_locked(turned):
     run = swinging(turned, 1.0)
     assert run.switched_off == {"BYORP": 0}
-    # All the time: the work is the force times the way across the line.
-    r = run.position[:, 1] - run.position[:, 0]
-    across = np.cross([0, 0, 1.0], r / np.linalg.norm(r, axis=1, keepdims=True))
-    power = 1e-9 * np.sum(run.velocity[:, 1] * across, axis=1)
+    # All the time: the work is the force times the way along the body's middle axis, turned along the motion.
+    middle = np.array([matrix(q)[:, 1] for q in run.attitude[:, 1]]) * np.sign(np.cos(turned))
+    power = 1e-9 * np.sum(run.velocity[:, 1] * middle, axis=1)
     assert run.work["BYORP"][-1] == pytest.approx(np.trapezoid(power, run.time), rel=1e-4)
 
 

@@ -1,13 +1,10 @@
-//! The mean effects of sunlight over many rotations: a torque on one body (YORP) and a force on a synchronous
-//! secondary (BYORP).
+//! The mean torque of sunlight on a body (YORP).
 //!
-//! Both are means over a rotation and over an orbit round the Sun. The torques along and across the spin are
-//! functions of the obliquity as in D. P. Rubincam (2000), Icarus 148, 2; the force acts along the
-//! secondary's motion as in M. Cuk & J. A. Burns (2005), Icarus 176, 418, and J. McMahon & D. Scheeres
-//! (2010), Icarus 209, 494.
+//! It is the mean over a rotation and over an orbit round the Sun. The torques along and across the spin are
+//! functions of the obliquity as in D. P. Rubincam (2000), Icarus 148, 2.
 
-use super::lock::Lock;
-use super::snapshot::{Load, Snapshot, Switch, place_to_turn, two_places};
+use super::evaluator::Evaluator;
+use super::snapshot::{Load, Snapshot, place_to_turn};
 use super::{BodyBlock, ForceParameter, LoadJacobian};
 use crate::error::{Error, Result, require_finite};
 use crate::math::matrix::times_cross;
@@ -15,6 +12,7 @@ use crate::math::rotation::turned_back;
 use crate::math::spline::Spline;
 use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
+use pulp::Simd;
 use serde::{Deserialize, Serialize};
 
 /// The sine of the angle between spin and pole below which they count as parallel.
@@ -113,14 +111,14 @@ pub(super) struct YorpTorque {
     torque: TorqueTable,
     /// The size of the largest torque across the spin.
     largest: f64,
-    pub loads: [Load; 1],
+    loads: [Load; 1],
 }
 
 impl YorpTorque {
     /// Returns an error for a spin of zero, for a step in which the torque along the spin brings it to a
     /// stop, and for one in which the torque across the spin brings it to the pole: there the torque has no
     /// direction, and would change its sign at every step.
-    pub fn check(&self, name: &str, snapshot: Snapshot, step: f64) -> Result<()> {
+    fn check(&self, name: &str, snapshot: Snapshot, step: f64) -> Result<()> {
         let spin = Vec3::from(snapshot.spin[self.on]);
         let [along, across] = self.torques(&snapshot.inertial_spin(self.on));
         let failed = |detail| {
@@ -193,7 +191,7 @@ impl YorpTorque {
         }
     }
 
-    pub fn load(&mut self, snapshot: Snapshot) {
+    fn compute(&mut self, snapshot: Snapshot) {
         let spin = snapshot.inertial_spin(self.on);
         let Some(axis) = spin.try_normalize(0.0) else {
             self.loads[0].torque = Vec3::zeros();
@@ -210,32 +208,50 @@ impl YorpTorque {
     }
 }
 
-impl YorpTorque {
-    /// Passes the derivative of the load with respect to a torque, or by a factor of a table's torques, to
-    /// the sink.
-    pub fn by_parameter(
+impl Evaluator for YorpTorque {
+    #[inline(always)]
+    fn loads(&self) -> &[Load] {
+        &self.loads
+    }
+
+    #[inline(always)]
+    fn load<S: Simd>(&mut self, _: S, _: &str, snapshot: Snapshot) -> Result<()> {
+        self.compute(snapshot);
+        Ok(())
+    }
+
+    fn begin_step(&mut self, name: &str, snapshot: Snapshot, step: f64) -> Result<()> {
+        self.check(name, snapshot, step)
+    }
+
+    /// Takes the derivative with respect to a torque, or by a factor of a table's torques.
+    fn by_parameter(
         &mut self,
+        _: &str,
         snapshot: Snapshot,
         parameter: ForceParameter,
+        _: f64,
         to: &mut impl FnMut(&Load, f64),
-    ) {
+    ) -> Result<()> {
         let one = match parameter {
             ForceParameter::Along => [1.0, 0.0],
             ForceParameter::Across => [0.0, 1.0],
-            _ => return self.loads.iter().for_each(|load| to(load, 1.0)),
+            _ => {
+                self.loads.iter().for_each(|load| to(load, 1.0));
+                return Ok(());
+            }
         };
         let own = (std::mem::replace(&mut self.torque, TorqueTable::Constant(one)), self.loads);
-        self.load(snapshot);
+        self.compute(snapshot);
         self.loads.iter().for_each(|load| to(load, 1.0));
         (self.torque, self.loads) = own;
+        Ok(())
     }
-}
 
-impl YorpTorque {
     /// Adds the derivatives of the torque in the body frame, M = A a + B u. Here a is the direction of the
     /// spin w, k the pole in the body frame, c = a.k, s = |a x k|, u = (c a - k) / s, and A and B are
     /// functions of the obliquity.
-    pub fn add_jacobian(&self, name: &str, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()> {
+    fn add_jacobian(&mut self, name: &str, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()> {
         let own = Vec3::from(snapshot.spin[self.on]);
         let spin = own.norm();
         if spin == 0.0 {
@@ -277,153 +293,5 @@ impl YorpTorque {
         jacobian.add_by_rate(turn, turn, &(by_axis * (one - a * a.transpose())), 1.0 / spin);
         jacobian.add(turn, turn, &times_cross(&by_pole, &k), 1.0);
         Ok(())
-    }
-}
-
-/// The mean force of radiation on a synchronous secondary.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Byorp {
-    /// The name of the force.
-    pub name: String,
-    /// The name of the secondary.
-    pub on: String,
-    /// The name of the body about which it moves.
-    pub about: String,
-    /// The force along the secondary's motion, in the plane of its orbit and across the line to the other
-    /// body.
-    pub force: f64,
-}
-
-impl Byorp {
-    /// Returns an error for numbers that no such force has, whatever system it acts in.
-    pub(super) fn check(&self) -> Result<()> {
-        require_finite(&format!("force of {}", self.name), &[self.force])
-    }
-
-    pub(super) fn ready(
-        &self,
-        of: usize,
-        bodies: &[Body],
-        gravitational_constant: f64,
-    ) -> Result<ByorpForce> {
-        let name = &self.name;
-        let (on, about) = two_places(name, ["on", "about"], [&self.on, &self.about], bodies)?;
-        self.check()?;
-        Ok(ByorpForce {
-            lock: Lock::new(name, [on, about], bodies, gravitational_constant)?,
-            force: self.force,
-            state: None,
-            lowest: f64::INFINITY,
-            loads: [Load::none(of, on, false)],
-        })
-    }
-}
-
-/// The evaluator of a force of radiation.
-#[derive(Debug, Clone)]
-pub(super) struct ByorpForce {
-    pub lock: Lock,
-    force: f64,
-    /// The switch of the force; `None` before the first state has decided whether the force acts.
-    pub state: Option<Switch>,
-    /// The smallest margin before a switch at all evaluations of the present step.
-    lowest: f64,
-    pub loads: [Load; 1],
-}
-
-/// The least margin of a step's evaluations with which the step contains no switch: evaluations are more
-/// closely spaced than the samples by which switches are searched.
-const FAR: f64 = 0.05;
-
-impl ByorpForce {
-    /// Decides at the first state whether the force acts; later its switches decide.
-    pub fn begin_step(&mut self, snapshot: Snapshot) {
-        self.lowest = f64::INFINITY;
-        self.state.get_or_insert(Switch { on: self.lock.margin(snapshot) > 0.0, times: 0 });
-    }
-
-    /// Returns whether the force acts.
-    #[inline(always)]
-    fn acts(&self) -> bool {
-        self.state.is_none_or(|switch| switch.on)
-    }
-
-    /// Returns whether an evaluation of the present step came near a switch.
-    pub fn nears_switch(&self) -> bool {
-        let far = self.lowest > FAR;
-        !far
-    }
-
-    /// Returns how far a state is from the next switch: below zero where it is beyond the switch by more than
-    /// rounding.
-    #[inline(always)]
-    pub fn margin(&self, snapshot: Snapshot) -> f64 {
-        let margin = self.lock.margin(snapshot);
-        if self.acts() { margin + self.lock.rounding() } else { self.lock.rounding() - margin }
-    }
-
-    /// Switches the force.
-    pub fn switch(&mut self) {
-        if let Some(switch) = &mut self.state {
-            switch.times += u64::from(switch.on);
-            switch.on = !switch.on;
-        }
-    }
-
-    /// Returns what the next switch adds to the force.
-    pub fn jump(&self, snapshot: Snapshot) -> Vec3 {
-        self.push(snapshot) * if self.acts() { -1.0 } else { 1.0 }
-    }
-
-    /// Returns the force while it acts.
-    #[inline(always)]
-    fn push(&self, snapshot: Snapshot) -> Vec3 {
-        let (r, v) = snapshot.relative(self.lock.on, self.lock.about);
-        let forwards = v * r.norm_squared() - r * r.dot(&v);
-        // The square root and the quotient are independent, so that neither waits for the other.
-        let square = forwards.norm_squared();
-        forwards * if square > 0.0 { square.sqrt() * (self.force / square) } else { 0.0 }
-    }
-
-    #[inline(always)]
-    pub fn load(&mut self, snapshot: Snapshot) {
-        self.lowest = self.lowest.min(self.margin(snapshot));
-        self.loads[0].force = if self.acts() { self.push(snapshot) } else { Vec3::zeros() };
-    }
-
-    /// Passes the derivative of the load with respect to the force to the sink.
-    pub fn by_strength(&mut self, snapshot: Snapshot, to: &mut impl FnMut(&Load, f64)) {
-        let own = (std::mem::replace(&mut self.force, 1.0), self.loads);
-        self.load(snapshot);
-        self.loads.iter().for_each(|load| to(load, 1.0));
-        (self.force, self.loads) = own;
-    }
-
-    /// Adds the derivatives of the force f t, with t along w = v - r (r.v) / r^2.
-    pub fn add_jacobian(&self, snapshot: Snapshot, jacobian: &mut LoadJacobian) {
-        let Lock { on, about, .. } = self.lock;
-        let (r, v) = snapshot.relative(on, about);
-        let square = r.norm_squared();
-        let rate = r.dot(&v) / square;
-        let across = v - r * rate;
-        let length = across.norm();
-        if !self.acts() || length == 0.0 {
-            return;
-        }
-        let t = across / length;
-        let one = Mat3::identity();
-        let projected = (one - t * t.transpose()) * (self.force / length);
-        let by_velocity = projected * (one - r * r.transpose() / square);
-        let by_position = projected * -(one * rate + r * (v - r * (2.0 * rate)).transpose() / square);
-        for (body, sign) in [(on, 1.0), (about, -1.0)] {
-            jacobian.add(BodyBlock::translation(on), BodyBlock::translation(body), &by_position, sign);
-            jacobian.add_by_rate(
-                BodyBlock::translation(on),
-                BodyBlock::translation(body),
-                &by_velocity,
-                sign,
-            );
-        }
     }
 }

@@ -1,0 +1,47 @@
+//! What the evaluators of all kinds of forces have in common.
+
+use super::{ForceParameter, Load, LoadJacobian, Snapshot};
+use crate::error::Result;
+use pulp::Simd;
+
+/// The evaluator of a force: a force prepared for a system. The name is that of the force, for errors.
+pub(super) trait Evaluator {
+    /// Returns the loads at the last snapshot on the bodies on which the force acts.
+    fn loads(&self) -> &[Load];
+
+    /// Computes the loads at a snapshot. Allocates nothing. Components that the force never has stay zero.
+    fn load<S: Simd>(&mut self, simd: S, name: &str, snapshot: Snapshot) -> Result<()>;
+
+    /// Adds the derivatives of the loads at the snapshot for which [`Self::load`] was called last. Allocates
+    /// nothing.
+    fn add_jacobian(&mut self, name: &str, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()>;
+
+    /// Passes the derivative of the loads with respect to a parameter to the sink, at the snapshot of the
+    /// last [`Self::load`]. Allocates nothing.
+    fn by_parameter(
+        &mut self,
+        _name: &str,
+        _snapshot: Snapshot,
+        _parameter: ForceParameter,
+        _gravitational_constant: f64,
+        _to: &mut impl FnMut(&Load, f64),
+    ) -> Result<()> {
+        Ok(())
+    }
+
+    /// Returns the units of work of an evaluation, for [`crate::interrupt::InterruptCheck`].
+    fn work(&self) -> u64 {
+        4
+    }
+
+    /// Returns the powers of G and of a body's mass to which the loads on another body are proportional, at a
+    /// fixed path of a third body.
+    fn powers(&self, _mass_of: usize, _on: usize) -> [f64; 2] {
+        [0.0; 2]
+    }
+
+    /// Begins a step. Returns an error for a step in which the force loses its meaning.
+    fn begin_step(&mut self, _name: &str, _snapshot: Snapshot, _step: f64) -> Result<()> {
+        Ok(())
+    }
+}
