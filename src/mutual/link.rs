@@ -236,20 +236,32 @@ impl Link {
 
     /// Returns the contribution of this link to the potential energy per unit G m m.
     pub fn potential_energy(&self, pose: &Pose) -> f64 {
-        self.potential_energy_of(pose, Pair::ALL)
+        let (pose, share) = self.shared(pose);
+        share * self.pair.potential_energy_of(&pose, Pair::ALL)
     }
 
-    /// Returns the pieces of the energy as [`Pair::energy_pieces`].
-    pub fn energy_pieces(&self, pose: &Pose, interrupt: &mut InterruptCheck) -> Result<Vec<Range<usize>>> {
-        self.pair.energy_pieces(&self.pose(pose), interrupt)
-    }
-
-    /// Returns the contribution of one of the [`Self::energy_pieces`].
-    pub fn potential_energy_of(&self, pose: &Pose, nodes: Range<usize>) -> f64 {
-        match &self.offsets {
-            None => self.pair.potential_energy_of(pose, nodes),
-            Some(offsets) => offsets.share * self.pair.potential_energy_of(&offsets.pose(pose), nodes),
+    /// Adds the contribution of this link to the potential energy, times a strength, piece by piece.
+    pub fn add_energy(
+        &self,
+        pose: &Pose,
+        strength: f64,
+        sum: &mut f64,
+        time: f64,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
+        let (pose, share) = self.shared(pose);
+        let pieces = self.pair.energy_pieces(&pose, interrupt)?;
+        let work = self.pair.work() / pieces.len() as u64;
+        for nodes in pieces {
+            interrupt.charge(work, time)?;
+            *sum += strength * (share * self.pair.potential_energy_of(&pose, nodes));
         }
+        Ok(())
+    }
+
+    /// Returns the pose of the two parts, and their share of the interaction.
+    fn shared(&self, pose: &Pose) -> (Pose, f64) {
+        self.offsets.as_ref().map_or((*pose, 1.0), |offsets| (offsets.pose(pose), offsets.share))
     }
 
     fn pose(&self, pose: &Pose) -> Pose {

@@ -253,6 +253,7 @@ impl Contents {
             propagator,
             given: false,
             start: Invariants::from_numbers(self.start.conserved),
+            nominal: None,
             notes: self.notes,
         };
         simulation.go_back(&self.now, interrupt)?;

@@ -5,47 +5,10 @@ use super::dense::{piece_at, state_within};
 use super::events::EventDetector;
 use super::output::Times;
 use super::tangent::{TangentOptions, Tangents};
-use super::{Dense, Event, Output, Simulation, StopReason, Trajectory};
-use crate::dynamics::State;
-use crate::error::{Error, Result, require_finite};
-use crate::interrupt::{HOOK_INTERVAL, InterruptCheck, UNITS};
-use std::ops::ControlFlow;
-use std::time::Instant;
-
-/// The units of work of evaluations after which the clock is read between steps.
-const CLOCK_WORK: u64 = UNITS / 32;
-
-/// The progress of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
-    /// The time at the start of the run.
-    pub start: f64,
-    /// The present time.
-    pub time: f64,
-    /// The time at the end of the run.
-    pub end: f64,
-}
-
-/// The options of a run.
-#[derive(Debug)]
-pub struct Run<'a, 'f> {
-    /// The times at which samples are recorded.
-    pub output: &'a Output,
-    /// The events that are searched for.
-    pub events: &'a mut [Event<'f>],
-    /// Whether the continuous solution is kept.
-    pub dense: bool,
-    /// Which tangent vectors are integrated beside the run.
-    pub tangent_options: &'a TangentOptions,
-}
-
-impl<'a, 'f> Run<'a, 'f> {
-    /// Makes the options of a run with samples at the times of `output`, without events, continuous solution,
-    /// derivatives or chaos indicators.
-    pub fn new(output: &'a Output) -> Self {
-        Self { output, events: &mut [], dense: false, tangent_options: &TangentOptions::NONE }
-    }
-}
+use super::{Dense, Event, Run, Simulation, StopReason, Trajectory};
+use crate::dynamics::{NominalChange, State};
+use crate::error::{Result, require_finite};
+use crate::interrupt::InterruptCheck;
 
 /// The recorder of a run, which advances a simulation and records its motion.
 pub(super) struct Recorder<'r, 'f> {
@@ -101,6 +64,7 @@ impl<'r, 'f> Recorder<'r, 'f> {
                 &simulation.motion,
                 &simulation.propagator,
                 &simulation.state(),
+                simulation.nominal.as_ref(),
             )?,
             with_tangents: *tangent_options != TangentOptions::default(),
             record,
@@ -239,6 +203,13 @@ impl<'r, 'f> Recorder<'r, 'f> {
         Ok(())
     }
 
+    /// Returns how the nominal barycentre of third bodies changes with the state at the end of a run that is
+    /// differentiated.
+    pub fn nominal(&self, simulation: &Simulation) -> Option<NominalChange> {
+        let is_needed = simulation.motion.equations.external_forces().has_third_body();
+        is_needed.then(|| self.tangents.nominal(&simulation.state()))?
+    }
+
     /// Records the state at which an error ends the run, unless it or a later one has been recorded. A state
     /// whose energy is not finite is left out, since the caller is to receive the error itself.
     pub fn record_last(&mut self, simulation: &mut Simulation) {
@@ -266,121 +237,5 @@ impl<'r, 'f> Recorder<'r, 'f> {
         self.tangents.record(motion, propagator.pieces(), state, self.record, interrupt)?;
         self.record.push(state, &conserved, simulation.frame().layout.work_and_impulse(y));
         Ok(())
-    }
-}
-
-impl Simulation {
-    /// Integrates to `until`, forwards or backwards, and records into `record`.
-    ///
-    /// On an error the record keeps what was recorded before it, and the simulation stays at the end of the
-    /// last step that is recorded whole, which is also the last sample; where two bodies touch, that is the
-    /// last one before their contact. The hook is called at the start, about every 50 ms, also within steps
-    /// that take longer, and at the end. It stops the run by [`ControlFlow::Break`].
-    ///
-    /// # Errors
-    /// Returns [`Error::InvalidInput`] for a record of another number of bodies and for times that are not
-    /// finite. Bodies that touch, steps that become too small, forces that fail and an interruption have
-    /// variants of their own, which carry the time.
-    pub fn integrate(
-        &mut self,
-        until: f64,
-        output: &Output,
-        record: &mut Trajectory,
-        hook: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-    ) -> Result<()> {
-        self.run(until, Run::new(output), record, &mut |_, progress| hook(progress))
-    }
-
-    /// Integrates as [`Self::integrate`], with events and the continuous solution.
-    ///
-    /// A terminal event ends the run: its state becomes the last sample and the state of the simulation, and
-    /// the record before it is the same as without it. A zero at a state that was given, by the caller or by
-    /// a terminal event, is not an event, so that a run can continue from one. Between two steps the hook
-    /// also receives the simulation, for an archive of it.
-    ///
-    /// # Errors
-    /// Returns the errors of [`Self::integrate`], and the error of an event's function.
-    pub fn run(
-        &mut self,
-        until: f64,
-        run: Run,
-        record: &mut Trajectory,
-        hook: &mut dyn FnMut(Option<&Self>, Progress) -> ControlFlow<()>,
-    ) -> Result<()> {
-        record.check(self.system().bodies().len())?;
-        let start = self.time();
-        let before = self.motion.equations.external_forces().switches();
-        let outcome = self.follow(until, run, record, hook).and_then(|reason| {
-            let time = self.time();
-            let last = hook(Some(self), Progress { start, time, end: until });
-            if last.is_break() { Err(Error::Interrupted { time }) } else { Ok(reason) }
-        });
-        let after = self.motion.equations.external_forces().switches();
-        record.switched_off.resize(after.len(), None);
-        for (count, switch) in record.switched_off.iter_mut().zip(before.iter().zip(&after)) {
-            if let (Some(before), Some(after)) = switch {
-                // A force that is off from the start on counts as switched off once.
-                *count = Some(count.unwrap_or(u64::from(!before.on)) + after.times - before.times);
-            }
-        }
-        record.stop_reason = match &outcome {
-            Ok(reason) => *reason,
-            Err(Error::Interrupted { .. }) => StopReason::Interrupted,
-            Err(_) => StopReason::Unfinished,
-        };
-        outcome.map(drop)
-    }
-
-    /// Integrates to `until` and returns the reason for the end. The state at which an error ends the run is
-    /// recorded too.
-    fn follow(
-        &mut self,
-        until: f64,
-        run: Run,
-        record: &mut Trajectory,
-        hook: &mut dyn FnMut(Option<&Self>, Progress) -> ControlFlow<()>,
-    ) -> Result<StopReason> {
-        let start = self.time();
-        let mut recorder = Recorder::new(self, until, run, record)?;
-        if hook(Some(self), Progress { start, time: start, end: until }).is_break() {
-            return Err(Error::Interrupted { time: start });
-        }
-        let called = Instant::now();
-        {
-            let mut inside = || hook(None, Progress { start, time: start, end: until });
-            recorder.begin(self, &mut InterruptCheck::since(called, &mut inside))?;
-        }
-        let outcome = self.march(&mut recorder, called, hook);
-        outcome.inspect_err(|_| recorder.record_last(self))
-    }
-
-    /// Takes the steps of a run, with a look at the clock about every 50 ms; returns the reason for its end.
-    fn march(
-        &mut self,
-        recorder: &mut Recorder,
-        mut called: Instant,
-        hook: &mut dyn FnMut(Option<&Self>, Progress) -> ControlFlow<()>,
-    ) -> Result<StopReason> {
-        let (start, until, mut unseen) = (self.time(), recorder.until, 0);
-        while self.time() != until {
-            let time = self.time();
-            let mut inside = || hook(None, Progress { start, time, end: until });
-            let stop = recorder.step(self, &mut InterruptCheck::since(called, &mut inside))?;
-            if let Some(reason) = stop {
-                return Ok(reason);
-            }
-            // The clock is read only after enough work, since steps may be quick.
-            unseen += self.motion.equations.work() * self.motion.equations.parts() as u64;
-            let look = recorder.looks_inside || unseen >= CLOCK_WORK;
-            unseen = if look { 0 } else { unseen };
-            if look && called.elapsed() >= HOOK_INTERVAL {
-                called = Instant::now();
-                let time = self.time();
-                if hook(Some(self), Progress { start, time, end: until }).is_break() {
-                    return Err(Error::Interrupted { time });
-                }
-            }
-        }
-        Ok(StopReason::End)
     }
 }

@@ -4,7 +4,7 @@ use super::Integrator;
 use super::approach::Contact;
 use super::motion::Motion;
 use super::propagator::Propagator;
-use crate::dynamics::{BarycentricFrame, Dynamics, Invariants, State, System};
+use crate::dynamics::{BarycentricFrame, Dynamics, Invariants, NominalChange, State, System};
 use crate::error::{Error, Result};
 use crate::integrate::{Equations, Statistics};
 use crate::interrupt::InterruptCheck;
@@ -42,6 +42,8 @@ pub struct Simulation {
     /// Whether the present state was given, by the caller or as that of a terminal event, rather than reached
     /// by a step.
     pub(super) given: bool,
+    /// How the nominal barycentre changes with the state at the end of the last run, if it was differentiated.
+    pub(super) nominal: Option<NominalChange>,
     /// Text that the caller keeps with the simulation and its archives, such as names of units. No number
     /// that the simulation works with belongs here.
     pub notes: String,
@@ -82,7 +84,7 @@ impl Simulation {
         let angular_momentum = motion.equations.angular_momentum(state.time, &high);
         let start = Invariants { time: state.time, energy, angular_momentum };
         let propagator = Propagator::new(integrator, &motion, state.time, high, low)?;
-        Ok(Self { motion, integrator, propagator, given: true, start, notes: String::new() })
+        Ok(Self { motion, integrator, propagator, given: true, start, nominal: None, notes: String::new() })
     }
 
     /// Returns the system.

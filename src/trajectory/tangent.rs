@@ -6,7 +6,7 @@ use super::motion::Motion;
 use super::propagator::Propagator;
 use super::record::Trajectory;
 use super::tangent_map::StepTangentMap;
-use crate::dynamics::{Collocation, DriftKind, Dynamics, Parameter, State, Variations};
+use crate::dynamics::{Collocation, DriftKind, Dynamics, NominalChange, Parameter, State, Variations};
 use crate::error::{Error, Result};
 use crate::forces::SwitchJump;
 use crate::integrate::{Segment, VERNER98};
@@ -63,8 +63,9 @@ struct Tangent {
     variations: Variations,
     growth_monitor: Option<TangentGrowth>,
     collocation: Collocation,
-    /// The state at which the run began.
+    /// The state at which the run began, and how the nominal barycentre changes with it.
     start: State,
+    nominal: NominalChange,
     present: TangentState,
     /// Two vectors of the motion, used as buffers.
     y: [Vec<f64>; 2],
@@ -85,6 +86,7 @@ impl Tangents {
         motion: &Motion,
         propagator: &Propagator,
         start: &State,
+        nominal: Option<&NominalChange>,
     ) -> Result<Self> {
         let equations = &motion.equations;
         let mut all = Vec::new();
@@ -99,7 +101,11 @@ impl Tangents {
             }
             let variations = Variations::new(equations, parameters.clone())?;
             let columns = variations.start();
-            all.push(Tangent::new(variations, None, columns, propagator, start));
+            let mut tangent = Tangent::new(variations, None, columns, propagator, start);
+            if let Some(nominal) = nominal.filter(|nominal| nominal.time() == start.time) {
+                tangent.nominal = nominal.clone();
+            }
+            all.push(tangent);
         }
         if tangent_options.chaos {
             let variations = Variations::of_one(equations)?;
@@ -169,6 +175,17 @@ impl Tangents {
         Ok(Some(StateDerivatives { transition, sensitivity, flow }))
     }
 
+    /// Returns how the nominal barycentre changes with the state at which the tangent vectors are; `None` where
+    /// the run is not differentiated.
+    pub fn nominal(&self, state: &State) -> Option<NominalChange> {
+        let tangent = self.0.iter().find(|tangent| tangent.growth_monitor.is_none())?;
+        let Tangent { variations, present, start, nominal, .. } = tangent;
+        if present.time != state.time {
+            return None;
+        }
+        nominal.later(state.time, &variations.expand(&present.columns, [start, state], nominal).0)
+    }
+
     /// Records the derivatives or indicators at a state of the run, which is where the tangent vectors are or
     /// in the step that follows, with these pieces.
     pub fn record(
@@ -197,6 +214,7 @@ impl Tangent {
         let tableau = propagator.tableau().unwrap_or(&VERNER98);
         Self {
             collocation: Collocation::new(&variations, tableau.order),
+            nominal: variations.nominal_at_start(start.time),
             variations,
             growth_monitor,
             present: TangentState { time: start.time, columns, integrals: [0.0; INTEGRALS] },
@@ -422,7 +440,7 @@ impl Tangent {
                         .to_owned(),
             });
         }
-        Ok(self.variations.expand(&columns, &self.start, state))
+        Ok(self.variations.expand(&columns, [&self.start, state], &self.nominal))
     }
 
     /// Returns the rates of change of the motion at a state in the step of these pieces.

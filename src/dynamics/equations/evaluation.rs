@@ -3,14 +3,11 @@
 use super::invariants::{self, Energy};
 use super::layout::BarycentricFrame;
 use super::state::State;
-use super::system::{System, pose};
+use super::system::System;
 use crate::error::{Error, Result};
 use crate::forces::Load;
 use crate::interrupt::InterruptCheck;
 use crate::math::{Vec3, rotation};
-
-/// The units of work of making a pair with its rule, for [`InterruptCheck`].
-const NEW_PAIR: u64 = 500;
 
 /// Forces (inertial), torques (body frames) and the potential energy at a state.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,8 +30,6 @@ impl System {
     /// [`Error::InvalidInput`] if the state does not belong to the system, [`Error::BodiesOverlap`] if two
     /// bodies overlap, [`Error::NotConverged`] if a quadrature reaches its limit, and [`Error::Interrupted`].
     pub fn interactions(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<BodyInteraction> {
-        self.check(state, interrupt)?;
-        self.polyhedra(interrupt).map_err(|error| error.at(state.time))?;
         let n = self.bodies.len();
         let mut result = BodyInteraction {
             force: vec![Vec3::zeros(); n],
@@ -42,32 +37,30 @@ impl System {
             potential_energy: 0.0,
             truncation_error: 0.0,
         };
-        for (i, j) in self.pairs() {
-            let pose = pose(state, i, j);
-            let strength = self.strength(i, j);
-            let (mut between, mut truncation_error) = (Vec3::zeros(), 0.0);
-            for mut link in self.links(i, j) {
-                interrupt.charge(NEW_PAIR, state.time)?;
-                link.prepare(&pose, None, interrupt).map_err(|error| error.at(state.time))?;
-                let pieces = link.pair.pieces();
-                let work = link.pair.work() / pieces.len() as u64;
-                for nodes in pieces {
-                    interrupt.charge(work, state.time)?;
-                    let f = link.interaction_of(&pose, nodes);
-                    between += f.force_on_first;
-                    result.force[i] += strength * f.force_on_first;
-                    result.force[j] -= strength * f.force_on_first;
-                    result.torque[i] += strength * f.torque_first;
-                    result.torque[j] += strength * f.torque_second;
-                }
-                for nodes in link.energy_pieces(&pose, interrupt)? {
-                    interrupt.charge(work, state.time)?;
-                    result.potential_energy += strength * link.potential_energy_of(&pose, nodes);
-                }
-                truncation_error += link.truncation_error(&pose).unwrap_or(0.0);
+        // The pair whose parts are being added, with its force and the truncation error.
+        let (mut last, mut between, mut error) = ([0; 2], Vec3::zeros(), 0.0);
+        self.each_link(state, interrupt, |link, [i, j], pose, interrupt| {
+            if last != [i, j] {
+                result.truncation_error = result.truncation_error.max(error / between.norm());
+                (last, between, error) = ([i, j], Vec3::zeros(), 0.0);
             }
-            result.truncation_error = result.truncation_error.max(truncation_error / between.norm());
-        }
+            let strength = self.strength(i, j);
+            let pieces = link.pair.pieces();
+            let work = link.pair.work() / pieces.len() as u64;
+            for nodes in pieces {
+                interrupt.charge(work, state.time)?;
+                let f = link.interaction_of(pose, nodes);
+                between += f.force_on_first;
+                result.force[i] += strength * f.force_on_first;
+                result.force[j] -= strength * f.force_on_first;
+                result.torque[i] += strength * f.torque_first;
+                result.torque[j] += strength * f.torque_second;
+            }
+            link.add_energy(pose, strength, &mut result.potential_energy, state.time, interrupt)?;
+            error += link.truncation_error(pose).unwrap_or(0.0);
+            Ok(())
+        })?;
+        result.truncation_error = result.truncation_error.max(error / between.norm());
         for (body, (force, torque)) in self.bodies.iter().zip(result.force.iter().zip(&result.torque)) {
             in_range(&format!("force on {}", body.name), force.as_slice())?;
             in_range(&format!("torque on {}", body.name), torque.as_slice())?;
@@ -106,22 +99,10 @@ impl System {
     /// Returns the errors of [`Self::interactions`], and [`Error::InvalidInput`] if a part of the energy is
     /// too large for a double.
     pub fn energy(&self, state: &State, interrupt: &mut InterruptCheck) -> Result<Energy> {
-        self.check(state, interrupt)?;
-        self.polyhedra(interrupt).map_err(|error| error.at(state.time))?;
         let mut potential = 0.0;
-        for (i, j) in self.pairs() {
-            let pose = pose(state, i, j);
-            for mut link in self.links(i, j) {
-                interrupt.charge(NEW_PAIR, state.time)?;
-                link.prepare(&pose, None, interrupt).map_err(|error| error.at(state.time))?;
-                let pieces = link.energy_pieces(&pose, interrupt)?;
-                let work = link.pair.work() / pieces.len() as u64;
-                for nodes in pieces {
-                    interrupt.charge(work, state.time)?;
-                    potential += self.strength(i, j) * link.potential_energy_of(&pose, nodes);
-                }
-            }
-        }
+        self.each_link(state, interrupt, |link, [i, j], pose, interrupt| {
+            link.add_energy(pose, self.strength(i, j), &mut potential, state.time, interrupt)
+        })?;
         let energy = invariants::energy(&self.bodies, state, potential);
         self.check_range(&energy)?;
         Ok(energy)

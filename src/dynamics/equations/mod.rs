@@ -235,12 +235,8 @@ impl Dynamics {
         let mut potential = 0.0;
         for (i, j, link) in &self.links {
             let pose = self.pose(y, *i, *j);
-            let pieces = link.energy_pieces(&pose, interrupt)?;
-            let work = LINK + link.pair.work() / pieces.len() as u64;
-            for nodes in pieces {
-                interrupt.charge(work, time)?;
-                potential += self.system.strength(*i, *j) * link.potential_energy_of(&pose, nodes);
-            }
+            interrupt.charge(LINK, time)?;
+            link.add_energy(&pose, self.system.strength(*i, *j), &mut potential, time, interrupt)?;
         }
         let translational =
             self.system.bodies.iter().zip(velocities).map(|(b, v)| 0.5 * b.mass * v.norm_squared()).sum();

@@ -23,6 +23,9 @@ const REACH: f64 = 1e100;
 /// The units of work of checking a pair's separation, for [`InterruptCheck`].
 const CHECK: u64 = 10;
 
+/// The units of work of making a link with its rule.
+const NEW: u64 = 500;
+
 /// The settings of a system, which determine how gravity is computed and attitudes are stored. Archives and
 /// the Python package use this description.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -313,6 +316,27 @@ impl System {
         parts.map(move |parts| {
             Link::new(bodies, parts, s.gravity, s.gravity_tolerance, s.order, self.arch, &self.store)
         })
+    }
+
+    /// Calls a function with each link between the parts of two bodies at a state: the link, for which the rule
+    /// has been chosen, the two bodies and their pose.
+    pub(super) fn each_link(
+        &self,
+        state: &State,
+        interrupt: &mut InterruptCheck,
+        mut visit: impl FnMut(&Link, [usize; 2], &Pose, &mut InterruptCheck) -> Result<()>,
+    ) -> Result<()> {
+        self.check(state, interrupt)?;
+        self.polyhedra(interrupt).map_err(|error| error.at(state.time))?;
+        for (i, j) in self.pairs() {
+            let pose = pose(state, i, j);
+            for mut link in self.links(i, j) {
+                interrupt.charge(NEW, state.time)?;
+                link.prepare(&pose, None, interrupt).map_err(|error| error.at(state.time))?;
+                visit(&link, [i, j], &pose, interrupt)?;
+            }
+        }
+        Ok(())
     }
 
     /// Returns the number of links between all bodies.

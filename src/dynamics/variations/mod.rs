@@ -13,6 +13,7 @@
 
 pub(super) mod collocation;
 pub(super) mod jacobian;
+pub(super) mod nominal;
 mod products;
 mod saltation;
 mod splitting;

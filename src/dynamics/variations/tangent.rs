@@ -1,6 +1,7 @@
 //! Conversion of tangent vectors from relative coordinates to those of the bodies.
 
 use super::Variations;
+use super::nominal::NominalChange;
 use crate::dynamics::State;
 use crate::math::Vec3;
 
@@ -11,8 +12,13 @@ impl Variations {
     /// Returns the transition matrix (12 N, 12 N) and the sensitivities (P, 12 N) to the parameters, from the
     /// matrix of tangent vectors in relative coordinates. The tangent vectors began at the state `start` and
     /// are now at the state `now`. For each body a tangent vector has position, velocity, rotation vector and
-    /// spin.
-    pub fn expand(&self, columns: &[f64], start: &State, now: &State) -> (Vec<f64>, Vec<f64>) {
+    /// spin. `nominal` says how the nominal barycentre changes with the state `start`.
+    pub fn expand(
+        &self,
+        columns: &[f64],
+        [start, now]: [&State; 2],
+        nominal: &NominalChange,
+    ) -> (Vec<f64>, Vec<f64>) {
         let (n, half) = (self.bodies, self.half());
         let size = TANGENT_SIZE * n;
         let mut transition = vec![0.0; size * size];
@@ -21,7 +27,8 @@ impl Variations {
             for kind in 0..4 {
                 for c in 0..3 {
                     combination.clear();
-                    let mut moved = [Vec3::zeros(); 2];
+                    let column = TANGENT_SIZE * body + 3 * kind + c;
+                    let mut moved = nominal.by(column);
                     let block = half * (kind % 2);
                     if kind >= 2 {
                         combination.push((block + self.turn(body) + c, 1.0));
@@ -32,10 +39,17 @@ impl Variations {
                                 combination.extend((1..n).map(|other| (block + 3 * (other - 1) + c, -1.0)))
                             }
                         }
-                        // The nominal barycentre moves, and with it the paths of third bodies.
-                        moved[kind][c] = self.share[body];
                     }
-                    let column = TANGENT_SIZE * body + 3 * kind + c;
+                    // The barycentre moves with the body, and the rest of its change is that of its offset from
+                    // the nominal one.
+                    if let Some(row) = self.barycentre() {
+                        let own = |part: usize, k: usize| {
+                            if (part, k) == (kind, c) { self.share[body] } else { 0.0 }
+                        };
+                        let offsets = (0..6)
+                            .map(|k| (half * (k / 3) + row + k % 3, own(k / 3, k % 3) - moved[k / 3][k % 3]));
+                        combination.extend(offsets.filter(|(_, offset)| *offset != 0.0));
+                    }
                     moved[0] += moved[1] * (now.time - start.time);
                     self.spread(columns, &combination, moved, |row, value| {
                         transition[row * size + column] = value;
@@ -67,6 +81,11 @@ impl Variations {
             self.spread(columns, &combination, moved, |row, value| out[row] = value);
         }
         (transition, sensitivity)
+    }
+
+    /// Returns how the nominal barycentre changes with a state that becomes the start of a motion.
+    pub fn nominal_at_start(&self, time: f64) -> NominalChange {
+        NominalChange::at_start(time, &self.share)
     }
 
     /// Returns the change of the mean position and velocity that follows from the change of the bodies' mass

@@ -17,6 +17,7 @@ from flows import (
 )
 from fullbody.errors import InvalidInput
 from mpmath import mp, mpf
+from scenes import pair
 from support import pair_of_points, worst
 
 
@@ -211,3 +212,23 @@ def test_units_of_a_tangent_vector():
     scaled = runs[0].transition[-1] * np.outer(factors, 1.0 / np.array(factors))
     size = np.abs(scaled).max(axis=1, keepdims=True)
     assert (np.abs(runs[1].transition[-1] - scaled) <= 1e-8 * size).all()
+
+
+@pytest.mark.parametrize(
+    "integrator", [fullbody.Verner98(rtol=1e-13, atol=1e-13), fullbody.SymplecticSplitting(step=0.02)]
+)
+def test_the_matrices_of_consecutive_runs_multiply_to_that_of_the_whole(integrator):
+    """Also beside a third body close in, whose path moves with the barycentre of the first state."""
+    elements = fullbody.KeplerElements(12.0, 0.3, 0.4, 1.0, 2.0, 0.3)
+    system, state = pair(forces=[fullbody.forces.ThirdBody(mu=30.0, orbit=elements, of="system", name="Sun")])
+    whole = system.integrate(state, 9.0, output="ends", integrator=integrator, derivatives=True).transition[-1]
+    simulation = fullbody.Simulation(system, state, integrator=integrator)
+    product, apart, last = np.eye(24), np.eye(24), state
+    for until in (3.0, 4.0, 9.0):
+        run = simulation.integrate(until, output="ends", derivatives=True)
+        product = run.transition[-1] @ product
+        again = system.integrate(last, until, output="ends", integrator=integrator, derivatives=True)
+        apart, last = again.transition[-1] @ apart, run[-1]
+    assert worst(product, whole) < 1e-10
+    # Runs that each begin with a nominal barycentre of their own are another motion.
+    assert worst(apart, whole) > 1e-6
