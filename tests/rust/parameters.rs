@@ -91,7 +91,7 @@ fn system(with: Numbers) -> System {
             name: name("table"),
             on: name("Rock"),
             pole: [0.0, 0.0, 1.0],
-            obliquity: vec![0.0, 1.0, 2.0, 3.0],
+            obliquity: vec![0.0, 1.0, 2.0, std::f64::consts::PI],
             along: vec![with.torques[0]; 4],
             across: [0.0, 1.0, 1.0, 0.0].map(|shape| shape * with.torques[1]).to_vec(),
         }),

@@ -405,11 +405,12 @@ class Problem:
             one, other = self.make(values), self.make(others)
         except REFUSALS:
             return False
-        if one.difference(other) is not None:
+        changes, unexplained = one.changes(other)
+        if unexplained is not None:
             return False
-        numbers = np.array([list(made.numbers.values()) for made in (one, other)])
-        apart = np.append(one.moved(other), numbers[1] - numbers[0])
-        return bool((np.abs(apart) <= 1e-9 * np.append(one.sizes(), np.abs(numbers[0]))).all())
+        apart = np.append(one.moved(other), changes)
+        sizes = np.append(one.sizes(), np.abs(list(one.parameters.values())))
+        return bool((np.abs(apart) <= 1e-9 * sizes).all())
 
     def linear_unknowns(self, point: Point) -> int:
         """Return the number of unknowns for which the predictions at a point are solved."""

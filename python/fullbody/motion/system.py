@@ -379,7 +379,7 @@ class System(Tabled):
           masses of both bodies, so that mu, ``"G"`` and masses act through it too.
         - ``"k2 of"`` and ``"lag of"`` a tide: only their product acts, so that a fit can free one of them.
         - ``"along of"`` and ``"across of"`` YORP are torques; YORP from a table has ``"factor of"`` instead, a factor
-          of both torques whose value is one. BYORP has ``"force of"``.
+          of both torques whose value is one. BYORP has ``"force of"``, along the motion.
 
         All are numbers in the system's own units. Other numbers of forces, such as the radius of a tide, are held
         fixed.

@@ -158,7 +158,7 @@ def numbers_of(column):
     return column.reshape(-1, 12)[:, [0, 1, 2, 3, 4, 5, 9, 10, 11]]
 
 
-@pytest.mark.parametrize("until", [UNTIL / 2, -UNTIL / 3])
+@pytest.mark.parametrize("until", [UNTIL / 2, -UNTIL / 2])
 def test_the_transition_matrix_has_the_jumps_at_switches(until):
     """Against differences of fourth order of runs whose switches move."""
     system, state = swinging()
