@@ -300,7 +300,7 @@ class Byorp(Force):
     on: int | str
     about: int | str
     force: Any = None
-    coefficient: float | None = None
+    coefficient: Any = None
     normalization: str | None = None
     pressure: Any = None
     radius: Any = None

@@ -136,9 +136,9 @@ def test_yorp(given, texts):
     ("given", "texts"),
     [
         ({"force": NAN}, ("force of Y", "nan")),
-        ({"force": [1.0, 2.0]}, ("force of Y", "[1.0, 2.0]", "a finite number, or three")),
-        ({"torque": 1.0}, ("torque of Y", "1.0", "three finite numbers")),
-        ({"torque": [1.0, NAN, 0.0]}, ("torque of Y", "nan", "three finite numbers")),
+        ({"force": [1.0, 2.0]}, ("force of Y", "(2,)", "a finite number, or three")),
+        ({"torque": 1.0}, ("torque of Y", "shape ()", "(3,)")),
+        ({"torque": [1.0, NAN, 0.0]}, ("torque of Y", "nan", "finite numbers")),
         ({"about": "B"}, ("on and about of Y", "B", "two bodies")),
         ({"about": "sun"}, ("about of Y", "'sun'", "A, B")),
     ],
