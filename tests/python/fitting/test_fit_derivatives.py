@@ -213,7 +213,7 @@ def test_the_parameters_of_a_system_change_as_a_setup_changes_it():
         return system, fullbody.State([[0.0] * 3, [9.0, 0.0, 0.0]], [[0.0] * 3] * 2)
 
     geometry = observing.Geometry([0.0, 10.0], to_observer=[1e3, 2e2, 3e2], light_time=False)
-    data = observing.Radar([1.0], range=[0.0], sigma=0.01, body=1, about=0, geometry=geometry)
+    data = observing.RadarAstrometry([1.0], range=[0.0], sigma=0.01, body=1, about=0, geometry=geometry)
     problem = Problem(setup, Parameters({"a": 1.0, "share": 1.0}), [data], None)
     values = problem.parameters.start
     found = problem._chain.at(problem.make(values), values)
