@@ -34,6 +34,7 @@ pub use events::{ConditionDerivatives, Crossings};
 pub use integrator::Integrator;
 pub use output::Output;
 pub use record::{StopReason, Trajectory};
-pub use run::{Progress, Run};
+pub use recorder::Run;
+pub use run::Progress;
 pub use simulation::Simulation;
 pub use tangent::TangentOptions;

@@ -5,10 +5,31 @@ use super::dense::{piece_at, state_within};
 use super::events::EventDetector;
 use super::output::Times;
 use super::tangent::{TangentOptions, Tangents};
-use super::{Dense, Event, Run, Simulation, StopReason, Trajectory};
+use super::{Dense, Event, Output, Simulation, StopReason, Trajectory};
 use crate::dynamics::{NominalChange, State};
 use crate::error::{Result, require_finite};
 use crate::interrupt::InterruptCheck;
+
+/// The options of a run.
+#[derive(Debug)]
+pub struct Run<'a, 'f> {
+    /// The times at which samples are recorded.
+    pub output: &'a Output,
+    /// The events that are searched for.
+    pub events: &'a mut [Event<'f>],
+    /// Whether the continuous solution is kept.
+    pub dense: bool,
+    /// Which tangent vectors are integrated beside the run.
+    pub tangent_options: &'a TangentOptions,
+}
+
+impl<'a, 'f> Run<'a, 'f> {
+    /// Makes the options of a run with samples at the times of `output`, without events, continuous solution,
+    /// derivatives or chaos indicators.
+    pub fn new(output: &'a Output) -> Self {
+        Self { output, events: &mut [], dense: false, tangent_options: &TangentOptions::NONE }
+    }
+}
 
 /// The recorder of a run, which advances a simulation and records its motion.
 pub(super) struct Recorder<'r, 'f> {

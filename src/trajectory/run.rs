@@ -1,8 +1,7 @@
-//! The runs of a simulation: their options, their steps until the end, and the hook in between.
+//! The runs of a simulation: their steps until the end, and the hook in between.
 
-use super::recorder::Recorder;
-use super::tangent::TangentOptions;
-use super::{Event, Output, Simulation, StopReason, Trajectory};
+use super::recorder::{Recorder, Run};
+use super::{Output, Simulation, StopReason, Trajectory};
 use crate::error::{Error, Result};
 use crate::interrupt::{HOOK_INTERVAL, InterruptCheck, UNITS};
 use std::ops::ControlFlow;
@@ -20,27 +19,6 @@ pub struct Progress {
     pub time: f64,
     /// The time at the end of the run.
     pub end: f64,
-}
-
-/// The options of a run.
-#[derive(Debug)]
-pub struct Run<'a, 'f> {
-    /// The times at which samples are recorded.
-    pub output: &'a Output,
-    /// The events that are searched for.
-    pub events: &'a mut [Event<'f>],
-    /// Whether the continuous solution is kept.
-    pub dense: bool,
-    /// Which tangent vectors are integrated beside the run.
-    pub tangent_options: &'a TangentOptions,
-}
-
-impl<'a, 'f> Run<'a, 'f> {
-    /// Makes the options of a run with samples at the times of `output`, without events, continuous solution,
-    /// derivatives or chaos indicators.
-    pub fn new(output: &'a Output) -> Self {
-        Self { output, events: &mut [], dense: false, tangent_options: &TangentOptions::NONE }
-    }
 }
 
 impl Simulation {

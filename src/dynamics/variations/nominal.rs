@@ -6,7 +6,6 @@
 //! matrix since then and N the derivatives by the earlier state, the derivatives by the present state are N
 //! T^-1. The transition matrices of consecutive runs then multiply to that of the whole.
 
-use super::tangent::TANGENT_SIZE;
 use crate::math::Vec3;
 use nalgebra::DMatrix;
 
@@ -20,11 +19,11 @@ pub struct NominalChange {
 
 impl NominalChange {
     /// Makes the derivatives at a state that becomes the start of a motion, from the masses relative to the
-    /// total mass.
-    pub(super) fn at_start(time: f64, share: &[f64]) -> Self {
-        let mut rows = DMatrix::zeros(6, TANGENT_SIZE * share.len());
+    /// total mass. Each body has `size` numbers, first position and velocity.
+    pub(super) fn at_start(time: f64, share: &[f64], size: usize) -> Self {
+        let mut rows = DMatrix::zeros(6, size * share.len());
         for (body, share) in share.iter().enumerate() {
-            (0..6).for_each(|c| rows[(c, TANGENT_SIZE * body + c)] = *share);
+            (0..6).for_each(|c| rows[(c, size * body + c)] = *share);
         }
         Self { time, rows }
     }

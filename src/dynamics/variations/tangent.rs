@@ -85,7 +85,7 @@ impl Variations {
 
     /// Returns how the nominal barycentre changes with a state that becomes the start of a motion.
     pub fn nominal_at_start(&self, time: f64) -> NominalChange {
-        NominalChange::at_start(time, &self.share)
+        NominalChange::at_start(time, &self.share, TANGENT_SIZE)
     }
 
     /// Returns the change of the mean position and velocity that follows from the change of the bodies' mass
