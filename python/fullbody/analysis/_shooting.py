@@ -100,7 +100,7 @@ def begun(system: System, pair: Pair, point: Point, time: float, count: int) -> 
             ]
             shooting.half[k] = int(np.argmin(misses))
         elif axis is not None and axis < 3:
-            w, *q = rotations.product(back * [1.0, -1.0, -1.0, -1.0], end.pose.attitude[k])
+            w, *q = rotations.product(rotations.inverse(back), end.pose.attitude[k])
             shooting.own[k] = 2 * np.arctan2(q[axis], w)
     return shooting, ends
 

@@ -41,6 +41,16 @@ def products(first: _Array, second: _Array) -> _Array:
     return np.concatenate([scalar, w * r + u * v + np.cross(v, r)], axis=-1)
 
 
+def inverse(quaternions: _Array) -> _Array:
+    """Return the quaternions (..., 4) of the turns back."""
+    return quaternions * [1.0, -1.0, -1.0, -1.0]
+
+
+def rates(attitudes: _Array, spins: _Array) -> _Array:
+    """Return the rates of change (..., 4) of attitudes (..., 4) that turn with spins (..., 3) in their body frames."""
+    return 0.5 * products(attitudes, np.insert(spins, 0, 0.0, axis=-1))
+
+
 def of_vectors(vectors: Any) -> _Array:
     """Return the quaternions (..., 4) of rotation vectors (..., 3), whose length is the angle in radians."""
     v = np.asarray(vectors, dtype=np.float64)
@@ -50,7 +60,7 @@ def of_vectors(vectors: Any) -> _Array:
 
 def between(first: _Array, second: _Array) -> _Array:
     """Return the shortest rotation vectors (..., 3), in the frame of the first, from attitudes (..., 4) to others."""
-    turn = products(first * [1.0, -1.0, -1.0, -1.0], second)
+    turn = products(inverse(first), second)
     scalar, vector = turn[..., :1], np.where(turn[..., :1] < 0.0, -turn[..., 1:], turn[..., 1:])
     sine = np.linalg.norm(vector, axis=-1, keepdims=True)
     angle = 2.0 * np.arctan2(sine, np.abs(scalar))

@@ -9,6 +9,7 @@ from typing import Any, ClassVar, NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
+from ..base import rotations
 from ..base.arguments import options_of, refuse_unknown
 from ..base.differences import difference
 from ..base.tables import Table, Tabled
@@ -45,14 +46,6 @@ class Errors(NamedTuple):
     covariance: _Array
     without_jitter: _Array
     design: _Array
-
-
-def _times_axis(quaternions: _Array, axis: int) -> _Array:
-    """Multiply quaternions (K, 4) by a unit vector of the body frame."""
-    vector = np.zeros(3)
-    vector[axis] = 1.0
-    scalar, own = quaternions[:, :1], quaternions[:, 1:]
-    return np.concatenate([-own @ vector[:, None], scalar * vector + np.cross(own, vector)], axis=1)
 
 
 class Observations(Tabled):
@@ -231,9 +224,9 @@ class Observations(Tabled):
             by = self._model(system, moved).imag / _STEP
             found[..., 12 * body : 12 * body + 6] = np.moveaxis(by, 0, -1)
             for axis in range(3 if self._depends_on_figures() else 0):
-                turned: dict[str, Any] = dict(states)
-                turned["attitude"] = states["attitude"].astype(np.complex128)
-                turned["attitude"][:, body] += 0.5j * _STEP * _times_axis(states["attitude"][:, body], axis)
+                attitude = states["attitude"].astype(np.complex128)
+                attitude[:, body] += 1j * _STEP * rotations.rates(states["attitude"][:, body], np.eye(3)[axis])
+                turned = {**states, "attitude": attitude}
                 found[..., 12 * body + 6 + axis] = self._model(system, turned).imag / _STEP
         return found, {name: self._partial(system, states, name) for name in parameters}
 

@@ -32,8 +32,7 @@ def along_body_axes(path: Any, bodies: Sequence[Body], attitude: _Array, spin: _
             continue
         turn = rotations.matrices(frame.attitude)
         spin[k] = turn @ spin[k]
-        back = frame.attitude * [1.0, -1.0, -1.0, -1.0]
-        attitude[k] = rotations.product(attitude[k], back)
+        attitude[k] = rotations.product(attitude[k], rotations.inverse(frame.attitude))
         angle = 2.0 * np.arctan2(np.linalg.norm(frame.attitude[1:]), abs(frame.attitude[0]))
         offset = float(np.linalg.norm(frame.position) / max(body.fitted_ellipsoid().semi_axes))
         if angle > _OFF or offset > _OFF:

@@ -50,17 +50,11 @@ def centres(place: Conventions, masses: _Array) -> Curve:
 
 def turns(place: Conventions) -> Curve:
     """Return the function to quaternions from the axes of J2000 to those of the bodies, without jumps of the sign."""
-    w, x, y, z = rotations.quaternion(place.axes)
-    left = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
+    axes = rotations.quaternion(place.axes)
 
     def curve(samples: dict[str, _Array]) -> tuple[_Array, _Array]:
-        q = samples["attitude"] @ left.T
-        half = samples["spin"] / (2.0 * place.second)
-        scalar, vector = q[..., :1], q[..., 1:]
-        product = scalar * half + np.cross(vector, half)
-        rate = np.concatenate([-np.sum(vector * half, axis=-1, keepdims=True), product], axis=-1)
-        conjugate = np.array([1.0, -1.0, -1.0, -1.0])
-        return q * conjugate, rate * conjugate
+        q = rotations.products(axes, samples["attitude"])
+        return rotations.inverse(q), rotations.inverse(rotations.rates(q, samples["spin"] / place.second))
 
     return curve
 

@@ -65,3 +65,21 @@ def test_volume_and_inertia_with_and_without_units():
         for name in ("density", "inertia"):
             with pytest.raises(InvalidInput, match="expected both or neither"):
                 getattr(mixed, name)
+
+
+def test_rates_are_those_of_a_uniform_turn():
+    rng = np.random.default_rng(5)
+    attitudes, spins = rng.normal(size=(6, 4)), rng.normal(size=(6, 3))
+    attitudes /= np.linalg.norm(attitudes, axis=1, keepdims=True)
+    step = 1e-3
+    # A difference of the second order, extrapolated.
+    ahead, back, far, farther = (
+        rotations.products(attitudes, rotations.of_vectors(by * spins)) for by in (step, -step, 2 * step, -2 * step)
+    )
+    expected = (8.0 * (ahead - back) - (far - farther)) / (12.0 * step)
+    assert np.abs(rotations.rates(attitudes, spins) - expected).max() < 1e-11
+
+
+def test_inverse_undoes_a_turn():
+    turn = rotations.about([1.0, 2.0, -0.5], 0.7)
+    np.testing.assert_allclose(rotations.product(rotations.inverse(turn), turn), [1.0, 0.0, 0.0, 0.0], atol=1e-15)
