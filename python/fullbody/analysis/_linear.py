@@ -23,8 +23,7 @@ def kernel(matrix: Array, tolerance: float = 1e-10) -> Array:
     """Return orthonormal columns that span the null space of a matrix."""
     _, values, rows = np.linalg.svd(matrix)
     rank = int(np.sum(values > tolerance * values.max(initial=0.0))) if len(values) else 0
-    found: Array = rows[rank:].T
-    return found
+    return rows[rank:].T
 
 
 def complement(vectors: Array) -> Array:
@@ -60,8 +59,7 @@ class Rotation:
     @property
     def turning(self) -> Array:
         """The angular velocity Omega in both body frames (2, 3)."""
-        found: Array = np.einsum("kji,j->ki", self.pose.rotation, self.omega)
-        return found
+        return np.einsum("kji,j->ki", self.pose.rotation, self.omega)
 
     def axis(self, body: int) -> Array:
         """Return the unit vector e_k (3,) of a body's additional spin in its frame; for a sphere it is along Omega."""
@@ -73,14 +71,12 @@ class Rotation:
     @property
     def spins(self) -> Array:
         """Return the angular velocities (2, 3) of the bodies in their frames."""
-        found: Array = self.turning + np.array([self.spin[k] * self.axis(k) for k in range(2)])
-        return found
+        return self.turning + np.array([self.spin[k] * self.axis(k) for k in range(2)])
 
     @property
     def momenta(self) -> Array:
         """Return the angular momenta pi_k (2, 3) of the bodies in their frames."""
-        found: Array = self.pair.inertia * self.spins
-        return found
+        return self.pair.inertia * self.spins
 
     @property
     def velocity(self) -> Array:
@@ -91,8 +87,7 @@ class Rotation:
     def angular_momentum(self) -> Array:
         """The total angular momentum (3,)."""
         turned = np.einsum("kij,kj->i", self.pose.rotation, self.momenta)
-        found: Array = self.pair.mass * cross(self.pose.r) @ self.velocity + turned
-        return found
+        return self.pair.mass * cross(self.pose.r) @ self.velocity + turned
 
     @property
     def energy(self) -> float:
@@ -238,5 +233,4 @@ class Rotation:
 
 def even(rows: Array) -> Array:
     """Return the rows scaled to length one."""
-    found: Array = rows / np.linalg.norm(rows, axis=1, keepdims=True)
-    return found
+    return rows / np.linalg.norm(rows, axis=1, keepdims=True)

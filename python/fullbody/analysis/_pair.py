@@ -111,8 +111,7 @@ class Pair:
         with explaining(self.context, state):
             full = self.context.core.jacobian(state, [])[0]
         rows, columns = [6, 7, 8, 3, 4, 5, 9, 10, 11], [6, 7, 8, 3, 4, 5, 9, 10, 11]
-        found: Array = full[np.ix_(rows, columns)]
-        return found
+        return full[np.ix_(rows, columns)]
 
     def is_point(self, body: int) -> bool:
         """Return whether a body is a point, which has no attitude."""

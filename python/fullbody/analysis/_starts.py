@@ -104,8 +104,7 @@ class Scan:
         above = self.angular_momentum >= value
         places = np.flatnonzero(above[1:] != above[:-1])
         d, j = self.separation, self.angular_momentum
-        found: Array = d[places] + (value - j[places]) / (j[places + 1] - j[places]) * (d[places + 1] - d[places])
-        return found
+        return d[places] + (value - j[places]) / (j[places + 1] - j[places]) * (d[places + 1] - d[places])
 
 
 def scan(problem: Problem, axes: Axes, touching: float, until: float) -> Scan:

@@ -76,33 +76,28 @@ class Branch(Tabled):
     @cached_property
     def separation(self) -> Floats:
         """Distances (K,) between the centres."""
-        found: Floats = self._column("separation", "length")
-        return found
+        return self._column("separation", "length")
 
     @cached_property
     def rate(self) -> Floats:
         """Rates (K,) at which the pair turns."""
-        found: Floats = self._column("rate", "spin")
-        return found
+        return self._column("rate", "spin")
 
     @cached_property
     def angular_momentum(self) -> Floats:
         """Total angular momenta (K,)."""
-        found: Floats = self._column("angular_momentum", "angular momentum")
-        return found
+        return self._column("angular_momentum", "angular momentum")
 
     @cached_property
     def energy(self) -> Floats:
         """Total energies (K,)."""
-        found: Floats = self._column("energy", "energy")
-        return found
+        return self._column("energy", "energy")
 
     @cached_property
     def frequency(self) -> Floats:
         """Frequencies (K, M) of the modes, ascending; zero for modes that grow without oscillating."""
         plain = [np.asarray(getattr(f, "value", f)) for f in (one.modes.frequency for one in self.equilibria)]
-        found: Floats = self.equilibria[0].system.context.units.attach(np.array(plain), "spin")
-        return found
+        return self.equilibria[0].system.context.units.attach(np.array(plain), "spin")
 
     @cached_property
     def linearly_stable(self) -> npt.NDArray[np.bool_]:
@@ -245,8 +240,7 @@ def branch(
 
 def _tangent(problem: Problem, rotation: Rotation) -> Array:
     """Return the unit vector (10,) along which the equilibria continue, in the units of :meth:`Problem.scales`."""
-    found: Array = np.linalg.svd(problem.equations(rotation)[0])[2][-1]
-    return found
+    return np.linalg.svd(problem.equations(rotation)[0])[2][-1]
 
 
 def _slope(problem: Problem, rotation: Rotation, tangent: Array, quantity: Any) -> float:

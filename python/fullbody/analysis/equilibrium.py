@@ -56,32 +56,27 @@ class RelativeEquilibrium(Tabled):
     @property
     def separation(self) -> Scalar:
         """Distance between the centres."""
-        found: Scalar = self.system.context.units.attach(self.rotation.pose.distance, "length")
-        return found
+        return self.system.context.units.attach(self.rotation.pose.distance, "length")
 
     @property
     def rate(self) -> Scalar:
         """Rate Omega at which the pair turns, in radians per unit of time."""
-        found: Scalar = self.system.context.units.attach(self.rotation.rate, "spin")
-        return found
+        return self.system.context.units.attach(self.rotation.rate, "spin")
 
     @property
     def period(self) -> Scalar:
         """Period of the rotation, 2 pi divided by the rate."""
-        found: Scalar = self.system.context.units.attach(2 * np.pi / self.rotation.rate, "time")
-        return found
+        return self.system.context.units.attach(2 * np.pi / self.rotation.rate, "time")
 
     @cached_property
     def angular_momentum(self) -> Scalar:
         """Total angular momentum about the barycentre, which is along z."""
-        found: Scalar = self.system.context.units.attach(float(self.rotation.angular_momentum[2]), "angular momentum")
-        return found
+        return self.system.context.units.attach(float(self.rotation.angular_momentum[2]), "angular momentum")
 
     @cached_property
     def energy(self) -> Scalar:
         """Total energy with the barycentre at rest."""
-        found: Scalar = self.system.context.units.attach(self.rotation.energy, "energy")
-        return found
+        return self.system.context.units.attach(self.rotation.energy, "energy")
 
     @property
     def locked(self) -> tuple[str, ...]:
@@ -135,8 +130,7 @@ class RelativeEquilibrium(Tabled):
         return (Table("Relative equilibrium", (), list(rows)), *tables_of(self.modes))
 
     def _spin(self, body: int) -> Scalar:
-        found: Scalar = self.system.context.units.attach(self.problem.spin[body], "spin")
-        return found
+        return self.system.context.units.attach(self.problem.spin[body], "spin")
 
     def __repr__(self) -> str:
         free = [

@@ -46,20 +46,17 @@ class Touching(Tabled):
     @property
     def separation(self) -> Scalar:
         """Distance between the centres."""
-        found: Scalar = self.system.context.units.attach(self._numbers["separation"], "length")
-        return found
+        return self.system.context.units.attach(self._numbers["separation"], "length")
 
     @property
     def rate(self) -> Scalar:
         """Rate at which the pair turns, in radians per unit of time."""
-        found: Scalar = self.system.context.units.attach(self._numbers["rate"], "spin")
-        return found
+        return self.system.context.units.attach(self._numbers["rate"], "spin")
 
     @property
     def energy(self) -> Scalar:
         """Total energy with the barycentre at rest."""
-        found: Scalar = self.system.context.units.attach(self._numbers["energy"], "energy")
-        return found
+        return self.system.context.units.attach(self._numbers["energy"], "energy")
 
     @property
     def rests(self) -> bool:

@@ -71,8 +71,7 @@ class Modes(Tabled):
         """Periods (M,) of the modes, 2 pi divided by the frequency; infinite where the frequency is zero."""
         with np.errstate(divide="ignore"):
             plain = 2 * np.pi / np.asarray(getattr(self.frequency, "value", self.frequency))
-        found: Floats = self.system.context.units.attach(plain, "time")
-        return found
+        return self.system.context.units.attach(plain, "time")
 
     def excited(self, mode: int, amplitude: float, phase: float = 0.0) -> State:
         """Return the state of the equilibrium with one mode added, to first order.

@@ -58,15 +58,13 @@ class PeriodicOrbit(Tabled):
     @property
     def period(self) -> Scalar:
         """The time after which the motion repeats."""
-        found: Scalar = self.system.context.units.attach(self._shooting.period, "time")
-        return found
+        return self.system.context.units.attach(self._shooting.period, "time")
 
     @property
     def turn(self) -> Scalar:
         """The angle, -pi to pi, by which the pair has turned about the angular momentum after a period."""
         angle = float(np.remainder(self._shooting.angle + np.pi, 2 * np.pi) - np.pi)
-        found: Scalar = self.system.context.units.attach(angle, "angle")
-        return found
+        return self.system.context.units.attach(angle, "angle")
 
     @property
     def half_turns(self) -> dict[str, str]:
@@ -81,15 +79,13 @@ class PeriodicOrbit(Tabled):
     def energy(self) -> Scalar:
         """Total energy with the barycentre at rest."""
         value = self._shooting.points[0].energy(self._shooting.pair)
-        found: Scalar = self.system.context.units.attach(value, "energy")
-        return found
+        return self.system.context.units.attach(value, "energy")
 
     @cached_property
     def angular_momentum(self) -> Scalar:
         """Total angular momentum, which is along z."""
         value = float(self._shooting.points[0].angular_momentum(self._shooting.pair)[2])
-        found: Scalar = self.system.context.units.attach(value, "angular momentum")
-        return found
+        return self.system.context.units.attach(value, "angular momentum")
 
     @cached_property
     def monodromy(self) -> Array:
@@ -126,8 +122,7 @@ class PeriodicOrbit(Tabled):
         still = kernel(even(np.array(rows) * units))
         basis = still @ complement(even((still.T @ (moves / units[:, np.newaxis])).T).T)
         values = np.linalg.eigvals(basis.T @ (self.monodromy * units / units[:, np.newaxis]) @ basis)
-        found: npt.NDArray[np.complex128] = values[np.argsort(-np.abs(values), kind="stable")].astype(np.complex128)
-        return found
+        return values[np.argsort(-np.abs(values), kind="stable")].astype(np.complex128)
 
     @property
     def linearly_stable(self) -> bool:

@@ -86,8 +86,7 @@ class Frame:
 
     def jacobi(self, x: _Numbers) -> _Numbers:
         """Return Jacobi's constant at rest at points (..., 3) of the frame."""
-        value: _Numbers = 2.0 * self.gravity(x).potential + self.rate**2 * (x[..., 0] ** 2 + x[..., 1] ** 2)
-        return value
+        return 2.0 * self.gravity(x).potential + self.rate**2 * (x[..., 0] ** 2 + x[..., 1] ** 2)
 
     def gravity(self, x: _Numbers) -> Gravity:
         """Return gravity as numbers, at points of the frame and along inertial axes."""

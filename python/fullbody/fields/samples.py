@@ -78,5 +78,4 @@ def _within(part: Any, points: _Numbers) -> npt.NDArray[np.bool_]:
     gradient = np.empty((len(local), 3, 3))
     alone.gravity(centre, unturned, None, local, [len(local)], None, [gradient])
     volume = shape.volume if isinstance(shape, _core.Polyhedron) else 4.0 / 3.0 * np.pi * np.prod(shape)
-    inside: npt.NDArray[np.bool_] = np.trace(gradient, axis1=1, axis2=2) < -2.0 * np.pi * mass / volume
-    return inside
+    return np.trace(gradient, axis1=1, axis2=2) < -2.0 * np.pi * mass / volume

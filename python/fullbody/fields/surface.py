@@ -61,8 +61,7 @@ class SurfaceField(ArrayFields):
     @property
     def surface_acceleration(self) -> Array:
         """Magnitudes (S,) of the acceleration."""
-        size: Array = np.sqrt((self.acceleration**2).sum(axis=-1))
-        return size
+        return np.sqrt((self.acceleration**2).sum(axis=-1))
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -73,20 +73,17 @@ class Synodic:
     @property
     def rate(self) -> Scalar:
         """Angular velocity of the frame."""
-        rate: Scalar = self._units.attach(self.frame.rate, "spin")
-        return rate
+        return self._units.attach(self.frame.rate, "spin")
 
     @property
     def separation(self) -> Scalar:
         """Distance between the centres."""
-        distance: Scalar = self._units.attach(self.frame.distance, "length")
-        return distance
+        return self._units.attach(self.frame.distance, "length")
 
     @property
     def position(self) -> Array:
         """Positions (2, 3) of the bodies' centres in the frame."""
-        centres: Array = self._units.attach(self.frame.centres, "length")
-        return centres
+        return self._units.attach(self.frame.centres, "length")
 
     def to_inertial(self, points: Any, velocity: Any = None) -> tuple[Array, Array]:
         """Convert points of the frame, with velocities relative to it or at rest, to inertial positions and velocities.
@@ -122,8 +119,7 @@ class Synodic:
         found = self.frame.jacobi(points_in(points, self._units))
         if velocity is not None:
             found = found - (self._units.strip(velocity, "velocity", "velocity") ** 2).sum(axis=-1)
-        constant: Array = self._units.attach(found, "potential")
-        return constant
+        return self._units.attach(found, "potential")
 
     def equilibria(self) -> list[Equilibrium]:
         """Find the points outside of the bodies where a particle can rest, and the linear motion about them.

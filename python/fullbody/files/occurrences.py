@@ -155,5 +155,4 @@ def _rebuild(described: dict[str, Any]) -> Event:
     kind = parameters.pop("kind")
     if kind not in _KINDS:
         raise InvalidInput(f"event is {kind!r}; expected one of {', '.join(_KINDS)}")
-    event: Event = getattr(events, kind)(**parameters)
-    return event
+    return getattr(events, kind)(**parameters)

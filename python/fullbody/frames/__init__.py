@@ -104,8 +104,7 @@ def rotate(vectors: Any, origin: Any, target: Any) -> Array:
     >>> fullbody.frames.rotate([0.0, 0.0, 1.0], "ecliptic", "equatorial")[1:].round(6)
     array([-0.397777,  0.917482])
     """
-    turned: Array = _vectors(vectors, "vectors") @ rotation(origin, target).T
-    return turned
+    return _vectors(vectors, "vectors") @ rotation(origin, target).T
 
 
 def rotate_state(state: State, origin: Any, target: Any) -> State:

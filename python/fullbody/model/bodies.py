@@ -93,8 +93,7 @@ class Body(Tabled):
     @property
     def mass(self) -> Scalar:
         """Mass as given, or density times volume; for a composite the sum of the masses of its parts."""
-        mass: Scalar = self._mass if self._mass is not None else self._own("mass", "mass")
-        return mass
+        return self._mass if self._mass is not None else self._own("mass", "mass")
 
     @property
     def density(self) -> Scalar | None:

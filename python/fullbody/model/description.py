@@ -89,8 +89,7 @@ def changed(system: _System, parameter: str, by: float) -> _System:
             # A sphere with one changed semi-axis is an ellipsoid.
             note.pop("shape", None)
     described["notes"]["bodies"] = notes
-    made: _System = cast(Any, type(system))(**arguments(described, functions(system)))
-    return made
+    return cast(Any, type(system))(**arguments(described, functions(system)))
 
 
 def _noted(parts: list[Any], notes: dict[str, Any], what: str) -> list[tuple[Any, dict[str, Any]]]:

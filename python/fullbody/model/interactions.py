@@ -149,12 +149,10 @@ def energy(system: SystemLike, state: State) -> Energy:
 def momentum(system: SystemLike, state: State) -> Array:
     """Return the total momentum (3,) of a state in the inertial frame."""
     context = system.context
-    total: Array = context.units.attach(context.core.momentum(strip(state, context)), "momentum")
-    return total
+    return context.units.attach(context.core.momentum(strip(state, context)), "momentum")
 
 
 def angular_momentum(system: SystemLike, state: State) -> Array:
     """Return the total angular momentum (3,) about the origin, inertial frame: the paper's ``eq:Total_angmom``."""
     context = system.context
-    total: Array = context.units.attach(context.core.angular_momentum(strip(state, context)), "angular momentum")
-    return total
+    return context.units.attach(context.core.angular_momentum(strip(state, context)), "angular momentum")

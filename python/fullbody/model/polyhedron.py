@@ -101,8 +101,7 @@ class Polyhedron:
     def volume(self) -> Scalar:
         """Volume of the solid."""
         volume: Any = self._made.volume
-        cubed: Scalar = volume * self._vertices.unit**3 if is_quantity(self._vertices) else volume
-        return cubed
+        return volume * self._vertices.unit**3 if is_quantity(self._vertices) else volume
 
     @classmethod
     def load(cls, path: str | PathLike[str], unit: Any = None, *, heal: bool = False) -> Polyhedron:

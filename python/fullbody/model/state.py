@@ -199,14 +199,12 @@ class State(Tabled):
         return value << self.units[name] if name in self.units else value
 
     def _array(self, name: str) -> Array:
-        array: Array = self._get(name)
-        return array
+        return self._get(name)
 
     @property
     def time(self) -> Scalar:
         """Time of the state."""
-        time: Scalar = self._get("time")
-        return time
+        return self._get("time")
 
     @property
     def position(self) -> Array:

@@ -116,8 +116,7 @@ def integrate(
         derivatives=derivatives,
         chaos=chaos,
     )
-    run: Run[S] = advance(core, task, progress, autosave)
-    return run
+    return advance(core, task, progress, autosave)
 
 
 def integrator_of(integrator: Integrator | None) -> Integrator:

@@ -100,8 +100,7 @@ class Simulation:
     @property
     def time(self) -> Scalar:
         """Present time."""
-        time: Scalar = self._system.context.units.attach(self._core.time, "time")
-        return time
+        return self._system.context.units.attach(self._core.time, "time")
 
     @property
     def state(self) -> State:
@@ -248,8 +247,7 @@ class Simulation:
                 derivatives=derivatives,
                 chaos=chaos,
             )
-            run: Run[System] = advance(core, task, progress, autosave)
-            return run
+            return advance(core, task, progress, autosave)
 
     def save(self, path: Any) -> None:
         """Write the simulation to a file, exactly and atomically; :meth:`load` reads it.

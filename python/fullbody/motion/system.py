@@ -150,8 +150,7 @@ class System(Tabled):
     @property
     def G(self) -> Scalar:
         """Gravitational constant."""
-        constant: Scalar = self.context.units.attach(self.context.G, "G")
-        return constant
+        return self.context.units.attach(self.context.G, "G")
 
     @property
     def units(self) -> tuple[str, str, str] | None:
@@ -189,8 +188,7 @@ class System(Tabled):
     @property
     def masses(self) -> Array:
         """Masses (N,)."""
-        masses: Array = self.context.units.attach(self.context.masses, "mass")
-        return masses
+        return self.context.units.attach(self.context.masses, "mass")
 
     def mu(self, body: int | str = 1, about: int | str = 0) -> Scalar:
         """Return G times the sum of two masses.

@@ -207,8 +207,7 @@ class RelativeMotion:
     def relative_spin(self) -> _Array:
         """The body's angular velocity (K, 3) less that of the line to the other body, inertial frame."""
         turn = np.linalg.norm(np.cross(self.r, self.v), axis=1) / np.sum(self.r**2, axis=1)
-        spin: _Array = np.einsum("kij,kj->ki", self.matrix, self.spin) - turn[:, None] * self.normal
-        return spin
+        return np.einsum("kij,kj->ki", self.matrix, self.spin) - turn[:, None] * self.normal
 
     def rate(self, value: Any) -> Any:
         return self.units.attach(value, "spin")
@@ -228,8 +227,7 @@ class RelativeMotion:
         size = np.linalg.norm(self.spin, axis=1)
         if not np.all(size > 0.0):
             raise InvalidInput("the body does not spin; it has no pole of rotation")
-        direction: _Array = np.einsum("kij,kj->ki", self.matrix, self.spin / size[:, None])
-        return direction
+        return np.einsum("kij,kj->ki", self.matrix, self.spin / size[:, None])
 
     def mean_rate(self, values: _Array) -> float:
         """Return the mean rate of an angle that changes with every revolution."""

@@ -153,8 +153,7 @@ def _gone(run: Record, body: int, about: int, limit: float) -> npt.NDArray[np.bo
     arrays = run.arrays
     r, v = (arrays[name][:, body] - arrays[name][:, about] for name in ("position", "velocity"))
     distance, mu = np.linalg.norm(r, axis=1), run.context.mu(body, about)
-    gone: npt.NDArray[np.bool_] = (distance > limit) & (np.sum(v * v, axis=1) * distance > 2.0 * mu)
-    return gone
+    return (distance > limit) & (np.sum(v * v, axis=1) * distance > 2.0 * mu)
 
 
 def drift(run: Record) -> Drift:

@@ -99,8 +99,7 @@ def spin_precession(run: Record, *, axis: Any = None, body: int | str = 0, about
             f"the pole of {motion.name} stays within {np.minimum(angle, np.pi - angle).max():.1g} rad of the axis; "
             f"expected {NEAREST:g} or more to tell how it goes about it"
         )
-    found: Scalar = motion.rate(np.float64(rate))
-    return found
+    return motion.rate(np.float64(rate))
 
 
 def obliquity(run: Record, *, body: int | str = 1, about: int | str = 0) -> Array:
@@ -127,8 +126,7 @@ def obliquity(run: Record, *, body: int | str = 1, about: int | str = 0) -> Arra
     """
     motion = RelativeMotion(run, body, about, 1, "an obliquity")
     sine = np.linalg.norm(np.cross(motion.pole, motion.normal), axis=1)
-    found: Array = motion.angle(np.arctan2(sine, np.sum(motion.pole * motion.normal, axis=1)))
-    return found
+    return motion.angle(np.arctan2(sine, np.sum(motion.pole * motion.normal, axis=1)))
 
 
 def roll_pitch_yaw(run: Record, *, body: int | str = 1, about: int | str = 0) -> Array:
@@ -168,8 +166,7 @@ def roll_pitch_yaw(run: Record, *, body: int | str = 1, about: int | str = 0) ->
     relative = in_orbit_frame(motion)
     if relative[0, 0, 0] < 0.0:
         relative = relative * np.array([-1.0, -1.0, 1.0])
-    found: Array = motion.angle(angles(relative))
-    return found
+    return motion.angle(angles(relative))
 
 
 def libration(run: Record, *, body: int | str = 1, about: int | str = 0, n: int = 3) -> Libration:
@@ -260,15 +257,13 @@ def _between(motion: RelativeMotion, angle: _Array) -> _Array:
     spline = signal.scipy_module("interpolate").CubicSpline
     order = np.argsort(motion.time)
     together = angle + motion.longitude_at(motion.time)[0]
-    found: _Array = spline(motion.time[order], together[order])(motion.path.time) - motion.longitude[0]
-    return found
+    return spline(motion.time[order], together[order])(motion.path.time) - motion.longitude[0]
 
 
 def in_orbit_frame(motion: RelativeMotion) -> _Array:
     """Return the body's attitude (K, 3, 3) in its orbit's frame, after checking that samples are close enough."""
     motion.check_rotation(np.linalg.norm(motion.relative_spin, axis=1), np.pi, motion.what)
-    relative: _Array = np.einsum("kji,kjl->kil", orbit_frame(motion), motion.matrix)
-    return relative
+    return np.einsum("kji,kjl->kil", orbit_frame(motion), motion.matrix)
 
 
 def angles(relative: _Array) -> _Array:

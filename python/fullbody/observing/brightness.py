@@ -199,8 +199,7 @@ def brightness(
     """
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
     found = photometer.brightness(*_at(system, state, to_observer, to_sun))
-    area: Array = system.context.units.attach(found[0], "area")
-    return area
+    return system.context.units.attach(found[0], "area")
 
 
 def brightness_derivatives(
@@ -271,8 +270,7 @@ def _epochs(
 
 def _phase_angle(to_observer: _Array, to_sun: _Array) -> _Array:
     across = np.linalg.norm(np.cross(to_observer, to_sun), axis=-1)
-    angle: _Array = np.arctan2(across, np.sum(to_observer * to_sun, axis=-1))
-    return angle
+    return np.arctan2(across, np.sum(to_observer * to_sun, axis=-1))
 
 
 def _by_name(value: Any, names: tuple[str, ...], what: str) -> list[Any]:

@@ -196,8 +196,7 @@ class HG:
         """Return the factor of the brightness at phase angles in radians."""
         half = np.tan(0.5 * numbers(angle, "phase angle"))
         first, second = (np.exp(-a * half**b) for a, b in ((3.33, 0.63), (1.87, 1.22)))
-        found: _Array = (1.0 - self.G) * first + self.G * second
-        return found
+        return (1.0 - self.G) * first + self.G * second
 
 
 @dataclass(frozen=True)
@@ -221,8 +220,7 @@ class HG1G2:
     def __call__(self, angle: Any) -> _Array:
         """Return the factor of the brightness at phase angles in radians."""
         basis = _basis_of_hg1g2(numbers(angle, "phase angle"))
-        found: _Array = self.G1 * basis[0] + self.G2 * basis[1] + (1.0 - self.G1 - self.G2) * basis[2]
-        return found
+        return self.G1 * basis[0] + self.G2 * basis[1] + (1.0 - self.G1 - self.G2) * basis[2]
 
 
 @cache

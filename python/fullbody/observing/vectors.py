@@ -126,13 +126,11 @@ class Vectors:
         ndarray or Quantity, (..., 3)
             Vectors in the geometry's frame; Quantities in km if the vectors were given with units.
         """
-        found: Array = self._attached(self._at(self._observer, self._axis(times)))
-        return found
+        return self._attached(self._at(self._observer, self._axis(times)))
 
     def to_sun(self, times: Any) -> Array:
         """Return vectors from the system's barycentre to the Sun, in the form of :meth:`to_observer`."""
-        found: Array = self._attached(self._at(self._known_sun(), self._axis(times)))
-        return found
+        return self._attached(self._at(self._known_sun(), self._axis(times)))
 
     def phase_angle(self, times: Any) -> Any:
         """Return the angle between the directions to the observer and to the Sun, in radians.
@@ -250,8 +248,7 @@ def local_geometry(geometry: Vectors, system: SystemLike) -> SystemGeometry:
     key = ("system", system.context.epoch, system.context.units.names, system.context.frame)
     if key not in geometry._known:
         geometry._known[key] = SystemGeometry(geometry, system)
-    found: SystemGeometry = geometry._known[key]
-    return found
+    return geometry._known[key]
 
 
 class SystemGeometry:

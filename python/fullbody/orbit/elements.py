@@ -273,8 +273,7 @@ class KeplerElements(Generic[_T], Tabled):
         rows, shape = self._rows(_in(length, self.a, "a"))
         period = _core.period(rows, mu).reshape(shape)
         value: Any = float(period) if period.ndim == 0 else period
-        found: _T = value if length is None else value / rate
-        return found
+        return value if length is None else value / rate
 
     def __len__(self) -> int:
         shape = np.broadcast_shapes(*(np.shape(getattr(self, name)) for name in ("a", "e", *_ANGLES)))

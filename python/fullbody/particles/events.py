@@ -123,5 +123,4 @@ def rebuilt(described: dict[str, Any]) -> ParticleEvent:
         return Function(UnstoredFunction(str(options.pop("name")), "give it in events= of another flight"), **options)
     if kind not in ("Shadow", "Periapsis"):
         raise InvalidInput(f"event is {kind!r}; expected one of Function, Periapsis, Shadow")
-    event: ParticleEvent = {"Shadow": Shadow, "Periapsis": Periapsis}[kind](**options)
-    return event
+    return {"Shadow": Shadow, "Periapsis": Periapsis}[kind](**options)

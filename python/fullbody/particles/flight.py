@@ -113,20 +113,17 @@ class Flight(Tabled, Generic[S]):
     @property
     def fate(self) -> npt.NDArray[np.str_]:
         """The fate (P,) of each particle, as a text."""
-        found: npt.NDArray[np.str_] = np.array(FATES)[self.arrays["fate"]]
-        return found
+        return np.array(FATES)[self.arrays["fate"]]
 
     @property
     def fate_body(self) -> npt.NDArray[np.int32]:
         """Index (P,) of the body on which each particle ended; -1 if there is none."""
-        found: npt.NDArray[np.int32] = self.arrays["fate_body"]
-        return found
+        return self.arrays["fate_body"]
 
     @property
     def strikes(self) -> npt.NDArray[np.uint32]:
         """Number of times (P,) that each particle has struck a surface."""
-        found: npt.NDArray[np.uint32] = self.arrays["strikes"]
-        return found
+        return self.arrays["strikes"]
 
     @property
     def events(self) -> list[ParticleOccurrence]:

@@ -101,8 +101,7 @@ class Plots:
         """
         from .orbit import orbit
 
-        drawn: Axes = orbit(self._run, ax, about=self._place(about, "about"), plane=plane, shapes=shapes, **kwargs)
-        return drawn
+        return orbit(self._run, ax, about=self._place(about, "about"), plane=plane, shapes=shapes, **kwargs)
 
     def elements(
         self, ax: Any = None, *, mu: Any = None, body: int | str = 1, about: int | str = 0, **kwargs: Any
@@ -125,8 +124,7 @@ class Plots:
         from .elements import elements
 
         places = {"body": self._place(body, "body"), "about": self._place(about, "about")}
-        drawn: ArrayOfAxes = elements(self._run, kwargs.pop("axes", ax), mu=mu, **places, **kwargs)
-        return drawn
+        return elements(self._run, kwargs.pop("axes", ax), mu=mu, **places, **kwargs)
 
     def spins(
         self, ax: Any = None, *, bodies: Sequence[int | str] | None = None, frame: str = "body", **kwargs: Any
@@ -150,10 +148,7 @@ class Plots:
         """
         from .spins import spins
 
-        drawn: ArrayOfAxes = spins(
-            self._run, kwargs.pop("axes", ax), bodies=self._places(bodies), frame=frame, **kwargs
-        )
-        return drawn
+        return spins(self._run, kwargs.pop("axes", ax), bodies=self._places(bodies), frame=frame, **kwargs)
 
     def angles(self, ax: Any = None, *, bodies: Sequence[int | str] | None = None, **kwargs: Any) -> ArrayOfAxes:
         """Draw Tait-Bryan angles against time, in degrees: a row per body, with phi and theta in one panel, psi in
@@ -174,8 +169,7 @@ class Plots:
         """
         from .angles import angles
 
-        drawn: ArrayOfAxes = angles(self._run, kwargs.pop("axes", ax), bodies=self._places(bodies), **kwargs)
-        return drawn
+        return angles(self._run, kwargs.pop("axes", ax), bodies=self._places(bodies), **kwargs)
 
     def libration(self, ax: Any = None, *, body: int | str = 1, about: int | str = 0, **kwargs: Any) -> Axes:
         """Draw roll, pitch and yaw of a body in its orbit's frame against time, in degrees.
@@ -204,8 +198,7 @@ class Plots:
         from .libration import libration
 
         places = {"body": self._place(body, "body"), "about": self._place(about, "about")}
-        drawn: Axes = libration(self._run, ax, **places, **kwargs)
-        return drawn
+        return libration(self._run, ax, **places, **kwargs)
 
     def energy(self, ax: Any = None, **kwargs: Any) -> Axes:
         """Draw the drift of the energy, relative to the total and to the orbit's energy, and of the angular momentum.
@@ -227,8 +220,7 @@ class Plots:
         """
         from .energy import energy
 
-        drawn: Axes = energy(self._run, ax, **kwargs)
-        return drawn
+        return energy(self._run, ax, **kwargs)
 
     def work(self, ax: Any = None, **kwargs: Any) -> Axes:
         """Draw the energy that each external force has added since the start of the run.
@@ -255,8 +247,7 @@ class Plots:
         """
         from .work import work
 
-        drawn: Axes = work(self._run, ax, **kwargs)
-        return drawn
+        return work(self._run, ax, **kwargs)
 
     def scene(
         self, time: Any = None, ax: Any = None, *, path: bool = True, geometry: Geometry | None = None, **kwargs: Any
@@ -290,8 +281,7 @@ class Plots:
         """
         from .scene import scene
 
-        drawn: Axes3D = scene(self._run, time, ax, path=path, geometry=geometry, **kwargs)
-        return drawn
+        return scene(self._run, time, ax, path=path, geometry=geometry, **kwargs)
 
     def light_curve(
         self,

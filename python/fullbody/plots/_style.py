@@ -62,8 +62,7 @@ def line(index: int, kwargs: dict[str, Any]) -> dict[str, Any]:
 def wishes(kwargs: dict[str, Any], artist: str = "lines.Line2D") -> dict[str, Any]:
     """Return the caller's options under their long names, since matplotlib accepts no option under two names."""
     module, _, kind = artist.rpartition(".")
-    named: dict[str, Any] = matplotlib("cbook").normalize_kwargs(kwargs, getattr(matplotlib(module), kind))
-    return named
+    return matplotlib("cbook").normalize_kwargs(kwargs, getattr(matplotlib(module), kind))
 
 
 def unit(run: Record, dimension: str) -> str:

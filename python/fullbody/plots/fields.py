@@ -287,8 +287,7 @@ def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any)
 def _cells(pair: Synodic, place: int, body: Any) -> _Numbers:
     """Return the cells of a body's surface (S, 4, 3) in the rotating frame."""
     turn = pair.frame.turn.T @ pair.frame.attitudes[place]
-    cells: _Numbers = pair.frame.centres[place] + samples(body, 24).cells @ turn.T
-    return cells
+    return pair.frame.centres[place] + samples(body, 24).cells @ turn.T
 
 
 def _silhouette(ax: Any, pair: Synodic, place: int, body: Any) -> None:

@@ -53,8 +53,7 @@ def rebuild(described: dict[str, Any]) -> Integrator:
         return Verner98.to_roundoff()
     if name not in __all__:
         raise InvalidInput(f"integrator is {name!r}; expected one of {', '.join(__all__)}")
-    integrator: Integrator = globals()[name](**settings)
-    return integrator
+    return globals()[name](**settings)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

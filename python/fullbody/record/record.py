@@ -187,8 +187,7 @@ class Record(Tabled, Generic[S]):
         >>> run(3.7).position.shape, run([1.0, 2.0]).position.shape
         ((2, 3), (2, 2, 3))
         """
-        found: State | Samples = self.continuous()(time)
-        return found
+        return self.continuous()(time)
 
     def continuous(self) -> Dense:
         """Return the continuous solution, or raise an error if the run keeps none."""
