@@ -226,7 +226,7 @@ class Observations(Tabled):
             for axis in range(3 if self._depends_on_figures() else 0):
                 attitude = states["attitude"].astype(np.complex128)
                 attitude[:, body] += 1j * _STEP * rotations.rates(states["attitude"][:, body], np.eye(3)[axis])
-                turned = {**states, "attitude": attitude}
+                turned: dict[str, Any] = {**states, "attitude": attitude}
                 found[..., 12 * body + 6 + axis] = self._model(system, turned).imag / _STEP
         return found, {name: self._partial(system, states, name) for name in parameters}
 
