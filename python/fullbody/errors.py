@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any
 
 __all__ = [
@@ -136,8 +140,31 @@ class PrecisionWarning(UserWarning):
     """A warning: a tolerance is below what double precision permits, and is raised to that."""
 
 
+#: The kinds of warnings that were given since the outermost of :func:`once` began.
+_given: ContextVar[set[tuple[type[Warning], str]] | None] = ContextVar("given", default=None)
+
+
+@contextmanager
+def once() -> Iterator[None]:
+    """Context manager in which each kind of warning is issued once: texts that differ in numbers alone are of one kind.
+
+    A fit or a map calls a setup many times, which would warn each time.
+    """
+    token = _given.set(set()) if _given.get() is None else None
+    try:
+        yield
+    finally:
+        if token is not None:
+            _given.reset(token)
+
+
 def caution(message: str, category: type[Warning] = InconsistentInput) -> None:
-    """Issue a warning that refers to the line outside of this package from which it follows."""
+    """Issue a warning that refers to the line outside of this package from which it follows; see :func:`once`."""
+    if (given := _given.get()) is not None:
+        kind = (category, re.sub(r"[-+]?\d[\d.]*(e[-+]?\d+)?", "0", message))
+        if kind in given:
+            return
+        given.add(kind)
     package = __name__.partition(".")[0]
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == package:

@@ -101,7 +101,13 @@ class Section(Tabled):
 
 
 def section(
-    system: System, states: State | Sequence[State], until: Any, event: Event, *, threads: int | None = None
+    system: System,
+    states: State | Sequence[State],
+    until: Any = None,
+    event: Event | None = None,
+    *,
+    duration: Any = None,
+    threads: int | None = None,
 ) -> Section:
     """Compute a surface of section: the states in which motions make an event happen.
 
@@ -110,10 +116,13 @@ def section(
     system : System
     states : State or sequence of State
         The states in which the motions start.
-    until : float or Quantity
+    until : float, Quantity or text with a unit
+        The end of the motions, a time. Either this or ``duration`` is given.
     event : Event
         The event that defines the surface, from :mod:`fullbody.events`, such as :class:`fullbody.events.Periapsis` or a
         :class:`fullbody.events.Function` with a direction.
+    duration : float, Quantity or text with a unit
+        The length of time of the motions from their starts.
     threads : int, optional
         Number of threads, as in :func:`fullbody.integrate_many`.
 
@@ -133,7 +142,7 @@ def section(
     if not isinstance(event, Event):
         raise InvalidInput(f"event is {event!r}; expected one of fullbody.events")
     members = [(system, state) for state in starts]
-    answers = integrate_many(members, until, output="ends", events=[event], threads=threads)
+    answers = integrate_many(members, until, duration=duration, output="ends", events=[event], threads=threads)
     crossings, errors = [], []
     for answer in answers:
         if isinstance(answer, Exception) and not isinstance(answer, FullbodyError):

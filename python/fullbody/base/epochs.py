@@ -1,29 +1,40 @@
-"""The date of time zero, which is kept as text so that files hold it without loss."""
+"""Dates: that of time zero, which is kept as text so that files hold it without loss, and those of observations."""
 
 from __future__ import annotations
 
 import re
+from datetime import datetime
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
+
 from ..errors import InvalidInput
+from .foreign import are_dates, shown
 from .units import need
 
+__all__ = ["date", "dates", "refuse_coarse", "to_text", "to_time"]
+
 _SCALES = ("tai", "tcb", "tcg", "tdb", "tt", "ut1", "utc")
-_TEXT = re.compile(r"(\d{4}-\d\d-\d\d(?:T\d\d:\d\d(?::\d\d(?:\.\d+)?)?)?) ([A-Za-z0-9]{2,3})")
+_DAY = re.compile(r"\d{4}-\d\d-\d\d")
+_TEXT = re.compile(r"(\d{4}-\d\d-\d\d)(?:[T ](\d\d:\d\d(?::\d\d(?:\.\d+)?)?))?(?: ([A-Za-z0-9]{2,3})|(Z))")
+#: The spacing of a column's numbers, in s, above which they are too coarse for dates.
+_COARSE = 1.0
 
 
-def to_text(epoch: Any) -> str:
-    """Return an epoch as text such as ``"2022-09-26T00:00:00 TDB"``."""
+def to_text(epoch: Any, what: str = "epoch") -> str:
+    """Return a date as text such as ``"2022-09-26T00:00:00 TDB"``."""
     if isinstance(epoch, str):
         match = _TEXT.fullmatch(epoch.strip())
-        if match is None or match[2].lower() not in _SCALES:
+        if match is None or (match[3] or "utc").lower() not in _SCALES:
             raise InvalidInput(
-                f"epoch is {epoch!r}; expected a date with its scale, such as '2022-09-26T00:00:00 TDB', or a Time"
+                f"{what} is {epoch!r}; expected a date with its time scale, such as '2022-09-26T00:00:00 TDB', "
+                "or a Time"
             )
-        return f"{match[1]} {match[2].upper()}"
-    if not (hasattr(epoch, "scale") and hasattr(epoch, "jd1") and getattr(epoch, "isscalar", False)):
-        raise InvalidInput(f"epoch is {epoch!r}; expected one astropy Time, or a text such as '2022-09-26 TDB'")
+        return f"{match[1]}{f'T{match[2]}' if match[2] else ''} {(match[3] or 'utc').upper()}"
+    epoch = dates(epoch, what)
+    if not (are_dates(epoch) and getattr(epoch, "isscalar", False)):
+        raise InvalidInput(f"{what} is {shown(epoch)}; expected one astropy Time, or a text such as '2022-09-26 TDB'")
     return _text_of(epoch.scale, float(epoch.jd1), float(epoch.jd2))
 
 
@@ -35,12 +46,15 @@ def _text_of(scale: str, jd1: float, jd2: float) -> str:
     return f"{Time(jd1, jd2, format='jd', scale=scale, precision=9).isot} {scale.upper()}"
 
 
-def to_time(text: str) -> Any:
+def to_time(text: str, what: str = "epoch") -> Any:
     """Return the astropy Time of such a text."""
-    with need("units", "an epoch"):
+    with need("units", "a date"):
         import astropy.time  # noqa: F401
-    # A caller may change its copy.
-    return _time_of(text).copy()
+    try:
+        # A caller may change its copy.
+        return _time_of(text).copy()
+    except ValueError as error:
+        raise InvalidInput(f"{what} is {text!r}: {error}") from error
 
 
 @lru_cache(maxsize=256)
@@ -48,8 +62,67 @@ def _time_of(text: str) -> Any:
     """Return the Time of a text, which astropy takes half a millisecond to read."""
     from astropy.time import Time
 
-    date, scale = text.split(" ")
+    day, scale = text.split(" ")
+    return Time(day, scale=scale.lower())
+
+
+def date(given: Any, what: str) -> Any:
+    """Return one date of any kind as a ``Time`` of the scale TDB."""
+    return to_time(to_text(given, what), what).tdb
+
+
+def dates(given: Any, what: str, scale: str = "utc") -> Any:
+    """Return dates of any kind as one ``Time``, and values that are not dates unchanged.
+
+    Dates are a ``Time`` or a list of them, texts with their time scale, and dates of Python, numpy and pandas, which
+    have the ``scale`` unless they have a time zone.
+    """
+    if are_dates(given):
+        return given
+    plain = given.to_numpy() if hasattr(given, "to_numpy") else given
+    kind = getattr(getattr(plain, "dtype", None), "kind", "")
+    parts = plain.ravel().tolist() if kind in ("O", "U", "T") else plain if isinstance(plain, list | tuple) else [plain]
+    found: Any = parts
+    if kind == "M":
+        found = np.asarray(plain, dtype="datetime64[ns]").ravel()
+    elif all(isinstance(part, str) or are_dates(part) for part in parts):
+        if not any(are_dates(part) or _DAY.match(part.strip()) for part in parts):
+            return given
+        found = [part if are_dates(part) else to_time(to_text(part, what), what) for part in parts]
+    elif not all(isinstance(part, datetime | np.datetime64) for part in parts):
+        return given
+    with need("units", "dates"):
+        from astropy.time import Time
+
     try:
-        return Time(date, scale=scale.lower())
-    except ValueError as error:
-        raise InvalidInput(f"epoch is {text!r}: {error}") from error
+        times = Time(found, scale=None if are_dates(found[0]) else scale)
+    except (ValueError, TypeError) as error:
+        raise InvalidInput(f"{what} is {shown(given)}, which cannot be read as dates: {error}") from error
+    return times.reshape(np.shape(plain)) if np.ndim(plain) != 1 else times
+
+
+def refuse_coarse(given: Any, seconds: Any, what: str) -> None:
+    """Raise an error for times as numbers whose type rounds them to more than a second, or makes several of them equal.
+
+    Parameters
+    ----------
+    given : array_like
+        The numbers as they were given, before a conversion to floats of 64 bits.
+    seconds : callable, optional
+        A function that returns the time in s between two numbers; without it only equal times of a short type count.
+    """
+    plain = np.ravel(np.asarray(getattr(given, "value", given)))
+    if plain.dtype.kind not in ("fiu" if seconds is not None else "f") or not plain.size or plain.dtype == np.float64:
+        return
+    largest = plain[np.nanargmax(np.abs(plain))]
+    after = np.nextafter(largest, type(largest)(np.inf)) if plain.dtype.kind == "f" else largest + 1
+    apart = np.diff(np.unique(plain).astype(np.float64))
+    spacing = float(after) - float(largest)
+    rounded = (
+        plain.size > 1 and plain.dtype.kind == "f" and apart.min(initial=np.inf if apart.size else 0.0) < 4 * spacing
+    )
+    if rounded or (seconds is not None and seconds(float(largest), float(after)) > _COARSE):
+        raise InvalidInput(
+            f"{what} are numbers of the type {plain.dtype}, which near {largest} are {spacing:.3g} apart; expected "
+            "float64, in which the data have to be read"
+        )

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache, cached_property, lru_cache
@@ -15,6 +16,7 @@ import numpy.typing as npt
 
 from ..errors import InvalidInput
 from ..typing import Scalar
+from .foreign import plain_or_quantity, shown
 from .limits import FINITE, Limits
 
 #: Exponents of length, time, mass and angle.
@@ -66,7 +68,10 @@ _EXAMPLES = {
     "G": "m3/(kg s2)",
     "mu": "km3/s2",
     "area to mass": "m2/kg",
+    "number": "",
 }
+#: A number at the beginning of a text, before its unit.
+_NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*(?=\S)")
 #: The units of ``units=True``, followed by other units that a misspelt name may mean.
 USUAL = ("km", "hour", "kg")
 _KNOWN = (
@@ -94,16 +99,23 @@ _WORDS = {
 }
 
 
-def _read(text: str) -> Any:
-    """Return the Quantity of a text with a unit, which may be spelt as in plain English."""
+@contextmanager
+def _plain_words() -> Iterator[None]:
+    """Context manager in which astropy also reads units that are spelt as in plain English."""
     from astropy import units as u
 
+    # Enabling the aliases takes half a millisecond.
+    with u.add_enabled_aliases({word: getattr(u, unit) for unit, words in _WORDS.items() for word in words}):
+        yield
+
+
+def _read(kind: Any, text: str) -> Any:
+    """Return the Quantity or the unit of a text, the unit of which may be spelt as in plain English."""
     try:
-        return u.Quantity(text)
+        return kind(text)
     except (TypeError, ValueError):
-        # The aliases hold for this call only; enabling them takes half a millisecond.
-        with u.add_enabled_aliases({word: getattr(u, unit) for unit, words in _WORDS.items() for word in words}):
-            return u.Quantity(text)
+        with _plain_words():
+            return kind(text)
 
 
 @cache
@@ -144,7 +156,7 @@ def usable_unit(given: Any) -> Any:
     """
     from astropy import units as u
 
-    unit = u.Unit(given)
+    unit = _read(u.Unit, given) if isinstance(given, str) else u.Unit(given)
     if isinstance(unit, u.StructuredUnit):
         raise ValueError("it is a structure of several units")
     try:
@@ -193,7 +205,7 @@ def _floats(value: object, what: str, expected: str = "numbers") -> npt.NDArray[
             raise TypeError("numpy would make it nan, drop the imaginary part, or read the text")
         return np.array(value, dtype=np.float64, order="C")
     except (TypeError, ValueError, OverflowError) as error:
-        raise InvalidInput(f"{what} is {value!r}; expected {expected}") from error
+        raise InvalidInput(f"{what} is {shown(value)}; expected {expected}") from error
 
 
 def _has_text(value: Any) -> bool:
@@ -201,11 +213,11 @@ def _has_text(value: Any) -> bool:
 
 
 def gathered(value: Any, what: str, dimension: str = "length", expected: str = "numbers") -> Any:
-    """Return text such as ``"1 day"``, or a list of texts and Quantities, as one Quantity, and other values unchanged.
+    """Return text such as ``"1 day"``, a list of texts and Quantities, or another library's value, as one Quantity.
 
-    A mixture with plain numbers is refused, since numpy would take the Quantities' numbers and drop their units. Masked
-    values are refused, since numpy would take what lies under the mask. The dimension chooses the example in error
-    messages.
+    Values without a unit are returned as they are. A mixture with plain numbers is refused, since numpy would take the
+    Quantities' numbers and drop their units. Masked values are refused, since numpy would take what lies under the
+    mask. The dimension chooses the example in error messages.
     """
     if isinstance(value, float | int) or (type(value) is np.ndarray and value.dtype.kind in "fiu"):
         return value
@@ -213,7 +225,7 @@ def gathered(value: Any, what: str, dimension: str = "length", expected: str = "
         return from_text(value, what, dimension, expected)
     refuse_masked(value, what)
     if not isinstance(value, list | tuple):
-        return _bare(value, what)
+        return plain_or_quantity(value, what)
     parts = [gathered(part, what, dimension) for part in value]
     with_units = [part for part in parts if is_quantity(part)]
     if not with_units:
@@ -226,18 +238,6 @@ def gathered(value: Any, what: str, dimension: str = "length", expected: str = "
         return u.Quantity(parts)
     except (u.UnitConversionError, ValueError, TypeError) as error:
         raise InvalidInput(f"{what} has parts that do not go together: {error}") from error
-
-
-def _bare(value: Any, what: str) -> Any:
-    """Return the Quantity of a time between dates or of a table's column, whose unit numpy would drop."""
-    if hasattr(value, "jd1"):
-        if not hasattr(value, "to"):
-            expected = "the time since the system's epoch, such as date - system.epoch"
-            raise InvalidInput(f"{what} is the date {value}; expected {expected}")
-        return value.to("day")
-    if getattr(value, "unit", None) is not None and hasattr(value, "quantity"):
-        value = value.quantity
-    return value.data if isinstance(value, np.ma.MaskedArray) else getattr(value, "unmasked", value)
 
 
 def refuse_masked(value: Any, what: str) -> None:
@@ -263,14 +263,16 @@ def from_text(text: str, what: str, dimension: str = "length", expected: str = "
         from astropy import units as u
 
     unit = _EXAMPLES.get(dimension, "km")
+    wanted = f"{expected}, or text with a unit, such as '2.5 {unit}'" if unit else expected
     try:
-        quantity = _read(text)
+        quantity = _read(u.Quantity, text)
     except (TypeError, ValueError) as error:
-        raise InvalidInput(
-            f"{what} is {text!r}; expected {expected}, or text with a unit, such as '2.5 {unit}'"
-        ) from error
+        number = _NUMBER.match(text)
+        unknown = f", whose unit {text[number.end() :]!r} is not known" if number else ""
+        raise InvalidInput(f"{what} is {text!r}{unknown}; expected {wanted}") from error
     if quantity.unit == u.dimensionless_unscaled:
-        raise InvalidInput(f"{what} is {text!r}, which has no unit; expected text such as '{text} {unit}', or a number")
+        wanted = f"text such as '{text} {unit}', or a number" if unit else expected
+        raise InvalidInput(f"{what} is {text!r}, which has no unit; expected {wanted}")
     return quantity
 
 
@@ -388,8 +390,8 @@ class Units:
             wanted = ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "")
             raise InvalidInput(f"{what} has shape {found.shape}; expected ({wanted}), {expected}")
         if not np.all(good := limits.hold(found)):
-            shown = value if found.size < 10 else found[~good][0]
-            raise InvalidInput(f"{what} {'is' if found.size < 10 else 'has'} {shown!r}; expected {expected}")
+            bad = value if found.size < 10 else found[~good][0]
+            raise InvalidInput(f"{what} {'is' if found.size < 10 else 'has'} {bad!r}; expected {expected}")
         return found
 
     def attach(self, value: Any, dimension: str) -> Any:
@@ -459,17 +461,19 @@ def _unit(name: object, known: tuple[str, ...], names: object) -> Any:
 
 
 @lru_cache(maxsize=1024)
-def _has_cycles(unit: Any) -> bool:
+def _counts_turns(unit: Any) -> bool:
     from astropy import units as u
 
-    return any(base.is_equivalent(u.Hz) for base in unit.bases)
+    alone = unit.decompose().bases == [u.s]
+    return alone or any(base.is_equivalent(u.Hz) for base in unit.bases)
 
 
 def refuse_cycles(unit: Any, what: str) -> None:
-    """Raise an error for a spin in hertz and similar units, which count turns and would be taken as radians."""
-    if _has_cycles(unit):
+    """Raise an error for a spin in hertz, or by a time alone, which may count turns and would be taken as radians."""
+    if _counts_turns(unit):
         raise InvalidInput(
-            f"{what} has the unit {unit}, cycles by a time; expected an angle by a time, such as rad / h"
+            f"{what} has the unit {unit}, which may count turns; expected an angle by a time, such as rad / h or "
+            "cycle / h"
         )
 
 

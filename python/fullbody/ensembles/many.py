@@ -11,7 +11,7 @@ from .. import _core
 from ..base.arguments import integer
 from ..base.progress import Progress, Report
 from ..base.units import from_text
-from ..errors import Interrupted, InvalidInput, caution
+from ..errors import Interrupted, InvalidInput, caution, once
 from ..events import Event
 from ..model.failures import explained
 from ..model.state import State, strip
@@ -20,6 +20,7 @@ from ..motion.integration import Task, differentiated, integrator_of, watched
 from ..motion.run import Run
 from ..motion.system import System
 from ..record.integrators import Integrator
+from ..record.times import given_end, spacing_warning
 
 __all__ = ["integrate_many"]
 
@@ -31,8 +32,9 @@ _MOST_THREADS = 1024
 
 def integrate_many(
     members: Iterable[tuple[System, State]],
-    until: Any,
+    until: Any = None,
     *,
+    duration: Any = None,
     output: Any = None,
     integrator: Integrator | Sequence[Integrator | None] | None = None,
     events: Iterable[Event] = (),
@@ -51,7 +53,9 @@ def integrate_many(
     members : iterable of (System, State)
         Pairs of a system and its initial state. A generator is consumed only as members are needed.
     until : float, Quantity, text with a unit, or a sequence of them
-        End time of all runs, or a sequence with one for each member.
+        End time of all runs, or a sequence with one for each member. Either this or ``duration`` is given.
+    duration : float, Quantity, text with a unit, or a sequence of them
+        Length of time of the runs from their starts, negative for runs back in time.
     output : None, "ends", float, Quantity or array_like
         Samples to keep, as in :meth:`fullbody.System.integrate`. They determine the memory that is used: ``"ends"``
         keeps two samples per run, and an empty array none.
@@ -94,7 +98,7 @@ def integrate_many(
 
     Notes
     -----
-    If ``until`` or ``integrator`` is a sequence, a generator of members is first turned into a list.
+    If ``until``, ``duration`` or ``integrator`` is a sequence, a generator of members is first turned into a list.
 
     Examples
     --------
@@ -108,9 +112,10 @@ def integrate_many(
     True
     """
     threads = None if threads is None else thread_count(threads)
-    many = _Many(members, until, output, integrator, watched(events), dense, differentiated(derivatives), chaos)
+    end = given_end(until, duration)
+    many = _Many(members, end, output, integrator, watched(events), dense, differentiated(derivatives), chaos)
     try:
-        with Progress(progress) as report:
+        with once(), Progress(progress) as report:
             _core.integrate_many(many.given(), many.take, many.counting(report), threads)
         many.warn()
     except BaseException as error:
@@ -125,11 +130,11 @@ def integrate_many(
     return many.answers
 
 
-def check_for_all(integrator: Any, output: Any, until: Any) -> None:
+def check_for_all(integrator: Any, output: Any, end: dict[str, Any]) -> None:
     """Raise an error for options that are invalid for any system, whatever its units are."""
     if integrator is not None and not isinstance(integrator, Integrator):
         raise InvalidInput(f"integrator is {integrator!r}; expected one of fullbody's, such as Verner98(...)")
-    for name, value in (("output", output), ("until", until)):
+    for name, value in (("output", output), *end.items()):
         if isinstance(value, str) and not (name == "output" and value == "ends"):
             from_text(value, name, "time")
 
@@ -150,7 +155,7 @@ class _Many:
     def __init__(
         self,
         members: Any,
-        until: Any,
+        end: dict[str, Any],
         output: Any,
         integrator: Any,
         events: list[Event],
@@ -158,6 +163,7 @@ class _Many:
         derivatives: list[str] | None,
         chaos: bool,
     ) -> None:
+        ((self._end, until),) = end.items()
         each = [value for value in (until, integrator) if _is_sequence(value)]
         try:
             self._members = members = list(members) if each and not hasattr(members, "__len__") else members
@@ -165,14 +171,14 @@ class _Many:
         except TypeError as error:
             raise InvalidInput(f"members is {members!r}; expected an iterable of (system, state)") from error
         self.total = len(members) if hasattr(members, "__len__") else None
-        for name, value in (("until", until), ("integrator", integrator)):
+        for name, value in ((self._end, until), ("integrator", integrator)):
             if _is_sequence(value) and len(value) != self.total:
                 raise InvalidInput(
                     f"{name} has {len(value)} values; expected one, or {self.total}, one for each member"
                 )
         if isinstance(members, tuple | list) and members and isinstance(members[0], System):
             raise InvalidInput("members is one member; expected a list of them: [(system, state), ...]")
-        check_for_all(None if _is_sequence(integrator) else integrator, output, until)
+        check_for_all(None if _is_sequence(integrator) else integrator, output, end)
         self._until, self._integrator = until, integrator
         following = False if derivatives is None else derivatives or True
         self._options: dict[str, Any] = {"output": output, "events": events, "dense": dense}
@@ -181,6 +187,7 @@ class _Many:
         #: The number of members that are not pairs of a system and a state.
         self.refused = 0
         self._warnings: dict[int, str] = {}
+        self._spacing: str | None = None
 
     def given(self) -> Iterator[Any]:
         """Yield the members as the core takes them; invalid ones receive their errors at once."""
@@ -205,7 +212,7 @@ class _Many:
         if not isinstance(system, System):
             raise InvalidInput(f"system is {system!r}; expected a System")
         integrator, start = integrator_of(integrator), strip(state, system.context)
-        task = Task(system, integrator, start.time, until, **self._options)
+        task = Task(system, integrator, start.time, **{self._end: until}, **self._options)
         tag = (index, task, start, integrator)
         options = (task.until, task.output, task.conditions, task.dense, task.following)
         return (tag, system.context.core, start, integrator._describe(system.context.units), *options)
@@ -216,6 +223,8 @@ class _Many:
         if record is not None:
             if (warning := next(start_warnings(task.context, start, integrator._tolerance), None)) is not None:
                 self._warnings[index] = warning
+            if (warning := spacing_warning(task.output, task.until - start.time, task.context.units)) is not None:
+                self._spacing = warning
             run = task.run(record, counts)
             if error is None:
                 self.answers[index] = run
@@ -250,7 +259,9 @@ class _Many:
         return f"{len(done)}{of} {'member' if (self.total or len(done)) == 1 else 'members'}"
 
     def warn(self) -> None:
-        """Warn of starts that are probably mistakes."""
+        """Warn of starts and of a spacing that are probably mistakes."""
+        if self._spacing is not None:
+            caution(self._spacing)
         if self._warnings:
             first = min(self._warnings)
             count = f"the starts of {len(self._warnings)} of {len(self.answers)} members are probably a mistake"

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..base.arguments import integer
+from ..base.foreign import plain_or_quantity
 from ..base.units import gathered, is_quantity, need, refuse_masked
 from ..errors import InvalidInput
 
@@ -356,6 +357,7 @@ def _drawn(table: Table, random: Mapping[str, Any], seed: int | None) -> Table:
         rng = stream(seed, row, 0)
         for name, distribution in random.items():
             draw = distribution.rvs(random_state=rng) if hasattr(distribution, "rvs") else distribution(rng)
+            draw = draw if isinstance(draw, str) else plain_or_quantity(draw, f"a draw of {name}")
             if not isinstance(draw, str) and np.ndim(draw):
                 raise InvalidInput(
                     f"a draw of {name} has shape {np.shape(draw)}; expected one number, Quantity or text (arrays are "

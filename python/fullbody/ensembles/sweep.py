@@ -15,10 +15,11 @@ from ..base.arguments import integer, seed_of, suggestion
 from ..base.progress import Progress, Report
 from ..base.units import need
 from ..base.version import version
-from ..errors import FullbodyError, Interrupted, InvalidInput, caution
+from ..errors import FullbodyError, Interrupted, InvalidInput, caution, once
 from ..events import Event
 from ..motion.integration import differentiated, watched
 from ..record.integrators import Integrator, Verner98
+from ..record.times import given_end
 from . import store as stores
 from .dataset import FAILURE, dataset
 from .executors import here, submitted
@@ -39,8 +40,9 @@ _OF_WORKER, _LEAST, _OF_THREAD = 16, 64, 16
 def sweep(
     setup: Callable[..., Any],
     parameters: Any,
-    until: Any,
+    until: Any = None,
     *,
+    duration: Any = None,
     measure: str | Callable[..., Any] | Sequence[str | Callable[..., Any]],
     output: Any = "ends",
     integrator: Integrator | None = None,
@@ -71,7 +73,9 @@ def sweep(
         numbers, Quantities or texts.
     until : float, Quantity, text or callable
         The end of the runs, as for :meth:`fullbody.System.integrate`, or the name of the parameter that is the end, or
-        a function that returns it, ``until(**parameters)``.
+        a function that returns it, ``until(**parameters)``. Either this or ``duration`` is given.
+    duration : float, Quantity, text or callable
+        The length of time of the runs, in the same forms.
     measure : text, callable, or list of these
         The name of an observable of :mod:`fullbody.observables`, such as ``"libration"``; or ``measure(run) -> dict``
         of numbers, arrays of numbers of the same shape in all rows, or texts, each under the name of its variable; or a
@@ -172,7 +176,9 @@ def sweep(
     for name in (*table.columns, *table.dimensions):
         if name in FAILURE:
             raise InvalidInput(f"parameters has the name {name!r}, which is kept for what goes wrong with a row")
-    check_for_all(integrator, output, None if isinstance(until, str) and until in table.columns else until)
+    end = given_end(until, duration)
+    named = {name: value for name, value in end.items() if isinstance(value, str) and value in table.columns}
+    check_for_all(integrator, output, {} if named else end)
     options = {
         "output": output,
         "integrator": Verner98() if integrator is None else integrator,
@@ -181,12 +187,12 @@ def sweep(
         "derivatives": False if (names := differentiated(derivatives)) is None else names or True,
         "chaos": bool(chaos),
     }
-    functions = {"setup": setup, "measure": _measures(measure), "until": until}
+    functions = {"setup": setup, "measure": _measures(measure), **end}
     workers = None if threads is None and executor is None else thread_count(1 if threads is None else threads)
     job = Job(
         setup,
         functions["measure"],
-        until,
+        end,
         options | {"threads": workers},
         seed,
         _draws(setup, table, seed),
@@ -195,7 +201,7 @@ def sweep(
     if store is not None and (not isinstance(key, str) or not key):
         raise InvalidInput(f"key is {key!r}; expected a text that is not empty, since there is a store")
     notes = {"title": "fullbody sweep", "fullbody_version": version()} | ({} if seed is None else {"rng": seed})
-    with Progress(progress) as report:
+    with once(), Progress(progress) as report:
         if store is None:
             return _warned(_computed(job, table, {}, notes, size, executor, report, None))
         manifest = {

@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import observables
+from ..base.foreign import plain_or_quantity
 from ..base.units import is_quantity, refuse_masked
-from ..errors import InvalidInput
+from ..errors import InvalidInput, once
 from ..model.state import State
 from ..motion.system import System
 from .many import integrate_many
@@ -78,7 +79,8 @@ class Job:
 
     setup: Callable[..., Any]
     measures: tuple[Callable[..., Any], ...]
-    until: Any
+    #: The end of the runs, under the name ``until`` or ``duration``.
+    end: Mapping[str, Any]
     #: The other options of :func:`fullbody.integrate_many`.
     options: Mapping[str, Any]
     seed: int | None
@@ -104,7 +106,8 @@ class Observable:
 def work_sent(packed: bytes, rows: Rows) -> list[Outcome]:
     """Return the outcomes of rows, of a job that was packed for another process."""
     outcomes: list[Outcome] = []
-    work(pickle.loads(packed), rows, outcomes)
+    with once():
+        work(pickle.loads(packed), rows, outcomes)
     return outcomes
 
 
@@ -115,16 +118,18 @@ def work(job: Job, rows: Rows, outcomes: list[Outcome], report: Callable[[int], 
     """
     members: dict[int, tuple[System, State]] = {}
     ends: dict[int, Any] = {}
+    ((kind, end),) = job.end.items()
     for row, parameters in rows:
         try:
-            ends[row] = _end(job.until, parameters)
+            ends[row] = _end(end, parameters)
             members[row] = _member(job, row, parameters)
         except _FAILURES as error:
             outcomes.append(Outcome(row, {}, Failure.of(error, "setup")))
+    each: dict[str, Any] = {kind: [ends[row] for row in members]}
     try:
         runs = integrate_many(
             list(members.values()),
-            [ends[row] for row in members],
+            **each,
             progress=False if report is None else lambda done, *_: report(int(done)),
             **job.options,
         )
@@ -207,6 +212,7 @@ def _value(value: Any, name: str) -> Measured:
             raise InvalidInput(f"measure gives {name} = {value!r}; expected text that UTF-8 has, without zeros")
         return Measured(value)
     refuse_masked(value, name)
+    value = plain_or_quantity(value, name)
     unit = str(value.unit) if is_quantity(value) else None
     numbers = np.asarray(np.nan if value is None else value.value if unit is not None else value)
     if numbers.dtype.kind not in "biuf":

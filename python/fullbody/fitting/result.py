@@ -15,7 +15,7 @@ from ..base.tables import Table, Tabled, to_text
 from ..base.units import need
 from ..base.values import same
 from ..ensembles.parameters import Paired, paired
-from ..errors import InvalidInput
+from ..errors import InvalidInput, once
 from ..model.state import strip
 from ..motion.simulation import Simulation
 from . import files
@@ -335,7 +335,8 @@ class Fit(Tabled):
         """
         from .posterior import sample
 
-        return sample(self, sampler, steps, walkers, rng, progress)
+        with once():
+            return sample(self, sampler, steps, walkers, rng, progress)
 
     @property
     def plot(self) -> FitPlots:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..base.arguments import generator, integer
 from ..base.progress import Progress
 from ..base.units import need
-from ..errors import InconsistentInput, Interrupted, InvalidInput, caution
+from ..errors import InconsistentInput, Interrupted, InvalidInput, caution, once
 from .free import Parameters
 from .losses import Outliers, loss_of
 from .objective import Objective
@@ -112,6 +112,13 @@ def fit(
     >>> round(found.values["mass"], 6), found.dof
     (2.0, 39)
     """
+    with once():
+        return _fitted(setup, parameters, observations, integrator, loss, starts, rng, progress)
+
+
+def _fitted(
+    setup: Any, parameters: Any, observations: Any, integrator: Any, loss: Any, starts: Any, rng: Any, progress: Any
+) -> Fit:
     with need("fit", "a fit"):
         from .solver import Solver
     free = Parameters(parameters)

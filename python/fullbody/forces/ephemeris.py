@@ -56,9 +56,9 @@ def path(
     if body not in _GM:
         raise InvalidInput(f"name is {name!r}; expected one of {', '.join(_GM)}")
     given = Units(units)
-    start = _date(date, "date")
+    start = epochs.date(date, "date")
     axes = _axes(frame)
-    from_sun, longest = about_sun(orbit, start, start if epoch is None else _date(epoch, "epoch"), given)
+    from_sun, longest = about_sun(orbit, start, start if epoch is None else epochs.date(epoch, "epoch"), given)
 
     def relative(times: _Array) -> _Array:
         """Return positions in km at times in seconds from the date."""
@@ -169,13 +169,6 @@ def _axes(frame: Any) -> _Array:
     if matrix.shape != (3, 3) or not rotations.is_rotation(matrix):
         raise InvalidInput(f"frame is {frame!r}; expected 'ecliptic', 'equatorial' or a rotation matrix (3, 3)")
     return matrix
-
-
-def _date(given: Any, what: str) -> Time:
-    try:
-        return epochs.to_time(epochs.to_text(given)).tdb
-    except InvalidInput as error:
-        raise InvalidInput(f"{what}: {error}") from error
 
 
 def _seconds(duration: Any, given: Units) -> float:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from ..base import epochs
+from ..base.splines import relative_error
 from ..base.tables import number
 from ..base.units import AnyUnits
 from ..errors import InvalidInput
@@ -111,7 +112,7 @@ class ThirdBody(Force):
                 f"frame of {name} is {self.frame!r} beside an orbit; expected KeplerElements(..., frame=)"
             )
         if self.date is not None:
-            object.__setattr__(self, "date", epochs.to_text(self.date))
+            object.__setattr__(self, "date", epochs.to_text(self.date, f"date of {name}"))
         if self.of not in ("system", "body"):
             raise InvalidInput(
                 f"the argument 'of' of {name} is {self.of!r}; expected 'system' (the path is the system's about the "
@@ -248,30 +249,17 @@ class ThirdBody(Force):
 
     @classmethod
     def _input_warnings(cls, described: dict[str, Any], start: _core.State, context: Context) -> Iterator[str]:
-        """Yield a warning if the rows of a table are so far apart that the spline does not follow the path.
-
-        The cubic through two rows before a row and two after it misses the row by 64 times the spline's error.
-        """
+        """Yield a warning if the rows of a table are so far apart that the spline does not follow the path."""
         table = described["path"].get("table")
-        if table is None or len(table["times"]) < 5:
+        if table is None:
             return
-        times, positions = np.array(table["times"]), np.array(table["positions"])
-        count, others = len(times) - 4, (0, 1, 3, 4)
-        near = {k: times[k : k + count] for k in range(5)}
-        there = np.zeros((count, 3))
-        # A third body inside the system is refused by the run itself.
-        with np.errstate(all="ignore"):
-            for k in others:
-                factors = [(near[2] - near[j]) / (near[k] - near[j]) for j in others if j != k]
-                there += np.prod(factors, axis=0)[:, None] * positions[k : k + count]
-            error = np.linalg.norm(there - positions[2:-2], axis=1) / 64 / np.linalg.norm(positions[2:-2], axis=1)
-        worst = int(np.argmax(error))
-        if error[worst] > _COARSE:
-            when = number(context.units.attach(times[worst + 2], "time"), 4)
+        error, row = relative_error(np.array(table["times"]), np.array(table["positions"]))
+        if error > _COARSE:
+            when = number(context.units.attach(table["times"][row], "time"), 4)
             yield (
                 f"the positions of {described['name']} are so far apart in time that the spline between them is wrong "
-                f"by about {error[worst]:.1g} of the distance near time {when}; expected rows nearer to each other, "
-                f"for an error below {_COARSE:g}: check the unit of the times"
+                f"by about {error:.1g} of the distance near time {when}; expected rows nearer to each other, for an "
+                f"error below {_COARSE:g}: check the unit of the times"
             )
 
     @classmethod

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -41,7 +40,7 @@ class State(Tabled):
         length, with a warning if this changes them by more than a thousandth. By default the body frames are parallel
         to the inertial one.
     spin : array_like or Quantity, (N, 3), optional
-        Angular velocities in the body frames in radians per unit time (also if the unit is 1/time); zero by default.
+        Angular velocities in the body frames in radians per unit time; zero by default.
     time : float or Quantity
         Time in the system's units.
 
@@ -321,14 +320,6 @@ def _warn_of_lengths(attitude: Any) -> None:
 _EXPECTED = {"time": "s", "position": "m", "velocity": "m / s", "spin": "rad / s"}
 
 
-@lru_cache(maxsize=1024)
-def _with_angle(unit: Any) -> Any:
-    """Return the unit of a spin; a rate without an angle is taken as radians per time."""
-    from astropy import units as u
-
-    return u.rad * unit if unit.is_equivalent(u.s**-1) else unit
-
-
 def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the numbers and the units of the dimensional parts of a state."""
     stripped: dict[str, Any] = {}
@@ -343,7 +334,6 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         unit = value.unit
         if name == "spin":
             refuse_cycles(unit, name)
-            unit = _with_angle(unit)
         strip_to(value, unit_named(_EXPECTED[name]), name)
         stripped[name] = strip_to(value, unit, name)
         units[name] = unit

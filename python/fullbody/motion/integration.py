@@ -22,7 +22,7 @@ from ..model.state import State, strip, wrap
 from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98
 from ..record.statistics import Statistics
-from ..record.times import end_of_run, sampling, warn_of_spacing
+from ..record.times import end_of_run, sampling, spacing_warning
 from .input_warnings import start_warnings
 from .run import Run
 
@@ -145,7 +145,8 @@ def advance(core: _core.Simulation, task: Task, progress: Any, autosave: tuple[A
         keep = (seconds, lambda data: write(place[0], data))
         # A path that cannot be written is reported now, not when the first file is due.
         write(path, core.to_bytes())
-    warn_of_spacing(task.output, task.until - core.time, task.context.units)
+    if (warning := spacing_warning(task.output, task.until - core.time, task.context.units)) is not None:
+        caution(warning)
     before = core.statistics
     with Progress(progress) as report:
         arrays, error = core.integrate(
@@ -179,7 +180,7 @@ class Task:
         system: Any,
         integrator: Integrator,
         start: float,
-        until: Any,
+        until: Any = None,
         *,
         duration: Any = None,
         output: Any = None,
@@ -194,7 +195,7 @@ class Task:
         self.derivatives = differentiated(derivatives)
         self.output = sampling(output, self.context.units)
         if isinstance(self.output, float):
-            self._refuse_flood((self.until - start) / self.output, until, output)
+            self._refuse_flood((self.until - start) / self.output, duration if until is None else until, output)
         self.events = watched(events)
         self.conditions = [event._event_spec(self.context) for event in self.events]
         self.dense = bool(dense)

@@ -9,6 +9,7 @@ has units. Results have a method ``as_dict()`` of single numbers by names, for t
 fullbody[analysis]``.
 """
 
+from .onset import Tumbling, tumbles
 from .orbit import (
     ElementRates,
     MeanElements,
@@ -22,7 +23,6 @@ from .orbit import (
 from .outcome import Drift, Fate, drift, fate
 from .shape import Eccentricity, OrbitShape, eccentricity, orbit_shape
 from .spin import Libration, libration, obliquity, roll_pitch_yaw, spin_precession
-from .tumbling import Tumbling, tumbles
 
 __all__ = [
     "Drift",

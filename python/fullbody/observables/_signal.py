@@ -47,6 +47,20 @@ def unwrapped(angle: _Array, period: float = 2 * np.pi) -> _Array:
     return np.unwrap(angle, period=period)
 
 
+def averaged(time: _Array, values: _Array, length: float) -> _Array:
+    """Return the averages of values over a length of time about each sample, which is shorter at the ends."""
+    way, values = (time, values) if time[-1] > time[0] else (-time, values)
+    integral = np.concatenate([[0.0], np.cumsum(np.diff(way) * (values[1:] + values[:-1]) / 2)])
+    first, last = np.maximum(way - length / 2, way[0]), np.minimum(way + length / 2, way[-1])
+    return np.asarray((np.interp(last, way, integral) - np.interp(first, way, integral)) / (last - first))
+
+
+def windings(vector: npt.NDArray[np.complex128]) -> float:
+    """Return the number of turns of the direction of a complex vector."""
+    angle = unwrapped(np.angle(vector))
+    return float(angle[-1] - angle[0]) / (2 * np.pi)
+
+
 def even(time: _Array) -> bool:
     """Return whether times are equally spaced."""
     steps = np.diff(time)

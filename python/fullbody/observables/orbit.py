@@ -32,8 +32,24 @@ _Array = npt.NDArray[np.float64]
 #: The number of periodic terms of the distance, the relative range of the periapsis frequency about the mean motion,
 #: and the relative size below which that term may be an error of the run.
 _TERMS, _NEAR, _ROUND = 5, 1 / 8, 1e-9
+_ELEMENTS = ("a", "e", "i", "Omega", "omega", "M")
 #: Two apsidal rates agree if they differ by less than this fraction of them plus this fraction of a turn per run.
 _AGREE, _TURNED = 0.02, 1e-4
+
+
+class Rates(dict[str, Any]):
+    """Rates by the names of elements, which raise an error for an angle that is not defined."""
+
+    def __init__(self, undefined: dict[str, str]) -> None:
+        self._undefined = undefined
+
+    def __missing__(self, name: str) -> Any:
+        if name in self._undefined:
+            raise InvalidInput(f"{name} has no rate: {self._undefined[name]}")
+        raise KeyError(name)
+
+    def __reduce__(self) -> Any:
+        return Rates, (self._undefined,), None, None, iter(self.items())
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -45,11 +61,13 @@ class ElementRates(ArrayFields):
     elements : KeplerElements
         Elements with arrays (K,), whose angles have no jumps.
     rates : dict of str to ndarray or Quantity
-        Instantaneous rates (K,) of ``a``, ``e``, ``i``, ``Omega``, ``omega``, ``M``, by differences of second order.
+        Instantaneous rates (K,) of ``a``, ``e``, ``i``, ``Omega``, ``omega``, ``M``, ``varpi`` = Omega + omega, ``L`` =
+        varpi + M, ``h`` = e sin(varpi) and ``k`` = e cos(varpi), by differences of second order.
     mean_rates : dict of str to float or Quantity
         Slopes of straight lines through the whole run (least squares under a Hann window, to its third power from five
-        revolutions on), also of the longitudes ``varpi`` = Omega + omega and ``L`` = varpi + M. If perturbations
-        dominate a small eccentricity, varpi and M alone mean little.
+        revolutions on). Both dicts lack angles that are not defined, and raise an error that says why when they are
+        asked for one: omega, varpi and M of an orbit whose osculating eccentricity comes to zero within its scatter, or
+        whose periapsis samples do not resolve, and Omega and omega of one whose inclination does so.
     """
 
     elements: KeplerElements[Array]
@@ -193,35 +211,58 @@ def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     """
     motion = RelativeMotion(run, body, about, 3, "a mean rate", REVOLUTIONS)
     elements = run.elements(mu, body=body, about=about)
-    columns: dict[str, Any] = {}
-    rates: dict[str, Any] = {}
-    means: dict[str, Any] = {}
-    for name in ("a", "e", "i", "Omega", "omega", "M"):
-        dimension = {"a": "length", "e": None}.get(name, "angle")
-        values = np.asarray(getattr(getattr(elements, name), "value", getattr(elements, name)))
-        if name in ("Omega", "omega", "M"):
-            values = signal.unwrapped(values)
-        columns[name] = values
-        unit = {"length": "velocity", "angle": "spin"}.get(dimension or "")
+    a, e, i, *angles = (np.asarray(getattr(value := getattr(elements, name), "value", value)) for name in _ELEMENTS)
+    varpi, longitude = angles[0] + angles[1], sum(angles)
+    columns: dict[str, _Array] = {"a": a, "e": e, "i": i, "h": e * np.sin(varpi), "k": e * np.cos(varpi)}
+    for name, angle in zip(("Omega", "omega", "M", "varpi", "L"), (*angles, varpi, longitude), strict=True):
+        columns[name] = signal.unwrapped(angle)
+    undefined = _undefined(motion, e, i, *angles[:2])
+    rates, means = Rates(undefined), Rates(undefined)
+    for name, values in columns.items():
+        if name in undefined:
+            continue
         for result, number in (
             (rates, np.gradient(values, motion.time, edge_order=2)),
             (means, motion.mean_rate(values)),
         ):
-            result[name] = _per_time(motion, number) if unit is None else motion.units.attach(number, unit)
-    varpi = signal.unwrapped(columns["Omega"] + columns["omega"])
-    longitude = signal.unwrapped(columns["Omega"] + columns["omega"] + columns["M"])
-    means["varpi"] = motion.rate(motion.mean_rate(varpi))
-    means["L"] = motion.rate(motion.mean_rate(longitude))
+            unit = {"a": "velocity", "e": "rate", "h": "rate", "k": "rate"}.get(name, "spin")
+            result[name] = motion.units.attach(number, unit)
     attached = [
-        motion.units.attach(columns["a"], "length"),
-        columns["e"],
+        motion.units.attach(a, "length"),
+        e,
         *(motion.angle(columns[name]) for name in ("i", "Omega", "omega", "M")),
     ]
     return ElementRates(computed(attached, run.context.frame), rates, means)
 
 
-def _per_time(motion: RelativeMotion, number: Any) -> Any:
-    return number / motion.units.unit("time") if motion.units.known else number
+def _undefined(motion: RelativeMotion, e: _Array, i: _Array, node: _Array, periapsis: _Array) -> dict[str, str]:
+    """Return the angles that have no mean rate, with the reason: those from a node or a periapsis that is not defined.
+
+    Such a direction is that of a vector which comes as near to zero as its length scatters within a revolution, or
+    which turns about zero another number of times by every second sample.
+    """
+    retrograde = bool(np.median(i) > np.pi / 2)
+    inclined = np.sin(i) * np.exp(1j * node)
+    eccentric = e * np.exp(1j * (periapsis - node if retrograde else periapsis + node))
+    found: dict[str, str] = {}
+    for vector, what, names in (
+        (inclined, "sine of the inclination", ("Omega", "omega", "varpi", "L") if retrograde else ("Omega", "omega")),
+        (eccentric, "eccentricity", ("omega", "varpi", "M")),
+    ):
+        length = np.abs(vector)
+        # A vector that is zero throughout has the direction that elements give it by convention.
+        if not length.any():
+            continue
+        scatter = float(np.std(length - signal.averaged(motion.time, length, abs(np.ptp(motion.time)) / motion.turns)))
+        turns = [signal.windings(vector[first::step]) for first, step in ((0, 1), (0, 2))]
+        if length.min() <= scatter or abs(turns[0] - turns[1]) > 0.5:
+            reason = (
+                f"the osculating {what} of {motion.name} comes to {length.min():.2g}, with a scatter of {scatter:.2g} "
+                f"in a revolution, and its direction makes {turns[0]:.4g} turns by all samples and {turns[1]:.4g} by "
+                "every second one; expected the rates of L, h = e sin(varpi) and k = e cos(varpi), or orbit_precession"
+            )
+            found |= dict.fromkeys(names, reason)
+    return found
 
 
 def mean_elements(run: Record, *, mu: Any = None, body: int | str = 1, about: int | str = 0) -> MeanElements:

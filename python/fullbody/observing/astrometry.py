@@ -10,9 +10,9 @@ import numpy.typing as npt
 from ..base.arguments import warn_if_degrees
 from ..errors import InvalidInput
 from ..model.context import SystemLike
+from .centre_of_light import photocentre, semi_axes
 from .columns import Column, Rows, column, jitter_of, positive_rows
 from .data import Observations
-from .photocentre import photocentre, semi_axes
 from .vectors import Vectors, local_geometry, turn
 
 __all__ = ["Astrometry"]

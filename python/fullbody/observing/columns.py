@@ -9,6 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import refuse_unknown
+from ..base.epochs import dates as dates_of
+from ..base.epochs import refuse_coarse
+from ..base.foreign import are_dates, plain_or_quantity
 from ..base.units import (
     LARGEST,
     SMALLEST,
@@ -23,7 +26,6 @@ from ..base.units import (
     usable_unit,
 )
 from ..errors import InconsistentInput, InvalidInput, caution
-from .times import are_dates
 
 __all__ = ["Column", "Rows", "column", "jitter_of", "positive_rows", "read_table"]
 
@@ -36,6 +38,8 @@ def column(given: Any, what: str, unit: Any = None) -> tuple[_Array, Any]:
     Values with a unit are converted to ``unit``; plain numbers are taken to be in it.
     """
     refuse_booleans(given, what)
+    if hasattr(given, "dims") or getattr(getattr(given, "dtype", None), "kind", "") == "m":
+        given = plain_or_quantity(given, what)
     try:
         given, mask = _unmasked(given)
     except (TypeError, ValueError, OverflowError) as error:
@@ -64,8 +68,8 @@ def _unmasked(given: Any) -> tuple[Any, Any]:
     """Return values without their mask, and the mask if there is one."""
     if hasattr(given, "to_numpy"):
         # The column is one of pandas, whose missing values may have a type of their own.
-        if getattr(given.dtype, "kind", "") == "c":
-            raise TypeError("they are complex")
+        if getattr(given.dtype, "kind", "") in ("c", "M"):
+            raise TypeError("they are complex or dates")
         given = given.to_numpy(dtype=np.float64, na_value=np.nan)
     if isinstance(given, np.ma.MaskedArray):
         plain = np.array(np.ma.getdata(given), dtype=np.float64)
@@ -96,6 +100,7 @@ class Rows:
                 # One number in place of a column is accepted for errors and correlations only.
                 expected = "expected (K,), one for each of times"
                 raise InvalidInput(f"{name} of {owner} has shape {given[name].shape}; {expected}")
+        times = dates_of(times, f"times of {owner}")
         if are_dates(times):
             mask = np.asarray(times.mask) if getattr(times, "masked", False) else None
             plain = times.unmasked if mask is not None and hasattr(times, "unmasked") else times
@@ -107,10 +112,11 @@ class Rows:
             if mask is not None:
                 axis[mask] = np.nan
         else:
+            refuse_coarse(times, None, f"times of {owner}")
             axis, unit = column(times, f"times of {owner}")
             plain = axis if unit is None else axis * unit
         if axis.ndim != 1 or not len(axis):
-            raise InvalidInput(f"times of {owner} has shape {axis.shape}; expected (K,)")
+            raise InvalidInput(f"times of {owner} has shape {axis.shape}; expected (K,), one time or more")
         absent = np.isnan(axis)
         for name, values in given.items():
             if values.shape[:1] not in ((), axis.shape):
@@ -267,19 +273,25 @@ def _stacked(parts: list[Any], what: str) -> Any:
 
 
 def _dates(values: Any, dates: tuple[str, str] | None, attrs: Mapping[str, Any]) -> Any:
-    if are_dates(values):
-        return values
-    kind = getattr(getattr(values, "dtype", None), "kind", "")
-    if dates is None and kind != "M":
-        return values
+    if dates is None or are_dates(values):
+        try:
+            return dates_of(values, "times of the table", attrs.get("time_scale", "utc"))
+        except InvalidInput as error:
+            raise InvalidInput(f"{error}, or dates=('isot', 'utc')") from error
     with need("observing", "dates of a table"):
         from astropy.time import ScaleValueError, Time
 
-    if dates is None:
-        return Time(np.asarray(values, dtype="datetime64[ns]"), scale=attrs.get("time_scale", "utc"))
     if not isinstance(dates, tuple | list) or len(dates) != 2:
         raise InvalidInput(f"dates is {dates!r}; expected a format and a scale, such as ('jd', 'utc')")
+
+    def read(given: Any) -> Any:
+        return Time(given, format=dates[0], scale=dates[1])
+
+    column = np.asarray(values)
     try:
-        return Time(np.asarray(values), format=dates[0], scale=dates[1])
+        refuse_coarse(column, lambda one, other: abs((read(other) - read(one)).to_value("s")), "times of the table")
+        return read(column.astype(str) if column.dtype.kind in "OT" else column)
+    except InvalidInput:
+        raise
     except (ValueError, TypeError, ScaleValueError) as error:
         raise InvalidInput(f"times of the table are not dates of the format and scale {dates!r}: {error}") from error

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..base.epochs import date, dates
+from ..base.foreign import are_dates, shown
 from ..base.units import Units, need
 from ..errors import InvalidInput
 from ..forces.ephemeris import about_sun, barycentric, dense_table
@@ -16,7 +18,7 @@ from ..model.context import SystemLike
 from ..spice.conventions import spiceypy
 from ..spice.kernel import plain
 from ..spice.state import loaded
-from .times import LIGHT_SPEED, are_dates, date, kilometres, seconds, system_epoch
+from .times import LIGHT_SPEED, kilometres, seconds, system_epoch
 
 __all__ = ["from_orbit", "from_spice", "from_system"]
 
@@ -131,17 +133,14 @@ def from_spice(target: Any, observer: Any, kernels: Sequence[Any], span: Any, li
 
 def _span(span: Any) -> tuple[Any, float]:
     """Return the first date of a span, TDB, and its length in s."""
-    from astropy.time import Time, TimeDelta
+    from astropy.time import TimeDelta
 
-    dates = span if are_dates(span) else Time([date(one, "span") for one in _listed(span)])
-    dates = np.atleast_1d(dates.tdb)
-    first, last = dates.min(), dates.max()
+    found = dates(span, "span")
+    if not are_dates(found) or isinstance(span, str):
+        expected = "expected dates, such as ['2022-09-26 TDB', '2022-10-26 TDB'] or a Time"
+        raise InvalidInput(f"span is {shown(span)}; {expected}")
+    moments = np.atleast_1d(found.tdb)
+    first, last = moments.min(), moments.max()
     length = float((last - first).to_value("s"))
     # For a single date the span is a second about it.
     return (first, length) if length > 0.0 else (first - TimeDelta(1.0, format="sec"), 2.0)
-
-
-def _listed(span: Any) -> list[Any]:
-    if isinstance(span, str) or not isinstance(span, Sequence) or not len(span):
-        raise InvalidInput(f"span is {span!r}; expected dates, such as ['2022-09-26 TDB', '2022-10-26 TDB'] or a Time")
-    return list(span)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..base.foreign import are_dates, shown
 from ..base.units import is_quantity
 from ..errors import InvalidInput
 from ..model.context import SystemLike
@@ -17,7 +18,6 @@ from .data import Observations
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
 from .states import RetardedStates, refuse_inside
-from .times import are_dates
 from .vectors import Vectors, local_geometry
 
 if TYPE_CHECKING:
@@ -97,8 +97,8 @@ class Photometry(Observations):
         night: Any = None,
         reduced: bool = True,
     ) -> None:
-        unit = "mag" if any(is_quantity(value) for value in (magnitude, sigma)) else None
-        numbers = {"magnitude": column(magnitude, "magnitude", unit)[0], "sigma": column(sigma, "sigma", unit)[0]}
+        given = (("magnitude", magnitude), ("sigma", sigma))
+        numbers = {name: column(value, name, "mag")[0] for name, value in given}
         rows = Rows(times, numbers, ("magnitude",), "Photometry")
         super().__init__(rows, geometry)
         if not geometry.has_sun:
@@ -114,14 +114,17 @@ class Photometry(Observations):
         if not (isinstance(zero, str) and zero == "free") and not known:
             raise InvalidInput(f"zero is {zero!r}; expected 'free' or a finite number")
         self.zero = zero
-        if night is None:
-            labels = _nights(self.times)
-        elif np.shape(night) != (rows.given,):
+        if night is not None and np.shape(night) != (rows.given,):
             raise InvalidInput(f"night has shape {np.shape(night)}; expected ({rows.given},), one for each of times")
+        if night is None or all(label is None for label in np.asarray(night)):
+            labels = _nights(self.times)
         else:
             labels = np.asarray(night)[self.rows]
-        #: Names of the nights, and the index of each row's night among them.
-        self.nights, self._night = np.unique(labels, return_inverse=True)
+        try:
+            #: Names of the nights, and the index of each row's night among them.
+            self.nights, self._night = np.unique(labels, return_inverse=True)
+        except TypeError as error:
+            raise InvalidInput(f"night is {shown(night)}, labels of several kinds; expected one kind") from error
 
     def _in_table(self) -> tuple[dict[str, Any], dict[str, Any]]:
         columns = {"magnitude": self.magnitude, "sigma": self.sigma, "night": self.nights[self._night]}
@@ -180,7 +183,7 @@ class Photometry(Observations):
         return values[:, 0]
 
     def _widen(self, jitter: Any) -> None:
-        self.sigma = np.hypot(self.sigma, jitter_of(jitter, "mag" if is_quantity(jitter) else None))
+        self.sigma = np.hypot(self.sigma, jitter_of(jitter, "mag"))
 
     def _photometer(self, system: SystemLike) -> Photometer:
         return Photometer(system, self.law, self.albedo, self.mutual, self.sun_radius)

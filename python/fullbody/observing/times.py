@@ -8,27 +8,15 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base import epochs
+from ..base.foreign import are_dates
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 
-__all__ = ["LIGHT_SPEED", "are_dates", "date", "in_system", "kilometres", "seconds", "system_epoch"]
+__all__ = ["LIGHT_SPEED", "in_system", "kilometres", "seconds", "system_epoch"]
 
 _Array = npt.NDArray[np.float64]
 #: The speed of light in km/s.
 LIGHT_SPEED = 299792.458
-
-
-def are_dates(times: Any) -> bool:
-    """Return whether times are dates (an astropy ``Time``) and not times since an epoch."""
-    return hasattr(times, "jd1") and not hasattr(times, "to")
-
-
-def date(given: Any, what: str) -> Any:
-    """Return a date as a ``Time`` of the scale TDB, from a ``Time`` or a text such as ``"2022-09-26 TDB"``."""
-    try:
-        return epochs.to_time(epochs.to_text(given)).tdb
-    except InvalidInput as error:
-        raise InvalidInput(f"{what}: {error}") from error
 
 
 def system_epoch(system: SystemLike, what: str) -> Any:
@@ -45,6 +33,7 @@ def in_system(times: Any, system: SystemLike, what: str) -> _Array:
 
     Dates are converted to TDB, which is the time scale of a system.
     """
+    times = epochs.dates(times, what)
     if are_dates(times):
         since = (times.tdb - system_epoch(system, f"a date in {what}")).to_value("s")
         numbers = np.asarray(since, dtype=np.float64) / seconds(system, f"a date in {what}")

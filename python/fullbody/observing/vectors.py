@@ -10,12 +10,15 @@ import numpy.typing as npt
 
 from ..base import values
 from ..base.arguments import directions, refuse_mixture, vectors
+from ..base.epochs import dates, refuse_coarse
+from ..base.foreign import are_dates, shown
+from ..base.splines import relative_error
 from ..base.units import gathered, is_quantity, need, numbers, refuse_booleans, strip_to
-from ..errors import InconsistentInput, InvalidInput, caution
+from ..errors import InvalidInput, caution
 from ..frames import rotation
 from ..model.context import SystemLike
 from ..typing import Array
-from .times import LIGHT_SPEED, are_dates, kilometres, seconds, system_epoch
+from .times import LIGHT_SPEED, kilometres, seconds, system_epoch
 
 __all__ = ["SystemGeometry", "Vectors", "local_geometry", "turn"]
 
@@ -46,7 +49,7 @@ class Vectors:
         self._second: float | None = None
         axis = self._axis(times, first=True)
         if axis.ndim != 1 or not len(axis):
-            raise InvalidInput(f"times has shape {axis.shape}; expected (K,)")
+            raise InvalidInput(f"times has shape {axis.shape}; expected (K,), one time or more")
         order = np.argsort(axis, kind="stable")
         self._times = axis[order]
         if (twice := np.flatnonzero(np.diff(self._times) == 0.0)).size:
@@ -64,6 +67,7 @@ class Vectors:
 
     def _axis(self, times: Any, first: bool = False) -> _Array:
         """Return times as numbers along the spline: seconds since the first date, seconds, or plain numbers."""
+        times = dates(times, "times")
         if are_dates(times):
             if first:
                 self._origin, self._second = np.ravel(times)[0].tdb, 1.0
@@ -71,9 +75,10 @@ class Vectors:
                 raise InvalidInput("time is a date, but the geometry has times since an epoch; expected such a time")
             return np.asarray((times.tdb - self._origin).to_value("s"), dtype=np.float64)
         refuse_booleans(times, "times")
+        refuse_coarse(times, None, "times of the geometry")
         times = gathered(times, "times", "time")
         if self._origin is not None:
-            raise InvalidInput(f"time is {times!r}; expected a date (an astropy Time), as the geometry has them")
+            raise InvalidInput(f"time is {shown(times)}; expected a date (an astropy Time), as the geometry has them")
         if is_quantity(times):
             from astropy import units as u
 
@@ -84,9 +89,9 @@ class Vectors:
             found = numbers(times, "times")
         if not first and is_quantity(times) != (self._second is not None):
             wanted = "a plain number" if self._second is None else "a Quantity"
-            raise InvalidInput(f"time is {times!r}; expected {wanted}, as the geometry has them")
+            raise InvalidInput(f"time is {shown(times)}; expected {wanted}, as the geometry has them")
         if not np.isfinite(found).all():
-            raise InvalidInput(f"times is {times!r}; expected finite numbers")
+            raise InvalidInput(f"times is {shown(times)}; expected finite numbers")
         return found
 
     def _vectors(self, given: Any, what: str, order: Any) -> _Array:
@@ -190,28 +195,16 @@ class Vectors:
         return np.asarray(spline(axis, derivative), dtype=np.float64)
 
     def _warn_if_coarse(self, table: _Array) -> None:
-        """Warn once if rows are so far apart that the spline between them does not follow the path.
-
-        Each row is compared with the cubic through the two rows before it and the two after it. On evenly spaced rows
-        the difference is 64 times the error of the spline.
-        """
-        if len(table) < 5 or ("warned", id(table)) in self._known:
+        """Warn once if rows are so far apart that the spline between them does not follow the path."""
+        if ("warned", id(table)) in self._known:
             return
         self._known["warned", id(table)] = True
-        t, count = self._times, len(self._times) - 4
-        near = {k: t[k : k + count] for k in range(5)}
-        there = np.zeros((count, 3))
-        for k in (0, 1, 3, 4):
-            factors = [(near[2] - near[j]) / (near[k] - near[j]) for j in (0, 1, 3, 4) if j != k]
-            there += np.prod(factors, axis=0)[:, None] * table[k : k + count]
-        error = np.linalg.norm(there - table[2:-2], axis=1) / 64 / np.linalg.norm(table[2:-2], axis=1)
-        worst = int(np.argmax(error))
-        if error[worst] > _COARSE:
+        error, row = relative_error(self._times, table)
+        if error > _COARSE:
             caution(
                 f"the vectors of the geometry are so far apart in time that the spline between them is wrong by about "
-                f"{error[worst]:.1g} of the distance near {self._said(t[worst + 2])}; expected rows nearer to each "
-                "other, or times that are among those of the geometry",
-                InconsistentInput,
+                f"{error:.1g} of the distance near {self._said(self._times[row])}; expected rows nearer to each other, "
+                "or times that are among those of the geometry"
             )
 
     def __eq__(self, other: object) -> bool:

@@ -115,7 +115,7 @@ class KeplerElements(Generic[_T], Tabled):
     def __init__(self, a: Any, e: Any, i: Any, Omega: Any, omega: Any, M: Any, *, frame: Any = None) -> None:
         object.__setattr__(self, "frame", frame)
         for name, value in zip(("a", "e", *_ANGLES), (a, e, i, Omega, omega, M), strict=True):
-            value = gathered(value, name, "angle" if name in _ANGLES else "length")
+            value = gathered(value, name, {"a": "length", "e": "number"}.get(name, "angle"))
             plain = isinstance(value, list | tuple | np.ndarray) and not is_quantity(value)
             object.__setattr__(self, name, numbers(value, name) if plain else value)
         # The core checks the elements; the value of mu does not matter for this.

@@ -17,7 +17,7 @@ from ..errors import FullbodyError, Interrupted, InvalidInput, caution
 from ..model.context import Context, S
 from ..record.dense import Dense
 from ..record.integrators import Integrator, Verner98
-from ..record.times import end_of_run, sampling, warn_of_spacing
+from ..record.times import end_of_run, sampling, spacing_warning
 from .events import ParticleEvent, Shadow
 from .flight import Flight
 from .given import Particles
@@ -82,7 +82,8 @@ class FlightTask:
         time = self._start(dense.range[0] if start is None and self._time is None else start)
         last = dense.core.range[1]
         end = last if until is None and duration is None else end_of_run(until, duration, time, units)
-        warn_of_spacing(output, end - time, units)
+        if (warning := spacing_warning(output, end - time, units)) is not None:
+            caution(warning)
         if isinstance(output, float) and abs(end - time) / output * len(self._numbers[0]) * 48.0 > 2.0**34:
             raise InvalidInput(f"output is {output!r}, which asks for more than 17 GB; expected a longer spacing")
         record, error = _core.fly(

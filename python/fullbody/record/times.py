@@ -10,7 +10,15 @@ from ..base.tables import number
 from ..base.units import Units, scalar
 from ..errors import InvalidInput, caution
 
-__all__ = ["end_of_run", "sampling", "warn_of_spacing"]
+__all__ = ["end_of_run", "given_end", "sampling", "spacing_warning"]
+
+
+def given_end(until: Any, duration: Any) -> dict[str, Any]:
+    """Return the one of both that is given, by its name, or raise an error."""
+    if (until is None) == (duration is None):
+        given = "neither until nor duration" if until is None else "both until and duration"
+        raise InvalidInput(f"{given} are given; expected until, a time, or duration, a length of time")
+    return {"until": until} if duration is None else {"duration": duration}
 
 
 def end_of_run(until: Any, duration: Any, start: float, units: Units) -> float:
@@ -21,10 +29,7 @@ def end_of_run(until: Any, duration: Any, start: float, units: Units) -> float:
     InconsistentInput
         For a text that is a time before the start.
     """
-    if (until is None) == (duration is None):
-        given = "neither until nor duration" if until is None else "both until and duration"
-        raise InvalidInput(f"{given} are given; expected until, a time, or duration, a length of time")
-    if until is None:
+    if "duration" in given_end(until, duration):
         return start + units.number(duration, "time", "duration")
     end = scalar(units.strip(until, "time", "until"), "until")
     if isinstance(until, str) and end < start:
@@ -53,11 +58,12 @@ def sampling(output: Any, units: Units) -> Any:
     return float(values)
 
 
-def warn_of_spacing(output: Any, length: float, units: Units) -> None:
-    """Warn of a spacing of times that is longer than the run."""
-    if isinstance(output, float) and np.inf > output > abs(length) > 0.0:
-        spacing, whole = (number(units.attach(np.float64(value), "time")) for value in (output, abs(length)))
-        caution(
-            f"output is {spacing}, a spacing of times, and the run is only {whole} long: its start and its end are "
-            "recorded; expected a shorter spacing, or 'ends'"
-        )
+def spacing_warning(output: Any, length: float, units: Units) -> str | None:
+    """Return a warning of a spacing of times that is longer than the run, or ``None``."""
+    if not (isinstance(output, float) and np.inf > output > abs(length) > 0.0):
+        return None
+    spacing, whole = (number(units.attach(np.float64(value), "time")) for value in (output, abs(length)))
+    return (
+        f"output is {spacing}, a spacing of times, and the run is only {whole} long: its start and its end are "
+        "recorded; expected a shorter spacing, or 'ends'"
+    )

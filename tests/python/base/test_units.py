@@ -71,9 +71,9 @@ def test_density_in_other_units():
     assert back.to_value(u.kg / u.m**3) == pytest.approx(2000.0, rel=1e-15)
 
 
-def test_spin_without_an_angle_counts_as_radians():
-    state = fullbody.State([[0, 0, 0]] * u.km, [[0, 0, 0]] * u.km / u.s, spin=[[0, 0, 3.6]] / u.hour)
-    assert state.spin[0, 2].to_value(u.rad / u.s) == pytest.approx(1e-3, rel=1e-15)
+def test_spin_without_an_angle_may_count_turns_and_is_refused():
+    with pytest.raises(InvalidInput, match="spin has the unit 1 / h, which may count turns"):
+        fullbody.State([[0, 0, 0]] * u.km, [[0, 0, 0]] * u.km / u.s, spin=[[0, 0, 3.6]] / u.hour)
 
 
 def test_angles_in_degrees():
@@ -303,8 +303,8 @@ def test_texts():
     assert system.integrate(state, "0.5 day", output="6 hour").time.value.tolist() == [0, 6, 12]
     with pytest.raises(InvalidInput, match="until has the unit d, but the system has no units"):
         fullbody.systems.case1()[0].integrate(fullbody.systems.case1()[1], "1 day")
-    for text in ("later", "1 parsnip", ""):
-        what = f"until is '{text}'; expected numbers, or text with a unit, such as '2.5 h'"
+    for text, unknown in (("later", ""), ("1 parsnip", ", whose unit 'parsnip' is not known"), ("", "")):
+        what = f"until is '{text}'{unknown}; expected numbers, or text with a unit, such as '2.5 h'"
         with pytest.raises(InvalidInput, match=what):
             system.integrate(state, text)
     with pytest.raises(InvalidInput, match=r"until is '10', which has no unit; .*'10 h', or a number"):
@@ -337,7 +337,10 @@ def test_times_as_people_write_them(text, seconds):
 def test_texts_that_are_no_times():
     system, state = fullbody.systems.kw4(units=True)
     # A month has no fixed length; M is mega, and 10 m are metres.
-    for text, what in (("1 month", "until is '1 month'; expected .*'2.5 h'"), ("10 m", "until has the unit m")):
+    for text, what in (
+        ("1 month", "until is '1 month', whose unit 'month' is not known; expected .*'2.5 h'"),
+        ("10 m", "until has the unit m"),
+    ):
         with pytest.raises(InvalidInput, match=what):
             system.integrate(state, text)
     # What is understood here is not understood elsewhere in the process.
@@ -382,8 +385,8 @@ def test_semi_axes_with_units_are_one_quantity():
 def test_units_that_are_none():
     bodies = fullbody.systems.kw4()[0].bodies
     for units, what in (
-        (("km", "hours", "kg"), "units has 'hours', which is not a unit; did you mean 'hour'?"),
-        (("km", "hour", "kgs"), "units has 'kgs', which is not a unit; did you mean 'kg'?"),
+        (("km", "houres", "kg"), "units has 'houres', which is not a unit; did you mean 'hour'?"),
+        (("km", "hour", "kgx"), "units has 'kgx', which is not a unit; did you mean 'kg'?"),
         (("xyz", "hour", "kg"), "units has 'xyz', which is not a unit; expected"),
         (("hour", "km", "kg"), "units has 'h'; expected a unit of length"),
         ((1e-70 * u.km, "hour", "kg"), "units has <Quantity 1.e-70 km>, which is not a unit"),
@@ -394,6 +397,7 @@ def test_units_that_are_none():
     assert fullbody.System(bodies, units=True) == fullbody.System(bodies, units=("km", "hour", "kg"))
     assert fullbody.System(bodies, G=1.0, units=False).units is None
     assert fullbody.System(bodies, G=1.0, units=np.False_).units is None
+    assert fullbody.System(bodies, units=("kilometre", "hours", "kilograms")).units == ("km", "h", "kg")
     assert fullbody.System(bodies, units=np.True_).units == ("km", "h", "kg")
 
 
@@ -422,11 +426,11 @@ def test_lists_of_quantities_keep_their_units():
     assert mixed.position[1, 0].to_value(u.m) == pytest.approx(1200.0, rel=1e-15)
     with pytest.raises(InvalidInput, match=r"position mixes Quantities and plain numbers"):
         fullbody.State(position=[[0, 0, 0], r], velocity=np.zeros((2, 3)))
-    for unit in (u.Hz, u.mHz, u.kHz, u.Bq):
-        with pytest.raises(InvalidInput, match=rf"spin has the unit {unit}, cycles by a time; expected an an"):
+    for unit in (u.Hz, u.mHz, u.kHz, u.Bq, u.s**-1):
+        with pytest.raises(InvalidInput, match=rf"spin has the unit {unit}, which may count turns; expected an an"):
             fullbody.State(position=np.zeros((1, 3)), velocity=np.zeros((1, 3)), spin=[[0, 0, 1]] * unit)
-    # Turns are angles; a mere 1/time counts radians.
-    for unit, rate in ((u.cycle / u.s, 2 * np.pi), (1 / u.s, 1.0), (u.deg / u.s, np.pi / 180)):
+    # Turns are angles.
+    for unit, rate in ((u.cycle / u.s, 2 * np.pi), (u.deg / u.s, np.pi / 180)):
         state = fullbody.State(np.zeros((1, 3)) * u.km, np.zeros((1, 3)), spin=[[0, 0, 1]] * u.Unit(unit))
         assert state.spin[0, 2].to_value(u.rad / u.s) == pytest.approx(rate, rel=1e-15)
 

@@ -100,7 +100,7 @@ def test_units_frames_and_epochs():
     [
         ({"name": "vulcan"}, "name is 'vulcan'; expected one of sun, mercury"),
         ({"name": "pluto"}, "pluto is not available from the ephemeris 'builtin'"),
-        ({"date": "yesterday"}, "date: epoch is 'yesterday'; expected a date with its scale"),
+        ({"date": "yesterday"}, "date is 'yesterday'; expected a date with its time scale"),
         ({"orbit": None}, "orbit is None; expected the KeplerElements"),
         (
             {"orbit": fullbody.KeplerElements(1.6, 0, 0, 0, 0, 0)},

@@ -62,3 +62,73 @@ def test_a_spacing_that_is_longer_than_the_run_is_warned_of():
         assert len(SYSTEM.integrate(LATER, duration=4.0, output=4.0)) == 2
         assert len(SYSTEM.integrate(LATER, 30.0, output=100.0)) == 1
         assert np.isclose(SYSTEM.integrate(LATER, 26.0, output="2 h").time[-1].value, 26.0)
+
+
+def test_many_runs_maps_and_sections_take_a_duration_from_the_time_of_each_start():
+    members = [(SYSTEM, STATE), (SYSTEM, LATER)]
+    runs = fullbody.integrate_many(members, duration=["4 h", "2 h"], output="ends")
+    assert [run.time[-1].to_value("h") for run in runs] == [4.0, 32.0]
+    runs = fullbody.integrate_many(members, duration="4 h", output="ends")
+    assert [run.time[-1].to_value("h") for run in runs] == [4.0, 34.0]
+
+    def setup(late):
+        return SYSTEM, STATE.replace(time=late * u.h)
+
+    def end(run):
+        return {"end": run.time[-1]}
+
+    options = {"measure": end, "output": "ends"}
+    for duration in ("3 h", 3.0, lambda late: 3.0):
+        found = fullbody.sweep(setup, {"late": [0.0, 10.0]}, duration=duration, **options)
+        assert found.end.values.tolist() == [3.0, 13.0]
+    found = fullbody.sweep(lambda late, span: setup(late), {"late": [1.0], "span": [2.0]}, duration="span", **options)
+    assert found.end.values.tolist() == [[3.0]]
+    event = fullbody.events.Function(lambda state: state.time.to_value("h") - 31.5)
+    ends = [
+        len(fullbody.analysis.section(SYSTEM, LATER, event=event, duration=duration).crossings[0])
+        for duration in ("1 h", "2 h")
+    ]
+    assert ends == [0, 1]
+    for call in (
+        lambda: fullbody.integrate_many(members),
+        lambda: fullbody.sweep(setup, {"late": [0.0]}, **options),
+        lambda: fullbody.analysis.section(SYSTEM, LATER, event=event),
+    ):
+        with pytest.raises(InvalidInput, match="neither until nor duration are given"):
+            call()
+    with pytest.raises(InvalidInput, match=r"duration has 2 values; expected one, or 3"):
+        fullbody.integrate_many([*members, members[0]], duration=[1.0, 2.0])
+
+
+def test_many_runs_warn_once_of_what_each_of_them_would_warn_of():
+    members = [(SYSTEM, LATER.replace(time=late * u.h)) for late in (30.0, 31.0, 32.0)]
+    with pytest.warns(InconsistentInput) as caught:
+        fullbody.integrate_many(members, "1 day", output=100.0)
+    texts = [str(one.message) for one in caught]
+    assert len(texts) == 2
+    assert "the run goes backwards by 6 h" in texts[0]
+    assert "output is 100 h" in texts[1]
+
+
+@pytest.mark.filterwarnings("always")
+def test_a_map_and_a_fit_warn_once_of_their_setup(recwarn):
+    def setup(mass):
+        size = {"a": 1.0, "b": 1.0, "c": 1.0}
+        bodies = [fullbody.Body(fullbody.Ellipsoid(*size.values()), mass=mass * 1e3 * u.kg, name=name) for name in "AB"]
+        state = fullbody.State([[0, 0, 0], [5.0, 0, 0]] * u.km, np.zeros((2, 3)))
+        return fullbody.System(bodies, units=True), state
+
+    fullbody.sweep(setup, {"mass": [1.0, 2.0, 3.0, 4.0]}, "1 h", measure="drift", output="ends")
+    # Of each body, since the names differ.
+    assert sorted(str(one.message).partition(" has ")[0] for one in recwarn.list) == ["A", "B"]
+    recwarn.clear()
+
+    def speed(run):
+        return run.velocity[-1, 1, 0].to_value("km/h")
+
+    data = [fullbody.observing.Measured(name, speed, -1e-12, 1e-13, times=[0.0, 1.0] * u.h) for name in ("one", "two")]
+    fullbody.fit(setup, {"mass": 2.0}, data)
+    assert sum("density" in str(one.message) for one in recwarn.list) == 2
+    recwarn.clear()
+    setup(1.0), setup(2.0)
+    assert len(recwarn.list) == 4

@@ -10,6 +10,8 @@ A homogeneous spheroid has J2 R^2 = (a^2 - c^2)/5. What first order leaves out i
 a few.
 """
 
+import pickle
+
 import fullbody
 import numpy as np
 import pytest
@@ -193,3 +195,43 @@ def test_an_orbit_whose_plane_turns_over():
         found = observables.orbit_precession(run[:count])
         expected = 2 * np.pi / windowed(run.time[:count], angle[:count])
         np.testing.assert_allclose(found.sidereal_period, expected, rtol=1e-6)
+
+
+def test_angles_that_are_not_defined_have_no_rate():
+    """A tilted 1999 KW4, whose forced eccentricity winds about zero as often as samples happen to show it."""
+    system, state = fullbody.systems.kw4()
+    state = state.rotated("Alpha", [1, 0, 0], np.radians(8.0)).rotated("Beta", [1, 0, 0], np.radians(6.0))
+    for output in (0.1, 0.5, 2.0, 5.0):
+        run = system.integrate(state, 480.0, output=output)
+        found = observables.element_rates(run)
+        for rates in (found.rates, found.mean_rates, pickle.loads(pickle.dumps(found)).mean_rates):
+            assert list(rates) == ["a", "e", "i", "h", "k", "L"]
+            with pytest.raises(
+                fullbody.errors.InvalidInput, match="varpi has no rate: the osculating eccentricity of b"
+            ):
+                rates["varpi"]
+            with pytest.raises(
+                fullbody.errors.InvalidInput, match="Omega has no rate: the osculating sine of the incl"
+            ):
+                rates["Omega"]
+            with pytest.raises(KeyError):
+                rates["Q"]
+        # The longitude grows by whole turns that passages of a fixed plane count.
+        x, y = (run.position[:, 1] - run.position[:, 0])[:, :2].T
+        assert found.mean_rates["L"] == pytest.approx(windowed(run.time, np.unwrap(np.arctan2(y, x))), rel=2e-4)
+
+
+def test_rates_do_not_depend_on_the_samples():
+    """Random satellites of an oblate body: the same rates from few samples as from many, or none."""
+    rng = np.random.default_rng(4)
+    kept = 0
+    for _ in range(12):
+        inclination, e = rng.uniform(0.0, 175.0), 10.0 ** rng.uniform(-3.5, -0.5)
+        run = satellite(inclination, e, 30, size=3.0)
+        many, few = (observables.element_rates(run[:: int(step)]) for step in (1, rng.integers(2, 9)))
+        for name in few.mean_rates.keys() & many.mean_rates.keys() - {"h", "k"}:
+            np.testing.assert_allclose(
+                few.mean_rates[name], many.mean_rates[name], rtol=0, atol=1e-3 * many.mean_rates["L"]
+            )
+        kept += "omega" in few.mean_rates
+    assert 2 < kept < 12

@@ -235,7 +235,7 @@ def test_runs_that_do_not_serve_are_refused():
 
 @pytest.mark.parametrize("phase", [0.0, 1e-6, 20.0, 75.0, 150.0])
 def test_centre_of_light_is_the_mean_over_the_surface(phase):
-    from fullbody.observing.photocentre import photocentre
+    from fullbody.observing.centre_of_light import photocentre
 
     axes, q = np.array([1.3, 1.0, 0.7]), np.array([0.6, 0.3, -0.5, 0.5])
     q /= np.linalg.norm(q)

@@ -1,5 +1,7 @@
 """Vectors to the observer and to the Sun: catalogues, closed forms, kernels, and what is refused."""
 
+import warnings
+
 import astropy.units as u
 import fullbody
 import numpy as np
@@ -147,7 +149,7 @@ def test_time_scales_differ_as_they_do():
 
 
 def test_frames_of_geometry_and_system_do_not_change_what_is_seen():
-    vectors = np.array([[0.1, 0.02, -0.03], [0.11, 0.01, -0.03]])
+    vectors = np.array([[0.1, 0.02, -0.03], [0.101, 0.019, -0.03]])
     seen = []
     for of_geometry in ("ecliptic", "equatorial"):
         for of_system in ("ecliptic", "equatorial"):
@@ -205,7 +207,7 @@ def test_spice_kernel_of_uniform_motion_gives_the_closed_form(tmp_path):
 
 def test_vectors_between_rows_are_those_of_a_cubic_spline_and_rows_may_come_in_any_order():
     times = np.array([0.0, 1.0, 2.5, 3.0, 4.5, 5.0])
-    vectors = np.stack([10 + np.sin(times), np.cos(times), 0.3 * times], axis=1)
+    vectors = np.stack([40 + np.sin(times), np.cos(times), 0.3 * times], axis=1)
     expected = CubicSpline(times, vectors)(2.2)
     order = [3, 0, 5, 1, 4, 2]
     shuffled = observing.Geometry(times[order], to_observer=vectors[order], light_time=False)
@@ -269,3 +271,34 @@ def test_what_a_geometry_does_not_know_is_refused_by_name():
             observing.Geometry.from_orbit(ERIS, EPOCH, span=span)
     with pytest.raises(InvalidInput, match="hubble is not available from the ephemeris"):
         observing.Geometry.from_orbit(ERIS, EPOCH, span=["2022-09-26 TDB"], observer="hubble")
+
+
+def test_rows_too_far_apart_for_their_spline_are_warned_of_whatever_their_number():
+    """Random planes and distances of a planet seen from another one; the error by the exact path."""
+    rng = np.random.default_rng(8)
+    wrong = quiet = 0
+    for _ in range(400):
+        rows, step = int(rng.integers(2, 9)), 10.0 ** rng.uniform(-2.3, 0.3)
+        plane, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        radius, other, rate = 1.0, rng.uniform(0.0, 0.6), rng.uniform(-1.0, 1.0)
+
+        def path(t, plane=plane, radius=radius, other=other, rate=rate):
+            flat = radius * np.exp(1j * t) + other * np.exp(1j * (rate * t + 1.0))
+            return np.stack([flat.real, flat.imag, 0 * t], axis=-1) @ plane
+
+        times = step * np.arange(rows)
+        geometry = observing.Geometry(times, to_observer=path(times), light_time=False)
+        between = np.linspace(times[0], times[-1], 101)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            found = geometry.to_observer(between)
+        exact = path(between)
+        error = (np.linalg.norm(found - exact, axis=1) / np.linalg.norm(exact, axis=1)).max()
+        if error > 1e-2:
+            wrong += 1
+            assert caught, (rows, step, error)
+        elif error < 1e-5:
+            quiet += 1
+            assert not caught, (rows, step, error)
+    assert wrong > 50
+    assert quiet > 50
