@@ -1,4 +1,4 @@
-"""The physical 1999 KW4 beside the paper's set-up: relaxed, nominal and excited."""
+"""The paper's bodies on the physical, prograde orbit beside the paper's set-up: relaxed, nominal and excited."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from fullbody import Component, KeplerElements, Run, State, binary, systems
+from fullbody import Component, KeplerElements, Run, State, System, binary, systems
 from fullbody.observables import libration, obliquity
 from scipy.spatial.transform import Rotation
 
@@ -43,8 +43,8 @@ class Motion:
 
 def states() -> dict[str, tuple[str, Any, State]]:
     """Name: what it starts from, system, state."""
-    system, nominal = systems.kw4()
     paper_system, paper_state = systems.kw4_ho2021()
+    system, nominal = _prograde(paper_system, paper_state)
     return {
         PAPER: ("retrograde to both spins, Beta's axes along the inertial ones", paper_system, paper_state),
         FLAT: (
@@ -73,6 +73,25 @@ def states() -> dict[str, tuple[str, Any, State]]:
             _excited(system, nominal),
         ),
     }
+
+
+def _prograde(system: System, state: State) -> tuple[System, State]:
+    """The orbit in the xy-plane, Alpha's pole tilted from its normal, Beta aligned; the elements are osculating."""
+    alpha, beta = system.bodies
+    return binary(
+        Component(
+            semi_axes=alpha.fitted_ellipsoid().semi_axes,
+            mass=alpha.mass,
+            rotation_period=2 * np.pi / state.spin[0, 2],
+            tilt=state.tait_bryan[0, 0],
+            name=alpha.name,
+        ),
+        Component(semi_axes=beta.fitted_ellipsoid().semi_axes, mass=beta.mass, name=beta.name),
+        semi_major_axis=ORBIT["a"],
+        eccentricity=ORBIT["e"],
+        mismatch_warning=np.inf,
+        G=system.G,
+    )
 
 
 def _equator_in_orbit(state: State) -> State:

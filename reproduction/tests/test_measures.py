@@ -88,7 +88,7 @@ def test_physical_states(drafted):
     assert np.abs(motions["excited"].spin[:2]).max() < 0.2 < 2.0 < np.abs(motions[physical.PAPER].spin[:2]).max()
     # A circular orbit's osculating eccentricity is what the quadrupoles add to the attraction: Alpha's 3/2 J2 (R/r)^2,
     # and 3/2 (B + C - 2A)/(m r^2) of Beta, whose long axis points at Alpha.
-    system, _ = fullbody.systems.kw4()
+    system, _ = fullbody.systems.kw4_ho2021()
     (a, b, c), (p, q, r) = (body.shape.semi_axes for body in system.bodies)
     forced = 1.5 / 5 * (((a * a + b * b) / 2 - c * c) + (2 * p * p - q * q - r * r)) / 2.547**2
     assert np.mean(motions["relaxed"].e) == pytest.approx(forced, rel=0.05)

@@ -156,7 +156,7 @@ def equilibria(system: System, angular_momentum: Any) -> Equilibria:
     >>> system, state = fullbody.systems.kw4()
     >>> found = fullbody.analysis.equilibria(system, 8e11)
     >>> found.least.energetically_stable, len(found.apart)
-    (True, 72)
+    (True, 70)
     """
     pair = Pair(system)
     value = system.context.units.number(angular_momentum, "angular momentum", "angular_momentum")

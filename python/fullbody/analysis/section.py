@@ -133,10 +133,10 @@ def section(
     Examples
     --------
     >>> import fullbody
-    >>> system, state = fullbody.systems.kw4()
+    >>> system, state = fullbody.systems.kw4_ho2021()
     >>> found = fullbody.analysis.section(system, state, 60.0, fullbody.events.Periapsis(0, 1))
     >>> len(found.crossings[0])
-    4
+    3
     """
     starts = [states] if isinstance(states, State) else list(states)
     if not isinstance(event, Event):

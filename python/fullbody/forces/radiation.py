@@ -294,7 +294,7 @@ class Byorp(Force):
     ... )
     >>> force = system.with_forces([byorp]).loads(state)["BYORP on Beta"].force[1, 1]
     >>> (2.0 * force / system["Beta"].mass * (17.42 * u.hour / (2.0 * np.pi))).to("cm / yr")
-    <Quantity 7.22301962 cm / yr>
+    <Quantity 7.2090883 cm / yr>
     """
 
     on: int | str

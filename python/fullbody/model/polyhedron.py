@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -112,7 +113,7 @@ class Polyhedron:
         path : path-like
             A file in OBJ, PLY or STL format, by its suffix. Any other file is read as a table of shape archives: the
             numbers of vertices and faces, then a row for each, whose first column may be its number; or rows that begin
-            with v and f.
+            with v and f. Such a table may be compressed, with the suffix .gz.
         unit : Unit or str, optional
             Unit of the file's numbers, which the formats do not record; without it they are plain numbers.
         heal : bool
@@ -133,7 +134,7 @@ class Polyhedron:
                 vertices, faces = _healed(vertices, faces)
         except FileNotFoundError:
             raise FileNotFoundError(f"no file {path}") from None
-        except (ValueError, IndexError, KeyError, TypeError, AttributeError) as error:
+        except (ValueError, IndexError, KeyError, TypeError, AttributeError, EOFError, gzip.BadGzipFile) as error:
             raise InvalidInput(f"{path} is not a shape that can be read: {error}") from error
         if unit is not None:
             with need("units", "a unit"):
@@ -207,7 +208,8 @@ def _read(path: Path) -> tuple[_Numbers, _Indices]:
     kind = path.suffix.lower().removeprefix(".")
     if kind in ("obj", "ply", "stl"):
         return _by_trimesh(path, kind)
-    text = path.read_text(encoding="utf-8")
+    with gzip.open(path, "rt", encoding="utf-8") if kind == "gz" else path.open(encoding="utf-8") as file:
+        text = file.read()
     rows = [row.split() for line in text.splitlines() if (row := line.partition("#")[0].strip())]
     if rows and rows[0][0] in ("v", "V"):
         return (

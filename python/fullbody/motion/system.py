@@ -218,7 +218,7 @@ class System(Tabled):
         >>> import fullbody
         >>> system, state = fullbody.systems.kw4()
         >>> system.index("Beta"), system["Beta"].shape
-        (1, Ellipsoid(a=0.285, b=0.2315, c=0.1745))
+        (1, Ellipsoid(a=0.2975, b=0.225, c=0.1715))
         """
         return self.context.index(body)
 

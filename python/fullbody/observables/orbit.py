@@ -207,7 +207,7 @@ def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     >>> run = system.integrate(state, 200.0, output=0.5)
     >>> rates = fullbody.observables.element_rates(run)
     >>> round(2 * 3.14159265 / rates.mean_rates["L"], 1)
-    17.1
+    17.4
     """
     motion = RelativeMotion(run, body, about, 3, "a mean rate", REVOLUTIONS)
     elements = run.elements(mu, body=body, about=about)
@@ -293,7 +293,7 @@ def mean_elements(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     >>> system, state = fullbody.systems.kw4()
     >>> run = system.integrate(state, 500.0, output=1.0)
     >>> round(float(fullbody.observables.mean_elements(run).a), 2)
-    2.55
+    2.58
     """
     time = RelativeMotion(run, body, about, 8, "a mean element", REVOLUTIONS).time
     elements = run.elements(mu, body=body, about=about)
@@ -330,7 +330,7 @@ def mutual_period(run: Record, *, body: int | str = 1, about: int | str = 0) -> 
     >>> system, state = fullbody.systems.kw4()
     >>> run = system.integrate(state, 200.0, output=0.5)
     >>> round(float(fullbody.observables.mutual_period(run).mean), 1)
-    17.1
+    17.4
     """
     motion = RelativeMotion(run, body, about, 8, "a mutual period", REVOLUTIONS)
     moments = passages(motion)

@@ -170,7 +170,7 @@ def to_rebound(system: System, state: State) -> Any:
     Examples
     --------
     >>> import fullbody
-    >>> sim = fullbody.to_rebound(*fullbody.systems.kw4())
+    >>> sim = fullbody.to_rebound(*fullbody.systems.kw4_ho2021())
     >>> round(sim.particles[1].a, 6)
     2.548
     """

@@ -17,6 +17,7 @@ from ..base.values import ArrayFields, same
 from ..errors import InvalidInput
 from ..model.bodies import Body
 from ..model.composite import Composite
+from ..model.polyhedron import Polyhedron
 from ..model.shapes import Ellipsoid
 
 __all__ = ["Component"]
@@ -39,9 +40,9 @@ class Component(ArrayFields, Tabled):
         The ratios a/b and b/c of neighbouring axes, as in models of light curves, to be given with ``diameter``; both
         are one for a sphere. If a/b and a/c are published, b/c is the latter divided by the former:
         ``axis_ratios=(1.3, 1.6 / 1.3)`` for a/b = 1.3 and a/c = 1.6.
-    composite : Composite, optional
-        A body of several parts, whose masses are scaled in proportion to the body's mass. It is not compatible with a
-        density, nor with ``equal_density`` of the binary.
+    composite : Composite or Polyhedron, optional
+        A body of several parts, whose masses are scaled in proportion to the body's mass, and which is not compatible
+        with a density; or a polyhedron.
     mass, density : float or Quantity, optional
         At most one of the two. Without either, the mass follows from the other values of the binary.
     rotation_period : float or Quantity, optional
@@ -75,7 +76,7 @@ class Component(ArrayFields, Tabled):
     rotation_angle: Any = 0.0
     name: str | None = None
     tilt: Any = 0.0
-    composite: Composite | None = None
+    composite: Composite | Polyhedron | None = None
 
     def __post_init__(self) -> None:
         called = self.name if self.name is not None else "a component"
@@ -84,9 +85,9 @@ class Component(ArrayFields, Tabled):
         if given != 1:
             expected = "semi_axes, diameters, diameter, composite; expected one of them"
             raise InvalidInput(f"{called} has {given} of {expected}")
-        if self.composite is not None and not isinstance(self.composite, Composite):
-            raise InvalidInput(f"composite of {called} is {self.composite!r}; expected a Composite")
-        if self.composite is not None and self.density is not None:
+        if not isinstance(self.composite, Composite | Polyhedron | None):
+            raise InvalidInput(f"composite of {called} is {self.composite!r}; expected a Composite or a Polyhedron")
+        if isinstance(self.composite, Composite) and self.density is not None:
             raise InvalidInput(
                 f"{called} is given a density, and is a composite; expected a mass, or what it follows from"
             )
@@ -119,16 +120,16 @@ class Component(ArrayFields, Tabled):
         for part in fields(self):
             value = getattr(self, part.name)
             if part.name != "name" and not same(value, part.default):
-                if isinstance(value, Composite):
-                    rows.append(("composite", f"{len(value.parts)} parts"))
+                if isinstance(value, Composite | Polyhedron):
+                    rows.append(("composite", repr(value)))
                     continue
                 shown = [number(x) for x in value] if np.ndim(value) or isinstance(value, tuple) else [number(value)]
                 rows.append((part.name.replace("_", " "), ", ".join(shown)))
         return (Table("Component" if self.name is None else f"Component {self.name}", (), rows),)
 
     @property
-    def shape(self) -> Ellipsoid | Composite:
-        """The shape: an ellipsoid or the composite."""
+    def shape(self) -> Ellipsoid | Composite | Polyhedron:
+        """The shape: an ellipsoid, or the composite as given."""
         if self.composite is not None:
             return self.composite
         if self.diameter is not None:
@@ -141,6 +142,8 @@ class Component(ArrayFields, Tabled):
 
 def has_units(component: Component) -> bool:
     """Return whether the sizes are Quantities."""
+    if isinstance(component.composite, Polyhedron):
+        return is_quantity(component.composite.vertices)
     if component.composite is not None:
         return any(is_quantity(value) for value, _ in component.composite._numbers().values())
     return is_quantity(component.shape.semi_axes)  # type: ignore[union-attr]
@@ -148,7 +151,7 @@ def has_units(component: Component) -> bool:
 
 def body_of(component: Component, mass: Any) -> Body:
     """Make a body of the component with a mass."""
-    if component.composite is not None:
+    if isinstance(component.composite, Composite):
         return Body(component.composite.with_mass(mass), name=component.name)
     return Body(component.shape, mass=mass, name=component.name)
 

@@ -101,7 +101,7 @@ def _component(table: Table, G: float) -> dict[str, Any]:
     match shape:
         case Ellipsoid() | Sphere():
             given["semi_axes"] = shape.semi_axes
-        case Composite():
+        case Composite() | Polyhedron():
             given["composite"] = shape
         case _:
             given["composite"] = Composite([Part(shape, mass=1.0)])

@@ -9,7 +9,7 @@ Each system is a file of TOML, as :func:`fullbody.read_toml` reads, in the folde
 and documentation follow from the files.
 
 =========================== ===========================================================================================
-:func:`kw4`                 1999 KW4 (66391), prograde and synchronous
+:func:`kw4`                 1999 KW4 (66391), Moshup and Squannit: equivalent ellipsoids or the radar shapes
 :func:`kw4_ho2021`          the same as Ho et al. (2021) start it
 :func:`case1`               their case 1, two spheroids that begin to tumble, dimensionless
 :func:`case2`               their case 2, two spheroids that spin like tops, dimensionless

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,9 +24,11 @@ from ._sun import with_sun
 
 __all__ = ["FRAMES", "ready"]
 
+#: Methods of gravity for which the files have the starts of mean elements.
+_EXACT = ("focal", "harmonic", "surface")
 FRAMES = ("ecliptic", "equatorial", "orbit")
-#: CODATA 2018, 6.67430e-11 m^3 kg^-1 s^-2, in km^3 kg^-1 hour^-2.
-_G = 6.67430e-11 * 1e-9 * 3600.0**2
+#: CODATA 2018, 6.67430e-11 m^3 kg^-1 s^-2, in km^3 kg^-1 hour^-2, to the last bit as astropy has it.
+_G = 6.67430e-11 * 0.01296
 
 
 def ready(
@@ -60,11 +61,11 @@ def ready(
     if base is None and "G" not in table:
         options["G"] = _G
     described = {key: replaced(item, plain) for key, item in content.items() if key not in METADATA}
-    if "binary" in described and (options.get("gravity", "focal") not in ("focal", "surface") or "forces" in options):
+    if "binary" in described and (options.get("gravity", "focal") not in _EXACT or "forces" in options):
         # The period of the start was found for the exact attraction alone.
         described["binary"].pop("start_period", None)
     planar = frame == "orbit" and "binary" in described
-    top = Table(Path(f"{name}.toml"), "", described, Units(base))
+    top = Table(_files.path(name), "", described, Units(base))
     system, state = build(top, {**options, "units": base}, planar)
     system = system.with_options(frame=frame)
     plane = _plane(described) if frame is not None else (0.0, 0.0)

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from copy import deepcopy
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 from ..errors import InvalidInput
 from ..setups.toml_bodies import FIGURES, MASSES, SHAPES
 
-__all__ = ["changed", "contents", "names", "variants"]
+__all__ = ["changed", "contents", "names", "path", "variants"]
 
 
 @cache
 def names() -> tuple[str, ...]:
     """Return the names of all ready-made systems, which are those of the files."""
-    found = (path.name for path in _folder().iterdir())
+    found = (file.name for file in _folder().iterdir())
     return tuple(sorted(name.removesuffix(".toml") for name in found if name.endswith(".toml")))
 
 
@@ -24,7 +25,12 @@ def contents(name: str) -> dict[str, Any]:
     """Return the contents of a system's file."""
     import tomllib
 
-    return tomllib.loads(_folder().joinpath(f"{name}.toml").read_text(encoding="utf-8"))
+    return tomllib.loads(path(name).read_text(encoding="utf-8"))
+
+
+def path(name: str) -> Path:
+    """Return the path of a system's file."""
+    return Path(str(_folder().joinpath(f"{name}.toml")))
 
 
 def _folder() -> Any:

@@ -65,7 +65,7 @@ def test_one_body_along_a_run(units):
     "make",
     [
         lambda i, j: events.Periapsis(i, j),
-        lambda i, j: events.Separation(i, j, 2.52),
+        lambda i, j: events.Separation(i, j, 2.557),
         lambda i, j: events.Alignment(j, i),
         lambda i, j: events.PlaneCrossing(j, i, normal=(1.0, 0.0, 0.0)),
     ],

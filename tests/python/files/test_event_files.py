@@ -63,11 +63,11 @@ def test_a_function_leaves_its_name(many, tmp_path):
 
 def test_parameters_keep_the_unit_they_were_given_in(tmp_path):
     system, state = fullbody.systems.kw4(units=True)
-    event = events.Separation(0, 1, 2545 * u.m, direction=np.int64(1))
+    event = events.Separation(0, 1, 2557 * u.m, direction=np.int64(1))
     run = system.integrate(state, 90 * u.h, events=[event, events.Escape(0, 1, 1 * u.km)])
     run.save(tmp_path / "run.nc")
     again = fullbody.load(tmp_path / "run.nc")
-    assert again.events[0].event == events.Separation(0, 1, 2545 * u.m, direction=1)
+    assert again.events[0].event == events.Separation(0, 1, 2557 * u.m, direction=1)
     assert again.events[0].event.value.unit == u.m
     assert again.events[0].time == run.events[0].time
     assert again.events[0].time.unit == u.h

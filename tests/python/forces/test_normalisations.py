@@ -165,7 +165,7 @@ def alpha_torque(force):
     """Torque on Alpha along its spin, N m, and its moment of inertia, kg m^2."""
     system, state = fullbody.systems.kw4(units=True)
     loads = system.with_forces([force]).loads(state)[force.name]
-    C_alpha = inertia(2.353e12, 1e3 * np.array([0.766, 0.7475, 0.6735])).max()
+    C_alpha = inertia(2.353e12, 1e3 * np.array([1.417, 1.361, 1.183]) / 2.0).max()
     return loads.torque[0].to_value(u.N * u.m), C_alpha
 
 

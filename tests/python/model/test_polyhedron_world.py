@@ -1,5 +1,6 @@
 """Polyhedra in the rest of the package: contact, third bodies, files, pictures, other programs, bad meshes."""
 
+import gzip
 import json
 from types import SimpleNamespace
 
@@ -131,6 +132,19 @@ def test_shape_files_go_into_the_ready_made_systems(tmp_path, make):
     runs = [each.integrate(state, 5.0, output=[5.0], integrator=quick) for each in (meshes, system)]
     ends = [(run.position[-1, 1] - run.position[-1, 0]).to_value(u.km) for run in runs]
     assert np.linalg.norm(ends[0] - ends[1]) < 0.01 * np.linalg.norm(ends[1])
+
+
+def test_a_table_may_be_compressed(tmp_path):
+    solid = box(1.0, 2.0, 3.0)
+    write(tmp_path / "box.tab", solid, "tab")
+    written = (tmp_path / "box.tab").read_bytes()
+    path = tmp_path / "box.tab.gz"
+    path.write_bytes(gzip.compress(written))
+    assert Polyhedron.load(path) == solid
+    for broken in (written, gzip.compress(written)[:-20]):
+        path.write_bytes(broken)
+        with pytest.raises(InvalidInput, match=r"box\.tab\.gz is not a shape that can be read"):
+            Polyhedron.load(path)
 
 
 def test_files_that_are_no_shapes_are_refused(tmp_path):

@@ -112,7 +112,7 @@ def test_bodies_that_turn():
 @pytest.mark.parametrize("shape", ["ellipsoid", "spheroid"])
 def test_1999_kw4(shape):
     """Its energy is that of Alpha's spin, in the samples of which nothing below 1e-14 of the orbit's can be seen."""
-    system, state = fullbody.systems.kw4(shape=shape)
+    system, state = fullbody.systems.kw4_ho2021(shape)
     run = system.integrate(state, 2500.0, output=np.linspace(1250.0, 2500.0, 64), integrator=TO_ROUNDOFF)
     assert run.statistics.steps > 5e4
     seen = 2 * UNIT * system.energy(state).total / orbital(system, state)

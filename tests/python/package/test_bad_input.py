@@ -337,7 +337,7 @@ def test_constant_of_a_field(G):
 
 def test_systems_by_name():
     refused(lambda: fullbody.systems.kw4_ho2021("cube"), "shape", "'cube'", "'ellipsoid' or 'spheroid'")
-    refused(lambda: fullbody.systems.kw4("cube"), "shape", "'cube'", "'ellipsoid' or 'spheroid'")
+    refused(lambda: fullbody.systems.kw4("cube"), "shape", "'cube'", "'ellipsoid' or 'radar'")
     refused(lambda: fullbody.systems.case2(NAN), "theta_0", "nan")
     refused(lambda: START.replace(colour="red"), "colour")
 

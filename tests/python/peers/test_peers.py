@@ -359,7 +359,7 @@ def test_to_rebound_strips_units():
     system, state = fullbody.systems.kw4(units=True)
     sim = fullbody.to_rebound(system, state)
     # Equal volumes, km.
-    np.testing.assert_allclose(sim.particles[0].r, (0.766 * 0.7475 * 0.6735) ** (1 / 3), rtol=1e-14)
+    np.testing.assert_allclose(sim.particles[0].r, (1.417 * 1.361 * 1.183) ** (1 / 3) / 2, rtol=1e-14)
     np.testing.assert_allclose(sim.particles[1].m, 0.135e12)
 
 

@@ -275,11 +275,11 @@ def test_scene_draws_the_ellipsoid_where_it_is(kw4_run, dense, close):
     # Matplotlib 3.9 has the points in columns.
     surface = np.concatenate(drawn._faces) if hasattr(drawn, "_faces") else drawn._vec[:3].T
     body = (surface - centre[1]) @ state.rotation_matrix[1]
-    assert np.allclose(np.sum((body / np.array([0.285, 0.2315, 0.1745])) ** 2, axis=1), 1.0, atol=10 * close)
+    assert np.allclose(np.sum((body / np.array([0.2975, 0.225, 0.1715])) ** 2, axis=1), 1.0, atol=10 * close)
     x, y, z = ax.lines[-1].get_data_3d()
     ends = (np.stack([x, y, z], axis=1) - centre[1]) @ state.rotation_matrix[1]
     assert np.allclose(ends[:, :2], 0.0, atol=close)
-    assert ends[0, 2] == pytest.approx(0.1745, abs=close)
+    assert ends[0, 2] == pytest.approx(0.1715, abs=close)
     # The path ends in the body.
     assert np.allclose(np.array(ax.lines[4].get_data_3d())[:, -1], centre[1], atol=close)
 

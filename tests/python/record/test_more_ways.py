@@ -200,7 +200,8 @@ def test_radiation():
 
 
 def yorp_rate(system, state):
-    moments = system.bodies[0].mass / 5 * np.array([0.7475**2 + 0.6735**2, 0.766**2 + 0.6735**2, 0.766**2 + 0.7475**2])
+    a, b, c = (1.417 / 2) ** 2, (1.361 / 2) ** 2, (1.183 / 2) ** 2
+    moments = system.bodies[0].mass / 5 * np.array([b + c, a + c, a + b])
     return system.loads(state)["yorp"].torque[0] / moments
 
 

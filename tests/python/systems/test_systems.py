@@ -44,7 +44,7 @@ def orbit_pole(state, body=1):
     return np.degrees(fullbody.frames.pole_angles(normal))
 
 
-#: The physical 1999 KW4 is tabulated too, but its pole is not, so that it is in no frame of the sky.
+#: The physical 1999 KW4 is tabulated too; its default frame is that of the orbit.
 TABULATED = [*PUBLISHED, "kw4"]
 
 
@@ -101,8 +101,15 @@ PRINTED = {
         "semi-axes of Didymos (naidu2024)": "0.394, 0.394, 0.29 +- 0.011, 0.011, 0.016 km",
         "apsidal precession (not used)": "6.7 +- 0.2 deg/day",
     },
-    "dinkinesh": {"diameter of Dinkinesh": "719 m", "orbital period": "52.67 +- 0.04 h"},
-    "antiope": {"refined density (not used)": "1.28 +- 0.04 g/cm^3"},
+    "dinkinesh": {"diameter of Dinkinesh": "719 +- 24 m", "orbital period": "52.67 +- 0.04 h"},
+    "antiope": {
+        "refined density (not used)": "1.28 +- 0.04 g/cm^3",
+        "mass by a model that is not convex (not used)": "9.14e+17 +- 0.62e17 kg",
+        "separation by that model (not used)": "176 +- 4 km",
+        "density by that model (not used)": "1.67 +- 0.23 g/cm^3",
+        "period by that model (not used)": "16.505046 +- 0.000005 h",
+        "pole (longitude, latitude) by that model (not used)": "199, 38 +- 5 deg",
+    },
     "fg3_1996": {
         "diameter of 1996 FG3": "1.69 +- 0.18, 0.12 km",
         "diameter of secondary": "0.51 +- 0.03 km",
@@ -276,29 +283,63 @@ def test_frames_that_a_system_cannot_be_turned_to_are_refused(name):
 
 
 def test_kw4():
-    """Elements of the start: a Kepler orbit of 17.42 h, but a shorter period in the attraction of Alpha and Beta.
+    """The period in the attraction of Alpha and Beta, densities, poles and semi-major axis of the publication.
 
     To the first order of the figures the pull is G M/r^2 (1 + 3 q/r^2), q the sum of (A^2 + B^2 - 2 C^2)/20 of Alpha,
-    averaged over its turns, and (2 A^2 - B^2 - C^2)/10 of Beta, whose long axis points at Alpha. With the angular
-    momentum of the Kepler orbit of radius a, the mean motion is (1 + 6 q/a^2) times Kepler's.
+    averaged over its turns, and (2 A^2 - B^2 - C^2)/10 of Beta, whose long axis points at Alpha. On a circle n^2 is
+    G M/r^3 (1 + 3 q/r^2).
     """
     facts = systems.published("kw4")
-    a = facts["semi-major axis"]
-    mass = facts["mass of Alpha"] + facts["mass of Beta"]
-    kepler = 2 * np.pi * np.sqrt((1e3 * a) ** 3 / (6.67408e-11 * mass)) / 3600
-    assert round(kepler, 2) == 17.42
-    (alpha, beta) = np.square([facts["semi-axes of Alpha"], facts["semi-axes of Beta"]])
-    q = (alpha @ [1, 1, -2]) / 20 + (beta @ [2, -1, -1]) / 10
     system, state = ready("kw4")
-    period = fullbody.observables.mutual_period(system.integrate(state, 1000.0, output=0.5)).mean
-    np.testing.assert_allclose(period, kepler / (1 + 6 * q / a**2), rtol=5e-4)
-    assert round(period, 2) == 17.10
-    assert "17.10 h" in systems.kw4.__doc__
-    assert "17.42 h" in systems.kw4.__doc__
+    run = system.integrate(state, 1000.0, output=0.5)
+    assert fullbody.observables.mutual_period(run).mean == pytest.approx(facts["orbital period"], rel=1e-5)
+    alpha, beta = (np.square(facts[f"axes of {name}"]) / 4 for name in ("Alpha", "Beta"))
+    q = (alpha @ [1, 1, -2]) / 20 + (beta @ [2, -1, -1]) / 10
+    mass = facts["mass of Alpha"] + facts["mass of Beta"]
+    kepler = (6.6743e-11 * mass * (17.4223 * 3600 / (2 * np.pi)) ** 2) ** (1 / 3) / 1e3
+    assert kepler == pytest.approx(facts["semi-major axis"], abs=0.0005)
+    distance = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1).mean()
+    assert distance == pytest.approx(kepler * (1 + q / kepler**2), rel=2e-4)
+    assert abs(distance - facts["semi-major axis"]) < 0.015
+    for name, error in (("Alpha", 0.24), ("Beta", 0.63)):
+        assert abs(system[name].density / 1e12 - facts[f"density of {name} (not used)"]) < 0.02 * error
     np.testing.assert_array_equal(system.masses, [facts["mass of Alpha"], facts["mass of Beta"]])
-    assert [body.shape.semi_axes for body in system.bodies] == [facts["semi-axes of Alpha"], facts["semi-axes of Beta"]]
-    np.testing.assert_allclose(state.spin[0, 2], 2.2728, rtol=1e-15)
     np.testing.assert_allclose(np.degrees(state.tait_bryan[0]), [facts["tilt of Alpha"], 0, 0])
+    # Two poles are published in two frames: that of the orbit on the equator, that of Alpha on the ecliptic.
+    _, sky = ready("kw4", frame="ecliptic")
+    pole = np.degrees(fullbody.frames.pole_angles(sky.rotation_matrix[0][:, 2]))
+    np.testing.assert_allclose(pole, facts["pole of Alpha (longitude, latitude) (not used)"], atol=0.3)
+    equator = fullbody.frames.rotate_state(sky, "ecliptic", "equatorial")
+    both = orbit_pole(equator), facts["pole (right ascension, declination) (not used)"]
+    first, second = (fullbody.frames.pole_vector(*np.radians(pole)) for pole in both)
+    # Each is rounded to a tenth of a degree.
+    assert np.degrees(np.arccos(first @ second)) < 0.1
+
+
+def test_the_equivalent_ellipsoids_of_kw4_are_those_of_its_radar_shapes():
+    """An ellipsoid with the volume and the ratios of the moments of inertia, by sums over tetrahedra from the origin.
+
+    A tetrahedron of corners 0, p, q, r has the volume V = p.(q x r)/6, and the mean of x x over it is
+    (s s + p p + q q + r r)/20 with s = p + q + r.
+    """
+    system, _ = ready("kw4", shape="radar")
+    nominal, _ = ready("kw4")
+    for body, ellipsoid, faces in zip(system.bodies, nominal.bodies, (9168, 2292), strict=True):
+        corners = body.shape.vertices[body.shape.faces]
+        assert len(corners) == faces
+        volumes = np.einsum("ki,ki->k", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+        volume, places = volumes.sum(), np.concatenate([corners, corners.sum(axis=1)[:, None]], axis=1)
+        centre = volumes @ corners.sum(axis=1) / 4 / volume
+        second = np.einsum("k,kci,kcj->ij", volumes, places, places) / 20 / volume - np.outer(centre, centre)
+        axes = np.sqrt(np.linalg.eigvalsh(second)[::-1])
+        axes *= (volume / (4 / 3 * np.pi * axes.prod())) ** (1 / 3)
+        # The publication is rounded to a metre, or cut to one.
+        np.testing.assert_allclose(ellipsoid.shape.semi_axes, axes, atol=0.0005)
+        assert body.density == pytest.approx(body.mass / volume, rel=1e-12)
+        # A homogeneous ellipsoid of this volume has a quadrupole that is less than 2 per cent smaller.
+        a, b, c = np.square(ellipsoid.shape.semi_axes)
+        moments = body.inertia / body.mass
+        assert 0.98 < (a + b - 2 * c) / 10 / (moments[2] - (moments[0] + moments[1]) / 2) < 1.0
 
 
 def test_didymos():
@@ -706,6 +747,8 @@ def test_systems_need_no_scipy_for_their_starts():
     ("name", "options"),
     [
         ("antiope", {}),
+        ("kw4", {"shape": "ellipsoid"}),
+        ("kw4", {"shape": "radar"}),
         ("didymos", {}),
         ("didymos", {"model": "daly2023"}),
         ("didymos_after_dart", {}),
@@ -725,7 +768,8 @@ def test_starts_of_the_files_are_those_of_the_search(name, options, monkeypatch)
 
     monkeypatch.setattr("fullbody.setups.binary.start_with_period", search)
     contents = _files.contents(name)
-    content = _files.changed(contents, options.get("model", contents.get("variants", {}).get("default")), {})
+    variants = contents.get("variants", {})
+    content = _files.changed(contents, options.get(variants.get("option"), variants.get("default")), {})
     content["binary"].pop("start_period")
     monkeypatch.setattr("fullbody.systems._files.changed", lambda *_: content)
     _, searched = getattr(systems, name)(**options)

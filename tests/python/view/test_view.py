@@ -48,7 +48,7 @@ def test_view_is_one_page_with_the_runs_numbers(kw4_run, tmp_path):
     assert data["names"] == ["Alpha", "Beta"]
     assert data["surfaces"] == [
         [{"columns": np.diag(axes).ravel().tolist(), "position": [0.0] * 3}]
-        for axes in ([0.766, 0.7475, 0.6735], [0.285, 0.2315, 0.1745])
+        for axes in ([0.7085, 0.6805, 0.5915], [0.2975, 0.225, 0.1715])
     ]
     assert (data["length"], data["unit"]) == ("km", "h")
     assert 500 < len(arrays["time"]) <= 1000
