@@ -10,7 +10,7 @@ from fullbody.fitting import Fit, Free
 from scipy.stats import chi2 as chi2_distribution
 
 from . import observations
-from .judging import LIMIT, Verdict, compared
+from .judging import LIMIT, Verdict, compared, joint
 from .pair import INTEGRATOR, points
 
 __all__ = ["SHAPE", "Refit", "exchanged", "fit", "refit", "verdicts", "within"]
@@ -20,7 +20,7 @@ SHAPE = ("a", "period", "e", "i")
 UNITS = {"a": "km", "period": "d", "e": "", "i": "deg", "node": "deg", "periapsis": "deg", "longitude": "deg"}
 #: A row whose components are exchanged has a chi2 that falls by more than this factor when they change places.
 EXCHANGED = 100.0
-#: The published error of the period over that of the fit, below which the published orbit needs more data.
+#: The published error of the period over that of the fit, below which the published orbit probably needs more data.
 ENOUGH = 0.5
 
 
@@ -51,9 +51,12 @@ class Refit:
 
     @property
     def differences(self) -> dict[str, float]:
-        """Fitted minus published values in published standard errors."""
-        one = self.catalogued
-        return {name: (self.fit.values[name] - value) / one.errors[name] for name, value in one.published.items()}
+        """Fitted minus published values in joint standard errors."""
+        one, fit = self.catalogued, self.fit
+        return {
+            name: (fit.values[name] - value) / joint(one.errors[name], fit.sigma[name])
+            for name, value in one.published.items()
+        }
 
     @property
     def holds(self) -> bool:
@@ -77,8 +80,8 @@ class Refit:
             )
         if self.ratio < ENOUGH:
             text.append(
-                f"The file lacks data: it ends in {last:.1f} and determines the period {1.0 / self.ratio:.1f} times "
-                "less well than published."
+                f"The file probably lacks rows: it ends in {last:.1f} and determines the period {1.0 / self.ratio:.1f} "
+                "times less well than published."
             )
         if np.isfinite(self.rise):
             text.append(f"With the published orbit as a prior chi2 rises by {self.rise:.1f} (p = {self.p_rise:.2g}).")

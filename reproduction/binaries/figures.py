@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 __all__ = ["CAPTIONS", "catalogue", "eris", "poles"]
 
 CAPTIONS = {
-    "catalogue": "Fitted minus published elements of the 27 systems, in published standard errors (left; cut at "
-    "15), and the ratio of the published standard error of the period to that which the data of the file allow "
-    "(right). The publication of systems left of the dotted line used more data than the file has.",
+    "catalogue": "Fitted minus published elements of the 27 systems, in joint standard errors (left; cut at 15), and "
+    "the ratio of the published standard error of the period to that which the data of the file allow (right). The "
+    "publication of systems left of the dotted line probably used more data than the file has.",
     "eris": "Dysnomia about Eris: the observations with their standard errors, enlarged five times, and the positions "
     "of Dysnomia on the fitted orbit at the same times.",
     "poles": "The normal of Hi'iaka's orbit, fitted with either sign of right ascension, Haumea's axis, and the pole "
@@ -39,7 +39,7 @@ def catalogue(found: Sequence[Refit]) -> Figure:
         values = np.clip([one.differences[name] for one in found], -15.0, 15.0)
         left.plot(values, rows, marker, ms=4, alpha=0.8, label=name)
     left.axvspan(-LIMIT, LIMIT, color="0.9", zorder=0)
-    left.set(xlabel="fitted minus published, published standard errors", yticks=rows, xlim=(-16, 16))
+    left.set(xlabel="fitted minus published, joint standard errors", yticks=rows, xlim=(-16, 16))
     left.set_yticklabels([one.catalogued.name for one in found], fontsize=7)
     left.invert_yaxis()
     left.legend(fontsize=8)

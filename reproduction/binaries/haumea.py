@@ -14,6 +14,7 @@ from fullbody.frames import pole_vector
 from scipy.stats import chi2, norm
 
 from . import moons
+from .flattening import Chance, chance
 from .judging import LIMIT, Verdict, compared, stated
 from .pair import INTEGRATOR, LOOSE, G, points
 from .shapes import oblate, upright
@@ -64,6 +65,8 @@ class Haumea:
         With a free axis: with the J2 of the triaxial figure, and with a free one.
     mirror : Fit
         As ``axis``, with the sign that the tables have; the lowest minimum that was found.
+    chance : Chance
+        How probable the fall of chi2 from ``points`` to ``axis_j2`` is by chance.
     """
 
     alone: dict[int, Fit]
@@ -74,6 +77,7 @@ class Haumea:
     axis: Fit
     axis_j2: Fit
     mirror: Fit
+    chance: Chance
 
 
 def study() -> Haumea:
@@ -103,7 +107,8 @@ def study() -> Haumea:
     ring = fullbody.fit(_on_ring, found[-1].values, data, integrator=LOOSE)
     ring_j2 = fullbody.fit(_on_ring, {"J2": TRIAXIAL, **ring.values}, data, integrator=LOOSE)
     axis_j2 = fullbody.fit(_spheroid, {"J2": TRIAXIAL, **axis[-1].values}, data, integrator=LOOSE)
-    return Haumea(alone, early, found[-1], ring, ring_j2, axis[-1], axis_j2, axis[1])
+    fall = chance(found[-1], _spheroid, found[-1].chi2 - axis_j2.chi2)
+    return Haumea(alone, early, found[-1], ring, ring_j2, axis[-1], axis_j2, axis[1], fall)
 
 
 def _start(

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import Literal, get_args
 
-__all__ = ["LIMIT", "WORDS", "Verdict", "compared", "counts", "stated"]
+__all__ = ["LIMIT", "TESTED", "WORDS", "Verdict", "compared", "counts", "joint", "stated"]
 
 #: A number within its limit, or a statement that is true of our fit; one that is not; a question that stays open.
 Word = Literal["holds", "differs", "open"]
 WORDS: tuple[Word, ...] = get_args(Word)
-#: Published standard errors within which a number holds.
+#: Joint standard errors within which a number holds.
 LIMIT = 2.0
+#: What the agreement with a published orbit says.
+TESTED = (
+    "The fits start from the published orbits. Agreement therefore tests how the files are read, frames, light time, "
+    "derivatives and the minimum next to the published one, by a program that shares nothing with the authors'. It "
+    "does not test whether there is a better minimum elsewhere, nor whether observations, errors and model are right: "
+    "most of the observations are those of the publication, so that both results share their errors."
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +33,7 @@ class Verdict:
     system, quantity : str
     published, fitted : str
     difference : float or None
-        Ours minus the published one, in published standard errors.
+        Ours minus the published one, in joint standard errors.
     verdict : str
     why : str
         Where it differs or is open, the reason, or what is known.
@@ -46,11 +54,16 @@ def stated(value: float, error: float) -> str:
     return f"{value:.{digits}f} +- {error:.{digits}f}"
 
 
+def joint(*errors: float) -> float:
+    """Return the standard error of a difference of independent numbers."""
+    return math.hypot(*errors)
+
+
 def compared(
     system: str, quantity: str, published: tuple[float, float], ours: tuple[float, float], why: str = ""
 ) -> Verdict:
     """Compare a value with a published one; both have their standard errors. ``why`` is kept where they differ."""
-    apart = (ours[0] - published[0]) / published[1]
+    apart = (ours[0] - published[0]) / joint(published[1], ours[1])
     holds = abs(apart) <= LIMIT
     return Verdict(
         system,

@@ -8,7 +8,9 @@ from typing import Any
 import fullbody
 import numpy as np
 from astropy.time import Time
+from fullbody import observing
 from fullbody.fitting import Fit, Free
+from scipy.optimize import brentq
 
 from . import moons
 from .judging import Verdict, compared
@@ -24,6 +26,8 @@ INDEPENDENT = {"lempo": (5.75, 0.25), "hiisi": (7.71, 0.34), "paha": (0.22, 0.07
 INDEPENDENT_CHI2 = 47.4
 #: Benecchi et al. (2010): the mass of all three in 1e18 kg, and the radius of Lempo in km.
 WHOLE, RADIUS = (12.75, 0.06), 143.0
+#: The rise of chi2 at a one-sided limit of 95 per cent.
+ONE_SIDED = 2.71
 #: Near the minimum, on the ecliptic: period in days, e, and i, node, argument of periapsis and mean anomaly in degrees.
 INNER = (1.906859, 0.1053, 67.96, 325.39, 82.55, 169.32)
 OUTER = (50.50486, 0.29082, 59.344, 324.711, 358.594, 190.444)
@@ -45,12 +49,16 @@ class Lempo:
         With the mass of Paha that the independent fit has.
     spheroid : Fit
         With a free J2 of Lempo, which turns once a period of the inner orbit about the normal of that orbit.
+    limit : float
+        The mass of Paha (1e18 kg) at which chi2 is higher than at its minimum by 2.71 times chi2 per degree of freedom:
+        an upper limit at 95 per cent with errors scaled so that chi2 per degree of freedom is one.
     """
 
     points: Fit
     uncorrelated: Fit
     heavy: Fit
     spheroid: Fit
+    limit: float
 
 
 def start() -> dict[str, Any]:
@@ -77,7 +85,7 @@ def study() -> Lempo:
     free = {name: value for name, value in found.values.items() if name != "paha"}
     heavy = fullbody.fit(_heavy, free, data, integrator=LOOSE)
     spheroid = fullbody.fit(_spheroid, {"J2": 0.01, **best}, data, integrator=LOOSE)
-    return Lempo(found, without, heavy, spheroid)
+    return Lempo(found, without, heavy, spheroid, _limit(found, heavy, data, free))
 
 
 def _points(lempo: float, hiisi: float, paha: float, **orbits: float) -> tuple[fullbody.System, fullbody.State]:
@@ -86,6 +94,25 @@ def _points(lempo: float, hiisi: float, paha: float, **orbits: float) -> tuple[f
 
 def _heavy(lempo: float, hiisi: float, **orbits: float) -> tuple[fullbody.System, fullbody.State]:
     return _points(lempo, hiisi, INDEPENDENT["paha"][0], **orbits)
+
+
+def _limit(found: Fit, heavy: Fit, data: list[observing.Astrometry], free: dict[str, float]) -> float:
+    """Return the mass of Paha at which chi2 has risen by 2.71 times chi2 per degree of freedom."""
+    allowed = ONE_SIDED * found.chi2 / found.dof
+
+    def excess(mass: float) -> float:
+        def setup(lempo: float, hiisi: float, **orbits: float) -> tuple[fullbody.System, fullbody.State]:
+            return _points(lempo, hiisi, mass, **orbits)
+
+        return fullbody.fit(setup, free, data, integrator=LOOSE).chi2 - found.chi2 - allowed
+
+    low, high = INDEPENDENT["paha"][0], INDEPENDENT["paha"][0]
+    if heavy.chi2 - found.chi2 > allowed:
+        low = found.values["paha"]
+    else:
+        while excess(high := 2.0 * high) < 0.0:
+            low = high
+    return float(brentq(excess, low, high, xtol=0.005))
 
 
 def _spheroid(
@@ -117,7 +144,7 @@ def verdicts(found: Lempo) -> list[Verdict]:
     fit, rows = found.points, []
     at_zero = (
         f"chi2 is smallest where Paha has no mass; at {INDEPENDENT['paha'][0]}e18 kg it is "
-        f"{found.heavy.chi2 - fit.chi2:.2f} larger. The data give an upper limit and no mass."
+        f"{found.heavy.chi2 - fit.chi2:.2f} larger. The data give an upper limit, {found.limit:.2f}e18 kg, and no mass."
     )
     for name, published in INDEPENDENT.items():
         ours = fit.values[name], fit.sigma[name]

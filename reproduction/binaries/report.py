@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import fullbody
+from fullbody.fitting import Fit
 from tqdm import tqdm
 
 from ..publishing import publish, table
 from . import catalogue, eris, figures, findings, haumea, lempo, observations
-from .judging import LIMIT, Verdict, counts
+from .judging import LIMIT, TESTED, Verdict, counts
 
 __all__ = ["DRAFT", "write"]
 
@@ -54,6 +55,7 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
         "counts": counts(verdicts),
         "within": [one.catalogued.name for one in found.catalogue if one.holds],
         "systems": len(found.catalogue),
+        "tested": TESTED,
         "findings": learned,
         "verdicts": [asdict(one) for one in verdicts],
         "fits": _fits(found),
@@ -68,7 +70,8 @@ def _fits(found: Results) -> dict[str, Any]:
     for what, study in (("Eris", found.eris), ("Lempo", found.lempo), ("Haumea", found.haumea)):
         for name, fit in vars(study).items() if study is not None else ():
             for key, one in fit.items() if isinstance(fit, dict) else [("", fit)]:
-                fits[" ".join(str(part) for part in (what, name, key) if part != "")] = one
+                if isinstance(one, Fit):
+                    fits[" ".join(str(part) for part in (what, name, key) if part != "")] = one
     return {
         name: {
             "chi2": fit.chi2,
@@ -104,10 +107,10 @@ def _text(numbers: dict[str, Any], verdicts: Sequence[Verdict]) -> str:
 
 {numbers["program"]}{", a draft: a few systems" if numbers["draft"] else ""}. \
 {len(numbers["within"])} of {numbers["systems"]} systems of the catalogue have a, the period, e and i within {LIMIT:g} \
-published standard errors. Verdicts: {", ".join(f"{number} {word}" for word, number in numbers["counts"].items())}.
+joint standard errors. Verdicts: {", ".join(f"{number} {word}" for word, number in numbers["counts"].items())}.
 
-A number *holds* if it is within {LIMIT:g} published standard errors, and *differs* otherwise; the difference is in \
-units of these errors. The fits start from the published orbits. Nothing is tuned.
+A number *holds* if it is within {LIMIT:g} joint standard errors, the root of the sum of both squares, and *differs* \
+otherwise; the difference is in units of this error. {numbers["tested"]} Nothing is tuned.
 
 {told}
 

@@ -1,0 +1,135 @@
+"""How often chance alone lowers chi2 as much as the flattening of Haumea does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import fullbody
+import numpy as np
+import numpy.typing as npt
+from fullbody import observing
+from fullbody.fitting import Fit
+from scipy.stats import norm
+
+from .pair import LOOSE
+
+__all__ = ["Chance", "chance", "exceeded"]
+
+_Array = npt.NDArray[np.float64]
+
+#: The J2 with which the response to a flattening is differenced.
+_SMALL = 1e-3
+_DRAWS, _BLOCK, _DIRECTIONS, _SEED = 1_000_000, 5_000, 2000, 1
+
+
+@dataclass(frozen=True)
+class Chance:
+    """What a simulation of observations of three points gives.
+
+    Attributes
+    ----------
+    fall : float
+        How far chi2 falls, to first order in J2, for the real observations.
+    p_value : float
+        Part of the simulated observations for which it falls at least as far as in the fits.
+    """
+
+    fall: float
+    p_value: float
+
+    @property
+    def sigma(self) -> float:
+        """The two-sided deviation of a normal distribution that has this probability."""
+        return float(norm.isf(self.p_value / 2.0))
+
+
+def chance(points: Fit, spheroid: Callable[..., tuple[fullbody.System, fullbody.State]], fall: float) -> Chance:
+    """Simulate by how much chi2 falls where a J2 above zero along a free axis is fitted to three points.
+
+    Without a flattening its axis has no effect, so that the fall is no chi2 of three degrees of freedom: it is a
+    maximum over directions. To first order the predictions are linear in the quadrupole J2 (n n - 1/3) of an axis n,
+    which has five independent elements. What these add to the effects of the other parameters lies in five dimensions,
+    where the errors of the observations are five independent normal numbers.
+
+    Parameters
+    ----------
+    points
+        The fit of three points.
+    spheroid
+        The setup with the parameters ``J2``, ``ra`` and ``dec`` beside those of the points.
+    fall
+        By how much chi2 of the fits falls.
+    """
+    data, best = points.observations, dict(points.values)
+
+    def predicted(**changes: float) -> _Array:
+        return _predicted(spheroid(**{"J2": 0.0, "ra": 0.0, "dec": 90.0, **best, **changes}), data)
+
+    start = predicted()
+    steps = {name: 0.1 * points.sigma[name] for name in points.names}
+    jacobian = np.stack(
+        [(predicted(**{k: best[k] + h}) - predicted(**{k: best[k] - h})) / (2.0 * h) for k, h in steps.items()], axis=1
+    )
+    # Six axes of an icosahedron, whose quadrupoles span all five dimensions.
+    ratio = (1.0 + np.sqrt(5.0)) / 2.0
+    axes = [[0, 1, ratio], [0, -1, ratio], [1, ratio, 0], [-1, ratio, 0], [ratio, 0, 1], [ratio, 0, -1]]
+    responses = []
+    for x, y, z in axes:
+        ra, dec = np.degrees([np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))])
+        one, other = (predicted(J2=j2, ra=ra, dec=dec) for j2 in (_SMALL, -_SMALL))
+        responses.append((one - other) / (2.0 * _SMALL))
+    response = np.linalg.lstsq(_quadrupoles(np.array(axes, dtype=float)), np.array(responses), rcond=None)[0].T
+    of_points, _ = np.linalg.qr(jacobian)
+    basis, across = np.linalg.qr(response - of_points @ (of_points.T @ response))
+    # A Fibonacci lattice: directions that are spread evenly over half of the sphere.
+    count = np.arange(_DIRECTIONS)
+    height, turn = (count + 0.5) / _DIRECTIONS, np.pi * (1.0 + np.sqrt(5.0)) * count
+    wide = np.sqrt(1.0 - height**2)
+    directions = np.stack([wide * np.cos(turn), wide * np.sin(turn), height], axis=1)
+    along = _quadrupoles(directions) @ across.T
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    observed = np.concatenate([_whitened(one, _offsets(one)) for one in data])
+    gain = float((along @ (basis.T @ (observed - start))).max())
+    return Chance(max(0.0, gain) ** 2, exceeded(along, fall))
+
+
+def exceeded(along: _Array, fall: float) -> float:
+    """Return the probability that independent normal numbers have a square above ``fall`` along one of some directions.
+
+    Parameters
+    ----------
+    along : (K, D)
+        Unit vectors; a square counts on their side only.
+    fall
+    """
+    rng, above = np.random.default_rng(_SEED), 0
+    for _ in range(_DRAWS // _BLOCK):
+        highest = (along @ rng.standard_normal((along.shape[1], _BLOCK))).max(axis=0)
+        above += int((highest >= np.sqrt(fall)).sum())
+    return above / _DRAWS
+
+
+def _quadrupoles(axes: _Array) -> _Array:
+    """Return the five independent elements of n n - 1/3 for unit vectors along the axes (K, 3), as (K, 5)."""
+    x, y, z = (axes / np.linalg.norm(axes, axis=1)[:, None]).T
+    return np.stack([x * y, y * z, z * x, x * x - y * y, z * z - 1.0 / 3.0], axis=1)
+
+
+def _offsets(data: observing.Astrometry) -> _Array:
+    return np.stack([data.east.to_value("arcsec"), data.north.to_value("arcsec")], axis=1)
+
+
+def _whitened(data: observing.Astrometry, offsets: _Array) -> _Array:
+    """Return offsets (K, 2) in arcsec in units of independent errors, as (2 K,)."""
+    root = np.linalg.cholesky(data.covariance.to_value("arcsec2"))
+    return np.asarray(np.linalg.solve(root, offsets[..., None])[..., 0].reshape(-1), dtype=np.float64)
+
+
+def _predicted(setup: tuple[fullbody.System, fullbody.State], data: Sequence[observing.Astrometry]) -> _Array:
+    system, state = setup
+    times = [one.emission(system) for one in data]
+    first = min(one[0] for one in times)
+    begin = system.integrate(state, first, output="ends", integrator=LOOSE)[-1]
+    run = system.integrate(begin, max(one[-1] for one in times), dense=True, integrator=LOOSE)
+    return np.concatenate([_whitened(one, one.predict(run).to_value("arcsec")) for one in data])
