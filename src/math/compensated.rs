@@ -100,6 +100,20 @@ impl Compensated {
         self.low = low;
     }
 
+    /// Returns the sum of two numbers in twice the working precision.
+    pub fn plus(self, other: Self) -> Self {
+        let (high, low) = two_sum(self.high, other.high);
+        let (high, low) = two_sum(high, low + (self.low + other.low));
+        Self { high, low }
+    }
+
+    /// Returns the product of two numbers in twice the working precision.
+    pub fn times(self, other: Self) -> Self {
+        let (high, low) = two_product(self.high, other.high);
+        let (high, low) = two_sum(high, low + (self.high * other.low + self.low * other.high));
+        Self { high, low }
+    }
+
     /// Returns the nearest double.
     pub fn value(self) -> f64 {
         self.high + self.low

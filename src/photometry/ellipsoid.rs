@@ -9,15 +9,18 @@
 //! changes at x by 2 N.(dx + reach dd - dX); a change of the reach has no effect, since N is perpendicular to
 //! d.
 
+use super::facets::Facet;
 use super::kernel::{Kernel, PARTIALS};
 use super::law::Law;
-use super::lune::Lune;
-use super::outline::{Hiding, Light, Outline};
-use super::rule::Rule;
+use super::lune::{Longitude, Lune};
+use super::outline::{Hiding, Light, Outline, level};
 use super::strips::{Moments, Strips};
+use crate::error::Result;
+use crate::interrupt::InterruptCheck;
+use crate::math::compensated::Compensated;
 use crate::math::rotation::turned_back;
 use crate::math::{Mat3, Vec3};
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// An ellipsoid with its position and attitude.
 #[derive(Debug, Clone, Copy)]
@@ -57,7 +60,7 @@ pub struct Partials {
 pub struct Lit<'a> {
     placed: &'a Placed,
     law: &'a Law,
-    rule: &'a Rule,
+    time: f64,
     /// Unit vectors to the observer and to the Sun, inertial.
     directions: [Vec3; 2],
     /// Unit vectors to the observer and to the Sun in the ellipsoid's own axes.
@@ -68,13 +71,13 @@ pub struct Lit<'a> {
 }
 
 impl<'a> Lit<'a> {
-    /// Takes an ellipsoid, unit vectors to the observer and to the Sun, and the ellipsoids that may hide
+    /// Takes an ellipsoid, its law, the time, unit vectors to the observer and to the Sun, and the ellipsoids that may hide
     /// either of them from it.
     #[inline]
     pub fn new(
         placed: &'a Placed,
         law: &'a Law,
-        rule: &'a Rule,
+        time: f64,
         directions: [Vec3; 2],
         before: impl Iterator<Item = (Light, &'a Placed)>,
     ) -> Self {
@@ -92,6 +95,12 @@ impl<'a> Lit<'a> {
                 // The component along the light is left out, since it would add rounding errors.
                 centre: placed.rotation.tr_mul(&(from - direction * from.dot(direction))),
                 body: other.body,
+                level: level(
+                    [0, 1, 2].map(|i| Compensated::difference(other.position[i], placed.position[i])),
+                    &other.semi_axes,
+                    &other.rotation,
+                    direction,
+                ),
             };
             let outline = Outline::new(&lune, &placed.semi_axes, &one);
             if !outline.misses() {
@@ -99,7 +108,7 @@ impl<'a> Lit<'a> {
                 hiding.push(Hiding { centre: placed.rotation.tr_mul(&from), ..one });
             }
         }
-        Self { placed, law, rule, directions, lights, lune, hiding, outlines }
+        Self { placed, law, time, directions, lights, lune, hiding, outlines }
     }
 
     /// The phase angle.
@@ -119,7 +128,7 @@ impl<'a> Lit<'a> {
             law: self.law,
             semi_axes: &self.placed.semi_axes,
             scattering: self.law.at(self.phase()),
-            rule: self.rule,
+            time: self.time,
             constant: self.constant(),
             scale: self.lune.size(),
         };
@@ -128,34 +137,85 @@ impl<'a> Lit<'a> {
     }
 
     /// Returns the brightness, in squared length.
+    ///
+    /// # Errors
+    /// [`Error::NotConverged`](crate::error::Error::NotConverged) and
+    /// [`Error::Interrupted`](crate::error::Error::Interrupted).
     #[inline]
-    pub fn brightness(&self) -> f64 {
+    pub fn brightness(&self, interrupt: &mut InterruptCheck) -> Result<f64> {
         if self.lune.is_empty() {
-            return 0.0;
+            return Ok(0.0);
         }
         let over = match self.constant() {
             // The integral of rho^2 over the parallels is that of cos^2 b over the latitude, pi/2.
             Some(constant) if self.outlines.is_empty() => FRAC_PI_2 * constant * self.lune.whole(),
-            _ => Strips { kernel: &self.kernel(), outlines: &self.outlines }.brightness(),
+            _ => Strips { kernel: &self.kernel(), outlines: &self.outlines }.brightness(interrupt)?,
         };
-        over * self.placed.semi_axes.product()
+        Ok(over * self.placed.semi_axes.product())
+    }
+
+    /// Divides the lune by meridians and parallels into cells, each of two triangles, and returns these with
+    /// numbers in proportion to their brightness. The thinner the lune, the nearer are its parallels.
+    pub fn cells(&self, part: [usize; 2]) -> Vec<(Facet, f64)> {
+        const ROWS: f64 = 64.0;
+        const COLUMNS: f64 = 32.0;
+        if self.lune.is_empty() {
+            return Vec::new();
+        }
+        let (kernel, width) = (self.kernel(), self.lune.angle.sin.atan2(-self.lune.angle.cos));
+        let finer = (1.0 - width.cos()).sqrt().recip().clamp(1.0, 4.0);
+        let [rows, columns] = [ROWS * finer, COLUMNS / finer].map(f64::ceil);
+        let [high, wide] = [PI / rows, width / columns];
+        // With this growth a sphere's limb encloses the same area.
+        let growth = (high / high.sin()).sqrt();
+        let place = |row: f64, column: f64| {
+            let angles = [row * high - FRAC_PI_2, FRAC_PI_2 - column * wide];
+            let [(z, rho), (sin, cos)] = angles.map(f64::sin_cos);
+            (Longitude { sin, cos }, z, rho)
+        };
+        let corner = |row: f64, column: f64| {
+            let (l, z, rho) = place(row, column);
+            let surface = self.lune.point(l, z, rho).component_mul(&self.placed.semi_axes);
+            self.placed.position + self.placed.rotation * (surface * growth)
+        };
+        let mut all = Vec::with_capacity((2.0 * rows * columns) as usize);
+        for (row, column) in (0..rows as u32).flat_map(|row| (0..columns as u32).map(move |c| (row, c))) {
+            let [row, column] = [row, column].map(f64::from);
+            let (l, z, rho) = place(row + 0.5, column + 0.5);
+            let brightness = self.lune.kernel(l)[0] * kernel.factor(l, z, rho) * rho * rho;
+            let [a, b, c, d] = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+                .map(|(up, back)| corner(row + up, column + back));
+            let halves = [[a, b, d], [c, d, b]].map(|corners| Facet::cell(part, corners));
+            let area = halves[0].area + halves[1].area;
+            // At a pole one of the two has no area.
+            let halves = halves.into_iter().filter(|half| half.area > 1e-9 * area);
+            all.extend(halves.map(|half| {
+                let share = brightness * half.area / area;
+                (half, share)
+            }));
+        }
+        all
     }
 
     /// Returns the brightness, in squared length, and adds its derivatives to `partials`.
-    pub fn partials(&self, partials: &mut Partials) -> f64 {
+    ///
+    /// # Errors
+    /// Returns the errors of [`Self::brightness`].
+    pub fn partials(&self, partials: &mut Partials, interrupt: &mut InterruptCheck) -> Result<f64> {
         if self.lune.is_empty() {
-            return 0.0;
+            return Ok(0.0);
         }
         let kernel = self.kernel();
         let (sums, moments) = match (kernel.constant, self.outlines.is_empty()) {
             (Some(_), true) => {
-                let all = kernel.partials_between(self.lune.terminator(), self.lune.limb(), 0.0, 1.0);
+                let ends = [self.lune.terminator(), self.lune.limb()];
+                let all = kernel.partials_between(ends[0], ends[1], 0.0, 1.0, interrupt)?;
                 // The integral of the odd function z is zero.
                 (all.map(|value| value * FRAC_PI_2), Vec::new())
             }
             _ => {
                 let strips = Strips { kernel: &kernel, outlines: &self.outlines };
-                strips.partials(&self.hiding, &self.lights)
+                strips.partials(&self.hiding, &self.lights, interrupt)?
             }
         };
         let volume = self.placed.semi_axes.product();
@@ -163,7 +223,7 @@ impl<'a> Lit<'a> {
         for (hiding, moments) in self.hiding.iter().zip(&moments) {
             self.add_outline(hiding, moments, volume, partials);
         }
-        sums[0] * volume
+        Ok(sums[0] * volume)
     }
 
     /// Adds the derivatives with respect to the ellipsoid's own rotation and semi-axes and to the directions

@@ -7,14 +7,15 @@
 //! polygon. The area of the union of these polygons, along the direction to the observer and along that to
 //! the Sun together, is subtracted. The crate `i_overlay` computes the union on a grid of 2^-30 of the facet.
 //! Parts that overlap need not be joined, since a point within a solid is hidden by the facets through which
-//! the ray leaves it.
+//! the ray leaves it. Where facets of two parts lie in one plane, that of the part that comes first hides
+//! that of the other one, so that the common area counts once.
 //!
-//! The facets of an ellipsoid have the vertices of a subdivided icosahedron on it, scaled so that for a
-//! sphere they have its area. They serve only for what is hidden; unobstructed, an ellipsoid has its exact
-//! brightness. The error falls with the square of the facets' size.
+//! Where an ellipsoid hides light, it has the facets of a subdivided icosahedron, scaled so that for a sphere
+//! they have its area. Where light is hidden from an ellipsoid, its lune is divided into cells: what is left
+//! of them is the share that is left of the exact brightness. The errors fall with the square of the facets'
+//! size.
 
 use super::law::Scattering;
-use super::outline::Light;
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
 use crate::math::{Mat3, Vec3, perpendicular};
@@ -24,7 +25,6 @@ use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::float::single::SingleFloatOverlay;
 use rayon::prelude::*;
 use std::collections::HashMap;
-use std::ops::Range;
 
 /// The number of times that each face of an icosahedron is divided into four: 5,120 facets of size 0.07
 /// radii.
@@ -39,30 +39,30 @@ const WORK: u64 = 100;
 /// The facets of all parts of a body, in the body frame.
 #[derive(Debug, Clone)]
 pub struct Mesh {
-    triangles: Vec<[Vec3; 3]>,
-    /// The parts that are ellipsoids, each with the range of its facets.
-    pub ellipsoids: Vec<(Part, Range<usize>)>,
+    /// Each with the place of its part in the body's list.
+    triangles: Vec<(usize, [Vec3; 3])>,
+    /// The parts that are ellipsoids, with their places in the body's list.
+    pub ellipsoids: Vec<(usize, Part)>,
 }
 
 impl Mesh {
     /// Makes the facets of a body.
     pub fn new(body: &Body) -> Self {
         let mut mesh = Self { triangles: Vec::new(), ellipsoids: Vec::new() };
-        for part in body.outer_parts() {
+        for (place, part) in body.outer_parts().enumerate() {
             let (position, rotation) = (part.position(), part.rotation());
-            let start = mesh.triangles.len();
             match &part.shape {
                 Shape::Point => {}
                 Shape::Polyhedron(polyhedron) => {
                     let faces = 0..polyhedron.faces().len();
-                    let placed = |face| polyhedron.corners(face).map(|v| position + rotation * v);
+                    let placed = |face| (place, polyhedron.corners(face).map(|v| position + rotation * v));
                     mesh.triangles.extend(faces.map(placed));
                 }
                 Shape::Ellipsoid(ellipsoid) => {
                     let axes = Vec3::from(ellipsoid.semi_axes());
                     let placed = |v: Vec3| position + rotation * v.component_mul(&axes);
-                    mesh.triangles.extend(sphere(SUBDIVISIONS).into_iter().map(|t| t.map(placed)));
-                    mesh.ellipsoids.push((part.clone(), start..mesh.triangles.len()));
+                    mesh.triangles.extend(sphere(SUBDIVISIONS).into_iter().map(|t| (place, t.map(placed))));
+                    mesh.ellipsoids.push((place, part.clone()));
                 }
             }
         }
@@ -70,25 +70,81 @@ impl Mesh {
     }
 
     /// Returns the facets of a body with this index in the list, at a position and rotation.
-    fn placed(&self, body: usize, position: &Vec3, rotation: &Mat3) -> Vec<Facet> {
-        let facet = |(index, triangle): (usize, &[Vec3; 3])| {
-            let corners = triangle.map(|v| position + rotation * v);
-            let across = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
-            let size = across.norm();
-            Facet { body, index, corners, normal: across / size, area: 0.5 * size }
+    fn placed(&self, body: usize, position: &Vec3, rotation: &Mat3) -> impl Iterator<Item = Facet> {
+        self.triangles.iter().enumerate().map(move |(index, (part, triangle))| {
+            Facet::new([body, *part], index, triangle.map(|v| position + rotation * v))
+        })
+    }
+
+    /// Returns the facets of a body's polyhedra that face both the observer and the Sun, with the brightness
+    /// that each has unobstructed. The body has this index in the list and this rotation, and is at the
+    /// origin.
+    pub fn lit(
+        &self,
+        body: usize,
+        rotation: &Mat3,
+        [e, s]: &[Vec3; 2],
+        scattering: &Scattering,
+    ) -> Vec<(Facet, f64)> {
+        let across = e.cross(s);
+        let bright = |facet: Facet| {
+            let [mu, mu0] = [e, s].map(|direction| facet.normal.dot(direction));
+            let curved = self.ellipsoids.iter().any(|(part, _)| *part == facet.part[1]);
+            (mu > 0.0 && mu0 > 0.0 && !curved).then(|| {
+                let factor = scattering.factor(mu, mu0, across.dot(&facet.normal));
+                let brightness = mu * mu0 / (mu + mu0) * factor * facet.area;
+                (facet, brightness)
+            })
         };
-        self.triangles.iter().enumerate().map(facet).collect()
+        self.placed(body, &Vec3::zeros(), rotation).filter_map(bright).collect()
     }
 }
 
 /// A triangle of the surface of a body.
 #[derive(Debug, Clone)]
-struct Facet {
-    body: usize,
+pub struct Facet {
+    /// The body and the place of the part in its list.
+    part: [usize; 2],
+    /// Its place among the body's facets; [`CELL`] for one that stands for a curved surface.
     index: usize,
     corners: [Vec3; 3],
     normal: Vec3,
-    area: f64,
+    /// The area.
+    pub area: f64,
+}
+
+/// The index of a cell of an ellipsoid, which its own part does not hide.
+const CELL: usize = usize::MAX;
+
+/// A point that is nearer to a facet's plane than this, in sizes of the facet, is in it up to rounding.
+const LEVEL: f64 = 1e-10;
+
+impl Facet {
+    fn new(part: [usize; 2], index: usize, corners: [Vec3; 3]) -> Self {
+        let across = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
+        let size = across.norm();
+        Self { part, index, corners, normal: across / size, area: 0.5 * size }
+    }
+
+    /// Makes a cell of the surface of an ellipsoid.
+    pub fn cell(part: [usize; 2], corners: [Vec3; 3]) -> Self {
+        Self::new(part, CELL, corners)
+    }
+
+    /// The length of the longer one of the first two sides.
+    fn size(&self) -> f64 {
+        let [a, b, c] = &self.corners;
+        (b - a).norm().max((c - a).norm())
+    }
+
+    /// Whether two facets lie in one plane and face the same side: all corners of the smaller one are in the
+    /// plane of the larger one.
+    fn is_level_with(&self, other: &Self) -> bool {
+        let (large, small) = if self.area >= other.area { (self, other) } else { (other, self) };
+        let level = LEVEL * large.size();
+        large.normal.dot(&small.normal) > 0.0
+            && small.corners.iter().all(|v| large.normal.dot(&(v - large.corners[0])).abs() <= level)
+    }
 }
 
 /// The facets through which rays along a direction leave solids, in a tree of boxes whose third axis is the
@@ -101,6 +157,7 @@ struct ExitFacets {
 }
 
 impl ExitFacets {
+    /// Takes facets, of which it keeps those of exits, and a unit vector.
     fn new(facets: &[Facet], direction: &Vec3) -> Self {
         let first = perpendicular(direction);
         let frame = Mat3::from_columns(&[first, direction.cross(&first), *direction]).transpose();
@@ -115,23 +172,28 @@ impl ExitFacets {
         let mut around = BoundingBox::of(&facet.corners.map(|v| self.frame * v));
         around.high.z = f64::INFINITY;
         let [a, b, c] = facet.corners;
-        let size = (b - a).norm().max((c - a).norm());
         // Points that are above the plane only by rounding are not in front of it; neighbours share an edge.
-        let level = 1e-10 * size;
+        let plane = (facet.normal, facet.normal.dot(&a) + LEVEL * facet.size());
         let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| {
             let inward = self.direction.cross(&(to - from)).normalize();
             (inward, inward.dot(&from))
         });
         self.tree.meeting(&around, |index| {
             let other = &self.facets[index as usize];
-            if other.body == facet.body && other.index == facet.index {
+            let same_part = other.part == facet.part;
+            if same_part && (facet.index == other.index || facet.index == CELL) {
                 return;
             }
-            let plane = (facet.normal, facet.normal.dot(&a) + level);
-            if other.corners.iter().all(|v| facet.normal.dot(v) <= plane.1) {
+            let mut polygon = if !same_part && facet.is_level_with(other) {
+                if other.part > facet.part {
+                    return;
+                }
+                other.corners.to_vec()
+            } else if other.corners.iter().all(|v| facet.normal.dot(v) <= plane.1) {
                 return;
-            }
-            let mut polygon = cut(&other.corners, plane);
+            } else {
+                cut(&other.corners, plane)
+            };
             for side in sides {
                 polygon = cut(&polygon, side);
             }
@@ -197,9 +259,8 @@ fn union(polygons: &[Vec<[f64; 2]>]) -> f64 {
     }
 }
 
-/// The facets of several bodies, and which of them hide light.
+/// The facets of several bodies that hide light.
 pub struct Faceted {
-    facets: Vec<Vec<Facet>>,
     exits: [ExitFacets; 2],
 }
 
@@ -207,42 +268,26 @@ impl Faceted {
     /// Takes the facets of bodies with their indices, positions and rotations, and unit vectors to the
     /// observer and to the Sun.
     pub fn new(meshes: &[(usize, &Mesh, Vec3, Mat3)], directions: &[Vec3; 2]) -> Self {
-        let facets: Vec<Vec<Facet>> =
-            meshes.iter().map(|(body, mesh, position, turn)| mesh.placed(*body, position, turn)).collect();
-        let all = facets.concat();
-        let exits = directions.map(|direction| ExitFacets::new(&all, &direction));
-        Self { facets, exits }
+        let placed =
+            meshes.iter().flat_map(|(body, mesh, position, turn)| mesh.placed(*body, position, turn));
+        let all: Vec<Facet> = placed.collect();
+        Self { exits: directions.map(|direction| ExitFacets::new(&all, &direction)) }
     }
 
-    /// Returns for each facet of one body its brightness and the brightness that it would have unobstructed.
-    /// `place` is the index of the body in the list given to [`Self::new`].
-    pub fn brightness(
-        &self,
-        place: usize,
-        scattering: &Scattering,
-        time: f64,
-        interrupt: &mut InterruptCheck,
-    ) -> Result<Vec<[f64; 2]>> {
-        let [sight, sun] = [Light::Sight, Light::Sun].map(|light| &self.exits[light as usize]);
-        let across = sight.direction.cross(&sun.direction);
-        let of = |facet: &Facet| {
-            let [mu, mu0] = [sight, sun].map(|light| facet.normal.dot(&light.direction));
-            if mu <= 0.0 || mu0 <= 0.0 {
-                return [0.0; 2];
-            }
-            let bright =
-                mu * mu0 / (mu + mu0) * scattering.factor(mu, mu0, across.dot(&facet.normal)) * facet.area;
+    /// Returns the sum of what is left of the brightness of facets. Each faces the observer and the Sun, and
+    /// comes with its brightness unobstructed.
+    pub fn left(&self, facets: &[(Facet, f64)], time: f64, interrupt: &mut InterruptCheck) -> Result<f64> {
+        let of = |(facet, brightness): &(Facet, f64)| {
             let mut hidden = Vec::new();
-            sight.hide(facet, &mut hidden);
-            sun.hide(facet, &mut hidden);
-            [bright * (1.0 - union(&hidden)).max(0.0), bright]
+            self.exits.iter().for_each(|exits| exits.hide(facet, &mut hidden));
+            brightness * (1.0 - union(&hidden)).max(0.0)
         };
-        let mut all = Vec::with_capacity(self.facets[place].len());
-        for facets in self.facets[place].chunks(GROUP) {
+        let mut all = Vec::with_capacity(facets.len());
+        for facets in facets.chunks(GROUP) {
             interrupt.charge(WORK * facets.len() as u64, time)?;
             all.par_extend(facets.par_iter().map(of));
         }
-        Ok(all)
+        Ok(all.iter().sum())
     }
 }
 

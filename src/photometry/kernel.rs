@@ -2,7 +2,9 @@
 
 use super::law::{Law, Scattering};
 use super::lune::{Intervals, Longitude, Lune};
-use super::rule::Rule;
+use super::rule::RULE;
+use crate::error::Result;
+use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
 
 /// Brightness, and its derivatives with respect to the components of p and of q along p + q, across it and
@@ -10,9 +12,12 @@ use crate::math::Vec3;
 pub const PARTIALS: usize = 11;
 
 /// The relative error of the brightness.
-const TOLERANCE: f64 = 1e-13;
+const TOLERANCE: f64 = 2e-14;
 /// The relative error of derivatives.
 pub const PARTIAL_TOLERANCE: f64 = 1e-10;
+
+/// Units of work of an integral along a parallel.
+const NODES: u64 = 60;
 
 /// A law on an ellipsoid.
 #[derive(Debug, Clone)]
@@ -21,7 +26,8 @@ pub struct Kernel<'a> {
     pub law: &'a Law,
     pub scattering: Scattering,
     pub semi_axes: &'a Vec3,
-    pub rule: &'a Rule,
+    /// The time, which an interruption names.
+    pub time: f64,
     /// The constant T of a law whose integrals have closed forms.
     pub constant: Option<f64>,
     /// The size of the brightness over a b c.
@@ -58,29 +64,37 @@ impl Kernel<'_> {
     }
 
     /// The integral of the brightness between two longitudes of a parallel.
-    pub fn between(&self, from: Longitude, to: Longitude, z: f64, rho: f64) -> f64 {
+    pub fn between(
+        &self,
+        from: Longitude,
+        to: Longitude,
+        z: f64,
+        rho: f64,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<f64> {
         if let Some(constant) = self.constant {
             let mut intervals = Intervals::default();
             self.lune.extend(&mut intervals, from, to);
-            return constant * rho * self.lune.integral(&intervals);
+            return Ok(constant * rho * self.lune.integral(&intervals));
         }
         let mut f = |angle: f64| {
             let (sin, cos) = angle.sin_cos();
             let l = Longitude { sin, cos };
-            [rho * self.lune.kernel(l)[0] * self.factor(l, z, rho)]
+            Ok([rho * self.lune.kernel(l)[0] * self.factor(l, z, rho)])
         };
         let mut total = 0.0;
-        self.pieces(from, to, z, rho, |ends| {
-            let [sum] = self.rule.integrate(ends, &[self.tolerance()], &mut f, &mut |_| {});
+        for ends in self.pieces(from, to, z, rho) {
+            interrupt.charge(NODES, self.time)?;
+            let [sum] = RULE.integrate(ends, &[self.tolerance()], &mut f, &mut |_| {})?;
             total += sum;
-        });
-        total
+        }
+        Ok(total)
     }
 
-    /// Calls `piece` with the ends of intervals in which the law is smooth. A rough surface has edges where
+    /// Iterates over the intervals in which the law is smooth. A rough surface has edges where
     /// the cosines are equal, (p - q).u = 0, and where the normal is in the plane of the two directions,
     /// k.A^-2 u = 0.
-    fn pieces(&self, from: Longitude, to: Longitude, z: f64, rho: f64, mut piece: impl FnMut([f64; 2])) {
+    fn pieces(&self, from: Longitude, to: Longitude, z: f64, rho: f64) -> impl Iterator<Item = [f64; 2]> {
         let [low, high] = [from, to].map(|l| l.sin.atan2(l.cos));
         let mut places = [low, high, high, high, high];
         if self.law.has_edges() {
@@ -94,9 +108,7 @@ impl Kernel<'_> {
         }
         places[2..].iter_mut().for_each(|place| *place = place.clamp(low, high));
         places.sort_unstable_by(f64::total_cmp);
-        for pair in places.windows(2).filter(|pair| pair[0] < pair[1]) {
-            piece([pair[0], pair[1]]);
-        }
+        (1..places.len()).map(move |k| [places[k - 1], places[k]]).filter(|[low, high]| low < high)
     }
 
     /// A^-2 k in the lune's frame.
@@ -116,17 +128,24 @@ impl Kernel<'_> {
     }
 
     /// The same with derivatives.
-    pub fn partials_between(&self, from: Longitude, to: Longitude, z: f64, rho: f64) -> [f64; PARTIALS] {
+    pub fn partials_between(
+        &self,
+        from: Longitude,
+        to: Longitude,
+        z: f64,
+        rho: f64,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<[f64; PARTIALS]> {
         let lune = self.lune;
         if let Some(constant) = self.constant {
             let (low, high) = (lune.squares(from), lune.squares(to));
             let mut all = [0.0; PARTIALS];
-            all[0] = self.between(from, to, z, rho);
+            all[0] = self.between(from, to, z, rho, interrupt)?;
             for k in 0..2 {
                 let [plain, cos, sin] = [0, 1, 2].map(|i| constant * (high[k][i] - low[k][i]));
                 all[1 + 3 * k..4 + 3 * k].copy_from_slice(&[rho * cos, rho * sin, z * plain]);
             }
-            return all;
+            return Ok(all);
         }
         let mut f = |angle: f64| {
             let (sin, cos) = angle.sin_cos();
@@ -149,26 +168,36 @@ impl Kernel<'_> {
                 all[7 + i] = f * (by_mu * mu + by_mu0 * mu0) * stretch;
             }
             all[10] = f * by_phase;
-            all
+            Ok(all)
         };
         let mut total = [0.0; PARTIALS];
-        self.pieces(from, to, z, rho, |ends| {
-            let sums = self.rule.integrate(ends, &self.tolerances(), &mut f, &mut |_| {});
+        for ends in self.pieces(from, to, z, rho) {
+            interrupt.charge(NODES, self.time)?;
+            let sums = RULE.integrate(ends, &self.tolerances(), &mut f, &mut |_| {})?;
             total.iter_mut().zip(sums).for_each(|(total, sum)| *total += sum);
-        });
-        total
+        }
+        Ok(total)
+    }
+
+    /// A relative tolerance, of an integral along a parallel, that is not below the rounding of places on the
+    /// lune, which grows as it narrows.
+    fn above_rounding(&self, tolerance: f64) -> f64 {
+        let Longitude { sin, cos } = self.lune.angle;
+        // The formulas of a rough surface cancel where emission and incidence graze.
+        let roundings = if self.law.has_edges() { 1024.0 } else { 16.0 };
+        tolerance + roundings * f64::EPSILON / sin.atan2(-cos)
     }
 
     /// The tolerance of the brightness over a b c: the edges of a rough surface have ends, about which it is
     /// no smooth function.
     pub fn tolerance(&self) -> f64 {
-        self.scale * if self.law.has_edges() { 1e-9 } else { TOLERANCE }
+        self.scale * self.above_rounding(if self.law.has_edges() { 1e-9 } else { TOLERANCE })
     }
 
     /// The tolerances of [`Self::partials_between`].
     pub fn tolerances(&self) -> [f64; PARTIALS] {
-        let mut all = [PARTIAL_TOLERANCE * self.scale; PARTIALS];
-        all[0] = PARTIAL_TOLERANCE * 1e-2 * self.scale;
+        let mut all = [self.above_rounding(PARTIAL_TOLERANCE) * self.scale; PARTIALS];
+        all[0] = self.above_rounding(PARTIAL_TOLERANCE * 1e-2) * self.scale;
         for k in 0..2 {
             all[1 + 3 * k..4 + 3 * k].iter_mut().for_each(|t| *t /= self.lune.lengths[k]);
         }

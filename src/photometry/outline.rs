@@ -7,9 +7,15 @@
 //! Q = R diag(a^2) R^T of the hiding ellipsoid, the ellipse has its centre at (r_x.D, r_z.D) and the
 //! covariance r_i.Q r_j. At a height z it covers one interval of x, and x = rho sin(l') with l' the longitude
 //! from p or q.
+//!
+//! The outline of an ellipsoid that is much larger than the other one is a nearly straight line on the
+//! sphere, where its centre and its size cancel. It is computed from its level at the sphere's centre, which
+//! the bodies' positions give in twice the working precision: the two ends of a parallel's interval are the
+//! roots of x^2 - 2 m(z) x + P(z), and P(0) is the level.
 
 use super::lune::{Longitude, Lune};
 use crate::integrate::polynomial_roots;
+use crate::math::compensated::Compensated;
 use crate::math::{Mat3, Vec3};
 
 /// Which light is hidden.
@@ -32,8 +38,33 @@ pub struct Hiding {
     pub rotation: Mat3,
     /// Its centre in that frame.
     pub centre: Vec3,
+    /// The level of its cylinder at the other ellipsoid's centre: see [`level`].
+    pub level: f64,
     /// Its place in the list of bodies.
     pub body: usize,
+}
+
+/// The level of an ellipsoid's cylinder along a light at a point: zero on its surface and -1 on its axis. The
+/// centre is relative to that point.
+pub fn level(centre: [Compensated; 3], semi_axes: &Vec3, rotation: &Mat3, light: &Vec3) -> f64 {
+    // With D to the centre, c = R^T (D x d) and w = R^T d the level is |A c|^2 / |det(A) A^-1 w|^2 - 1.
+    let zero = Compensated::default();
+    let light = [0, 1, 2].map(|i| Compensated::new(light[i]));
+    let minus = |a: Compensated| Compensated { high: -a.high, low: -a.low };
+    let across = [(1, 2), (2, 0), (0, 1)]
+        .map(|(j, k)| centre[j].times(light[k]).plus(minus(centre[k].times(light[j]))));
+    // A sphere has no axes, whose rounding errors would count.
+    let turned = |v: [Compensated; 3]| match semi_axes.max() == semi_axes.min() {
+        true => v,
+        false => [0, 1, 2]
+            .map(|i| (0..3).fold(zero, |sum, j| sum.plus(v[j].times(Compensated::new(rotation[(j, i)]))))),
+    };
+    let axes = [0, 1, 2].map(|i| Compensated::new(semi_axes[i]));
+    let squares = |v: [Compensated; 3]| v.into_iter().fold(zero, |sum, x| sum.plus(x.times(x)));
+    let [across, along] = [turned(across), turned(light)];
+    let outer = squares([0, 1, 2].map(|i| across[i].times(axes[i])));
+    let inner = squares([0, 1, 2].map(|i| along[i].times(axes[(i + 1) % 3]).times(axes[(i + 2) % 3])));
+    outer.plus(minus(inner)).value() / inner.value()
 }
 
 /// The outline in the plane across the light.
@@ -47,6 +78,10 @@ pub struct Outline {
     slope: f64,
     /// Half the width along x through the centre, and half the extent in z.
     half: [f64; 2],
+    /// The heights of its lower and its upper end.
+    tips: [f64; 2],
+    /// The coefficients of P(z), for a large outline.
+    product: Option<[f64; 3]>,
     /// Unit vectors of the hiding ellipsoid's unit sphere: the tangent point on it is side cos(theta) v_0 +
     /// sin(theta) v_1.
     tangents: [Vec3; 2],
@@ -76,10 +111,26 @@ impl Outline {
         let slope = h.dot(&v) / square;
         let across = h - v * slope;
         let half = [across.norm(), square.sqrt()];
+        let centre = rows.map(|row| row.dot(&hiding.centre));
+        let (level, ratio, at_zero) = (hiding.level, half[0] / half[1], centre[0] - slope * centre[1]);
+        let product = [
+            half[0] * half[0] * level,
+            2.0 * (at_zero * slope - ratio * ratio * centre[1]),
+            slope * slope + ratio * ratio,
+        ];
+        // Of two formulas for a number that one is taken whose terms are smaller.
+        let farthest = half[0].max(at_zero.abs());
+        let is_large = product.iter().map(|c| c.abs()).sum::<f64>() < farthest * farthest;
+        let [x, z, radius] = [at_zero / half[0], centre[1] / half[1], half[1] * half[1]];
+        let from_level = is_large && (x * x).max(level.abs()) < (z * z).max(1.0);
+        let far = centre[1] + half[1].copysign(centre[1]);
+        let near = radius * if from_level { level - x * x } else { (z - 1.0) * (z + 1.0) } / far;
         Self {
             light: hiding.light,
-            centre: rows.map(|row| row.dot(&hiding.centre)),
+            centre,
             slope,
+            tips: [near.min(far), near.max(far)],
+            product: is_large.then_some(product),
             tangents: [across / half[0], v / half[1]],
             half,
         }
@@ -94,25 +145,40 @@ impl Outline {
 
     /// Whether the outline reaches over parallels between two heights.
     pub fn reaches(&self, low: f64, high: f64) -> bool {
-        self.centre[1] - self.half[1] < high && self.centre[1] + self.half[1] > low
+        self.tips[0] < high && self.tips[1] > low
     }
 
-    /// Whether the outline reaches over the parallel at z; if so, the sine of the position on it.
+    /// The middle of the outline on the parallel at z, and half its width there; `None` if it does not reach
+    /// over it.
     #[inline]
-    fn position(&self, z: f64) -> Option<f64> {
-        let sin = (z - self.centre[1]) / self.half[1];
-        (sin.abs() < 1.0).then_some(sin)
+    fn span(&self, z: f64) -> Option<[f64; 2]> {
+        let square = (z - self.tips[0]) * (self.tips[1] - z);
+        (square > 0.0).then(|| {
+            let middle = self.centre[0] + self.slope * (z - self.centre[1]);
+            [middle, self.half[0] / self.half[1] * square.sqrt()]
+        })
+    }
+
+    /// The least and the largest x of the outline on the parallel at z.
+    #[inline]
+    fn ends(&self, z: f64) -> Option<[f64; 2]> {
+        let [middle, width] = self.span(z)?;
+        let mut ends = [middle - width, middle + width];
+        if let Some([p, q, r]) = self.product {
+            let (near, far) = if middle < 0.0 { (1, ends[0]) } else { (0, ends[1]) };
+            if far * far > p.abs() + q.abs() + r {
+                ends[near] = (p + z * (q + z * r)) / far;
+            }
+        }
+        Some(ends)
     }
 
     /// The interval of longitudes of the lune that the outline covers on a parallel. The flags tell which
     /// ends are the outline's, rather than the lune's.
     #[inline(always)]
     pub fn covers(&self, lune: &Lune, z: f64, rho: f64) -> Option<[(Longitude, bool); 2]> {
-        let sin = self.position(z)?;
-        let middle = self.centre[0] + self.slope * (z - self.centre[1]);
-        let width = self.half[0] * ((1.0 - sin) * (1.0 + sin)).sqrt();
+        let ends = self.ends(z)?.map(|x| x / rho);
         let [low, high] = self.edges(lune);
-        let ends = [middle - width, middle + width].map(|x| x / rho);
         if ends[0] >= high || ends[1] <= low {
             return None;
         }
@@ -131,9 +197,8 @@ impl Outline {
         Some([start, end])
     }
 
-    /// Whether a point of the outline's plane is over the lune, rounding aside.
+    /// Whether a point of the outline's plane is over the lune, or may be by rounding.
     fn within(&self, lune: &Lune, x: f64, z: f64) -> bool {
-        const ROUNDING: f64 = 1e-9;
         let rho = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt() + ROUNDING;
         let [low, high] = self.edges(lune);
         x >= rho * low - ROUNDING && x <= rho * high + ROUNDING
@@ -150,8 +215,8 @@ impl Outline {
     /// How the outline crosses the parallel at z, at the lower end of the covered interval or at the upper
     /// one.
     pub fn crossing(&self, z: f64, upper: bool) -> Option<Crossing> {
-        let sin = self.position(z)?;
-        let cos = ((1.0 - sin) * (1.0 + sin)).sqrt();
+        let [_, width] = self.span(z)?;
+        let [sin, cos] = [(z - self.centre[1]) / self.half[1], width / self.half[0]];
         let [across, along] = &self.tangents;
         let tangent = across * if upper { cos } else { -cos } + along * sin;
         Some(Crossing { tangent, shift: self.half[0] / cos })
@@ -160,8 +225,7 @@ impl Outline {
     /// Adds the heights at which the part of the lune that the outline covers changes its kind: where the
     /// outline begins and ends, and where it crosses the limb and the terminator.
     pub fn breaks(&self, lune: &Lune, out: &mut Vec<f64>) {
-        let ([x, z], tip) = (self.centre, self.slope * self.half[1]);
-        let tips = [[x - tip, z - self.half[1]], [x + tip, z + self.half[1]]];
+        let tips = self.tips.map(|z| [self.centre[0] + self.slope * (z - self.centre[1]), z]);
         out.extend(tips.iter().filter(|[x, z]| self.within(lune, *x, *z)).map(|[_, z]| z));
         // x = rho where the hidden light grazes, up to the sign, and x^2 = (1 - z^2) cos^2 A where the other
         // one does.
@@ -172,9 +236,46 @@ impl Outline {
         for edge in [own, -own * lune.angle.cos] {
             for side in Half::both(self) {
                 let level = side.x.squared() + (side.z.squared() - side.one.squared()) * (edge * edge);
-                side.roots(&level, |x, z| x * edge >= 0.0 && self.within(lune, x, z), out);
+                side.roots(&level, |x, z| x * edge > -ROUNDING && self.within(lune, x, z), out);
             }
         }
+    }
+
+    /// The point of a large outline next to the sphere's centre, about, and the conjugate half axes to it and
+    /// across; `None` where the line down the slope of the level does not meet the outline.
+    fn nearest(&self) -> Option<([f64; 2], [f64; 2], [f64; 2])> {
+        let [p, q, r] = self.product?;
+        let ([cx, cz], [width, height], slope) = (self.centre, self.half, self.slope);
+        let square = |x: f64, z: f64| (x - slope * z).powi(2) + (width / height * z).powi(2);
+        let down = [2.0 * (cx - slope * cz), -q];
+        let steepness = down[0] * down[0] + down[1] * down[1];
+        let root = (steepness * steepness - 4.0 * p * square(down[0], down[1])).sqrt();
+        let way = 2.0 * p / (steepness + root);
+        let [x, z] = down.map(|d| d * way);
+        // The level does not change along the tangent.
+        let tangent = [2.0 * slope * x - q - 2.0 * r * z, 2.0 * (x - cx - slope * (z - cz))];
+        let size = square(tangent[0], tangent[1]).sqrt() / width;
+        way.is_finite().then(|| ([x, z], [x - cx, z - cz], tangent.map(|t| t / size)))
+    }
+
+    /// x^2 - 2 m(z) x + P(z) and its derivative by x.
+    fn level(&self, x: &Polynomial, z: &Polynomial, one: &Polynomial) -> [Polynomial; 2] {
+        let [cx, cz] = self.centre;
+        let above = *z - *one * cz;
+        let aside = *x - *one * cx - above * self.slope;
+        let level = match self.product {
+            Some([p, q, r]) => {
+                let rest = one.squared() * p + z.times(one) * q + z.squared() * r;
+                // x (x - 2 m), with x - m aside.
+                x.times(&(aside * 2.0 - *x)) + rest
+            }
+            None => {
+                let ratio = self.half[0] / self.half[1];
+                let below = above.squared() - one.squared() * self.half[1].powi(2);
+                aside.squared() + below * (ratio * ratio)
+            }
+        };
+        [level, aside * 2.0]
     }
 
     /// Adds the heights at which this outline crosses another one; some may lie on the far side of the
@@ -186,27 +287,23 @@ impl Outline {
             (Light::Sun, Light::Sight) => (lune.angle.cos, lune.angle.sin),
             _ => (1.0, 0.0),
         };
-        let [width, height] = other.half;
         for side in Half::both(self) {
-            let z = side.z - side.one * other.centre[1];
-            let x = side.x * cos - side.one * other.centre[0] - z * other.slope;
-            // ((x + w sin) / width)^2 + (z / height)^2 = 1, with w^2 = 1 - x^2 - z^2.
+            // With w^2 = 1 - x^2 - z^2 the other one's level is even + w odd.
             let w = side.one.squared() - side.x.squared() - side.z.squared();
-            let even = (x.squared() + w * (sin * sin)) * width.powi(-2) + z.squared() * height.powi(-2)
-                - side.one.squared();
-            let level = if sin == 0.0 {
-                even
-            } else {
-                let odd = x * (2.0 * sin * width.powi(-2));
-                even.squared() - w.times(&odd.squared())
-            };
+            let [level, odd] = other.level(&(side.x * cos), &side.z, &side.one);
+            let even = level + w * (sin * sin);
+            let level = if sin == 0.0 { even } else { even.squared() - w.times(&(odd * sin).squared()) };
             side.roots(&level, |x, z| self.within(lune, x, z), out);
         }
     }
 }
 
-/// Half of an outline, from -90 to 90 degrees about its end at large x or at small x: coordinates times 1 +
-/// t^2 as polynomials of t, the tangent of half the angle.
+/// What a root may be off by: a height that is none costs time.
+const ROUNDING: f64 = 1e-6;
+
+/// Half of an outline, from -90 to 90 degrees about one of its points, or its part over the sphere if it is
+/// large: coordinates times 1 + s^2 as polynomials of t, with s in proportion to t the tangent of half the
+/// angle.
 struct Half {
     x: Polynomial,
     z: Polynomial,
@@ -215,13 +312,18 @@ struct Half {
 
 impl Half {
     fn both(outline: &Outline) -> [Self; 2] {
-        let [x, z] = outline.centre;
+        let [cx, cz] = outline.centre;
         let [width, height] = outline.half;
-        [1.0, -1.0].map(|side| {
-            let of = |centre: f64, cos: f64, sin: f64| {
-                Polynomial::of([centre + side * cos, 2.0 * side * sin, centre - side * cos])
+        // With conjugate half axes u and v the outline is C + u cos + v sin.
+        let plain = ([cx + width, cz], [width, 0.0], [outline.slope * height, height]);
+        let near = outline.nearest();
+        let (start, u, v) = near.unwrap_or(plain);
+        let share = if near.is_some() { (8.0 / v[0].hypot(v[1])).min(1.0) } else { 1.0 };
+        [(start, 1.0), ([cx - u[0], cz - u[1]], -1.0)].map(|(start, side)| {
+            let of = |k: usize| {
+                Polynomial::of([start[k], 2.0 * share * v[k], share * share * (start[k] - 2.0 * side * u[k])])
             };
-            Self { x: of(x, width, outline.slope * height), z: of(z, 0.0, height), one: of(1.0, 0.0, 0.0) }
+            Self { x: of(0), z: of(1), one: Polynomial::of([1.0, 0.0, share * share]) }
         })
     }
 

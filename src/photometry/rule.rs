@@ -7,7 +7,9 @@
 //! those of even functions alternate with zeros, and where they oscillate one alone may be small by chance.
 //! Fejér (1933), Math. Z. 37, 287; Trefethen (2008), SIAM Rev. 50, 67, compares such rules with Gauss's.
 
+use crate::error::{Error, Result};
 use std::f64::consts::PI;
+use std::sync::LazyLock;
 
 /// The numbers n of the nested rules; each but the first is twice the one before.
 const ORDERS: [usize; 3] = [16, 32, 64];
@@ -22,15 +24,21 @@ const LAST: usize = 4;
 /// rounding.
 const DEEPEST: u32 = 48;
 
+/// The largest number of pieces of an interval, several times that of any integrand whose breaks are known.
+const PIECES: usize = 128;
+
+/// The one set of rules.
+pub static RULE: LazyLock<Rule> = LazyLock::new(Rule::new);
+
 /// Nested rules; the first nodes of all are those of the smallest rule.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Rule {
     nodes: [f64; NODES],
     orders: [Order; 3],
 }
 
 /// One of the nested rules.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 struct Order {
     /// Weights of the nodes of this rule, which add up to two.
     weights: Vec<f64>,
@@ -46,8 +54,8 @@ pub struct Piece {
     order: usize,
 }
 
-impl Default for Rule {
-    fn default() -> Self {
+impl Rule {
+    fn new() -> Self {
         let largest = ORDERS[2];
         // Multiples of the widest spacing come first, then those that each doubling adds.
         let mut places: Vec<usize> = (1..largest).collect();
@@ -68,31 +76,43 @@ impl Default for Rule {
         };
         Self { nodes: angles.map(f64::cos), orders: ORDERS.map(order) }
     }
-}
 
-impl Rule {
     /// The integrals of W functions, each to its tolerance. `accepted` is called with each piece whose sum
     /// was taken.
+    ///
+    /// # Errors
+    /// [`Error::NotConverged`], and those of the functions.
     pub fn integrate<const W: usize>(
         &self,
         [from, to]: [f64; 2],
         tolerances: &[f64; W],
-        f: &mut impl FnMut(f64) -> [f64; W],
+        f: &mut impl FnMut(f64) -> Result<[f64; W]>,
         accepted: &mut impl FnMut(Piece),
-    ) -> [f64; W] {
+    ) -> Result<[f64; W]> {
         let mut total = [0.0; W];
         let mut stack = vec![(0.5 * (from + to), 0.5 * (to - from), 0)];
         let mut values = [[0.0; W]; NODES];
+        let (mut pieces, mut size) = (0, [0.0; W]);
         while let Some((middle, half, depth)) = stack.pop() {
-            let mut known = 0;
-            let order = (0..ORDERS.len()).find(|order| {
-                let count = ORDERS[*order] - 1;
+            let (mut known, mut order) = (0, None);
+            for (place, rule) in self.orders.iter().enumerate() {
+                let count = ORDERS[place] - 1;
                 for (value, x) in values[known..count].iter_mut().zip(&self.nodes[known..]) {
-                    *value = f(middle + half * x);
+                    *value = f(middle + half * x)?;
+                    size.iter_mut().zip(*value).for_each(|(size, v)| *size = v.abs().max(*size));
                 }
                 known = count;
-                self.orders[*order].converged(&values[..count], half, tolerances)
-            });
+                if rule.converged(&values[..count], half, tolerances, &size) {
+                    order = Some(place);
+                    break;
+                }
+            }
+            pieces += 1;
+            if pieces > PIECES {
+                let what = "brightness".to_string();
+                let detail = format!("has not converged in {PIECES} intervals of a height or a longitude");
+                return Err(Error::NotConverged { what, detail });
+            }
             if order.is_none() && depth < DEEPEST {
                 stack.extend([0.5, -0.5].map(|side| (middle + side * half, 0.5 * half, depth + 1)));
                 continue;
@@ -103,7 +123,7 @@ impl Rule {
             }
             accepted(Piece { middle, half, order });
         }
-        total
+        Ok(total)
     }
 
     /// The nodes on a piece of an interval, and their weights.
@@ -114,17 +134,23 @@ impl Rule {
 }
 
 impl Order {
-    /// Whether the last coefficients of each function are below its tolerance, or mere rounding.
-    fn converged<const W: usize>(&self, values: &[[f64; W]], half: f64, tolerances: &[f64; W]) -> bool {
+    /// Whether the last coefficients of each function are below its tolerance, or mere rounding of values of
+    /// these sizes.
+    fn converged<const W: usize>(
+        &self,
+        values: &[[f64; W]],
+        half: f64,
+        tolerances: &[f64; W],
+        sizes: &[f64; W],
+    ) -> bool {
         (0..W).all(|k| {
-            let size = values.iter().map(|value| value[k].abs()).fold(0.0, f64::max);
             let of = |factors: &Vec<f64>| {
                 factors.iter().zip(values).map(|(factor, value)| factor * value[k]).sum::<f64>().abs()
             };
             let last = self.coefficients.iter().map(of).fold(0.0, f64::max);
             // Rounding has coefficients of any order. A value that is not a number stays in the sum, which is
             // then refused.
-            !(2.0 * half * last > tolerances[k] && last > 64.0 * f64::EPSILON * size)
+            !(2.0 * half * last > tolerances[k] && last > 64.0 * f64::EPSILON * sizes[k])
         })
     }
 }

@@ -4,7 +4,6 @@ use super::ellipsoid::{ByBody, Lit, Partials, Placed};
 use super::facets::{Faceted, Mesh};
 use super::law::Law;
 use super::outline::Light;
-use super::rule::Rule;
 use crate::error::{Error, Result, require_finite};
 use crate::interrupt::{InterruptCheck, UNITS};
 use crate::math::{Vec3, perpendicular, rotation};
@@ -27,7 +26,7 @@ impl Surface {
     /// Returns the units of work of one ellipsoid in light from one point, which others may hide or not.
     fn work(&self, mutual: bool) -> u64 {
         match (self.law.constant(), mutual) {
-            (Some(_), false) => 10,
+            (Some(_), false) => WORK,
             (Some(_), true) => 1000,
             (None, _) => 100_000,
         }
@@ -77,12 +76,14 @@ pub struct Photometer {
     mutual: bool,
     /// Points of the Sun's disc, each as two coordinates in radians from its centre and a weight.
     sun: Vec<[f64; 3]>,
-    rule: Rule,
     /// The semi-axes of each body that is one ellipsoid about its centre.
     semi_axes: Vec<Option<Vec3>>,
     /// The facets of each body; empty where all bodies are ellipsoids.
     meshes: Vec<Mesh>,
 }
+
+/// Units of work of one ellipsoid, beside those of the integrals.
+const WORK: u64 = 10;
 
 /// Numbers of rings on the Sun's disc and of points on each ring.
 const RINGS: NonZeroUsize = NonZeroUsize::new(6).unwrap();
@@ -112,8 +113,7 @@ impl Photometer {
         let semi_axes: Vec<_> = bodies.iter().map(ellipsoid).collect();
         let all_exact = semi_axes.iter().all(Option::is_some);
         let meshes = if all_exact { Vec::new() } else { bodies.iter().map(Mesh::new).collect() };
-        let (sun, rule) = (disc(sun_radius), Rule::default());
-        Ok(Self { bodies, surfaces, mutual, sun, rule, semi_axes, meshes })
+        Ok(Self { bodies, surfaces, mutual, sun: disc(sun_radius), semi_axes, meshes })
     }
 
     /// Returns the bodies.
@@ -136,7 +136,9 @@ impl Photometer {
     /// Returns the errors of [`Self::brightness`].
     pub fn brightness_in(&self, views: &[View<'_>], interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
         self.many(views, interrupt, |snapshot, interrupt, all| {
-            let of = |_: &mut (), lit: &Lit<'_>, _, _: &_| lit.brightness();
+            let of = |_: &mut (), lit: &Lit<'_>, _, _: &_, interrupt: &mut InterruptCheck<'_>| {
+                lit.brightness(interrupt)
+            };
             snapshot.each(interrupt, of, |brightness, ()| all.push(brightness))
         })
     }
@@ -172,11 +174,15 @@ impl Photometer {
         }
         let none = || Partials { by_body: vec![ByBody::default(); self.bodies.len()], ..Partials::default() };
         self.many(views, interrupt, |snapshot, interrupt, all| {
-            let of = |sums: &mut Option<Partials>, lit: &Lit<'_>, factor, directions: &_| {
+            let of = |sums: &mut Option<Partials>,
+                      lit: &Lit<'_>,
+                      factor,
+                      directions: &_,
+                      interrupt: &mut InterruptCheck<'_>| {
                 let mut part = none();
-                let brightness = lit.partials(&mut part);
+                let brightness = lit.partials(&mut part, interrupt)?;
                 sums.get_or_insert_with(none).add(&part, factor, [&snapshot.centre, directions]);
-                brightness
+                Ok(brightness)
             };
             snapshot.each(interrupt, of, |value, sums| all.push((value, sums.unwrap_or_else(none))))
         })
@@ -282,27 +288,33 @@ impl<'a> Snapshot<'a> {
     fn each<T: Default>(
         &self,
         interrupt: &mut InterruptCheck,
-        of: impl Fn(&mut T, &Lit<'_>, f64, &[Vec3; 2]) -> f64,
+        of: impl Fn(&mut T, &Lit<'_>, f64, &[Vec3; 2], &mut InterruptCheck) -> Result<f64>,
         mut take: impl FnMut(f64, T),
     ) -> Result<()> {
-        let Photometer { bodies, surfaces, rule, .. } = self.photometer;
-        let hides = self.photometer.hides();
+        let Photometer { bodies, surfaces, .. } = self.photometer;
+        let name = |index: usize| format!("brightness of {} at time {}", bodies[index].name, self.view.time);
         for (index, surface) in surfaces.iter().enumerate() {
             let (mut total, mut gathered) = (0.0, T::default());
             for (weight, directions) in &self.suns {
-                interrupt.charge(surface.work(hides), self.view.time)?;
+                interrupt.charge(WORK, self.view.time)?;
                 let factor = weight * surface.albedo;
                 if self.needs_facets(index, directions) {
                     total += factor * self.faceted(index, directions, interrupt)?;
                     continue;
                 }
                 let before = self.before(index, directions);
-                let lit = Lit::new(&self.placed[index], &surface.law, rule, *directions, before);
-                total += factor * of(&mut gathered, &lit, factor, directions);
+                let lit = Lit::new(&self.placed[index], &surface.law, self.view.time, *directions, before);
+                let light = of(&mut gathered, &lit, factor, directions, interrupt);
+                total += factor
+                    * light.map_err(|error| match error {
+                        Error::NotConverged { detail, .. } => {
+                            Error::NotConverged { what: name(index), detail }
+                        }
+                        other => other,
+                    })?;
             }
             if !total.is_finite() {
-                let what = format!("brightness of {} at time {}", bodies[index].name, self.view.time);
-                return Err(Error::invalid(what, total, "a finite number from the scattering law"));
+                return Err(Error::invalid(name(index), total, "a finite number from the scattering law"));
             }
             take(total, gathered);
         }
@@ -371,28 +383,34 @@ impl<'a> Snapshot<'a> {
                 || self.others(body, directions).any(|other| semi_axes[other].is_none()))
     }
 
-    /// Returns the brightness of a body by its facets. An ellipsoid has its exact brightness less what is
-    /// hidden of its facets.
+    /// Returns the brightness of a body by its facets. An ellipsoid has the share of its exact brightness
+    /// that is left of its cells.
     fn faceted(&self, body: usize, directions: &[Vec3; 2], interrupt: &mut InterruptCheck) -> Result<f64> {
-        let Photometer { surfaces, meshes, rule, .. } = self.photometer;
-        let law = &surfaces[body].law;
-        let place = |k: usize| (k, &meshes[k], self.placed[k].position, self.placed[k].rotation);
+        let Photometer { surfaces, meshes, .. } = self.photometer;
+        let (law, placed, time) = (&surfaces[body].law, &self.placed, self.view.time);
+        let (centre, rotation) = (placed[body].position, placed[body].rotation);
+        let place = |k: usize| (k, &meshes[k], placed[k].position - centre, placed[k].rotation);
         let all: Vec<_> = std::iter::once(body).chain(self.others(body, directions)).map(place).collect();
         let faceted = Faceted::new(&all, directions);
         let [e, s] = directions;
         let phase = e.cross(s).norm().atan2(e.dot(s));
-        let facets = faceted.brightness(0, &law.at(phase), self.view.time, interrupt)?;
-        let mut total: f64 = facets.iter().map(|[left, _]| left).sum();
-        for (part, range) in &meshes[body].ellipsoids {
+        let facets = meshes[body].lit(body, &rotation, directions, &law.at(phase));
+        let mut total = faceted.left(&facets, time, interrupt)?;
+        for (place, part) in &meshes[body].ellipsoids {
             let placed = Placed {
+                body,
                 semi_axes: Vec3::from(part.shape.semi_axes()),
-                rotation: self.placed[body].rotation * part.rotation(),
-                ..self.placed[body]
+                position: rotation * part.position(),
+                rotation: rotation * part.rotation(),
             };
-            let whole: f64 = facets[range.clone()].iter().map(|[_, whole]| whole).sum();
-            total += Lit::new(&placed, law, rule, *directions, std::iter::empty()).brightness() - whole;
+            let lit = Lit::new(&placed, law, time, *directions, std::iter::empty());
+            let cells = lit.cells([body, *place]);
+            let whole: f64 = cells.iter().map(|(_, brightness)| brightness).sum();
+            if whole > 0.0 {
+                total += lit.brightness(interrupt)? * faceted.left(&cells, time, interrupt)? / whole;
+            }
         }
-        Ok(total.max(0.0))
+        Ok(total)
     }
 
     /// Iterates over the ellipsoids that may hide light from a body.

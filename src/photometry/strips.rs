@@ -3,8 +3,8 @@
 //! On a parallel every outline covers one interval of longitudes, and what is left between them has the
 //! integrals of [`Kernel`]. Over the height z Fejér's rule is taken between the heights at which the
 //! intervals change their kind, in t with z = m + h t (3 - t^2) / 2, so that the square roots at either end
-//! are smooth. An unknown change costs time, not accuracy: the rule halves its intervals until it has
-//! converged.
+//! are smooth. Where the order of the outlines' ends at either end of such an interval is not that in its
+//! middle, the change is sought and the interval divided there.
 //!
 //! Where the outline moves, x by dx at a constant height, the brightness over abc changes by |p| Q/(P+Q) T dx
 //! dz for an occultation, since dOmega = dx dz / (p.u / |p|), and by |q| P/(P+Q) T dx dz for an eclipse.
@@ -12,6 +12,9 @@
 use super::kernel::{Kernel, PARTIAL_TOLERANCE, PARTIALS};
 use super::lune::{Intervals, Longitude};
 use super::outline::{Hiding, Outline};
+use super::rule::RULE;
+use crate::error::Result;
+use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
 use nalgebra::Matrix3;
 
@@ -34,6 +37,18 @@ pub struct Moments {
 /// one's upper end.
 type End = (Longitude, Option<(usize, bool)>);
 
+/// The distance from the ends of an interval of heights at which the order of the outlines' ends is looked
+/// at, as a share of the interval, and the largest number of intervals that are divided.
+const NEXT: f64 = 1e-11;
+const DIVISIONS: usize = 24;
+
+/// The tolerance of an integral over the height, in those of the integrals along parallels, whose errors are
+/// noise for it.
+const ACROSS: f64 = 8.0;
+
+/// Units of work of a parallel.
+const PARALLEL: u64 = 10;
+
 /// A lune under outlines.
 pub struct Strips<'a> {
     pub kernel: &'a Kernel<'a>,
@@ -54,7 +69,51 @@ impl Strips<'_> {
         breaks.retain(|z| z.abs() <= 1.0);
         breaks.sort_unstable_by(f64::total_cmp);
         let pairs = breaks.windows(2).map(|pair| [pair[0], pair[1]]);
-        pairs.filter(|[low, high]| high - low > 4.0 * f64::EPSILON).collect()
+        let (mut divisions, mut covered) = (DIVISIONS, Vec::new());
+        let mut all = Vec::new();
+        let mut ahead: Vec<_> = pairs.rev().collect();
+        while let Some([low, high]) = ahead.pop() {
+            if high - low <= 4.0 * f64::EPSILON {
+                continue;
+            }
+            let within = |share: f64| low + share * (high - low);
+            let middle = within(0.5);
+            let expected = self.order(middle, &mut covered);
+            let ends = [within(NEXT), within(1.0 - NEXT)];
+            let other = ends.into_iter().find(|end| self.order(*end, &mut covered) != expected);
+            match other.filter(|_| divisions > 0) {
+                Some(end) => {
+                    divisions -= 1;
+                    let change = self.change(expected, middle, end, &mut covered);
+                    ahead.extend([[change, high], [low, change]]);
+                }
+                None => all.push([low, high]),
+            }
+        }
+        all
+    }
+
+    /// A number that tells which outlines bound what is left uncovered of a parallel, in their order.
+    fn order(&self, z: f64, covered: &mut Vec<[End; 2]>) -> u64 {
+        let (mut order, (z, rho)) = (1, height(z));
+        self.uncovered(z, rho, covered, |from, to| {
+            for end in [from.1, to.1] {
+                let one = end.map_or(0, |(index, upper)| 2 * index as u64 + u64::from(upper) + 1);
+                order = (order ^ one).wrapping_mul(0x100000001b3);
+            }
+        });
+        order
+    }
+
+    /// A height at which the order ceases to be the expected one, between a height with it and one without.
+    fn change(&self, expected: u64, mut with: f64, mut without: f64, covered: &mut Vec<[End; 2]>) -> f64 {
+        loop {
+            let middle = 0.5 * (with + without);
+            if (middle - with).abs() <= f64::EPSILON || (without - middle).abs() <= f64::EPSILON {
+                return without;
+            }
+            *(if self.order(middle, covered) == expected { &mut with } else { &mut without }) = middle;
+        }
     }
 
     /// Calls `between` with the ends of each part of a parallel that no outline covers.
@@ -93,21 +152,30 @@ impl Strips<'_> {
     }
 
     /// The integral of the brightness along what no outline covers of a parallel.
-    fn parallel(&self, z: f64, rho: f64, covered: &mut Vec<[End; 2]>) -> f64 {
+    fn parallel(
+        &self,
+        z: f64,
+        rho: f64,
+        covered: &mut Vec<[End; 2]>,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<f64> {
+        interrupt.charge(PARALLEL, self.kernel.time)?;
         if let Some(constant) = self.kernel.constant {
             let mut intervals = Intervals::default();
             self.uncovered(z, rho, covered, |from, to| {
                 self.kernel.lune.extend(&mut intervals, from.0, to.0);
             });
-            return constant * rho * self.kernel.lune.integral(&intervals);
+            return Ok(constant * rho * self.kernel.lune.integral(&intervals));
         }
-        let mut sum = 0.0;
-        self.uncovered(z, rho, covered, |from, to| sum += self.kernel.between(from.0, to.0, z, rho));
+        let mut sum = Ok(0.0);
+        self.uncovered(z, rho, covered, |from, to| {
+            sum = sum.clone().and_then(|sum| Ok(sum + self.kernel.between(from.0, to.0, z, rho, interrupt)?));
+        });
         sum
     }
 
     /// The brightness over a b c.
-    pub fn brightness(&self) -> f64 {
+    pub fn brightness(&self, interrupt: &mut InterruptCheck) -> Result<f64> {
         let mut covered = Vec::with_capacity(self.outlines.len());
         let mut total = 0.0;
         for [low, high] in self.panels() {
@@ -119,25 +187,31 @@ impl Strips<'_> {
             let mut f = |t: f64| {
                 let (place, slope) = smoothed(t);
                 let (z, rho) = height(middle + half * place);
-                [half * slope * self.parallel(z, rho, &mut covered)]
+                Ok([half * slope * self.parallel(z, rho, &mut covered, interrupt)?])
             };
-            let tolerance = [self.kernel.tolerance()];
-            let [sum] = self.kernel.rule.integrate([-1.0, 1.0], &tolerance, &mut f, &mut |_| {});
+            let tolerance = [ACROSS * self.kernel.tolerance()];
+            let [sum] = RULE.integrate([-1.0, 1.0], &tolerance, &mut f, &mut |_| {})?;
             total += sum;
         }
-        total
+        Ok(total)
     }
 
     /// The brightness over a b c with its derivatives, and what the shift of each outline does to it.
     /// `hiding` are the ellipsoids of the outlines, and `lights` the directions to the observer and to the
     /// Sun, in the ellipsoid's frame.
-    pub fn partials(&self, hiding: &[Hiding], lights: &[Vec3; 2]) -> ([f64; PARTIALS], Vec<Moments>) {
+    pub fn partials(
+        &self,
+        hiding: &[Hiding],
+        lights: &[Vec3; 2],
+        interrupt: &mut InterruptCheck,
+    ) -> Result<([f64; PARTIALS], Vec<Moments>)> {
         let mut covered = Vec::with_capacity(self.outlines.len());
         let mut total = [0.0; PARTIALS];
         let mut moments = vec![Moments::default(); self.outlines.len()];
         let longest = self.kernel.lune.lengths[0].max(self.kernel.lune.lengths[1]);
         let mut tolerances = [PARTIAL_TOLERANCE * longest; PARTIALS + 1];
         tolerances[..PARTIALS].copy_from_slice(&self.kernel.tolerances());
+        tolerances.iter_mut().for_each(|t| *t *= ACROSS);
         for [low, high] in self.panels() {
             let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
             if self.bare(low, high).is_some() {
@@ -145,7 +219,8 @@ impl Strips<'_> {
                 let [across, along] = widths(low, high);
                 // The third of the derivatives with respect to p and q is that along the pole, with z in
                 // place of rho.
-                let all = self.kernel.partials_between(lune.terminator(), lune.limb(), 1.0, 1.0);
+                let all =
+                    self.kernel.partials_between(lune.terminator(), lune.limb(), 1.0, 1.0, interrupt)?;
                 let size = |k: usize| if k == 3 || k == 6 { along } else { across };
                 (0..PARTIALS).for_each(|k| total[k] += all[k] * size(k));
                 continue;
@@ -154,20 +229,23 @@ impl Strips<'_> {
             let mut f = |t: f64| {
                 let (place, slope) = smoothed(t);
                 let (z, rho) = height(middle + half * place);
+                interrupt.charge(PARALLEL, self.kernel.time)?;
+                let mut ends = Vec::new();
+                self.uncovered(z, rho, &mut covered, |from, to| ends.push([from, to]));
                 let mut sums = [0.0; PARTIALS + 1];
-                self.uncovered(z, rho, &mut covered, |from, to| {
-                    let part = self.kernel.partials_between(from.0, to.0, z, rho);
+                for [from, to] in ends {
+                    let part = self.kernel.partials_between(from.0, to.0, z, rho, interrupt)?;
                     sums.iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
                     for end in [from, to] {
                         sums[PARTIALS] += self.flux(end, z, rho).map_or(0.0, |(_, flux)| flux);
                     }
-                });
-                sums.map(|sum| half * slope * sum)
+                }
+                Ok(sums.map(|sum| half * slope * sum))
             };
             let take = &mut |piece| accepted.push(piece);
-            let sums = self.kernel.rule.integrate([-1.0, 1.0], &tolerances, &mut f, take);
+            let sums = RULE.integrate([-1.0, 1.0], &tolerances, &mut f, take)?;
             (0..PARTIALS).for_each(|k| total[k] += sums[k]);
-            for [t, weight] in accepted.into_iter().flat_map(|piece| self.kernel.rule.nodes(piece)) {
+            for [t, weight] in accepted.into_iter().flat_map(|piece| RULE.nodes(piece)) {
                 let (place, slope) = smoothed(t);
                 let (z, rho) = height(middle + half * place);
                 let weight = weight * half * slope;
@@ -178,7 +256,7 @@ impl Strips<'_> {
                 });
             }
         }
-        (total, moments)
+        Ok((total, moments))
     }
 
     /// The place on its outline of an end, and the rate at which the brightness over abc rises with half the

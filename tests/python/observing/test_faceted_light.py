@@ -1,0 +1,170 @@
+"""Light of polyhedra and composites: closed forms of convex bodies in pieces, rays, and spheres behind plates."""
+
+import numpy as np
+import pytest
+from fullbody import Body, Composite, Ellipsoid, Part, Polyhedron, Sphere, State, System, observing
+from meshes import box
+from scipy.spatial import ConvexHull, HalfspaceIntersection
+
+
+def unit(vectors):
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def light(body, e, s, **options):
+    """The brightness of a body whose own axes are turned to those in which its shape was given."""
+    frame = body.working_frame
+    turn = [1, 0, 0, 0] if frame is None else np.array(frame.attitude) * [1, -1, -1, -1]
+    state = State([[0, 0, 0]], [[0, 0, 0]], [turn])
+    return observing.brightness(System([body], G=1.0), state, e, s, **options)[0]
+
+
+def hull(points):
+    """The convex polyhedron of points, with outward faces."""
+    found = ConvexHull(points)
+    kept, faces = np.unique(found.simplices, return_inverse=True)
+    faces, vertices = faces.reshape(-1, 3), np.asarray(points)[kept]
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a - vertices.mean(axis=0)) < 0
+    faces[inward] = faces[inward][:, ::-1]
+    return Polyhedron(vertices, faces), found
+
+
+def convex_light(found, e, s):
+    """Lommel-Seeliger's law over the facets of a convex polyhedron, none of which hides another."""
+    a, b, c = (found.points[found.simplices[:, k]] for k in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    mu, mu0 = (np.maximum(found.equations[:, :3] @ d, 0.0) for d in (e, s))
+    return np.sum(np.divide(mu * mu0, mu + mu0, out=np.zeros_like(mu), where=mu + mu0 > 0) * area)
+
+
+def test_convex_bodies_in_overlapping_pieces_shine_as_the_whole():
+    rng = np.random.default_rng(3)
+    hidden = 0
+    for _ in range(120):
+        _, whole = hull(unit(rng.normal(size=(int(rng.integers(6, 30)), 3))) * rng.uniform(0.5, 2.0, 3))
+        n, (low, high) = unit(rng.normal(size=3)), np.sort(rng.uniform(-0.3, 0.3, 2))
+        # Both pieces have the layer between the two planes, and all its sides.
+        planes = [np.vstack([whole.equations, [*side * n, -side * at]]) for side, at in ((1, high), (-1, low))]
+        inside = whole.points.mean(axis=0)
+        inside = inside + n * (0.5 * (low + high) - n @ inside)
+        if np.max(whole.equations[:, :3] @ inside + whole.equations[:, 3]) > -1e-3 or high - low < 1e-3:
+            continue
+        pieces = [hull(HalfspaceIntersection(plane, inside).intersections)[0] for plane in planes]
+        if rng.random() < 0.5:
+            pieces.append(hull(HalfspaceIntersection(np.vstack(planes), inside).intersections)[0])
+        parts = [Part(piece, density=1.0) for piece in rng.permutation(np.array(pieces, dtype=object))]
+        e, s = unit(rng.normal(size=(2, 3)))
+        expected = convex_light(whole, e, s)
+        found = light(Body(Composite(parts)), e, s)
+        hidden += light(Body(parts[0].shape, density=1.0), e, s) < 0.9 * expected
+        assert abs(found - expected) < 2e-8 * whole.area, (found, expected)
+    assert hidden > 50
+
+
+def boxes_by_rays(low, high, e, s, n):
+    """The light of a union of boxes, lower and upper corners (B, 3), by rays from cells of their sides."""
+    total = 0.0
+    cells = (np.arange(n) + 0.5) / n
+    for own in range(len(low)):
+        for axis, side in ((axis, side) for axis in range(3) for side in (0, 1)):
+            normal = np.zeros(3)
+            normal[axis] = 2.0 * side - 1.0
+            mu, mu0 = normal @ e, normal @ s
+            if min(mu, mu0) <= 0.0:
+                continue
+            b, c = (axis + 1) % 3, (axis + 2) % 3
+            x = np.empty((n * n, 3))
+            x[:, axis] = (low, high)[side][own, axis]
+            p, q = np.meshgrid(cells, cells)
+            x[:, b] = low[own, b] + (high - low)[own, b] * p.ravel()
+            x[:, c] = low[own, c] + (high - low)[own, c] * q.ravel()
+            # A side in the same plane counts for the first box that has it.
+            first = [o for o in range(own) if (low, high)[side][o, axis] == x[0, axis]]
+            gone = np.zeros(n * n, dtype=bool)
+            for o in first:
+                gone |= np.all((x[:, [b, c]] > low[o, [b, c]]) & (x[:, [b, c]] < high[o, [b, c]]), axis=1)
+            for o, d in ((o, d) for o in range(len(low)) if o != own for d in (e, s)):
+                ends = np.sort([(low[o] - x) / d, (high[o] - x) / d], axis=0)
+                near, far = ends[0].max(axis=1), ends[1].min(axis=1)
+                gone |= (near < far) & (far > 1e-9)
+            area = np.prod((high - low)[own, [b, c]])
+            total += mu * mu0 / (mu + mu0) * area * np.mean(~gone)
+    return total
+
+
+def test_boxes_on_a_grid_shine_as_rays_tell():
+    rng = np.random.default_rng(8)
+    for _ in range(40):
+        count = int(rng.integers(2, 5))
+        low = rng.integers(0, 3, (count, 3)).astype(float)
+        high = low + rng.integers(1, 4, (count, 3))
+        parts = [
+            Part(box(*(b - a)), density=float(rng.choice([1.0, 2.0])), position=0.5 * (a + b))
+            for a, b in zip(low, high, strict=True)
+        ]
+        e, s = unit(rng.normal(size=(2, 3)))
+        if e @ s < -0.8:
+            continue
+        expected = boxes_by_rays(low, high, e, s, 120)
+        found = light(Body(Composite(parts)), e, s)
+        assert abs(found - expected) < 0.01 * expected + 0.02, (found, expected)
+
+
+def test_voids_and_blocks_that_end_at_the_surface_change_no_light():
+    whole = Body(box(2.0, 2.0, 2.0), density=1.0)
+    e, s = unit(np.array([[0.3, 0.5, 1.0], [0.1, 0.2, 1.0]]))
+    expected = light(whole, e, s)
+    for density in (-0.5, 3.0):
+        parts = [Part(box(2.0, 2.0, 2.0), density=1.0), Part(box(1.0, 1.0, 1.0), density=density, position=[0, 0, 0.5])]
+        for order in (parts, parts[::-1]):
+            assert abs(light(Body(Composite(order)), e, s) / expected - 1) < 1e-8
+
+
+PHASES = np.radians([0.0, 60.0, 120.0, 150.0, 170.0, 178.0])
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_an_ellipsoid_wholly_hidden_by_a_polyhedron_is_dark(phase):
+    e, s = [0, 0, 1.0], [np.sin(phase), 0, np.cos(phase)]
+    plate, ball = Body(box(100.0, 100.0, 2.0), mass=1.0), Body(Ellipsoid(1.0, 0.8, 0.7), mass=1.0)
+    state = State([[0, 0, 0], [0, 0, 10.0]], np.zeros((2, 3)))
+    system = System([ball, plate], G=1.0)
+    found, alone = (observing.brightness(system, state, e, s, mutual=mutual)[0] for mutual in (True, False))
+    assert found < 1e-9 * alone
+    # A core adds nothing to a box.
+    cored = Body(
+        Composite([Part(box(2.0, 2.0, 2.0), density=1.0), Part(Sphere(0.6), density=1.0, position=[0.3, 0, 0])])
+    )
+    assert abs(light(cored, e, s) - light(Body(box(2.0, 2.0, 2.0), mass=1.0), e, s)) < 1e-12
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_a_sphere_behind_the_edge_of_a_plate_is_the_sum_of_its_strips(phase):
+    # The plate leaves x < edge, or y < edge. Gauss's rule in x (or y) and in the angle about that axis.
+    e, s = np.array([0, 0, 1.0]), np.array([np.sin(phase), 0, np.cos(phase)])
+    nodes, weights = np.polynomial.legendre.leggauss(400)
+    ball, plate = Body(Sphere(1.0), mass=1.0), Body(box(100.0, 100.0, 2.0), mass=1.0)
+    for axis, edge in ((0, 0.3), (0, -0.2), (0, 0.995), (1, 0.3), (1, -0.6)):
+        place = np.array([0, 0, 200.0])
+        place[axis] = edge + 50.0
+        state = State([[0, 0, 0], place], np.zeros((2, 3)))
+        system = System([ball, plate], G=1.0)
+        # The plate is far enough to hide nothing of the Sun.
+        found, alone = (observing.brightness(system, state, e, s, mutual=mutual)[0] for mutual in (True, False))
+        u = -1.0 + 0.5 * (edge + 1.0) * (nodes + 1.0)
+        rho = np.sqrt(1.0 - u * u)
+        # On each circle mu = rho cos(t) with t from the observer's direction about the axis.
+        other = np.array([1.0, 0, 0]) if axis == 1 else np.array([0, 1.0, 0])
+        mean, first = s[axis] * u, [s @ e, s @ other]
+        size, turn = np.hypot(*first), np.arctan2(first[1], first[0])
+        half = np.arccos(np.clip(-mean / np.maximum(rho * size, 1e-300), -1, 1))
+        expected = 0.0
+        for around in (turn - 2.0 * np.pi, turn, turn + 2.0 * np.pi):
+            low, high = np.maximum(around - half, -np.pi / 2), np.minimum(around + half, np.pi / 2)
+            middle, width = 0.5 * (low + high), np.maximum(0.5 * (high - low), 0.0)
+            t = middle[:, None] + width[:, None] * nodes
+            mu, mu0 = rho[:, None] * np.cos(t), mean[:, None] + rho[:, None] * size * np.cos(t - turn)
+            value = np.where((mu > 0) & (mu0 > 0), mu * mu0 / np.maximum(mu + mu0, 1e-300), 0.0)
+            expected += np.sum(value @ weights * width * weights) * 0.5 * (edge + 1.0)
+        assert abs(found - expected) < 2e-3 * alone, (axis, edge, found, expected, alone)

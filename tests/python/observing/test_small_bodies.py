@@ -1,0 +1,221 @@
+"""Light of a body partly behind a much larger or smaller one: closed forms in extended precision, and strips."""
+
+from itertools import pairwise
+
+import mpmath
+import numpy as np
+import pytest
+from fullbody import Body, Ellipsoid, Sphere, State, System, observing
+from fullbody.observing.brightness import Photometer
+from scipy.optimize import brentq
+
+LONG = np.longdouble
+EPSILON = np.finfo(float).eps
+
+
+def overlap(r, s, d):
+    """The common area of two circles in extended precision, arrays (K,)."""
+    near = np.clip((r + s - d) * (d + r - s) * (d - r + s) * (d + r + s), 0, None)
+    half = np.sqrt(near) / (2 * d)
+
+    def segment(r, s):
+        x = (d * d + (r - s) * (r + s)) / (2 * d)
+        return r * r * np.arctan2(half, x) - x * half
+
+    inside = np.where(r < s, r, s) ** 2 * LONG(np.pi)
+    return np.where(d >= r + s, 0, np.where(d <= abs(r - s), inside, segment(r, s) + segment(s, r)))
+
+
+def test_ten_thousand_pairs_of_spheres_have_the_overlap_of_circles():
+    assert np.finfo(LONG).eps < 1e-18, "this test needs extended precision"
+    rng = np.random.default_rng(45)
+    worst, partly, count = 0.0, 0, 100
+    for ratio in 10.0 ** rng.uniform(-7.0, 0.0, 100):
+        # The smaller body is somewhere across the outline of the larger one, or just touches it.
+        aside = 1.0 + ratio * np.append(rng.uniform(-1.0, 1.0, count - 2), [-1.0, 1.0])
+        turn = rng.uniform(0, 2 * np.pi, count)
+        centre = np.stack([aside * np.cos(turn), aside * np.sin(turn), np.full(count, 3.0)], axis=1)
+        sizes = (ratio, 1.0) if rng.random() < 0.8 else (1.0, ratio)
+        behind, before = (LONG(size) for size in sizes)
+        expected = 0.5 * (LONG(np.pi) * behind**2 - overlap(behind, before, np.hypot(*centre[:, :2].T.astype(LONG))))
+        system = System([Body(Sphere(size), mass=1.0) for size in sizes], G=1.0)
+        photometer = Photometer(system, observing.LommelSeeliger(), 1.0, True, 0.0)
+        places, attitude = np.stack([0 * centre, centre], axis=1), np.tile([1.0, 0, 0, 0], (count, 2, 1))
+        toward = np.tile([0.0, 0.0, 1.0], (count, 1))
+        found = photometer.brightness(np.zeros(count), places, attitude, toward, toward)[:, 0]
+        worst = max(worst, float(np.max(np.abs(found - expected)) / behind**2))
+        partly += np.sum((found < 0.49 * np.pi * ratio**2) & (found > 0.01 * np.pi * ratio**2))
+    assert partly > 5_000
+    assert worst < 1e-10
+
+
+def uncovered(small, large, places):
+    """The area of the first ellipse that the second one does not cover, for 2 x 2 covariances, in high precision.
+
+    The first is mapped to the unit circle; the area is an integral along arcs of both outlines.
+    """
+    with mpmath.workdps(50):
+        c = mpmath.cholesky(small)
+        inverse = c**-1
+        q, centre = inverse * large * inverse.T, inverse * places
+        v = mpmath.cholesky(q)
+        m = q**-1
+
+        # The angles at which the circle crosses the other ellipse: a quartic in t = tan(phi / 2).
+        def level(x, z):
+            a, b = x - centre[0], z - centre[1]
+            return m[0, 0] * a * a + 2 * m[0, 1] * a * b + m[1, 1] * b * b - 1
+
+        samples = [mpmath.expjpi(2 * mpmath.mpf(k) / 5) for k in range(5)]
+        values = [level(s.real, s.imag) for s in samples]
+        fourier = [
+            sum(f * mpmath.expjpi(-2 * mpmath.mpf(k * n) / 5) for k, f in enumerate(values)) / 5 for n in range(-2, 3)
+        ]
+        roots = mpmath.polyroots(fourier, maxsteps=500, extraprec=300, asc=True)
+        angles = sorted(mpmath.arg(w) for w in roots if abs(abs(w) - 1) < mpmath.mpf(10) ** -20)
+        total = mpmath.mpf(0)
+        if not angles:
+            # The outlines do not cross: all of the circle, what one inside it leaves, or nothing.
+            if level(mpmath.mpf(1), mpmath.mpf(0)) <= 0:
+                return 0.0
+            inside = centre[0] ** 2 + centre[1] ** 2 < 1
+            return float((mpmath.pi - (mpmath.pi * mpmath.det(v) if inside else 0)) * mpmath.det(c))
+        for first, second in zip(angles, [*angles[1:], angles[0] + 2 * mpmath.pi], strict=True):
+            middle = (first + second) / 2
+            if level(mpmath.cos(middle), mpmath.sin(middle)) > 0:
+                total += (second - first) / 2
+                continue
+            # The arc of the other ellipse from the first crossing to the second inside the circle.
+            ends = [mpmath.matrix([mpmath.cos(a), mpmath.sin(a)]) for a in (first, second)]
+            own = [mpmath.lu_solve(v, end - centre) for end in ends]
+            theta = [mpmath.atan2(w[1], w[0]) for w in own]
+            turn = theta[0] - theta[1]
+            turn = turn % (2 * mpmath.pi)
+            # Along the other outline, clockwise from the first to the second crossing, the covered side is right.
+            cross = centre[0] * (ends[1][1] - ends[0][1]) - centre[1] * (ends[1][0] - ends[0][0])
+            total += (cross - mpmath.det(v) * turn) / 2
+        return float(total * mpmath.det(c))
+
+
+def projected(axes, attitude):
+    """The covariance of an ellipsoid's outline across z, in high precision."""
+    with mpmath.workdps(50):
+        q = mpmath.matrix([mpmath.mpf(float(x)) for x in attitude])
+        w, x, y, z = q / mpmath.norm(q)
+        rows = mpmath.matrix(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            ]
+        )
+        return rows * mpmath.diag([mpmath.mpf(float(a)) ** 2 for a in axes]) * rows.T
+
+
+def test_elongated_bodies_have_the_overlap_of_ellipses():
+    rng = np.random.default_rng(46)
+    partly = 0
+    for _ in range(300):
+        ratio = 10.0 ** rng.uniform(-7.0, 0.0)
+        axes = [ratio * np.array([1.0, *rng.uniform(0.05, 1.0, 2)]), np.array([1.0, *rng.uniform(0.3, 1.0, 2)])]
+        attitude = rng.normal(size=(2, 4))
+        attitude /= np.linalg.norm(attitude, axis=1, keepdims=True)
+        large, small = projected(axes[1], attitude[1]), projected(axes[0], attitude[0])
+        direction = rng.uniform(0, 2 * np.pi)
+        n = mpmath.matrix([np.cos(direction), np.sin(direction)])
+        # A point of the large outline with the normal n, and a place within the small one's reach of it.
+        edge = large * n / mpmath.sqrt((n.T * large * n)[0])
+        aside = np.array([float(edge[0]), float(edge[1])]) + rng.uniform(-1.0, 1.0, 2) * ratio
+        # The light goes along z, so that the place along it does not matter.
+        state = State([[0, 0, 0], [*-aside, 4.0]], np.zeros((2, 3)), attitude)
+        system = System([Body(Ellipsoid(*a), mass=1.0) for a in axes], G=1.0)
+        found = observing.brightness(system, state, [0, 0, 1], [0, 0, 1])[0]
+        area = np.pi * float(mpmath.sqrt(mpmath.det(small)))
+        expected = uncovered(small, large, mpmath.matrix([float(-aside[0]), float(-aside[1])]))
+        partly += 0.01 * area < expected < 0.99 * area
+        # The attitude of the large body moves its outline by the last digit of its size.
+        narrow = float(mpmath.sqrt(mpmath.eigsy(small, eigvals_only=True)[0]))
+        assert abs(2 * found - expected) < (1e-10 + 20 * EPSILON / narrow) * area, (ratio, found, expected)
+    assert partly > 150
+
+
+def strips(radius, gap, s, law):
+    """A unit sphere at the origin, seen from z, behind a disc whose edge is at x = gap and which reaches over larger x.
+
+    In rows of constant distance from the centre line of the disc: Gauss's rule in y between the places where the
+    disc's edge, the limb and the terminator cross, and in x from the terminator or the limb to the disc.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(160)
+
+    def edge(y):
+        # x = gap + R - sqrt(R^2 - y^2), without cancellation.
+        return gap + y * y / (radius + np.sqrt(radius * radius - y * y))
+
+    def ends(y):
+        """The lit interval of x on the row at y; the disc's edge cuts it."""
+        rho = np.sqrt(1.0 - y * y)
+        size, turn = np.hypot(s[2], s[0]), np.arctan2(s[0], s[2])
+        half = np.arccos(np.clip(-s[1] * y / (rho * size), -1.0, 1.0))
+        low = np.maximum(turn - half, -np.pi / 2)
+        high = np.minimum(turn + half, np.pi / 2)
+        cut = np.arcsin(np.clip(edge(y) / rho, -1.0, 1.0))
+        return low, high, cut, rho
+
+    grid = np.sin(np.linspace(-np.pi / 2, np.pi / 2, 4001))[1:-1] * min(1.0, radius)
+    # Beyond rows at this distance all is dark, or all is lit.
+    last = np.hypot(s[0], s[2])
+    breaks = [-1.0 * min(1.0, radius), -last, last, 1.0 * min(1.0, radius)]
+    marks = [
+        lambda y: edge(y) - np.sqrt(1.0 - y * y),
+        lambda y: edge(y) + np.sqrt(1.0 - y * y),
+        lambda y: (lambda a: np.minimum(a[2], np.pi / 2) - a[0])(ends(y)),
+        lambda y: (lambda a: a[2] - a[1])(ends(y)),
+        lambda y: (lambda a: a[0] + np.pi / 2)(ends(y)) - 1e-15,
+        lambda y: (lambda a: a[1] - np.pi / 2)(ends(y)) + 1e-15,
+    ]
+    for mark in marks:
+        values = mark(grid)
+        for k in np.nonzero(values[1:] * values[:-1] < 0)[0]:
+            breaks.append(brentq(mark, grid[k], grid[k + 1], xtol=1e-16, rtol=1e-15))
+    breaks = np.unique(breaks)
+    total = 0.0
+    shares = 0.5 - 0.5 * np.cos(np.linspace(0, np.pi, 9))
+    for a, b in pairwise(breaks):
+        for p, q in pairwise(a + (b - a) * shares):
+            t, w = 0.5 * nodes * (3.0 - nodes**2), weights * 1.5 * (1.0 - nodes**2)
+            y, weight = 0.5 * (p + q) + 0.5 * (q - p) * t, 0.5 * (q - p) * w
+            low, high, cut, rho = ends(y)
+            high = np.minimum(high, cut)
+            width = np.maximum(0.5 * (high - low), 0.0)
+            angle = 0.5 * (low + high)[:, None] + width[:, None] * nodes
+            mu = rho[:, None] * np.cos(angle)
+            mu0 = np.maximum(s[1] * y[:, None] + rho[:, None] * (s[0] * np.sin(angle) + s[2] * np.cos(angle)), 0.0)
+            value = mu * mu0 / (mu + mu0) if law == "seeliger" else mu * mu0
+            total += np.sum((value @ weights) * width * weight)
+    return total
+
+
+@pytest.mark.parametrize("law", ["seeliger", "lambert"])
+def test_small_spheres_at_a_phase_angle_are_sums_of_strips(law):
+    rng = np.random.default_rng(47)
+    laws = {"seeliger": observing.LommelSeeliger(), "lambert": observing.Lambert()}
+    for _ in range(40):
+        ratio = 10.0 ** rng.uniform(-7.0, 0.0)
+        s = rng.normal(size=3)
+        s[2] = abs(s[2])
+        s /= np.linalg.norm(s)
+        share = rng.uniform(-0.95, 0.95)
+        place = 1.0 + ratio * share
+        gap = float((LONG(place) - 1) / LONG(ratio))
+        system = System([Body(Sphere(ratio), mass=1e-3), Body(Sphere(1.0), mass=1.0)], G=1.0)
+        state = State([[0, 0, 0], [place, 0, 300.0]], np.zeros((2, 3)))
+        # The Sun is not hidden where it is not right behind the other body.
+        e = np.array([0, 0, 1.0])
+        if abs(np.hypot(*(np.array([place, 0]) - 300.0 * s[:2] / s[2]))) < 1.5:
+            continue
+        found, alone = (observing.brightness(system, state, e, s, law=laws[law], mutual=m)[0] for m in (True, False))
+        expected = strips(1.0 / ratio, gap, s, law) * ratio**2
+        assert abs(found - expected) < 1e-10 * alone, (ratio, share, s, found, expected)
+        # What an eclipse takes from Lommel-Seeliger's law is what an occultation takes with the directions exchanged.
+        if law == "seeliger":
+            other = observing.brightness(system, state, s, e)[0]
+            assert abs(other - expected) < 1e-10 * alone
