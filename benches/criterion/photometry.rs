@@ -14,7 +14,7 @@ fn photometer(count: usize) -> Option<Photometer> {
     let axes = [("Alpha", [1.0, 0.8, 0.6]), ("Beta", [0.4, 0.35, 0.3])];
     let body = |(name, axes)| Body::with_mass(name, Shape::ellipsoid(axes).ok()?, 1.0).ok();
     let bodies = axes.into_iter().take(count).map(body).collect::<Option<Vec<_>>>()?;
-    let surface = Surface { law: Law::LOMMEL_SEELIGER, albedo: 1.0 };
+    let surface = Surface { law: Law::LOMMEL_SEELIGER, albedo: vec![1.0] };
     Photometer::new(bodies, vec![surface; count], true, 0.0).ok()
 }
 
@@ -36,6 +36,7 @@ fn brightness(c: &mut Criterion) {
                 time: 0.0,
                 position: &position[..count],
                 attitude: &attitudes[..count],
+                velocity: &[],
                 to_observer: Vec3::x(),
                 to_sun: Vec3::new(1.0, 0.15, 0.05),
             })

@@ -2,17 +2,37 @@
 
 use super::arrays::{array, rows, vectors};
 use super::bodies::PyBody;
-use super::descriptions::from_python;
 use super::listening::listening;
 use crate::errors::Result;
 use fullbody::error::Error;
 use fullbody::math::Vec3;
-use fullbody::photometry::{Law, Partials, Photometer, Surface, View};
+use fullbody::photometry::{Hapke, Law, Partials, Photometer, Surface, View};
 use numpy::{PyArrayDyn, PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+/// A scattering law: the factors of Lommel-Seeliger's and of Lambert's, or the parameters of Hapke's.
+#[derive(FromPyObject)]
+enum PyLaw {
+    Sum([f64; 2]),
+    Hapke([f64; 5]),
+}
+
+impl From<PyLaw> for Law {
+    fn from(law: PyLaw) -> Self {
+        match law {
+            PyLaw::Sum(factors) => Self::Sum(factors),
+            PyLaw::Hapke([w, b0, h, b, roughness]) => Self::Hapke(Hapke {
+                single_scattering_albedo: w,
+                opposition_amplitude: b0,
+                opposition_width: h,
+                asymmetry: b,
+                roughness,
+            }),
+        }
+    }
+}
 
 /// Bodies with their surfaces, for which the brightness at any number of epochs is computed.
 #[pyclass(frozen, name = "Photometer", module = "fullbody._core")]
@@ -21,10 +41,11 @@ pub struct PyPhotometer {
 }
 
 /// Epochs: times (K,), positions (K N, 3), attitudes (K N, 4), directions to the observer and to the Sun (K,
-/// 3).
+/// 3), and velocities over that of light (K N, 3), or none of them.
 #[derive(FromPyObject)]
 struct Epochs<'py>(
     PyReadonlyArray1<'py, f64>,
+    PyReadonlyArrayDyn<'py, f64>,
     PyReadonlyArrayDyn<'py, f64>,
     PyReadonlyArrayDyn<'py, f64>,
     PyReadonlyArrayDyn<'py, f64>,
@@ -37,6 +58,7 @@ struct Taken {
     positions: Vec<Vec3>,
     attitudes: Vec<[f64; 4]>,
     directions: [Vec<Vec3>; 2],
+    velocities: Vec<Vec3>,
 }
 
 impl Epochs<'_> {
@@ -46,10 +68,13 @@ impl Epochs<'_> {
             positions: vectors("position", &self.1)?,
             attitudes: rows::<4>("attitude", &self.2)?,
             directions: [vectors("to_observer", &self.3)?, vectors("to_sun", &self.4)?],
+            velocities: vectors("velocity", &self.5)?,
             times,
         };
         let count = taken.times.len();
+        let moving = if taken.velocities.is_empty() { 0 } else { count * bodies };
         let lengths = [
+            ("velocities", taken.velocities.len(), moving),
             ("positions", taken.positions.len(), count * bodies),
             ("attitudes", taken.attitudes.len(), count * bodies),
             ("directions to the observer", taken.directions[0].len(), count),
@@ -70,6 +95,7 @@ impl Taken {
             time: *time,
             position: &self.positions[k * bodies..(k + 1) * bodies],
             attitude: &self.attitudes[k * bodies..(k + 1) * bodies],
+            velocity: self.velocities.get(k * bodies..(k + 1) * bodies).unwrap_or_default(),
             to_observer: self.directions[0][k],
             to_sun: self.directions[1][k],
         };
@@ -82,14 +108,14 @@ impl PyPhotometer {
     #[new]
     fn new(
         bodies: Vec<PyRef<'_, PyBody>>,
-        laws: Vec<Bound<'_, PyDict>>,
-        albedo: Vec<f64>,
+        laws: Vec<PyLaw>,
+        albedo: Vec<Vec<f64>>,
         mutual: bool,
         sun_radius: f64,
     ) -> Result<Self> {
         let bodies = bodies.iter().map(|body| body.inner.clone()).collect();
-        let laws = laws.iter().map(from_python::<Law>).collect::<Result<Vec<_>>>()?;
-        let surfaces = laws.into_iter().zip(albedo).map(|(law, albedo)| Surface { law, albedo }).collect();
+        let surfaces = laws.into_iter().zip(albedo);
+        let surfaces = surfaces.map(|(law, albedo)| Surface { law: law.into(), albedo }).collect();
         Ok(Self { inner: Photometer::new(bodies, surfaces, mutual, sun_radius)? })
     }
 

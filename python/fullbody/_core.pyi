@@ -81,12 +81,17 @@ class Body:
     @property
     def inertia(self) -> _Array: ...
 
-_Epochs = tuple[_Array, _Array, _Array, _Array, _Array]
+_Epochs = tuple[_Array, _Array, _Array, _Array, _Array, _Array]
 
 @final
 class Photometer:
     def __new__(
-        cls, bodies: list[Body], laws: list[dict[str, Any]], albedo: list[float], mutual: bool, sun_radius: float
+        cls,
+        bodies: list[Body],
+        laws: list[tuple[float, ...]],
+        albedo: list[list[float]],
+        mutual: bool,
+        sun_radius: float,
     ) -> Photometer: ...
     def brightness(self, epochs: _Epochs) -> _Array: ...
     def partials(self, epochs: _Epochs) -> tuple[_Array, _Array, _Array]: ...

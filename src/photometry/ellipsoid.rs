@@ -79,7 +79,7 @@ impl<'a> Lit<'a> {
         law: &'a Law,
         time: f64,
         directions: [Vec3; 2],
-        before: impl Iterator<Item = (Light, &'a Placed)>,
+        before: impl Iterator<Item = (Light, Placed)>,
     ) -> Self {
         let lights = directions.map(|direction| turned_back(&placed.rotation, &direction));
         let [p, q] = lights.map(|light| light.component_div(&placed.semi_axes));

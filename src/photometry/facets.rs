@@ -78,13 +78,14 @@ impl Mesh {
 
     /// Returns the facets of a body's polyhedra that face both the observer and the Sun, with the brightness
     /// that each has unobstructed. The body has this index in the list and this rotation, and is at the
-    /// origin.
+    /// origin. The albedo is one number, or one for each facet.
     pub fn lit(
         &self,
         body: usize,
         rotation: &Mat3,
         [e, s]: &[Vec3; 2],
         scattering: &Scattering,
+        albedo: &[f64],
     ) -> Vec<(Facet, f64)> {
         let across = e.cross(s);
         let bright = |facet: Facet| {
@@ -92,7 +93,8 @@ impl Mesh {
             let curved = self.ellipsoids.iter().any(|(part, _)| *part == facet.part[1]);
             (mu > 0.0 && mu0 > 0.0 && !curved).then(|| {
                 let factor = scattering.factor(mu, mu0, across.dot(&facet.normal));
-                let brightness = mu * mu0 / (mu + mu0) * factor * facet.area;
+                let albedo = albedo.get(facet.index).unwrap_or(&albedo[0]);
+                let brightness = mu * mu0 / (mu + mu0) * factor * facet.area * albedo;
                 (facet, brightness)
             })
         };
@@ -158,10 +160,10 @@ struct ExitFacets {
 
 impl ExitFacets {
     /// Takes facets, of which it keeps those of exits, and a unit vector.
-    fn new(facets: &[Facet], direction: &Vec3) -> Self {
+    fn new(facets: impl Iterator<Item = Facet>, direction: &Vec3) -> Self {
         let first = perpendicular(direction);
         let frame = Mat3::from_columns(&[first, direction.cross(&first), *direction]).transpose();
-        let facets: Vec<Facet> = facets.iter().filter(|f| f.normal.dot(direction) > 0.0).cloned().collect();
+        let facets: Vec<Facet> = facets.filter(|f| f.normal.dot(direction) > 0.0).collect();
         let blocks: Vec<BoundingBox> =
             facets.iter().map(|f| BoundingBox::of(&f.corners.map(|v| frame * v))).collect();
         Self { frame, direction: *direction, tree: Tree::new(&blocks), facets }
@@ -265,13 +267,14 @@ pub struct Faceted {
 }
 
 impl Faceted {
-    /// Takes the facets of bodies with their indices, positions and rotations, and unit vectors to the
-    /// observer and to the Sun.
-    pub fn new(meshes: &[(usize, &Mesh, Vec3, Mat3)], directions: &[Vec3; 2]) -> Self {
-        let placed =
-            meshes.iter().flat_map(|(body, mesh, position, turn)| mesh.placed(*body, position, turn));
-        let all: Vec<Facet> = placed.collect();
-        Self { exits: directions.map(|direction| ExitFacets::new(&all, &direction)) }
+    /// Takes for the observer's light and for the Sun's the facets of bodies with their indices, positions and
+    /// rotations, and the unit vector along which that light is hidden.
+    pub fn new(lights: [(Vec<(usize, &Mesh, Vec3, Mat3)>, Vec3); 2]) -> Self {
+        let exits = lights.map(|(meshes, direction)| {
+            let placed = meshes.iter().flat_map(|(body, mesh, at, turn)| mesh.placed(*body, at, turn));
+            ExitFacets::new(placed, &direction)
+        });
+        Self { exits }
     }
 
     /// Returns the sum of what is left of the brightness of facets. Each faces the observer and the Sun, and

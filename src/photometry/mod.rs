@@ -11,10 +11,12 @@ mod kernel;
 mod law;
 mod lune;
 mod outline;
+mod photometer;
 mod rule;
 mod snapshot;
 mod strips;
 
 pub use ellipsoid::{ByBody, Partials};
 pub use law::{Hapke, Law};
-pub use snapshot::{Photometer, Surface, View};
+pub use photometer::{Photometer, Surface};
+pub use snapshot::View;

@@ -41,13 +41,14 @@ impl Pair {
             time: 0.0,
             position: &self.position,
             attitude: &self.attitude,
+            velocity: &[],
             to_observer: self.to_observer,
             to_sun: self.to_sun,
         }
     }
 
     fn photometer(&self, law: Law, mutual: bool) -> Photometer {
-        let surfaces = vec![Surface { law, albedo: 1.0 }; 2];
+        let surfaces = vec![Surface { law, albedo: vec![1.0] }; 2];
         Photometer::new(self.bodies(), surfaces, mutual, 0.0).unwrap()
     }
 
@@ -213,7 +214,7 @@ fn polyhedra_of_ellipsoids_are_as_bright_in_the_limit_of_small_facets() {
                 let body = |(axes, name): (&[f64; 3], &str)| Body::with_mass(name, shape(axes), 1.0).unwrap();
                 let bodies = pair.axes.iter().zip(names).map(body).collect();
                 let photometer =
-                    Photometer::new(bodies, vec![Surface { law, albedo: 1.0 }; 2], true, 0.0).unwrap();
+                    Photometer::new(bodies, vec![Surface { law, albedo: vec![1.0] }; 2], true, 0.0).unwrap();
                 let found = photometer.brightness(&pair.view(), &mut InterruptCheck::never()).unwrap();
                 names
                     .iter()
@@ -236,7 +237,8 @@ fn ellipsoid_beside_a_polyhedron_loses_what_it_loses_to_an_ellipsoid() {
         let bodies =
             vec![pair.bodies()[0].clone(), Body::with_mass("b", polyhedron(pair.axes[1], 24), 1.0).unwrap()];
         let law = Law::LOMMEL_SEELIGER;
-        let photometer = Photometer::new(bodies, vec![Surface { law, albedo: 1.0 }; 2], true, 0.0).unwrap();
+        let photometer =
+            Photometer::new(bodies, vec![Surface { law, albedo: vec![1.0] }; 2], true, 0.0).unwrap();
         let found = photometer.brightness(&pair.view(), &mut InterruptCheck::never()).unwrap()[0];
         let [expected, alone] = ["a", "a_unobstructed"].map(|name| number(&case[name][0]));
         assert!(
@@ -418,12 +420,13 @@ impl Scene {
     /// The brightness of each body, or `None` where bodies overlap, with the bodies in this order.
     fn brightness(&self, order: &[usize], law: Law, mutual: bool) -> Option<Vec<f64>> {
         let body = |k: &usize| Body::with_mass("", Shape::ellipsoid(self.axes[*k]).unwrap(), 1.0).unwrap();
-        let surfaces = vec![Surface { law, albedo: 1.0 }; order.len()];
+        let surfaces = vec![Surface { law, albedo: vec![1.0] }; order.len()];
         let photometer = Photometer::new(order.iter().map(body).collect(), surfaces, mutual, 0.0).unwrap();
         let view = View {
             time: 0.0,
             position: &order.iter().map(|&k| self.position[k]).collect::<Vec<_>>(),
             attitude: &order.iter().map(|&k| self.attitude[k]).collect::<Vec<_>>(),
+            velocity: &[],
             to_observer: self.directions[0],
             to_sun: self.directions[1],
         };
@@ -492,7 +495,7 @@ fn random_scenes_are_as_bright_as_rays_tell_in_any_order_of_the_bodies() {
 #[test]
 fn derivatives_by_the_direction_to_a_disc_of_the_sun_are_those_of_differences() {
     let (pair, _) = &cases()[5];
-    let surfaces = vec![Surface { law: Law::LOMMEL_SEELIGER, albedo: 1.0 }; 2];
+    let surfaces = vec![Surface { law: Law::LOMMEL_SEELIGER, albedo: vec![1.0] }; 2];
     let photometer = Photometer::new(pair.bodies(), surfaces, true, 0.2).unwrap();
     let partials = photometer.partials(&pair.view(), &mut InterruptCheck::never()).unwrap();
     let unit = pair.to_sun.normalize();
@@ -518,13 +521,14 @@ fn three_bodies_hide_parts_of_the_same_one() {
     // one, or as much.
     let body = |name: &str, r: f64| Body::with_mass(name, Shape::sphere(r).unwrap(), 1.0).unwrap();
     let bodies = vec![body("large", 1.0), body("first", 0.2), body("second", 0.2)];
-    let surfaces = vec![Surface { law: Law::LOMMEL_SEELIGER, albedo: 0.5 }; 3];
+    let surfaces = vec![Surface { law: Law::LOMMEL_SEELIGER, albedo: vec![0.5] }; 3];
     let photometer = Photometer::new(bodies, surfaces, true, 0.0).unwrap();
     let lost = |second: Vec3| {
         let view = View {
             time: 0.0,
             position: &[Vec3::zeros(), Vec3::new(5.0, 0.3, 0.1), second],
             attitude: &[[1.0, 0.0, 0.0, 0.0]; 3],
+            velocity: &[],
             to_observer: Vec3::x(),
             to_sun: Vec3::x(),
         };
@@ -585,7 +589,7 @@ fn penumbra_is_the_mean_over_the_suns_disc() {
     for aside in [0.7, 1.0, 1.35] {
         let to_sun = Vec3::new(1.0, 0.2, 0.0).normalize();
         let pair = spheres([1.0, 0.4], [1.0 + 0.2 * aside, aside], to_sun);
-        let surfaces = vec![Surface { law: Law::LOMMEL_SEELIGER, albedo: 1.0 }; 2];
+        let surfaces = vec![Surface { law: Law::LOMMEL_SEELIGER, albedo: vec![1.0] }; 2];
         let photometer = Photometer::new(pair.bodies(), surfaces, true, radius).unwrap();
         let found = photometer.brightness(&pair.view(), &mut InterruptCheck::never()).unwrap();
         let count = 4000;
@@ -608,19 +612,19 @@ fn penumbra_is_the_mean_over_the_suns_disc() {
 #[test]
 fn what_describes_nothing_is_refused_by_name() {
     let (pair, _) = &cases()[1];
-    let surface = Surface { law: Law::LAMBERT, albedo: 1.0 };
-    let with = |surface: Surface, sun| {
-        Photometer::new(pair.bodies(), vec![Surface { ..surface }, surface], true, sun)
+    let surface = Surface { law: Law::LAMBERT, albedo: vec![1.0] };
+    let with = |surface: &Surface, sun| {
+        Photometer::new(pair.bodies(), vec![surface.clone(), surface.clone()], true, sun)
     };
-    let text = |surface, sun| with(surface, sun).unwrap_err().to_string();
-    assert!(text(Surface { albedo: -1.0, ..surface }, 0.0).contains("albedo of a is -1"));
-    assert!(text(Surface { albedo: f64::NAN, ..surface }, 0.0).contains("albedo of a"));
+    let text = |surface: &Surface, sun| with(surface, sun).unwrap_err().to_string();
+    assert!(text(&Surface { albedo: vec![-1.0], ..surface.clone() }, 0.0).contains("albedo of a is -1"));
+    assert!(text(&Surface { albedo: vec![f64::NAN], ..surface.clone() }, 0.0).contains("albedo of a"));
     assert!(
-        text(Surface { law: Law::Sum([1.0, f64::NAN]), ..surface }, 0.0)
+        text(&Surface { law: Law::Sum([1.0, f64::NAN]), ..surface.clone() }, 0.0)
             .contains("Lambert's law of the scattering law of a")
     );
-    assert!(text(surface, -0.1).contains("sun_radius is -0.1"));
-    let photometer = with(surface, 0.0).unwrap();
+    assert!(text(&surface, -0.1).contains("sun_radius is -0.1"));
+    let photometer = with(&surface, 0.0).unwrap();
     let error =
         |view: View<'_>| photometer.brightness(&view, &mut InterruptCheck::never()).unwrap_err().to_string();
     assert!(error(View { to_sun: Vec3::zeros(), ..pair.view() }).contains("to_sun is zero"));
@@ -631,4 +635,72 @@ fn what_describes_nothing_is_refused_by_name() {
     let position = [Vec3::zeros(), Vec3::repeat(0.1)];
     assert!(error(View { position: &position, ..pair.view() }).contains("a and b overlap"));
     assert!(error(View { position: &position[..1], ..pair.view() }).contains("number of positions is 1"));
+}
+
+#[test]
+fn shadows_are_those_of_bodies_at_earlier_times() {
+    // A body that crosses the sunlight of another one, fast: the shadow is where the body was when the light
+    // passed it, by (x_j - x_i).(e + s) / c before the observer's light left it.
+    let (e, s) = (Vec3::new(0.6, 0.8, 0.0), Vec3::x());
+    let velocity = [Vec3::zeros(), Vec3::new(0.0, 0.0, 0.02)];
+    let pair = Pair { to_observer: e, ..spheres([1.0, 0.4], [0.0, 0.9], s) };
+    let photometer = pair.photometer(Law::LOMMEL_SEELIGER, true);
+    let light = |pair: &Pair, velocity: &[Vec3]| {
+        let view = View { velocity, ..pair.view() };
+        photometer.brightness(&view, &mut InterruptCheck::never()).unwrap()[0]
+    };
+    let mut moved = Pair { to_observer: e, ..spheres([1.0, 0.4], [0.0, 0.9], s) };
+    moved.position[1].z -= 0.02 * pair.position[1].dot(&(e + s));
+    let [found, expected, neglected] = [light(&pair, &velocity), light(&moved, &[]), light(&pair, &[])];
+    assert!((found - expected).abs() < 1e-13, "{found} {expected}");
+    assert!((found - neglected).abs() > 1e-2, "{found} {neglected}");
+}
+
+#[test]
+fn faces_have_albedos_of_their_own() {
+    let (shape, e, s) = (polyhedron([1.0, 0.8, 0.6], 3), Vec3::new(0.3, 0.5, 0.8), Vec3::new(0.9, 0.2, 0.3));
+    let Shape::Polyhedron(mesh) = &shape else { unreachable!() };
+    let body = Body::with_mass("spotted", shape.clone(), 1.0).unwrap();
+    let mut random = Random(7);
+    let albedo: Vec<f64> = mesh.faces().iter().map(|_| random.next()).collect();
+    let of = |albedo: Vec<f64>| {
+        let surface = Surface { law: Law::LOMMEL_SEELIGER, albedo };
+        Photometer::new(vec![body.clone()], vec![surface], true, 0.0)
+    };
+    let view = View {
+        time: 0.0,
+        position: &[Vec3::zeros()],
+        attitude: &[[1.0, 0.0, 0.0, 0.0]],
+        velocity: &[],
+        to_observer: e,
+        to_sun: s,
+    };
+    let found = of(albedo.clone()).unwrap().brightness(&view, &mut InterruptCheck::never()).unwrap()[0];
+    // The body is convex, so that no face hides another one.
+    let (e, s) = (e.normalize(), s.normalize());
+    let one = |(face, albedo): (usize, &f64)| {
+        let [a, b, c] = mesh.corners(face);
+        let across = (b - a).cross(&(c - a));
+        let [mu, mu0] = [e, s].map(|d| across.normalize().dot(&d));
+        if mu > 0.0 && mu0 > 0.0 { albedo * 0.5 * across.norm() * mu * mu0 / (mu + mu0) } else { 0.0 }
+    };
+    let expected: f64 = albedo.iter().enumerate().map(one).sum();
+    assert!((found - expected).abs() < 1e-13, "{found} {expected}");
+    let text = of(albedo[1..].to_vec()).unwrap_err().to_string();
+    assert!(text.contains("number of values of albedo of spotted is 71"), "{text}");
+    assert!(text.contains("one, or 72, one for each face"), "{text}");
+}
+
+#[test]
+fn a_rough_surface_near_opposition_to_the_sun_comes_to_an_end() {
+    // The brightness falls with the fourth power of the angle to 180 degrees.
+    let law = hapke(0.5);
+    let light = |angle: f64| {
+        let pair = spheres([1.0, 0.1], [0.0, 9.0], Vec3::new(-angle.cos(), angle.sin(), 0.0));
+        pair.brightness(law, true)[0]
+    };
+    for angle in [1e-5, 3e-6, 1e-6, 1e-7] {
+        let ratio = light(angle) / light(1e-4);
+        assert!((ratio / (angle / 1e-4).powi(4) - 1.0).abs() < 2e-3, "{angle} {ratio}");
+    }
 }

@@ -39,8 +39,8 @@ class Law:
                 f"phase_function is {self.phase_function!r}; expected a function of the phase angle, such as HG(0.15)"
             )
 
-    def _describe(self) -> dict[str, Any]:
-        """Return the law as the core takes it; a law that the core does not have is refused."""
+    def _describe(self) -> tuple[float, ...]:
+        """Return the law's two factors, or Hapke's five parameters; a law that the core does not have is refused."""
         raise InvalidInput(
             f"{type(self).__name__} is not one of the scattering laws LommelSeeliger, Lambert, LommelSeeligerLambert "
             "and Hapke; a function of your own can only be their phase_function"
@@ -90,8 +90,8 @@ class LommelSeeliger(Law):
     LommelSeeliger(phase_function=HG(G=0.15))
     """
 
-    def _describe(self) -> dict[str, Any]:
-        return {"sum": [1.0, 0.0]}
+    def _describe(self) -> tuple[float, ...]:
+        return (1.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -104,8 +104,8 @@ class Lambert(Law):
         A function of the phase angles, an array (K,) in radians, that gives the factors (K,) of the brightness.
     """
 
-    def _describe(self) -> dict[str, Any]:
-        return {"sum": [0.0, 1.0]}
+    def _describe(self) -> tuple[float, ...]:
+        return (0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -123,8 +123,8 @@ class LommelSeeligerLambert(Law):
 
     lambert: float = 0.1
 
-    def _describe(self) -> dict[str, Any]:
-        return {"sum": [1.0, self._number("lambert")]}
+    def _describe(self) -> tuple[float, ...]:
+        return (1.0, self._number("lambert"))
 
 
 @dataclass(frozen=True)
@@ -166,11 +166,9 @@ class Hapke(Law):
     asymmetry: float = -0.35
     roughness: Any = 0.0
 
-    def _describe(self) -> dict[str, Any]:
+    def _describe(self) -> tuple[float, ...]:
         names = ("single_scattering_albedo", "opposition_amplitude", "opposition_width", "asymmetry")
-        return {
-            "hapke": {**{name: self._number(name) for name in names}, "roughness": self._number("roughness", "angle")}
-        }
+        return (*map(self._number, names), self._number("roughness", "angle"))
 
 
 @dataclass(frozen=True)

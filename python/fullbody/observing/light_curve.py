@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from ..errors import InvalidInput
 from ..record.record import Record
+from ..typing import Array
 from .brightness import Photometer
 from .laws import LommelSeeliger
 from .states import RetardedStates, refuse_inside
@@ -29,7 +30,7 @@ def light_curve(
     geometry: Vectors,
     *,
     law: Law | dict[str, Law] = LommelSeeliger(),  # noqa: B008
-    albedo: float | dict[str, float] = 1.0,
+    albedo: float | Array | dict[str, Any] = 1.0,
     mutual: bool = True,
     sun_radius: Any = 0.0,
     reduced: bool = True,
@@ -66,8 +67,8 @@ def light_curve(
 
     Notes
     -----
-    Each body is shown as it was when its light left it towards the observer. Shadows are computed between the bodies at
-    these places: the time of light from one body to the other is neglected, which :func:`mutual_events` includes.
+    Each body is shown as it was when its light left it towards the observer, and its shadow is cast from where it was
+    when the light passed it, as in :func:`mutual_events`; only its rotation in that time is neglected.
 
     Examples
     --------
@@ -92,7 +93,8 @@ def light_curve(
     to_sun = local.sun(when)
     for what, place in (("observer", retarded.observer), ("Sun", to_sun)):
         refuse_inside(system, what, place, retarded.centre, attitude, when)
-    light = photometer.brightness(when, retarded.centre, attitude, retarded.observer, to_sun)
+    view = when, retarded.centre, attitude, retarded.observer, to_sun, retarded.velocity / retarded.light_speed
+    light = photometer.brightness(*view)
     return magnitudes(light if per_body else light.sum(axis=1), retarded.observer, to_sun, reduced)
 
 

@@ -195,12 +195,13 @@ class Photometry(Observations):
         return magnitudes(total, view[3], view[4], self.reduced)[:, None]
 
     def _view(self, system: SystemLike, states: dict[str, _Array], retarded: RetardedStates) -> tuple[_Array, ...]:
-        """Return the arguments of a photometer: times, centres, attitudes, vectors to the observer and to the Sun."""
+        """Return the arguments of a photometer: times, centres, attitudes, vectors to observer and Sun, velocities."""
         attitude = retarded.attitude(states["attitude"], states["spin"])
         to_sun = local_geometry(self.geometry, system).sun(retarded.times)
         for what, place in (("observer", retarded.observer), ("Sun", to_sun)):
             refuse_inside(system, what, place, retarded.centre, attitude, retarded.times)
-        return retarded.times, retarded.centre, attitude, retarded.observer, to_sun
+        beta = retarded.velocity / retarded.light_speed
+        return retarded.times, retarded.centre, attitude, retarded.observer, to_sun, beta
 
     def _total(self, light: _Array) -> _Array:
         total = light.sum(axis=1)
