@@ -180,7 +180,7 @@ class UncheckedFile(UserWarning):
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during an integration.
+    """Ctrl-C during a long computation.
 
     Attributes
     ----------
@@ -195,3 +195,14 @@ class Interrupted(KeyboardInterrupt):
     run: Any = None
     runs: Any = None
     dataset: Any = None
+
+
+@contextmanager
+def interruptible(what: str) -> Iterator[None]:
+    """Raise :class:`Interrupted`, with the name of a computation, for a Ctrl-C in it; also a decorator."""
+    try:
+        yield
+    except Interrupted:
+        raise
+    except KeyboardInterrupt as error:
+        raise Interrupted(f"interrupted in {what}") from error

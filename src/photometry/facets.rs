@@ -268,11 +268,12 @@ pub struct Faceted {
 
 impl Faceted {
     /// Takes for the observer's light and for the Sun's the facets of bodies with their indices, positions and
-    /// rotations, and the unit vector along which that light is hidden.
-    pub fn new(lights: [(Vec<(usize, &Mesh, Vec3, Mat3)>, Vec3); 2]) -> Self {
-        let exits = lights.map(|(meshes, direction)| {
-            let placed = meshes.iter().flat_map(|(body, mesh, at, turn)| mesh.placed(*body, at, turn));
-            ExitFacets::new(placed, &direction)
+    /// rotations, and the unit vectors along which these are hidden.
+    pub fn new(meshes: [Vec<(usize, &Mesh, Vec3, Mat3)>; 2], directions: &[Vec3; 2]) -> Self {
+        let exits = [0, 1].map(|light: usize| {
+            let meshes = meshes[light].iter();
+            let placed = meshes.flat_map(|(body, mesh, at, turn)| mesh.placed(*body, at, turn));
+            ExitFacets::new(placed, &directions[light])
         });
         Self { exits }
     }

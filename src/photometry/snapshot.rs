@@ -234,13 +234,14 @@ impl<'a> Snapshot<'a> {
         let (law, albedo, time) = (&surfaces[body].law, &surfaces[body].albedo, self.view.time);
         let Placed { position: centre, rotation, .. } = self.placed[body];
         let all: Vec<usize> = std::iter::once(body).chain(self.others(body, directions)).collect();
-        let faceted = Faceted::new([Light::Sight, Light::Sun].map(|light| {
+        let placed = [Light::Sight, Light::Sun].map(|light| {
             let place = |k: &usize| {
                 let other = self.in_light(light, *k, body, directions);
                 (*k, &meshes[*k], other.position - centre, other.rotation)
             };
-            (all.iter().map(place).collect(), directions[light as usize])
-        }));
+            all.iter().map(place).collect()
+        });
+        let faceted = Faceted::new(placed, directions);
         let [e, s] = directions;
         let phase = e.cross(s).norm().atan2(e.dot(s));
         let facets = meshes[body].lit(body, &rotation, directions, &law.at(phase), albedo);

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import InvalidInput
+from ..errors import InvalidInput, interruptible
 from ..record.record import Record
 from ..typing import Array
 from .brightness import Photometer
 from .laws import LommelSeeliger
-from .states import RetardedStates, refuse_inside
+from .states import RetardedStates, refuse_near
 from .times import in_system
 from .vectors import Vectors, local_geometry
 
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 __all__ = ["light_curve"]
 
 _Array = npt.NDArray[np.float64]
+#: The number of times between two looks at Ctrl-C: a few milliseconds of two ellipsoids.
+_PART = 2048
 
 
 def light_curve(
@@ -61,9 +63,11 @@ def light_curve(
 
     Raises
     ------
+    Interrupted
+        On Ctrl-C.
     InvalidInput
-        For times outside the geometry's span or the run, a geometry without the Sun, and an observer or a Sun inside a
-        body.
+        For times outside the geometry's span or the run, a geometry without the Sun, and an observer or a Sun
+        nearer than 300 times the reach of the bodies from the barycentre.
 
     Notes
     -----
@@ -87,15 +91,20 @@ def light_curve(
     if when.ndim != 1:
         raise InvalidInput(f"times has shape {when.shape}; expected (K,)")
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
-    states = run.states(local.emission(when), "time of a light curve")
-    retarded = RetardedStates(local, when, system.context.masses, states)
-    attitude = retarded.attitude(states["attitude"], states["spin"])
-    to_sun = local.sun(when)
-    for what, place in (("observer", retarded.observer), ("Sun", to_sun)):
-        refuse_inside(system, what, place, retarded.centre, attitude, when)
-    view = when, retarded.centre, attitude, retarded.observer, to_sun, retarded.velocity / retarded.light_speed
-    light = photometer.brightness(*view)
-    return magnitudes(light if per_body else light.sum(axis=1), retarded.observer, to_sun, reduced)
+    found = []
+    with interruptible("a light curve"):
+        for part in np.array_split(when, max(1, -(-len(when) // _PART))):
+            states = run.states(local.emission(part), "time of a light curve")
+            retarded = RetardedStates(local, part, system.context.masses, states)
+            attitude = retarded.attitude(states["attitude"], states["spin"])
+            to_sun = local.sun(part)
+            for what, place in (("observer", retarded.observer), ("Sun", to_sun)):
+                refuse_near(system, what, place, retarded.centre, attitude, part, local.light_speed)
+            beta = retarded.velocity / retarded.light_speed
+            light = photometer.brightness(part, retarded.centre, attitude, retarded.observer, to_sun, beta)
+            total = light if per_body else light.sum(axis=1)
+            found.append(magnitudes(total, retarded.observer, to_sun, reduced))
+    return np.concatenate(found)
 
 
 def magnitudes(light: _Array, to_observer: _Array, to_sun: _Array, reduced: bool) -> _Array:

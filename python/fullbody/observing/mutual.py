@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..errors import InvalidInput
+from ..errors import InvalidInput, interruptible
 from ..events import Occultation
 from ..model.context import SystemLike
 from ..record.record import Record
-from .states import refuse_inside
+from .states import refuse_near
 from .vectors import SystemGeometry, Vectors, local_geometry
 
 if TYPE_CHECKING:
@@ -68,6 +68,7 @@ class MutualEvent:
         return None if self.begin is None or self.end is None else self.end - self.begin
 
 
+@interruptible("a search for mutual events")
 def mutual_events(run: Record, geometry: Vectors) -> list[MutualEvent]:
     """All occultations and eclipses among the bodies of a run, in the order of time.
 
@@ -91,7 +92,7 @@ def mutual_events(run: Record, geometry: Vectors) -> list[MutualEvent]:
     ------
     InvalidInput
         For a run without its continuous solution, one that the geometry does not cover at any time, and an observer or
-        a Sun inside a body.
+        a Sun nearer than 300 times the reach of the bodies from the barycentre.
 
     Notes
     -----
@@ -133,7 +134,7 @@ def mutual_events(run: Record, geometry: Vectors) -> list[MutualEvent]:
         states = run.dense.core.states(np.clip(np.array(knots), span[0], span[1]))
         centre = states["position"] - np.einsum("n,tnx->tx", weights, states["position"])[:, None]
         what = "observer" if kind == "occultation" else "Sun"
-        refuse_inside(system, what, np.array(toward), centre, states["attitude"], np.array(knots))
+        refuse_near(system, what, np.array(toward), centre, states["attitude"], np.array(knots), local.light_speed)
         towards[kind] = _core.Toward(knots, toward, KINDS[kind] / local.light_speed, False)
     conditions = [_core.Condition.Occultation(i, j, total, towards[kind]) for kind, i, j, total in asked]
     crossings = run.dense.core.crossings(system.context.core, conditions, span)

@@ -17,7 +17,7 @@ from .columns import Column, Rows, column, jitter_of, positive_rows
 from .data import Observations
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
-from .states import RetardedStates, refuse_inside
+from .states import RetardedStates, refuse_near
 from .vectors import Vectors, local_geometry
 
 if TYPE_CHECKING:
@@ -199,7 +199,7 @@ class Photometry(Observations):
         attitude = retarded.attitude(states["attitude"], states["spin"])
         to_sun = local_geometry(self.geometry, system).sun(retarded.times)
         for what, place in (("observer", retarded.observer), ("Sun", to_sun)):
-            refuse_inside(system, what, place, retarded.centre, attitude, retarded.times)
+            refuse_near(system, what, place, retarded.centre, attitude, retarded.times, retarded.light_speed)
         beta = retarded.velocity / retarded.light_speed
         return retarded.times, retarded.centre, attitude, retarded.observer, to_sun, beta
 

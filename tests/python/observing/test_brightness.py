@@ -9,6 +9,7 @@ import pytest
 from fullbody import Body, Ellipsoid, Part, Polyhedron, Sphere, State, System, observing
 from fullbody.errors import BodiesOverlap, InvalidInput
 from fullbody.observing.laws import Law
+from meshes import octahedron
 
 DATA = Path(__file__).parents[2] / "data"
 
@@ -196,6 +197,44 @@ def test_phase_functions_have_their_published_values():
     slope = (observing.HG1G2(0.0, 0.0)(node + h) - observing.HG1G2(0.0, 0.0)(node - h)) / (2 * h)
     published = [-41.180439, -10.366915, -7.5784615, -3.6960950, -0.78605652, -0.46527012, -0.20459545]
     np.testing.assert_allclose(slope, published, rtol=2e-6)
+
+
+def test_derivatives_of_phase_functions_hold_up_to_180_degrees():
+    # The derivatives of HG and of a power of the angle, written out.
+    def slope(angle):
+        tan, rise = np.tan(angle / 2), 0.5 / np.cos(angle / 2) ** 2
+        terms = [(0.85, 3.33, 0.63), (0.15, 1.87, 1.22)]
+        return sum(-w * a * b * tan ** (b - 1) * rise * np.exp(-a * tan**b) for w, a, b in terms)
+
+    system = System([Body(Sphere(1.0), mass=1.0)], G=1.0)
+    state = State(np.zeros((1, 3)), np.zeros((1, 3)))
+    for degrees in (0.01, 1.0, 30.0, 90.0, 150.0, 176.0, 179.0):
+        angle = np.radians(degrees)
+        e, s = np.array([1.0, 0, 0]), np.array([np.cos(angle), np.sin(angle), 0])
+        laws = [observing.Lambert(), observing.Lambert(observing.HG(0.15))]
+        bare, found = (observing.brightness_derivatives(system, state, e, s, law=law) for law in laws)
+        factor = observing.HG(0.15)(np.array([angle]))[0]
+        # The phase angle rises where the Sun's direction turns away from the observer's.
+        away = np.array([-np.sin(angle), np.cos(angle), 0])
+        expected = bare.to_sun[0] @ away * factor + bare.brightness[0] * slope(angle)
+        scale = abs(bare.brightness[0] * slope(angle))
+        assert abs(found.to_sun[0] @ away - expected) < 1e-9 * scale
+
+
+def test_faces_have_albedos_of_their_own():
+    shape = octahedron(1.0, 0.8, 0.6)
+    system = System([Body(shape, mass=1.0, name="spotted")], G=1.0)
+    state = State(np.zeros((1, 3)), np.zeros((1, 3)))
+    e, s = [0.3, 0.5, 0.8], [0.9, 0.2, 0.3]
+    parts = [observing.brightness(system, state, e, s, albedo=np.eye(8)[k])[0] for k in range(8)]
+    assert np.count_nonzero(parts) == 2, "two faces look at both the observer and the Sun"
+    albedo = np.linspace(0.1, 0.8, 8)
+    for given in (albedo, {"spotted": albedo}):
+        np.testing.assert_allclose(
+            observing.brightness(system, state, e, s, albedo=given)[0], albedo @ parts, rtol=1e-14
+        )
+    with pytest.raises(InvalidInput, match="number of values of albedo of spotted is 3; expected one, or 8"):
+        observing.brightness(system, state, e, s, albedo=[1.0, 1.0, 1.0])
 
 
 def test_phase_function_is_any_function_of_the_phase_angle(pair):

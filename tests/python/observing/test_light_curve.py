@@ -1,6 +1,8 @@
 """Light curves of runs and photometry: another program's nights, zero points, and derivatives."""
 
 import json
+import signal
+import threading
 
 import astropy.units as u
 import fullbody
@@ -10,7 +12,7 @@ import pytest
 from astropy.time import Time
 from displacements import by_start
 from fullbody import observing
-from fullbody.errors import InconsistentInput, InvalidInput
+from fullbody.errors import InconsistentInput, Interrupted, InvalidInput
 from support import DATA
 
 
@@ -170,3 +172,22 @@ def test_times_beyond_what_is_known_are_refused(run, geometry):
         observing.light_curve(run, [40.9] * u.h, geometry)
     with pytest.raises(InvalidInput, match="has no Sun"):
         observing.light_curve(run, [1.0] * u.h, observing.Geometry([0.0, 2.0] * u.h, to_observer=[1.0, 0, 0] * u.au))
+
+
+def test_ctrl_c_ends_a_light_curve(run, geometry):
+    times = np.linspace(1.0, 39.0, 2_000_000)
+    timer = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
+    timer.start()
+    with pytest.raises(Interrupted, match="interrupted in a light curve"):
+        observing.light_curve(run, times * u.h, geometry)
+    timer.join()
+
+
+def test_a_near_observer_is_refused(run):
+    # The bodies reach some kilometres from the barycentre.
+    near = observing.Geometry([0.0, 41.0] * u.h, to_observer=[30.0, 0, 10.0] * u.km, to_sun=[1.0, 0.2, 0.0] * u.au)
+    for found in (lambda: observing.light_curve(run, [20.0] * u.h, near), lambda: observing.mutual_events(run, near)):
+        with pytest.raises(
+            InvalidInput, match=r"the observer of the geometry is too near .* expected a distant one, from"
+        ):
+            found()
