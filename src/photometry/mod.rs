@@ -13,10 +13,12 @@ mod lune;
 mod outline;
 mod photometer;
 mod rule;
+mod scene;
 mod snapshot;
 mod strips;
 
 pub use ellipsoid::{ByBody, Partials};
 pub use law::{Hapke, Law};
-pub use photometer::{Photometer, Surface};
+pub use photometer::Photometer;
+pub use scene::Surface;
 pub use snapshot::View;

@@ -3,14 +3,14 @@
 use super::ellipsoid::{Lit, Partials, Placed};
 use super::facets::Faceted;
 use super::outline::Light;
-use super::photometer::Photometer;
+use super::scene::Scene;
 use crate::error::{Error, Result, require_finite};
 use crate::interrupt::InterruptCheck;
 use crate::math::{Vec3, rotation};
 use crate::shape::{Proximity, across_separating_plane};
 
 /// Units of work of one ellipsoid, beside those of the integrals.
-pub(super) const WORK: u64 = 10;
+pub const WORK: u64 = 10;
 
 /// Positions and attitudes of all bodies at an epoch, and the directions to the observer and to the Sun.
 #[derive(Debug, Clone, Copy)]
@@ -76,13 +76,13 @@ impl View<'_> {
 
 /// A view as it is seen: every body in its pose, and the bodies that are near each other. One snapshot serves
 /// for many views, so that it allocates once.
-pub(super) struct Snapshot<'a> {
-    photometer: &'a Photometer,
+pub struct Snapshot<'a> {
+    scene: &'a Scene,
     view: View<'a>,
     /// The pose of each body, with semi-axes of zero for a body that is not one ellipsoid about its centre.
     placed: Vec<Placed>,
     /// Directions to the observer and to the Sun's centre.
-    pub(super) centre: [Vec3; 2],
+    pub centre: [Vec3; 2],
     /// Weights of the points of the Sun's disc, with the directions to the observer and to the point.
     suns: Vec<(f64, [Vec3; 2])>,
     /// Pairs of bodies whose circumscribed spheres overlap, and for two ellipsoids the normal of a plane
@@ -91,7 +91,7 @@ pub(super) struct Snapshot<'a> {
 }
 
 impl<'a> Snapshot<'a> {
-    pub(super) fn new(photometer: &'a Photometer) -> Self {
+    pub fn new(scene: &'a Scene) -> Self {
         let view = View {
             time: 0.0,
             position: &[],
@@ -101,12 +101,12 @@ impl<'a> Snapshot<'a> {
             to_sun: Vec3::zeros(),
         };
         let (placed, suns, near) = (Vec::new(), Vec::new(), Vec::new());
-        Self { photometer, view, placed, centre: [Vec3::zeros(); 2], suns, near }
+        Self { scene, view, placed, centre: [Vec3::zeros(); 2], suns, near }
     }
 
     /// Takes a view in place of the one before.
-    pub(super) fn look(&mut self, view: &View<'a>, interrupt: &mut InterruptCheck) -> Result<()> {
-        let semi_axes = &self.photometer.semi_axes;
+    pub fn look(&mut self, view: &View<'a>, interrupt: &mut InterruptCheck) -> Result<()> {
+        let semi_axes = &self.scene.semi_axes;
         let [e, s] = view.directions(semi_axes.len())?;
         (self.view, self.centre) = (*view, [e, s]);
         self.placed.clear();
@@ -117,25 +117,25 @@ impl<'a> Snapshot<'a> {
             rotation: rotation::matrix(view.attitude[body]),
         }));
         self.suns.clear();
-        match self.photometer.sun.as_slice() {
+        match self.scene.sun.as_slice() {
             [[_, _, weight]] => self.suns.push((*weight, [e, s])),
-            _ => self.suns.extend(self.photometer.suns(&s).map(|(weight, sun)| (weight, [e, sun]))),
+            _ => self.suns.extend(self.scene.suns(&s).map(|(weight, sun)| (weight, [e, sun]))),
         }
         self.near.clear();
-        if self.photometer.hides() { self.look_between(interrupt) } else { Ok(()) }
+        if self.scene.hides() { self.look_between(interrupt) } else { Ok(()) }
     }
 
     /// Computes the brightness of each body by `of`, which is called for every point of the Sun's disc with a
     /// result to which it may add, the ellipsoid in the light from that point, the point's factor, and the
     /// directions to the observer and to the point. `take` is called with the brightness and the result of
     /// each body.
-    pub(super) fn each<T: Default>(
+    pub fn each<T: Default>(
         &self,
         interrupt: &mut InterruptCheck,
         of: impl Fn(&mut T, &Lit<'_>, f64, &[Vec3; 2], &mut InterruptCheck) -> Result<f64>,
         mut take: impl FnMut(f64, T),
     ) -> Result<()> {
-        let Photometer { bodies, surfaces, .. } = self.photometer;
+        let Scene { bodies, surfaces, .. } = self.scene;
         let name = |index: usize| format!("brightness of {} at time {}", bodies[index].name, self.view.time);
         for (index, surface) in surfaces.iter().enumerate() {
             let (mut total, mut gathered) = (0.0, T::default());
@@ -168,7 +168,7 @@ impl<'a> Snapshot<'a> {
     /// Finds the bodies that are near each other, with planes between them; returns an error for bodies that
     /// overlap.
     fn look_between(&mut self, interrupt: &mut InterruptCheck) -> Result<()> {
-        let (bodies, view) = (&self.photometer.bodies, self.view);
+        let (bodies, view) = (&self.scene.bodies, self.view);
         for first in 0..bodies.len() {
             interrupt.charge(bodies.len() as u64, view.time)?;
             for second in first + 1..bodies.len() {
@@ -183,7 +183,7 @@ impl<'a> Snapshot<'a> {
                     let [first, second] = [first, second].map(|body| bodies[body].name.clone());
                     return Err(Error::BodiesOverlap { first, second, time: view.time });
                 }
-                let both = [first, second].iter().all(|body| self.photometer.semi_axes[*body].is_some());
+                let both = [first, second].iter().all(|body| self.scene.semi_axes[*body].is_some());
                 let shapes = [first, second].map(|body| &bodies[body].parts()[0].shape);
                 let plane = both.then(|| across_separating_plane(shapes, turns, &from));
                 self.near.push(([first, second], plane));
@@ -195,7 +195,7 @@ impl<'a> Snapshot<'a> {
     /// Returns whether a body may hide another one along a direction: it is in front of that one, or beside
     /// it and near.
     fn is_before(&self, other: usize, body: usize, direction: &Vec3) -> bool {
-        let bodies = &self.photometer.bodies;
+        let bodies = &self.scene.bodies;
         let from = self.view.position[other] - self.view.position[body];
         let aside = from - direction * from.dot(direction);
         if aside.norm() >= bodies[body].circumradius() + bodies[other].circumradius() {
@@ -213,7 +213,7 @@ impl<'a> Snapshot<'a> {
 
     /// Iterates over the bodies that may hide the observer or the Sun from a body.
     fn others(&self, body: usize, directions: &[Vec3; 2]) -> impl Iterator<Item = usize> {
-        let count = if self.photometer.hides() { self.placed.len() } else { 0 };
+        let count = if self.scene.hides() { self.placed.len() } else { 0 };
         (0..count).filter(move |&other| {
             other != body && directions.iter().any(|direction| self.is_before(other, body, direction))
         })
@@ -221,7 +221,7 @@ impl<'a> Snapshot<'a> {
 
     /// Returns whether a body, or one that may hide light from it, is not an ellipsoid.
     fn needs_facets(&self, body: usize, directions: &[Vec3; 2]) -> bool {
-        let Photometer { meshes, semi_axes, .. } = self.photometer;
+        let Scene { meshes, semi_axes, .. } = self.scene;
         !meshes.is_empty()
             && (semi_axes[body].is_none()
                 || self.others(body, directions).any(|other| semi_axes[other].is_none()))
@@ -230,7 +230,7 @@ impl<'a> Snapshot<'a> {
     /// Returns the brightness of a body by its facets. An ellipsoid has the share of its exact brightness
     /// that is left of its cells.
     fn faceted(&self, body: usize, directions: &[Vec3; 2], interrupt: &mut InterruptCheck) -> Result<f64> {
-        let Photometer { surfaces, meshes, .. } = self.photometer;
+        let Scene { surfaces, meshes, .. } = self.scene;
         let (law, albedo, time) = (&surfaces[body].law, &surfaces[body].albedo, self.view.time);
         let Placed { position: centre, rotation, .. } = self.placed[body];
         let all: Vec<usize> = std::iter::once(body).chain(self.others(body, directions)).collect();
@@ -276,7 +276,7 @@ impl<'a> Snapshot<'a> {
 
     /// Iterates over the ellipsoids that may hide light from a body.
     fn before(&self, body: usize, directions: &[Vec3; 2]) -> impl Iterator<Item = (Light, Placed)> {
-        let mutual = self.photometer.hides();
+        let mutual = self.scene.hides();
         let directions = *directions;
         [Light::Sight, Light::Sun].into_iter().filter(move |_| mutual).flat_map(move |light| {
             let direction = directions[light as usize];
@@ -292,7 +292,7 @@ impl<'a> Snapshot<'a> {
 impl Partials {
     /// Adds derivatives times a factor. A derivative with respect to the direction to a point of the Sun's
     /// disc counts as one with respect to the direction to its centre, with which the disc rotates.
-    pub(super) fn add(&mut self, part: &Self, factor: f64, [centre, place]: [&[Vec3; 2]; 2]) {
+    pub fn add(&mut self, part: &Self, factor: f64, [centre, place]: [&[Vec3; 2]; 2]) {
         for (sum, by) in self.by_body.iter_mut().zip(&part.by_body) {
             sum.position += by.position * factor;
             sum.rotation += by.rotation * factor;
