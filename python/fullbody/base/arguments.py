@@ -13,7 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidInput, caution
-from .units import Units, close_to, gathered, is_quantity, numbers, refuse_masked, strip_to, unit_named
+from .unit_names import unit_named
+from .units import Units, close_to, gathered, is_quantity, numbers, refuse_masked, strip_to
 
 _T = TypeVar("_T")
 

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any
 
+#: The sizes between which numbers lie whose squares are formed: far from where doubles end.
+SMALLEST, LARGEST = 1e-60, 1e60
+
 
 @dataclass(frozen=True, slots=True)
 class Limits:

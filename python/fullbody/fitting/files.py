@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import _core
 from ..base.atomic import check_suffix
-from ..base.units import unit_named
+from ..base.unit_names import unit_named
 from ..base.version import version
 from ..files.netcdf import SUFFIXES, write
 from ..files.reading import Content, netcdf

@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import suggestion
-from ..base.units import LARGEST, SMALLEST, gathered, is_quantity, numbers, refuse_booleans, scalar, strip_to
+from ..base.limits import LARGEST, SMALLEST
+from ..base.units import gathered, is_quantity, numbers, refuse_booleans, scalar, strip_to
 from ..errors import InvalidInput
 
 __all__ = ["Free", "Parameters"]

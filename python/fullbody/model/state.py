@@ -10,7 +10,8 @@ import numpy.typing as npt
 from .. import _core
 from ..base.arguments import refuse_unknown, warn_if_degrees
 from ..base.tables import Table, Tabled, head, number, vector
-from ..base.units import Units, gathered, is_quantity, numbers, refuse_cycles, scalar, strip_to, unit_named
+from ..base.unit_names import unit_named
+from ..base.units import Units, gathered, is_quantity, numbers, refuse_cycles, scalar, strip_to
 from ..base.values import block
 from ..errors import InvalidInput, caution
 from ..typing import Array, Scalar

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..base import tables
-from ..base.units import unit_named
+from ..base.unit_names import unit_named
 from ..model.force import KINDS
 
 if TYPE_CHECKING:

@@ -12,9 +12,9 @@ from ..base.arguments import refuse_unknown
 from ..base.epochs import dates as dates_of
 from ..base.epochs import refuse_coarse
 from ..base.foreign import are_dates, plain_or_quantity
+from ..base.limits import LARGEST, SMALLEST
+from ..base.unit_names import unit_named, usable_unit
 from ..base.units import (
-    LARGEST,
-    SMALLEST,
     gathered,
     is_quantity,
     need,
@@ -22,8 +22,6 @@ from ..base.units import (
     refuse_booleans,
     scalar,
     strip_to,
-    unit_named,
-    usable_unit,
 )
 from ..errors import InconsistentInput, InvalidInput, caution
 

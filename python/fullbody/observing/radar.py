@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..base.units import is_quantity, unit_named
+from ..base.unit_names import unit_named
+from ..base.units import is_quantity
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from .columns import Column, Rows, column, jitter_of, positive_rows

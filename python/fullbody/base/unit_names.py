@@ -1,0 +1,133 @@
+"""Names of units as users write them, the units of dimensions, and factors between units.
+
+``astropy.units`` is imported only once one of them is used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache, lru_cache
+from typing import Any
+
+import numpy as np
+
+from .limits import LARGEST, SMALLEST
+
+#: Exponents of length, time, mass and angle.
+_DIMENSIONS: dict[str, tuple[int, int, int, int]] = {
+    "length": (1, 0, 0, 0),
+    "time": (0, 1, 0, 0),
+    "mass": (0, 0, 1, 0),
+    "density": (-3, 0, 1, 0),
+    "area": (2, 0, 0, 0),
+    "volume": (3, 0, 0, 0),
+    "inertia": (2, 0, 1, 0),
+    "velocity": (1, -1, 0, 0),
+    "spin": (0, -1, 0, 1),
+    "angle": (0, 0, 0, 1),
+    "force": (1, -2, 1, 0),
+    "torque": (2, -2, 1, 0),
+    "energy": (2, -2, 1, 0),
+    "momentum": (1, -1, 1, 0),
+    "angular momentum": (2, -1, 1, 0),
+    "potential": (2, -2, 0, 0),
+    "acceleration": (1, -2, 0, 0),
+    "gravity gradient": (0, -2, 0, 0),
+    "angular acceleration": (0, -2, 0, 1),
+    "pressure": (-1, -2, 1, 0),
+    "rate": (0, -1, 0, 0),
+    "force gradient": (0, -2, 1, 0),
+    "number": (0, 0, 0, 0),
+    "G": (3, -2, -1, 0),
+    "mu": (3, -2, 0, 0),
+    "area to mass": (2, 0, -1, 0),
+}
+
+
+#: Plurals and short forms that astropy does not know. A month is not among them, since it has no fixed length.
+_WORDS = {
+    "s": ("seconds", "sec", "secs"),
+    "min": ("minutes", "mins"),
+    "hour": ("hours", "hrs"),
+    "day": ("days",),
+    "week": ("weeks", "wks"),
+    "year": ("years", "yrs"),
+    "deg": ("degrees", "degs"),
+    "rad": ("radians", "rads"),
+    "m": ("meters", "metre", "metres"),
+    "km": ("kilometers", "kilometre", "kilometres", "kms"),
+    "kg": ("kilograms", "kgs"),
+    "g": ("grams",),
+    "t": ("tonnes",),
+}
+
+
+@contextmanager
+def _plain_words() -> Iterator[None]:
+    """Context manager in which astropy also reads units that are spelt as in plain English."""
+    from astropy import units as u
+
+    # Enabling the aliases takes half a millisecond.
+    with u.add_enabled_aliases({word: getattr(u, unit) for unit, words in _WORDS.items() for word in words}):
+        yield
+
+
+def read(kind: Any, text: str) -> Any:
+    """Return the Quantity or the unit of a text, the unit of which may be spelt as in plain English."""
+    try:
+        return kind(text)
+    except (TypeError, ValueError):
+        with _plain_words():
+            return kind(text)
+
+
+@cache
+def unit_named(text: str) -> Any:
+    """Return the unit of a text in the program, which is read once."""
+    from astropy import units as u
+
+    return u.Unit(text)
+
+
+@lru_cache(maxsize=1024)
+def derived(length: Any, time: Any, mass: Any, dimension: str) -> Any:
+    """Return the unit of a dimension as the same object at each call, since astropy takes long to multiply units."""
+    from astropy import units as u
+
+    powers = _DIMENSIONS[dimension]
+    return length ** powers[0] * time ** powers[1] * mass ** powers[2] * u.rad ** powers[3]
+
+
+@lru_cache(maxsize=1024)
+def factor(given: Any, wanted: Any) -> float:
+    """Return the factor from one unit to another one, which astropy takes long to find."""
+    from astropy import units as u
+
+    factor = float(given.to(wanted, 1.0, equivalencies=u.dimensionless_angles()))
+    if not 0.0 < abs(factor) < np.inf:
+        raise OverflowError(f"the factor between the units is {factor}")
+    return factor
+
+
+def usable_unit(given: Any) -> Any:
+    """Return a unit from anything that astropy takes for one.
+
+    Raises
+    ------
+    TypeError, ValueError, OverflowError
+        If it is not a unit, or one so small or so large that numbers in it overflow when they are converted.
+    """
+    from astropy import units as u
+
+    unit = read(u.Unit, given) if isinstance(given, str) else u.Unit(given)
+    if isinstance(unit, u.StructuredUnit):
+        raise ValueError("it is a structure of several units")
+    try:
+        scale = float(getattr(unit.decompose(), "scale", 1.0))
+    except (ArithmeticError, TypeError) as error:
+        raise ValueError(f"its scale is out of range: {error}") from error
+    # The scale of a magnitude is negative: it is -0.4 powers of ten.
+    if not SMALLEST <= abs(scale) <= LARGEST:
+        raise ValueError(f"its scale is {scale}; expected 1e-60 to 1e60 in units of the SI")
+    return unit
