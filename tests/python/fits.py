@@ -65,20 +65,24 @@ def pair_radar():
     )
 
 
+#: The number of rows of a geometry along a straight line, enough to tell it from an arc.
+ROWS = 9
+
+
 def view(hours, sun=False, share=1.0):
     """A view of a system at a share of 0.05 au that goes some degrees along the sky."""
     ends = share * np.array([[0.05, 0.01, 0.02], [0.047, 0.017, 0.022]]) * u.au
-    sunlight = {"to_sun": np.array([[0.9, 0.4, 0.1], [0.89, 0.42, 0.1]]) * u.au} if sun else {}
-    return observing.Geometry([-hours, hours] * u.h, to_observer=ends, frame="ecliptic", **sunlight)
+    sunlight = {"to_sun": np.linspace([0.9, 0.4, 0.1], [0.89, 0.42, 0.1], ROWS) * u.au} if sun else {}
+    times = np.linspace(-hours, hours, ROWS) * u.h
+    return observing.Geometry(times, to_observer=np.linspace(*ends, ROWS), frame="ecliptic", **sunlight)
 
 
 def flyby(hours):
     """The way of the Earth past 1999 KW4 in May 2001, on a straight line at 22 km/s: 0.0323 au away in mid-time."""
     nearest = 0.0323 * np.array([0.863, 0.505, 0.0]) * u.au
     way = np.array([9.6, -16.4, 10.9]) * u.km / u.s * (0.5 * hours * u.h)
-    return observing.Geometry(
-        [0.0, hours] * u.h, to_observer=u.Quantity([nearest - way, nearest + way]), frame="ecliptic"
-    )
+    times = np.linspace(0.0, hours, ROWS) * u.h
+    return observing.Geometry(times, to_observer=np.linspace(nearest - way, nearest + way, ROWS), frame="ecliptic")
 
 
 def noisy(rng, system, state, times, hours, **places):
