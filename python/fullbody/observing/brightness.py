@@ -80,18 +80,13 @@ class Photometer:
         for name, one in zip(names, self.laws, strict=True):
             if not isinstance(one, Law):
                 raise InvalidInput(f"law of {name} is {one!r}; expected a law such as LommelSeeliger()")
-        given = [
-            numbers(value, f"albedo of {name}") for name, value in zip(names, _albedos(albedo, names), strict=True)
-        ]
-        for name, value in zip(names, given, strict=True):
-            if value.ndim > 1 or not (value.size and value.min() >= 0.0 and value.max() < np.inf):
-                expected = "a finite number, zero or above, or one for each face of a polyhedron"
-                raise InvalidInput(f"albedo of {name} is {value}; expected {expected}")
         # One albedo for all of a body is multiplied in here, so that the derivative with respect to zero is known.
-        self.albedo = np.array([1.0 if value.ndim else float(value) for value in given])
-        faces = [value.tolist() if value.ndim else [1.0] for value in given]
+        if type(albedo) is float and 0.0 <= albedo < np.inf:
+            self.albedo, faces = np.full(len(names), albedo), [[1.0]] * len(names)
+        else:
+            self.albedo, faces = _albedos(albedo, names)
         described = [one._describe() for one in self.laws]
-        radius = Units().number(sun_radius, "angle", "sun_radius")
+        radius = sun_radius if type(sun_radius) is float else Units().number(sun_radius, "angle", "sun_radius")
         self._core = _core.Photometer(list(system.context.bodies), described, faces, bool(mutual), radius)
 
     def brightness(
@@ -274,9 +269,8 @@ def _at(system: SystemLike, state: State, to_observer: Any, to_sun: Any) -> tupl
     core = strip(state, system.context)
     if len(core.position) != len(system.context):
         raise InvalidInput(f"state has {len(core.position)} bodies; expected {len(system.context)}, as in the system")
-    both = (directions(value, what, True) for value, what in ((to_observer, "to_observer"), (to_sun, "to_sun")))
     rows = (np.array([core.time]), core.position[None], core.attitude[None])
-    return (*rows, *(vector[None] for vector in both))
+    return (*rows, _direction(to_observer, "to_observer"), _direction(to_sun, "to_sun"))
 
 
 def _epochs(
@@ -298,13 +292,28 @@ def _phase_angle(to_observer: _Array, to_sun: _Array) -> _Array:
     return np.arctan2(across, np.sum(to_observer * to_sun, axis=-1))
 
 
-def _albedos(albedo: Any, names: tuple[str, ...]) -> list[Any]:
-    """Return one albedo, or one for each face, for each body; several for all are those of a single body."""
+def _albedos(albedo: Any, names: tuple[str, ...]) -> tuple[_Array, list[list[float]]]:
+    """Return one albedo for each body, and for the core one for each of its faces, or a single one."""
     if not isinstance(albedo, dict) and np.ndim(albedo) and len(names) > 1:
         raise InvalidInput(
             f"albedo has shape {np.shape(albedo)}; expected a number, or a dict by the names of the bodies"
         )
-    return _by_name(albedo, names, "albedo")
+    factors, faces = np.ones(len(names)), []
+    for index, (name, value) in enumerate(zip(names, _by_name(albedo, names, "albedo"), strict=True)):
+        given = numbers(value, f"albedo of {name}")
+        if given.ndim > 1 or not (given.size and given.min() >= 0.0 and given.max() < np.inf):
+            expected = "a finite number, zero or above, or one for each face of a polyhedron"
+            raise InvalidInput(f"albedo of {name} is {value!r}; expected {expected}")
+        factors[index] = 1.0 if given.ndim else given
+        faces.append(given.tolist() if given.ndim else [1.0])
+    return factors, faces
+
+
+def _direction(value: Any, what: str) -> _Array:
+    """Return a vector (1, 3) of any length above zero; the core checks an array of numbers itself."""
+    plain = type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (3,)
+    found: _Array = (value if plain else directions(value, what, True))[None]
+    return found
 
 
 def _by_name(value: Any, names: tuple[str, ...], what: str) -> list[Any]:
