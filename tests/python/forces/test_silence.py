@@ -191,9 +191,10 @@ def test_lags_of_text_and_of_rates_that_do_not_fit():
     lag = forces.lag_from_quality_factor(**given, mean_motion="20 deg / h", spin="2 deg / min")
     assert lag.unit == u.hour
     assert abs(lag.value * 50.0 * 2.0 * np.radians(100.0) - 1.0) < 1e-15
-    lag = forces.lag_from_quality_factor(**given, mean_motion=20.0 / u.hour, spin=-20.0 / u.hour)
+    lag = forces.lag_from_quality_factor(**given, mean_motion=20.0 * u.rad / u.hour, spin=-20.0 * u.rad / u.hour)
     assert abs(lag.to_value(u.s) - 3600.0 / 4000.0) < 1e-15
-    for spin, rate in ((2.0, 0.3 / u.hour), (2.0 / u.hour, 0.3), ([0, 0, 2.0], 0.3), ("fast", 0.3), (np.nan, 0.3)):
+    unit = u.rad / u.hour
+    for spin, rate in ((2.0, 0.3 * unit), (2.0 * unit, 0.3), ([0, 0, 2.0], 0.3), ("fast", 0.3), (np.nan, 0.3)):
         with pytest.raises(InvalidInput, match="spin"):
             forces.lag_from_quality_factor(**given, mean_motion=rate, spin=spin)
 
