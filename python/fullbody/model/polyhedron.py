@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -127,6 +126,8 @@ class Polyhedron:
         ModuleNotFoundError
             If trimesh (the extra ``shapes``) is missing, which OBJ, PLY, STL and ``heal`` need.
         """
+        import gzip
+
         path = Path(path)
         try:
             vertices, faces = _read(path)
@@ -205,6 +206,8 @@ class Polyhedron:
 
 
 def _read(path: Path) -> tuple[_Numbers, _Indices]:
+    import gzip
+
     kind = path.suffix.lower().removeprefix(".")
     if kind in ("obj", "ply", "stl"):
         return _by_trimesh(path, kind)

@@ -199,8 +199,11 @@ def test_an_orbit_whose_plane_turns_over():
 
 def test_angles_that_are_not_defined_have_no_rate():
     """A tilted 1999 KW4, whose forced eccentricity winds about zero as often as samples happen to show it."""
-    system, state = fullbody.systems.kw4()
-    state = state.rotated("Alpha", [1, 0, 0], np.radians(8.0)).rotated("Beta", [1, 0, 0], np.radians(6.0))
+    system, _ = fullbody.systems.kw4_ho2021()
+    r, v = fullbody.KeplerElements(2.548, 0.0004, 0.0, 0.0, 0.0, 0.0).to_cartesian(system.mu())
+    spin = [[0.0, 0.0, 2 * np.pi / 2.7645], [0.0, 0.0, np.linalg.norm(v) / 2.548]]
+    state = fullbody.State([0.0 * r, r], [0.0 * v, v], spin=spin)
+    state = state.rotated(0, [1, 0, 0], np.radians(11.2)).rotated(1, [1, 0, 0], np.radians(6.0))
     for output in (0.1, 0.5, 2.0, 5.0):
         run = system.integrate(state, 480.0, output=output)
         found = observables.element_rates(run)

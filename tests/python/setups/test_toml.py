@@ -112,7 +112,11 @@ def test_rates_periods_times_and_starts(tmp_path):
         ("semi_axes = [0.285, 0.2315, 0.1745]", "", r"body\[1\]: has none of semi_axes, radius, point"),
         ("spin = [0, 0, 0.3611]", "spinn = [0, 0, 1]", r"body\[1\]\.spinn: is not a key .* did you mean 'spin'\?"),
         ("spin = [0, 0, 0.3611]", "spin = 0.3", r"body\[1\]\.spin: is 0.3; expected 3 numbers"),
-        ("spin = [0, 0, 0.3611]", 'spin = ["0 Hz", "0 Hz", "1e-4 Hz"]', r"body\[1\]\.spin: .*Hz, cycles by a time"),
+        (
+            "spin = [0, 0, 0.3611]",
+            'spin = ["0 Hz", "0 Hz", "1e-4 Hz"]',
+            r"body\[1\]\.spin: .*Hz, .*expected an angle by a time",
+        ),
         ("spin = [0, 0, 0.3611]", 'rotation_period = "0 h"', r"body\[1\]\.rotation_period: is 0"),
         ("spin = [0, 0, 0.3611]", "position = [1, 0, 0]", r"body\[1\]: has position and orbit; expected an orbit, or"),
         ("spin = [0, 0, 0.3611]", "attitude = [0, 0, 0, 0]", r"body\[1\]\.attitude: is zero; expected a quaternion"),
