@@ -80,6 +80,8 @@ def seed_of(value: object, what: str = "seed") -> int:
 def place(value: object, names: Sequence[str], what: str) -> int:
     """Return the place of a body from its place or name, or raise an error that lists what is known."""
     if isinstance(value, str):
+        # Keyboards and files write an accent as one character or as two.
+        value = unicodedata.normalize("NFC", value)
         if value in names:
             return names.index(value)
         raise InvalidInput(f"{what} is {value!r}; {suggestion(value, names, 'one')}")
@@ -117,7 +119,7 @@ def name_of(value: object) -> str | None:
     # Files and pictures cannot hold control characters (Cc) and unpaired surrogates (Cs).
     if value is not None and any(unicodedata.category(letter) in ("Cc", "Cs") for letter in value):
         raise InvalidInput(f"name is {value!r}; expected text without control characters")
-    return value
+    return value if value is None else unicodedata.normalize("NFC", value)
 
 
 def positive(value: Any, unit: str, what: str) -> Any:

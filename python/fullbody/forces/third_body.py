@@ -28,6 +28,8 @@ __all__ = ["ThirdBody"]
 _ANGLES = ("i", "Omega", "omega", "M")
 #: The relative error of a table's spline above which there is a warning; the error of the gravity is three times it.
 _COARSE = 1e-3
+#: The size of a tide relative to the gravity of the bodies below which it has no effect.
+_LOST = 1e-16
 #: Dates closer to each other than this, in s, are equal.
 _SAME_DATE = 1e-3
 
@@ -249,7 +251,18 @@ class ThirdBody(Force):
 
     @classmethod
     def _input_warnings(cls, described: dict[str, Any], start: _core.State, context: Context) -> Iterator[str]:
-        """Yield a warning if the rows of a table are so far apart that the spline does not follow the path."""
+        """Yield warnings of a tide that is lost in rounding, and of a table whose spline does not follow the path."""
+        place, _ = context.core.third_body(
+            context.third_body(described["name"], "a third body"), np.array([start.time])
+        )
+        apart = np.linalg.norm(start.position - start.position[0], axis=1).max()
+        # The ratio of the tidal acceleration to that of the bodies on each other.
+        ratio = described["mu"] / np.linalg.norm(place[0]) ** 3 * apart**3 / (context.G * context.masses.sum())
+        if 0.0 < ratio < _LOST:
+            yield (
+                f"the tide of {described['name']} is {ratio:.1g} of the bodies' own gravity, which double precision "
+                "cannot resolve; check the units of its mass and of its path"
+            )
         table = described["path"].get("table")
         if table is None:
             return

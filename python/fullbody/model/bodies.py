@@ -60,7 +60,8 @@ class Body(Tabled):
         density: Any = None,
         name: str | None = None,
     ) -> None:
-        called = "the body" if name_of(name) is None else name
+        name = name_of(name)
+        called = "the body" if name is None else name
         if not isinstance(shape, Solid | Composite):
             expected = "expected an Ellipsoid, a Sphere, a PointMass, a Polyhedron or a Composite"
             raise InvalidInput(f"shape of {called} is {shape!r}; {expected}")

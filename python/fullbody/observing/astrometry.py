@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import warn_if_degrees
-from ..errors import InvalidInput
+from ..errors import InvalidInput, caution
 from ..model.context import SystemLike
 from .centre_of_light import photocentre, semi_axes
 from .columns import Column, Rows, column, jitter_of, positive_rows
@@ -18,6 +18,8 @@ from .vectors import Vectors, local_geometry, turn
 __all__ = ["Astrometry"]
 
 _Array = npt.NDArray[np.float64]
+#: The largest offset, a degree in radians, that causes no warning if it is a plain number.
+_WIDEST = np.pi / 180.0
 
 
 def _in_unit(radians: _Array, unit: Any, power: int = 1) -> Any:
@@ -118,6 +120,12 @@ class Astrometry(Observations):
             raise InvalidInput("geometry of Astrometry has no Sun, which photocentre=True needs; give to_sun=")
         self.body, self.about, self.frame, self.photocentre = body, about, frame, bool(photocentre)
         self._offsets = np.stack([rows.of("east"), rows.of("north")], axis=1)
+        largest = float(np.abs(self._offsets).max())
+        if plain and largest > _WIDEST:
+            caution(
+                f"the offsets of Astrometry have values up to {largest:.6g} radians, {np.degrees(largest):.3g} "
+                f"degrees; give arc seconds as Quantities, such as {largest:.6g} * u.arcsec"
+            )
         self._sigma = positive_rows(rows.of("sigma", 2), "sigma of Astrometry")
         self._correlation = rows.of("correlation")
         if not (np.abs(self._correlation) < 1.0).all():

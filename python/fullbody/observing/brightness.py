@@ -12,7 +12,7 @@ from .. import _core
 from ..base.arguments import directions, suggestion
 from ..base.units import Units, numbers
 from ..base.values import ArrayFields
-from ..errors import InvalidInput
+from ..errors import InvalidInput, caution
 from ..model.context import SystemLike
 from ..model.state import State, strip
 from ..typing import Array
@@ -24,6 +24,8 @@ _Array = npt.NDArray[np.float64]
 
 #: The step in the difference of a phase function: as a share of the angle to 0 and 180 degrees, and at least, radians.
 _STEP, _LEAST = 2e-4, 1e-7
+#: The largest radius of the Sun, in radians, that causes no warning if it is a plain number.
+_SUN = np.radians(2.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -87,6 +89,11 @@ class Photometer:
             self.albedo, faces = _albedos(albedo, names)
         described = [one._describe() for one in self.laws]
         radius = sun_radius if type(sun_radius) is float else Units().number(sun_radius, "angle", "sun_radius")
+        if isinstance(sun_radius, int | float) and radius > _SUN:
+            caution(
+                f"sun_radius is {radius:.6g} radians, {np.degrees(radius):.3g} degrees, as from 0.13 au or nearer; "
+                f"give degrees as a Quantity, or as text such as '{radius:.6g} deg'"
+            )
         self._core = _core.Photometer(list(system.context.bodies), described, faces, bool(mutual), radius)
 
     def brightness(

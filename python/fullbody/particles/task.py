@@ -25,6 +25,9 @@ from .rules import Bounce, Escape, Radiation
 
 __all__ = ["FlightTask", "fly"]
 
+#: The area to mass, in m2/kg, above which there is a warning.
+_LIGHTEST = 1e3
+
 
 class FlightTask:
     """The options of a flight, checked before it starts."""
@@ -63,6 +66,13 @@ class FlightTask:
             raise InvalidInput(f"threads is {threads!r}; expected a whole number above zero, or None")
         self._threads = threads
         lit = self._numbers[2].any()
+        if context.units.known and lit:
+            largest = context.units.attach(self._numbers[2].max(), "area to mass").to("m2 / kg")
+            if largest.value > _LIGHTEST:
+                caution(
+                    f"area_to_mass of particles has values up to {largest:.3g}, as of grains below half a micrometre; "
+                    "expected Quantities, if it is in another unit than the system's"
+                )
         if self._radiation is None and lit:
             caution("the particles have an area_to_mass, and no light acts on them: radiation is not given")
         if self._radiation is not None and not lit and not any(isinstance(event, Shadow) for event in self.events):

@@ -245,6 +245,7 @@ def test_a_later_start_on_a_later_orbit():
 # Limits.
 
 
+@pytest.mark.filterwarnings("ignore:the tide of Sun")
 def test_next_to_no_mass_is_no_force():
     system, state = pair()
     free = system.integrate(state, 20.0, output=2.0)

@@ -1,5 +1,7 @@
 """Warnings of input that is probably a mistake refer to the user's line; masked values are refused."""
 
+import re
+import unicodedata
 import warnings
 
 import fullbody
@@ -285,3 +287,48 @@ def test_systems_in_units_tell_their_numbers_with_them():
     speed = np.linalg.norm(3600 * (state.velocity[1] - state.velocity[0])).to_value("km/h")
     assert text.startswith(f"Alpha and Beta start at {speed:.4g} km / h relative to each other")
     assert System(system.bodies, units=True).integrate(state, 0.001)
+
+
+def test_plain_numbers_that_are_hardly_meant():
+    """Arc seconds as radians, degrees as radians, cm2/g as a system's km2/kg, and a Sun in grams."""
+    system, state = fullbody.systems.didymos(units=True)
+    view = {"to_observer": [0.1, 0.01, 0.0] * u.au, "to_sun": [0.9, 0.4, 0.0] * u.au}
+    geometry = fullbody.observing.Geometry([0.0, 2.0] * u.day, **view)
+
+    def astrometry(east, unit=1.0):
+        offset = np.array([east]) * unit
+        return fullbody.observing.Astrometry([1] * u.h, offset, 0 * offset, 0.01 * unit, geometry=geometry)
+
+    def light(radius):
+        return fullbody.observing.brightness(system, state, view["to_observer"], view["to_sun"], sun_radius=radius)
+
+    def fly(ratio):
+        lit, start = fullbody.systems.didymos(units=True, sun=True)
+        particles = fullbody.Particles([[9.0, 0, 0]], [[0, 0, 0]], area_to_mass=ratio)
+        return lit.fly(start, particles, 0.01, output="ends", radiation=fullbody.particles.Radiation())
+
+    orbit = KeplerElements("1.6442 au", 0.38385, "3.4 deg", "73 deg", "319 deg", "232 deg", frame="ecliptic")
+
+    def sun(mass):
+        third = fullbody.forces.ThirdBody(mass=mass, orbit=orbit, of="system", name="Sun")
+        return system.with_forces([third]).integrate(state, 0.1, output="ends")
+
+    for call, wrong, right, message in (
+        (astrometry, [0.5], [0.5, u.arcsec], "offsets of Astrometry have values up to 0.5 radians, 28.6 degrees"),
+        (light, [0.27], ["0.27 deg"], "sun_radius is 0.27 radians, 15.5 degrees"),
+        (fly, [0.01], ["0.01 m2/kg"], "area_to_mass of particles has values up to 1e[+]04 m2 / kg"),
+        (sun, ["1.98841e15 kg"], ["1.98841e30 kg"], "the tide of Sun is .* of the bodies' own gravity"),
+    ):
+        (found,) = input_warnings(lambda call=call, wrong=wrong: call(*wrong))
+        assert re.search(message, found), found
+        assert not input_warnings(lambda call=call, right=right: call(*right))
+
+
+def test_names_of_another_unicode_form_are_the_same():
+    names = [unicodedata.normalize(form, "Sélène") for form in ("NFD", "NFC")]
+    system = System([Body(Sphere(1.0), mass=1.0, name=names[0]), Body(Sphere(1.0), mass=1.0, name="B")], G=1.0)
+    assert names[0] != names[1]
+    assert system.index(names[0]) == system.index(names[1]) == 0
+    assert system.names[0] == names[1]
+    with pytest.raises(InvalidInput, match="name"):
+        System([Body(Sphere(1.0), mass=1.0, name=name) for name in names], G=1.0)

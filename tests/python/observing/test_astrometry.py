@@ -142,6 +142,7 @@ def test_pulls_have_the_weights_of_the_covariance():
     np.testing.assert_allclose(data.pulls(run)[:, 0], residuals[:, 0] / sigma[:, 0], rtol=1e-10)
 
 
+@pytest.mark.filterwarnings("ignore:the offsets of Astrometry")
 def test_rows_are_sorted_with_their_data_and_missing_ones_are_reported():
     _, geometry = pair()
     east = np.ma.masked_array([3.0, 1.0, 2.0, 4.0], mask=[False, False, True, False])
@@ -186,6 +187,7 @@ def test_offsets_without_a_dimension_are_radians():
     np.testing.assert_allclose(data.covariance[0].to_value(u.one), np.diag([4e-12, 4e-12]), rtol=1e-14)
 
 
+@pytest.mark.filterwarnings("ignore:the offsets of Astrometry")
 def test_correlations_are_read_from_a_table_with_other_names_of_columns():
     row = {"time": [1.0], "east": [2.0], "north": [3.0], "sigma_east": [1.0], "sigma_north": [1.0]}
     table = pandas.DataFrame(row | {"correlation": [0.3]})
