@@ -112,7 +112,7 @@ def _limit(found: Fit, heavy: Fit, data: list[observing.Astrometry], free: dict[
     else:
         while excess(high := 2.0 * high) < 0.0:
             low = high
-    return float(brentq(excess, low, high, xtol=0.005))
+    return float(brentq(excess, low, high, xtol=0.02))
 
 
 def _spheroid(

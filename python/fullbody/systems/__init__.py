@@ -17,9 +17,15 @@ and documentation follow from the files.
 :func:`didymos_after_dart`  the same after the impact and the weeks that followed
 :func:`dinkinesh`           Dinkinesh (152830) and Selam, a satellite of two lobes
 :func:`fg3_1996`            1996 FG3 (175706), with axis ratios to choose
+:func:`dp107_2000`          2000 DP107 (185851), with axis ratios to choose
+:func:`vh_1991`             1991 VH (35107), whose satellite is not synchronous
 :func:`patroclus_menoetius` Patroclus (617) and Menoetius, a Trojan pair of almost equal bodies
 :func:`antiope`             Antiope (90), a main-belt pair of almost equal bodies a diameter apart
+:func:`kalliope_linus`      Kalliope (22) and its distant satellite Linus
 :func:`pluto_charon`        Pluto (134340) and Charon, doubly synchronous spheres
+:func:`eris_dysnomia`       Eris (136199) and Dysnomia, spheres
+:func:`haumea`              Haumea (136108), an ellipsoid of three axes, with Namaka and Hi'iaka
+:func:`lempo`               Lempo (47171), Hiisi and Paha, a triple beyond Neptune
 :func:`sn263_2001`          2001 SN263 (153591), three ellipsoids with axis ratios to choose
 =========================== ===========================================================================================
 
@@ -44,12 +50,18 @@ if TYPE_CHECKING:
     didymos: Ready
     didymos_after_dart: Ready
     dinkinesh: Ready
+    dp107_2000: Ready
+    eris_dysnomia: Ready
     fg3_1996: Ready
+    haumea: Ready
+    kalliope_linus: Ready
     kw4: Ready
     kw4_ho2021: Ready
+    lempo: Ready
     patroclus_menoetius: Ready
     pluto_charon: Ready
     sn263_2001: Ready
+    vh_1991: Ready
 
 __all__ = [
     "Published",
@@ -60,13 +72,19 @@ __all__ = [
     "didymos",
     "didymos_after_dart",
     "dinkinesh",
+    "dp107_2000",
+    "eris_dysnomia",
     "fg3_1996",
+    "haumea",
+    "kalliope_linus",
     "kw4",
     "kw4_ho2021",
+    "lempo",
     "patroclus_menoetius",
     "pluto_charon",
     "published",
     "sn263_2001",
+    "vh_1991",
 ]
 
 
