@@ -45,8 +45,9 @@ _DRIFTS = {
 class Run(Record[S]):
     """The record of an integration: K samples of N bodies.
 
-    ``run[k]`` is a :class:`State`, ``run["Beta"]`` the :class:`Track` of one body. ``run[::k]``, ``run[[0, 5, 9]]`` and
-    ``run[mask]`` are runs with some of the samples, which keep the start, statistics and events of the whole run.
+    ``run[k]`` is a :class:`State`, ``run["Beta"]`` the :class:`fullbody.record.Track` of one body. ``run[::k]``,
+    ``run[[0, 5, 9]]`` and ``run[mask]`` are runs with some of the samples, which keep the start, statistics and events
+    of the whole run.
     Arrays are read-only views; they are Quantities if the system has units. Pickles and files do not contain ``dense``.
 
     Attributes

@@ -50,7 +50,7 @@ class System(Tabled):
         The tolerance of the quadrature, relative to the force, and for the torque on a body relative to the force times
         its longest semi-axis; 1e-14 by default. In the worst case the error is three to four times as large. Rounding
         adds 2e-14 to either. The error of the energy by ``"surface"`` may be thirty times the tolerance if surfaces
-        nearly touch. If the quadrature cannot reach the tolerance, :class:`NotConverged` is raised.
+        nearly touch. If the quadrature cannot reach the tolerance, :class:`fullbody.errors.NotConverged` is raised.
     order : (int, int) or int, optional
         A fixed order (n, m) of the quadrature instead of the tolerance, with n Gauss points and m angles; for
         ``"harmonic"`` one degree, from 1 to 80.

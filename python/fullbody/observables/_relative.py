@@ -259,21 +259,15 @@ class RelativeMotion:
         """Return the mean rate at which directions turn about an axis, and their angles from it.
 
         The default axis is the angular momentum at the start. The rate is ``None`` if the directions are mostly nearer
-        to the axis than :data:`NEAREST`.
+        to the axis than :data:`NEAREST`, or go about it another number of times by every second sample.
         """
         axis = self._start if axis is None else directions(axis, "axis", one=True)
         about, every = azimuth(poles, axis), azimuth(poles[::2], axis)
         angle: _Array = np.arctan2(np.linalg.norm(np.cross(poles, axis), axis=1), poles @ axis)
         # A direction nearly opposite to the axis, about which it turns the other way, is as near to it.
-        if np.median(np.minimum(angle, np.pi - angle)) < NEAREST:
-            return None, angle
+        near = np.median(np.minimum(angle, np.pi - angle)) < NEAREST
         turns = [(found[-1] - found[0]) / (2 * np.pi) for found in (about[: 2 * len(every) - 1], every)]
-        if abs(turns[0] - turns[1]) > 0.5:
-            raise InvalidInput(
-                f"a direction makes {turns[0]:.4g} turns about the axis by all samples, but {turns[1]:.4g} by every "
-                f"second one; {self.what} needs samples closer together ({self.closer()}), or another axis"
-            )
-        return signal.slope(self.time, about), angle
+        return None if near or abs(turns[0] - turns[1]) > 0.5 else signal.slope(self.time, about), angle
 
     def from_node(self, axis: Any) -> float:
         """Return the mean rate of the angle from the ascending node on the plane across an axis, along the motion."""

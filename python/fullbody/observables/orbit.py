@@ -142,7 +142,8 @@ class Precession(ArrayFields):
         distance shows no periapsis, as in a circular orbit, or only variations of another origin.
     nodal : float, Quantity or None
         Mean rate of the node about the axis, d(Omega)/dt. ``None`` if the orbit's pole is nearer to the axis or its
-        opposite than 1e-9 radians at half of the samples or more, since the node is then round-off.
+        opposite than 1e-9 radians at half of the samples or more, since the node is then round-off, and if the pole
+        goes about the axis another number of times by every second sample.
     argument_of_periapsis : float, Quantity or None
         Mean rate of periapsis from the node, d(omega)/dt, along the motion; ``None`` if either is missing. It vanishes
         at the critical inclination. The longitude of periapsis, Omega + omega, changes by the sum of this rate and

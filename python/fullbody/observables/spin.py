@@ -96,8 +96,9 @@ def spin_precession(run: Record, *, axis: Any = None, body: int | str = 0, about
     rate, angle = motion.turning(motion.pole, axis)
     if rate is None:
         raise InvalidInput(
-            f"the pole of {motion.name} stays within {np.minimum(angle, np.pi - angle).max():.1g} rad of the axis; "
-            f"expected {NEAREST:g} or more to tell how it goes about it"
+            f"the pole of {motion.name} stays within {np.minimum(angle, np.pi - angle).max():.1g} rad of the axis, and "
+            f"below {NEAREST:g} or between the samples it is not known how it goes about it; expected another axis, or "
+            f"samples closer together ({motion.closer()})"
         )
     return motion.rate(np.float64(rate))
 

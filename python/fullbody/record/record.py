@@ -37,9 +37,9 @@ STATE = ("position", "velocity", "attitude", "spin")
 class Record(Tabled, Generic[S]):
     """K samples of the motion of N bodies, and how they came about.
 
-    ``record[k]`` is a :class:`State`; ``record["Beta"]`` the :class:`Track` of one body; and ``record[::k]``,
-    ``record[[0, 5, 9]]`` and ``record[mask]`` are records of some of the samples, which keep the start, statistics and
-    events of the whole. Arrays are read-only; they are Quantities if the system has units.
+    ``record[k]`` is a :class:`State`; ``record["Beta"]`` the :class:`fullbody.record.Track` of one body; and
+    ``record[::k]``, ``record[[0, 5, 9]]`` and ``record[mask]`` are records of some of the samples, which keep the
+    start, statistics and events of the whole. Arrays are read-only; they are Quantities if the system has units.
 
     Attributes
     ----------
@@ -169,7 +169,7 @@ class Record(Tabled, Generic[S]):
     @overload
     def __call__(self, time: Sequence[float] | npt.NDArray[Any]) -> Samples: ...
     def __call__(self, time: Any) -> State | Samples:
-        """Return the state at any time of a run with ``dense=True``; see :class:`Dense`.
+        """Return the state at any time of a run with ``dense=True``; see :class:`fullbody.record.Dense`.
 
         Parameters
         ----------
