@@ -76,6 +76,10 @@ impl Strips<'_> {
             if high - low <= 4.0 * f64::EPSILON {
                 continue;
             }
+            if !self.is_reached(low, high) {
+                all.push([low, high]);
+                continue;
+            }
             let within = |share: f64| low + share * (high - low);
             let middle = within(0.5);
             let expected = self.order(middle, &mut covered);
@@ -146,9 +150,14 @@ impl Strips<'_> {
         }
     }
 
+    /// Whether an outline reaches the strip between two heights.
+    fn is_reached(&self, low: f64, high: f64) -> bool {
+        self.outlines.iter().any(|outline| outline.reaches(low, high))
+    }
+
     /// The law's constant T if the strip between two heights has a closed form, since no outline reaches it.
     fn bare(&self, low: f64, high: f64) -> Option<f64> {
-        self.kernel.constant.filter(|_| !self.outlines.iter().any(|outline| outline.reaches(low, high)))
+        self.kernel.constant.filter(|_| !self.is_reached(low, high))
     }
 
     /// The integral of the brightness along what no outline covers of a parallel.
