@@ -2,12 +2,13 @@
 
 use fullbody::error::Error;
 use numpy::AsSliceError;
-use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
 pyo3::import_exception!(fullbody.errors, BodiesOverlap);
 pyo3::import_exception!(fullbody.errors, ChartSingularity);
 pyo3::import_exception!(fullbody.errors, ForceFailed);
+pyo3::import_exception!(fullbody.errors, Interrupted);
 pyo3::import_exception!(fullbody.errors, InvalidInput);
 pyo3::import_exception!(fullbody.errors, NotConverged);
 pyo3::import_exception!(fullbody.errors, StepSizeTooSmall);
@@ -60,7 +61,7 @@ impl From<Error> for Raised {
             Error::ForceFailed { force, time, answer, .. } => {
                 ForceFailed::new_err((text, force, time, answer))
             }
-            Error::Interrupted { .. } => PyKeyboardInterrupt::new_err(text),
+            Error::Interrupted { .. } => Interrupted::new_err(text),
             _ => PyRuntimeError::new_err(text),
         })
     }

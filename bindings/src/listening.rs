@@ -1,8 +1,9 @@
 //! Long calls that release the GIL and check for Ctrl-C.
 
-use crate::errors::{Raised, Result};
+use crate::errors::{Interrupted, Raised, Result};
 use fullbody::error::Error;
 use fullbody::interrupt::InterruptCheck;
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
@@ -41,9 +42,17 @@ impl Listener {
         self.raised().unwrap_or_else(|| Raised::from(error).into())
     }
 
-    /// Takes the exception that was kept.
+    /// Takes the exception that was kept; a plain `KeyboardInterrupt` becomes an `Interrupted`.
     pub fn raised(&self) -> Option<PyErr> {
-        self.raised.lock().ok().and_then(|mut slot| slot.take())
+        let raised = self.raised.lock().ok().and_then(|mut slot| slot.take())?;
+        Some(Python::attach(|py| {
+            if !raised.get_type(py).is(py.get_type::<PyKeyboardInterrupt>()) {
+                return raised;
+            }
+            let interrupted = Interrupted::new_err("interrupted");
+            interrupted.set_cause(py, Some(raised));
+            interrupted
+        }))
     }
 }
 

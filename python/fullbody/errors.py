@@ -202,7 +202,5 @@ def interruptible(what: str) -> Iterator[None]:
     """Raise :class:`Interrupted`, with the name of a computation, for a Ctrl-C in it; also a decorator."""
     try:
         yield
-    except Interrupted:
-        raise
     except KeyboardInterrupt as error:
         raise Interrupted(f"interrupted in {what}") from error
