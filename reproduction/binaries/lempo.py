@@ -100,17 +100,26 @@ def _limit(found: Fit, heavy: Fit, data: list[observing.Astrometry], free: dict[
     """Return the mass of Paha at which chi2 has risen by 2.71 times chi2 per degree of freedom."""
     allowed = ONE_SIDED * found.chi2 / found.dof
 
+    begin = dict(free)
+
     def excess(mass: float) -> float:
+        nonlocal begin
+
         def setup(lempo: float, hiisi: float, **orbits: float) -> tuple[fullbody.System, fullbody.State]:
             return _points(lempo, hiisi, mass, **orbits)
 
-        return fullbody.fit(setup, free, data, integrator=LOOSE).chi2 - found.chi2 - allowed
+        fit = fullbody.fit(setup, begin, data, integrator=LOOSE)
+        begin = dict(fit.values)
+        return fit.chi2 - found.chi2 - allowed
 
-    low, high = INDEPENDENT["paha"][0], INDEPENDENT["paha"][0]
+    low = high = INDEPENDENT["paha"][0]
     if heavy.chi2 - found.chi2 > allowed:
         low = found.values["paha"]
     else:
-        while excess(high := 2.0 * high) < 0.0:
+        # Up to a third of the mass of all three; without a sign change the search for the root says so.
+        for high in (2.0 * low, 4.0 * low, 8.0 * low, 16.0 * low):
+            if excess(high) > 0.0:
+                break
             low = high
     return float(brentq(excess, low, high, xtol=0.02))
 
