@@ -139,7 +139,7 @@ def lag_from_quality_factor(
     Examples
     --------
     >>> from fullbody.forces import lag_from_quality_factor
-    >>> lag_from_quality_factor(100.0, mean_motion=0.5, tide="semidiurnal", spin=2.5)
+    >>> lag_from_quality_factor(Q=100.0, mean_motion=0.5, tide="semidiurnal", spin=2.5)
     0.0025
     """
     factor = PLAIN.number(Q, "number", "Q", POSITIVE)

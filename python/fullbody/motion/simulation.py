@@ -137,7 +137,7 @@ class Simulation:
         --------
         >>> import fullbody
         >>> system, state = fullbody.systems.case1()
-        >>> sim = fullbody.Simulation(system, state, fullbody.Verner98(rtol=1e-6))
+        >>> sim = fullbody.Simulation(system, state, integrator=fullbody.Verner98(rtol=1e-6))
         >>> drifts = [sim.integrate(time).energy_drift[-1] for time in (100.0, 200.0)]
         >>> bool(abs(sum(drifts) - sim.energy_drift) < 1e-12)
         True

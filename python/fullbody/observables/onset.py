@@ -95,7 +95,7 @@ def tumbles(run: Record, *, limit: Any = np.pi / 2, body: int | str = 1, about: 
     >>> import fullbody, numpy as np
     >>> system, state = fullbody.systems.didymos_after_dart(tilt=1e-3)
     >>> run = system.integrate(state, 300.0, output=1.0)
-    >>> found = fullbody.observables.tumbles(run, np.radians(30))
+    >>> found = fullbody.observables.tumbles(run, limit=np.radians(30))
     >>> found.angle, round(float(found.time))
     ('roll', 255)
     >>> fullbody.observables.tumbles(run).time is None
