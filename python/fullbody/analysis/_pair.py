@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base import rotations
+from ..base.kinds import instance
 from ..errors import InvalidInput
 from ..model.composite import Composite
 from ..model.failures import explaining
@@ -65,8 +66,7 @@ class Pair:
     """
 
     def __init__(self, system: System) -> None:
-        if not isinstance(system, System):
-            raise InvalidInput(f"system is {system!r}; expected a System")
+        instance(system, "system", System)
         if len(system) != 2:
             raise InvalidInput(f"the system has {len(system)} bodies; expected two")
         if system.forces:

@@ -10,10 +10,11 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer
+from ..base.kinds import choice, instance, whole
+from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, number
 from ..base.units import need
-from ..errors import BodiesOverlap, InvalidInput, NotConverged
+from ..errors import BodiesOverlap, NotConverged
 from ..typing import Array as Floats
 from ._linear import Rotation
 from ._newton import Condition, Problem, converged, corrected
@@ -192,16 +193,11 @@ def branch(
     >>> fullbody.analysis.branch(far, "separation", until=3.0)
     Branch(... equilibria, separation 4 to 3, 1 fold, end='reached')
     """
-    if not isinstance(equilibrium, RelativeEquilibrium):
-        raise InvalidInput(f"equilibrium is {equilibrium!r}; expected a RelativeEquilibrium")
-    if over not in _FOLDING:
-        raise InvalidInput(f"over is {over!r}; expected 'separation' or 'angular_momentum'")
+    instance(equilibrium, "equilibrium", RelativeEquilibrium)
+    choice(over, "over", _FOLDING)
     dimension = "length" if over == "separation" else "angular momentum"
-    goal = equilibrium.system.context.units.number(until, dimension, "until")
-    count = integer(steps)
-    if goal <= 0.0 or count is None or count < 1:
-        what, value = ("until", until) if goal <= 0.0 else ("steps", steps)
-        raise InvalidInput(f"{what} is {value!r}; expected a number above zero")
+    goal = equilibrium.system.context.units.number(until, dimension, "until", POSITIVE)
+    count = whole(steps, "steps")
     problem, rotation = equilibrium.problem, equilibrium.rotation
     towards = np.sign(goal - problem.quantity(over, rotation))
     found, folds = [equilibrium], list[Fold]()

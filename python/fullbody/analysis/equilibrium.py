@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..base import rotations
-from ..base.arguments import integer
+from ..base.kinds import instance, whole
+from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, number, tables_of
 from ..errors import InvalidInput, NotConverged
 from ..model.composite import Composite, Part
@@ -230,9 +231,7 @@ def _condition(system: System, separation: Any, angular_momentum: Any, rate: Any
         raise InvalidInput(f"{names} given; expected one of separation, angular_momentum and rate")
     [(name, value)] = given.items()
     dimension = {"separation": "length", "angular_momentum": "angular momentum", "rate": "spin"}[name]
-    plain = system.context.units.number(value, dimension, name)
-    if plain <= 0.0:
-        raise InvalidInput(f"{name} is {value!r}; expected a number above zero")
+    plain = system.context.units.number(value, dimension, name, POSITIVE)
     kind: Kind = name  # type: ignore[assignment]
     return Condition(kind, plain)
 
@@ -253,8 +252,8 @@ def _axes(pair: Pair, axes: Mapping[str, Any] | None) -> Axes:
 def _problem(pair: Pair, pose: Pose, spin: Mapping[str, Any] | None) -> Problem:
     """Return the equations of a pair with the given spins of the bodies that are not locked."""
     axes = (pair.axis(0, pose), pair.axis(1, pose))
-    if spin is not None and not isinstance(spin, Mapping):
-        raise InvalidInput(f"spin is {spin!r}; expected spins by names of bodies, such as {{'Alpha': 2.3}}")
+    if spin is not None:
+        instance(spin, "spin", Mapping, "spins by names of bodies, such as {'Alpha': 2.3}")
     spins = {}
     for name, value in (spin or {}).items():
         body = pair.context.index(name, "a body of spin")
@@ -336,18 +335,12 @@ def averaged(system: System, body: int | str, *, copies: int = 12) -> System:
     >>> len(fullbody.analysis.averaged(system, "Alpha")["Alpha"].shape.parts)
     12
     """
-    if not isinstance(system, System):
-        raise InvalidInput(f"system is {system!r}; expected a System")
+    instance(system, "system", System)
     index = system.context.index(body, "body")
     old = system.bodies[index]
-    count = integer(copies)
-    if count is None or count < 2:
-        raise InvalidInput(f"copies is {copies!r}; expected a whole number, 2 or more")
-    if not isinstance(old.shape, Ellipsoid | Sphere):
-        raise InvalidInput(f"{system.names[index]} is {old.shape!r}; expected an Ellipsoid")
-    if isinstance(old.shape, Sphere) or old.shape.a == old.shape.b:
+    count = whole(copies, "copies", 2)
+    shape = instance(old.shape, system.names[index], Ellipsoid | Sphere, "an Ellipsoid")
+    if isinstance(shape, Sphere) or shape.a == shape.b:
         return system
-    parts = [
-        Part(old.shape, mass=old.mass / count, attitude=rotations.turn(2, np.pi * k / count)) for k in range(count)
-    ]
+    parts = [Part(shape, mass=old.mass / count, attitude=rotations.turn(2, np.pi * k / count)) for k in range(count)]
     return system.with_body(index, Composite(parts))

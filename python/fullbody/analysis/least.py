@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, head, number
-from ..errors import BodiesOverlap, InvalidInput, NotConverged
+from ..errors import BodiesOverlap, NotConverged
 from ..model.state import State, wrap
 from ..motion.system import System
 from ..typing import Scalar
@@ -159,9 +160,7 @@ def equilibria(system: System, angular_momentum: Any) -> Equilibria:
     (True, 70)
     """
     pair = Pair(system)
-    value = system.context.units.number(angular_momentum, "angular momentum", "angular_momentum")
-    if value <= 0.0:
-        raise InvalidInput(f"angular_momentum is {angular_momentum!r}; expected a number above zero")
+    value = system.context.units.number(angular_momentum, "angular momentum", "angular_momentum", POSITIVE)
     apart: list[RelativeEquilibrium] = []
     touching: list[Touching] = []
     missed: list[str] = []

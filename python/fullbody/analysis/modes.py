@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ..base.arguments import integer
 from ..base.tables import Table, Tabled, head, number
-from ..base.units import numbers, scalar
+from ..base.units import PLAIN
 from ..errors import InvalidInput
 from ..model.state import State, wrap
 from ..motion.system import System
@@ -102,10 +102,8 @@ class Modes(Tabled):
         place = integer(mode)
         if place is None or not -len(self) <= place < len(self):
             raise InvalidInput(f"mode is {mode!r}; expected 0 to {len(self) - 1}, one of the {len(self)} modes")
-        sizes = [scalar(numbers(value, name), name) for name, value in (("amplitude", amplitude), ("phase", phase))]
-        if not np.isfinite(sizes).all():
-            raise InvalidInput(f"amplitude and phase are {amplitude!r} and {phase!r}; expected finite numbers")
-        return displaced(self._rotation, np.real(sizes[0] * np.exp(1j * sizes[1]) * self._deviations[:, place]))
+        size, turn = PLAIN.number(amplitude, "number", "amplitude"), PLAIN.number(phase, "number", "phase")
+        return displaced(self._rotation, np.real(size * np.exp(1j * turn) * self._deviations[:, place]))
 
     def plot(self, axes: Any = None) -> npt.NDArray[np.object_]:
         """Draw in one panel for each mode how far the separation and the bodies oscillate.

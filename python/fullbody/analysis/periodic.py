@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer
+from ..base.kinds import instance, whole
+from ..base.limits import NONZERO, POSITIVE
 from ..base.tables import Table, Tabled, number
-from ..base.units import numbers, scalar
+from ..base.units import PLAIN
 from ..errors import FullbodyError, InvalidInput
 from ..model.state import State, strip, wrap
 from ..motion.system import System
@@ -210,12 +211,8 @@ def periodic_orbit(
     True
     """
     pair = Pair(system)
-    time = system.context.units.number(period, "time", "period")
-    if time <= 0.0:
-        raise InvalidInput(f"period is {period!r}; expected a number above zero")
-    within = scalar(numbers(tolerance, "tolerance"), "tolerance")
-    if not 0.0 < within < np.inf:
-        raise InvalidInput(f"tolerance is {tolerance!r}; expected a number above zero")
+    time = system.context.units.number(period, "time", "period", POSITIVE)
+    within = PLAIN.number(tolerance, "number", "tolerance", POSITIVE)
     held = _held(hold)
     pose, turn = pose_of(pair, state, "state")
     count = _segments(pair, pose, time, segments)
@@ -266,11 +263,10 @@ def periodic_family(
     >>> bool(family[0].period < family[1].period)
     True
     """
-    if not isinstance(equilibrium, RelativeEquilibrium):
-        raise InvalidInput(f"equilibrium is {equilibrium!r}; expected a RelativeEquilibrium")
-    sizes = numbers(amplitudes, "amplitudes")
-    if sizes.ndim != 1 or len(sizes) == 0 or not np.all(np.isfinite(sizes) & (sizes != 0.0)):
-        raise InvalidInput(f"amplitudes is {amplitudes!r}; expected numbers that are not zero, one or more")
+    instance(equilibrium, "equilibrium", RelativeEquilibrium)
+    sizes = PLAIN.numbers(amplitudes, "number", "amplitudes", ("A",), NONZERO)
+    if not len(sizes):
+        raise InvalidInput("amplitudes is empty; expected one or more")
     pair = equilibrium.problem.pair
     system = pair.system
     centre = Point.of(strip(equilibrium.state, system.context))
@@ -310,7 +306,4 @@ def _segments(pair: Pair, pose: Pose, time: float, segments: Any) -> int:
     if segments is None:
         revolution = 2 * np.pi * np.sqrt(pair.mass * pose.distance**3 / pair.strength)
         return int(np.clip(np.ceil(time / revolution - 0.5), 1, _MOST))
-    count = integer(segments)
-    if count is None or count < 1:
-        raise InvalidInput(f"segments is {segments!r}; expected a whole number, 1 or more")
-    return count
+    return whole(segments, "segments")

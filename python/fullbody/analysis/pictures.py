@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ..base.kinds import choice
 from ..base.tables import number
-from ..errors import InvalidInput
 from ..plots._style import LINES, check_axes, grid, legend, line, matplotlib, panels, plain, single, wishes
 
 _QUANTITIES = ("separation", "angular_momentum", "rate", "energy")
@@ -26,8 +26,7 @@ def _bare(values: Any) -> tuple[Any, str]:
 def branch(branch: Any, ax: Any, x: str, y: str, **kwargs: Any) -> Any:
     """Draw a branch; see :meth:`Branch.plot`."""
     for what, name, known in (("x", x, _QUANTITIES), ("y", y, (*_QUANTITIES, "frequency"))):
-        if name not in known:
-            raise InvalidInput(f"{what} is {name!r}; expected one of {', '.join(known)}")
+        choice(name, what, known)
     kwargs = wishes(kwargs)
     ax = single(ax, (6.0, 4.0))
     (across, x_unit), (up, y_unit) = (_bare(getattr(branch, name)) for name in (x, y))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer
+from ..base.kinds import function, instance, whole
 from ..base.tables import Table, Tabled
 from ..base.values import ArrayFields, block
 from ..ensembles.many import integrate_many
@@ -55,8 +55,7 @@ class Section(Tabled):
         -------
         tuple of ndarray or Quantity
         """
-        if not callable(coordinate):
-            raise InvalidInput(f"coordinate is {coordinate!r}; expected a function of a State")
+        function(coordinate, "coordinate", "a function of a State")
         found = []
         for states in self.crossings:
             values = [coordinate(state) for state in states]
@@ -139,10 +138,9 @@ def section(
     3
     """
     starts = [states] if isinstance(states, State) else list(states)
-    if not isinstance(event, Event):
-        raise InvalidInput(f"event is {event!r}; expected one of fullbody.events")
+    watched: Event = instance(event, "event", Event, "one of fullbody.events")
     members = [(system, state) for state in starts]
-    answers = integrate_many(members, until, duration=duration, output="ends", events=[event], threads=threads)
+    answers = integrate_many(members, until, duration=duration, output="ends", events=[watched], threads=threads)
     crossings, errors = [], []
     for answer in answers:
         if isinstance(answer, Exception) and not isinstance(answer, FullbodyError):
@@ -206,14 +204,11 @@ def frequencies(run: Record, quantity: Any, *, n: int = 3) -> Frequencies:
     unit = getattr(values, "unit", None)
     plain = np.asarray(getattr(values, "value", values), dtype=np.float64)
     time: npt.NDArray[np.float64] = run.arrays["time"]
-    number = integer(n)
-    if number is None or number < 1:
-        raise InvalidInput(f"n is {n!r}; expected a whole number above zero")
     if plain.shape != time.shape or not np.isfinite(plain).all():
         raise InvalidInput(f"quantity has shape {plain.shape}; expected {time.shape}, finite numbers, one for a sample")
     if len(time) < 8:
         raise InvalidInput(f"the run has {len(time)} samples; the frequencies need 8 or more")
-    found, amplitude = lines(time, plain, number)
+    found, amplitude = lines(time, plain, whole(n, "n"))
     order = np.argsort(-amplitude)
     attach = run.context.units.attach
     sizes: Any = amplitude[order] if unit is None else amplitude[order] << unit

@@ -13,8 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidInput, caution
-from .unit_names import unit_named
-from .units import Units, close_to, gathered, is_quantity, numbers, refuse_masked, strip_to
+from .units import PLAIN, close_to, gathered, is_quantity, numbers
 
 _T = TypeVar("_T")
 
@@ -122,30 +121,6 @@ def name_of(value: object) -> str | None:
     return value if value is None else unicodedata.normalize("NFC", value)
 
 
-def positive(value: Any, unit: str, what: str) -> Any:
-    """Return the value if it is a finite number above zero, or such a Quantity that converts to this unit."""
-    return _amount(value, unit, what, "a finite number above zero", lambda number: number > 0)
-
-
-def nonzero(value: Any, unit: str, what: str) -> Any:
-    """Return the value if it is a finite number other than zero, or such a Quantity that converts to this unit."""
-    return _amount(value, unit, what, "a finite number that is not zero", lambda number: number != 0)
-
-
-def _amount(value: Any, unit: str, what: str, expected: str, accepts: Callable[[Any], Any]) -> Any:
-    refuse_masked(value, what)
-    try:
-        value = gathered(value, what)
-        number = np.asarray(getattr(value, "value", value))
-    except ValueError as error:
-        raise InvalidInput(f"{what} is {value!r}; expected {expected}") from error
-    if number.ndim != 0 or number.dtype.kind not in "iuf" or not np.isfinite(number) or not accepts(number):
-        raise InvalidInput(f"{what} is {value!r}; expected {expected}")
-    if is_quantity(value):
-        strip_to(value, unit_named(unit), what)
-    return value
-
-
 def refuse_mixture(values: dict[str, Any]) -> bool:
     """Return whether all of these values have units, and raise an error if only some have."""
     united = [name for name, value in values.items() if is_quantity(value)]
@@ -203,8 +178,8 @@ def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
         longitude, latitude = value
     except (TypeError, ValueError) as error:
         raise InvalidInput(f"{what} is {value!r}; {expected}") from error
-    lon = Units().number(longitude, "angle", f"longitude of {what}")
-    lat = Units().number(latitude, "angle", f"latitude of {what}")
+    lon = PLAIN.number(longitude, "angle", f"longitude of {what}")
+    lat = PLAIN.number(latitude, "angle", f"latitude of {what}")
     if not -np.pi / 2 <= lat <= np.pi / 2:
         raise InvalidInput(f"{what} is ({longitude}, {latitude}); {expected}")
     warn_if_degrees(longitude, f"longitude of {what}")

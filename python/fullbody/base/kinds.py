@@ -2,38 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..errors import InvalidInput
 from .arguments import directions, integer
 from .limits import FINITE, Limits
-from .units import ANY, Units, gathered
+from .units import ANY, Units, gathered, is_quantity
 from .values import ScalarFields
 
-_T = TypeVar("_T")
 
-
-def whole(value: object, what: str, least: int = 1, most: float = np.inf) -> int:
-    """Return a whole number within bounds as an ``int``."""
+def whole(value: object, what: str, least: int = 1, most: float = np.inf, other: str = "") -> int:
+    """Return a whole number within bounds as an ``int``; ``other`` says what else an argument may be."""
     found = integer(value)
     if found is None or not least <= found <= most:
         bounds = {0: ", zero or above", 1: " above zero"}.get(least, f", {least} or more")
         bounds = bounds if most == np.inf else f" from {least} to {most}"
-        raise InvalidInput(f"{what} is {value!r}; expected a whole number{bounds}")
+        raise InvalidInput(f"{what} is {value!r}; expected a whole number{bounds}{other}")
     return found
 
 
-def choice(value: Any, what: str, *words: _T) -> _T:
-    """Return a value that is one of a few."""
+def choice(value: Any, what: str, words: Iterable[Any]) -> Any:
+    """Return a value that is one of a few texts, or ``None`` where that is one of them."""
     if not any(type(value) is type(word) and value == word for word in words):
         *others, last = map(repr, words)
-        raise InvalidInput(f"{what} is {value!r}; expected {', '.join(others)} or {last}")
-    found: _T = value
-    return found
+        others = [", ".join(others)] if others else []
+        raise InvalidInput(f"{what} is {value!r}; expected {' or '.join([*others, last])}")
+    return value
 
 
 def flag(value: object, what: str) -> bool:
@@ -50,13 +48,16 @@ def function(value: Any, what: str, expected: str = "a function") -> Any:
     return value
 
 
-def instance(value: Any, what: str, kind: type[_T], expected: str = "") -> _T:
-    """Return an object of a class."""
+def instance(value: Any, what: str, kind: Any, expected: str = "") -> Any:
+    """Return an object of a class, or of one of several."""
     if not isinstance(value, kind):
-        name = kind.__name__
-        article = "an" if name[0] in "AEIOU" else "a"
-        raise InvalidInput(f"{what} is {value!r}; expected {expected or f'{article} {name}'}")
+        raise InvalidInput(f"{what} is {value!r}; expected {expected or f'a {kind.__name__}'}")
     return value
+
+
+def united(value: Any, dimension: str, units: Units) -> Any:
+    """Return a plain number as a Quantity in a system's units, and a Quantity or ``None`` unchanged."""
+    return value if value is None or is_quantity(value) else units.attach(value, dimension)
 
 
 def direction(value: Any, what: str) -> tuple[float, ...]:
@@ -134,9 +135,9 @@ class Declared(ScalarFields):
     #: The kinds of the fields that the class itself adds, by their names.
     _kinds: ClassVar[Mapping[str, Kind]] = {}
 
-    def _what(self, name: str) -> str:
-        """Return how errors call a field."""
-        return f"{name} of {type(self).__name__}"
+    def _what(self, name: str, of: str = "") -> str:
+        """Return how errors call a field, of an object with a name that its owner knows."""
+        return f"{name} of {of or type(self).__name__}"
 
     def _check_fields(self) -> None:
         """Check all fields that are given, and keep what their kinds make of them."""
@@ -146,7 +147,13 @@ class Declared(ScalarFields):
             if value is not None or defaults[name] is not None or getattr(kind, "required", False):
                 object.__setattr__(self, name, kind(value, self._what(name)))
 
-    def _plain(self, units: Units, index: Callable[[Any, str], Any] | None = None) -> dict[str, Any]:
+    def _numbers(self) -> dict[str, tuple[Any, str]]:
+        """Return all numbers that are given and have a dimension, by their names, with their dimensions."""
+        kinds = {name: kind for name, kind in kinds_of(type(self)).items() if isinstance(kind, Number)}
+        given = {name: (getattr(self, name), kind.dimension) for name, kind in kinds.items()}
+        return {name: one for name, one in given.items() if one[0] is not None and one[1] != "number"}
+
+    def _plain(self, units: Units, index: Callable[[Any, str], Any] | None = None, of: str = "") -> dict[str, Any]:
         """Return the numbers among the fields in a system's units, and what ``index`` makes of bodies, by their names.
 
         A field that is not given is ``None``.
@@ -155,7 +162,7 @@ class Declared(ScalarFields):
         for name, kind in kinds_of(type(self)).items():
             value = getattr(self, name)
             if isinstance(kind, Number):
-                found[name] = None if value is None else kind.plain(value, self._what(name), units)
+                found[name] = None if value is None else kind.plain(value, self._what(name, of), units)
             elif isinstance(kind, Place) and index is not None:
                 found[name] = None if value is None else index(value, self._what(name))
         return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
+from math import inf, pi
 from typing import Any
 
 #: The sizes between which numbers lie whose squares are formed: far from where doubles end.
@@ -20,8 +20,8 @@ class Limits:
         The bounds, which are allowed themselves.
     above, below : float
         Bounds that are not allowed themselves.
-    nonzero : bool
-        Whether zero is refused.
+    nonzero, infinite : bool
+        Whether zero is refused, and whether infinity is allowed.
     text : str
         What is expected, in words; by default they follow from the bounds.
     """
@@ -31,12 +31,15 @@ class Limits:
     above: float = -inf
     below: float = inf
     nonzero: bool = False
+    infinite: bool = False
     text: str = ""
 
     def hold(self, values: Any) -> Any:
         """Return for each of the values whether it is finite and within the limits."""
-        found = (abs(values) < inf) & (values >= self.least) & (values <= self.most)
-        return found & (values > self.above) & (values < self.below) & (not self.nonzero or values != 0.0)
+        found = (values >= self.least) & (values <= self.most)
+        if not self.infinite:
+            found &= (abs(values) < inf) & (values > self.above) & (values < self.below)
+        return found & (values != 0.0) if self.nonzero else found
 
     def expected(self, many: bool = False) -> str:
         """Return what is expected in words, for one number or for many."""
@@ -66,3 +69,5 @@ POSITIVE = Limits(above=0.0)
 NOT_NEGATIVE = Limits(least=0.0)
 NONZERO = Limits(nonzero=True)
 FRACTION = Limits(least=0.0, most=1.0)
+#: A little more than a right angle is one that was computed with rounding errors.
+LATITUDE = Limits(least=-pi / 2 * (1.0 + 1e-12), most=pi / 2 * (1.0 + 1e-12), text="angles from -pi/2 to pi/2")

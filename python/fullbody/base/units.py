@@ -54,15 +54,15 @@ def is_quantity(value: object) -> bool:
     return hasattr(value, "unit") and hasattr(value, "to_value")
 
 
-def refuse_booleans(value: object, what: str) -> None:
+def refuse_booleans(value: object, what: str, expected: str = "numbers") -> None:
     """Raise an error for True and False, and for arrays of them, where numbers are meant."""
     if isinstance(value, bool | np.bool_):
-        raise InvalidInput(f"{what} is {value!r}; expected numbers")
+        raise InvalidInput(f"{what} is {value!r}; expected {expected}")
     if getattr(getattr(value, "dtype", None), "kind", "") == "b":
         raise InvalidInput(f"{what} is an array of True and False; expected numbers")
     if isinstance(value, list | tuple):
         for part in value:
-            refuse_booleans(part, what)
+            refuse_booleans(part, what, expected)
 
 
 def numbers(value: object, what: str, expected: str = "numbers") -> npt.NDArray[np.float64]:
@@ -106,7 +106,7 @@ def gathered(value: Any, what: str, dimension: str = "length", expected: str = "
     refuse_masked(value, what)
     if not isinstance(value, list | tuple):
         return plain_or_quantity(value, what)
-    parts = [gathered(part, what, dimension) for part in value]
+    parts = [gathered(part, what, dimension, expected) for part in value]
     with_units = [part for part in parts if is_quantity(part)]
     if not with_units:
         return value
@@ -263,14 +263,15 @@ class Units:
         A shape has letters where any length will do, and ``"..."`` in front where any axes may be.
         """
         expected = limits.expected(shape != ())
+        refuse_booleans(value, what, expected)
         found = self.strip(value, dimension, what, expected)
-        if shape is not None and not _fits(found.shape, shape):
-            if shape == ():
-                raise InvalidInput(f"{what} is {value!r}, of shape {found.shape}; expected {expected}")
-            wanted = ", ".join(map(str, shape)) + ("," if len(shape) == 1 else "")
-            raise InvalidInput(f"{what} has shape {found.shape}; expected ({wanted}), {expected}")
+        if shape is not None and not fits(found, shape):
+            if shape and not limits.text:
+                raise InvalidInput(f"{what} has shape {found.shape}; expected {shape_text(shape)}, {expected}")
+            raise InvalidInput(f"{what} is {value!r}, of shape {found.shape}; expected {expected}")
         if not np.all(good := limits.hold(found)):
-            bad = value if found.size < 10 else found[~good][0]
+            plain = type(value) is np.ndarray and not found.ndim
+            bad = found[~good][0] if found.size >= 10 else float(found) if plain else value
             raise InvalidInput(f"{what} {'is' if found.size < 10 else 'has'} {bad!r}; expected {expected}")
         return found
 
@@ -375,12 +376,16 @@ def strip_to(value: Any, unit: Any, what: str) -> npt.NDArray[np.float64]:
         raise InvalidInput(f"{what} has a unit that is too small or too large: {error}") from error
 
 
-def _fits(found: tuple[int, ...], wanted: tuple[int | str, ...]) -> bool:
-    if wanted[:1] == ("...",):
-        found, wanted = found[len(found) - len(wanted) + 1 :], wanted[1:]
-    return len(found) == len(wanted) and all(
-        isinstance(length, str) or length == own for own, length in zip(found, wanted, strict=True)
-    )
+def fits(array: Any, wanted: tuple[int | str, ...]) -> bool:
+    """Return whether an array has a shape, in which a letter is any length, and ``"..."`` in front any axes."""
+    last = wanted[1:] if wanted[:1] == ("...",) else wanted
+    found = array.shape[len(array.shape) - len(last) :] if last is not wanted else array.shape
+    return len(found) == len(last) and all(n in (own, str(n)) for own, n in zip(found, last, strict=True))
+
+
+def shape_text(shape: tuple[int | str, ...]) -> str:
+    """Return a shape with letters as text."""
+    return f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
 
 
 def scalar(value: npt.NDArray[np.float64], what: str) -> float:

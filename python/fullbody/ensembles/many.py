@@ -8,7 +8,7 @@ from itertools import repeat
 from typing import Any, TypeAlias
 
 from .. import _core
-from ..base.arguments import integer
+from ..base.kinds import instance, whole
 from ..base.progress import Progress, Report
 from ..base.units import from_text
 from ..errors import Interrupted, InvalidInput, caution, once
@@ -132,8 +132,8 @@ def integrate_many(
 
 def check_for_all(integrator: Any, output: Any, end: dict[str, Any]) -> None:
     """Raise an error for options that are invalid for any system, whatever its units are."""
-    if integrator is not None and not isinstance(integrator, Integrator):
-        raise InvalidInput(f"integrator is {integrator!r}; expected one of fullbody's, such as Verner98(...)")
+    if integrator is not None:
+        instance(integrator, "integrator", Integrator, "one of fullbody's, such as Verner98(...)")
     for name, value in (("output", output), *end.items()):
         if isinstance(value, str) and not (name == "output" and value == "ends"):
             from_text(value, name, "time")
@@ -141,12 +141,7 @@ def check_for_all(integrator: Any, output: Any, end: dict[str, Any]) -> None:
 
 def thread_count(threads: Any) -> int:
     """Return a number of threads, or raise an error."""
-    number = integer(threads)
-    if number is None or not 1 <= number <= _MOST_THREADS:
-        raise InvalidInput(
-            f"threads is {threads!r}; expected a whole number from 1 to {_MOST_THREADS}, or None for all cores"
-        )
-    return number
+    return whole(threads, "threads", 1, _MOST_THREADS, ", or None for all cores")
 
 
 class _Many:
@@ -209,8 +204,7 @@ class _Many:
         if not isinstance(member, tuple | list) or len(member) != 2:
             raise InvalidInput(f"member {index} is {member!r}; expected (system, state)")
         system, state = member
-        if not isinstance(system, System):
-            raise InvalidInput(f"system is {system!r}; expected a System")
+        instance(system, "system", System)
         integrator, start = integrator_of(integrator), strip(state, system.context)
         task = Task(system, integrator, start.time, **{self._end: until}, **self._options)
         tag = (index, task, start, integrator)

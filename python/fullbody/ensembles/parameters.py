@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import integer
 from ..base.foreign import plain_or_quantity
+from ..base.kinds import whole
 from ..base.units import gathered, is_quantity, need, refuse_masked
 from ..errors import InvalidInput
 
@@ -93,9 +93,7 @@ def draws(n: int, **distributions: Any) -> Draws:
     >>> fullbody.ensembles.draws(100, mass_ratio=lambda rng: rng.uniform(0.01, 0.3)).n
     100
     """
-    number = integer(n)
-    if number is None or number < 1:
-        raise InvalidInput(f"n is {n!r}; expected a whole number above zero")
+    number = whole(n, "n")
     for name, distribution in distributions.items():
         if not callable(distribution) and not hasattr(distribution, "rvs"):
             raise InvalidInput(

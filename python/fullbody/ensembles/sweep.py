@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import observables
-from ..base.arguments import integer, seed_of, suggestion
+from ..base.arguments import seed_of, suggestion
+from ..base.kinds import function, whole
 from ..base.progress import Progress, Report
 from ..base.units import need
 from ..base.version import version
@@ -167,8 +168,7 @@ def sweep(
     """
     with need("data", "a sweep"):
         import xarray  # noqa: F401
-    if not callable(setup):
-        raise InvalidInput(f"setup is {setup!r}; expected a function")
+    function(setup, "setup")
     if store is not None and isinstance(rng, np.random.Generator):
         raise InvalidInput("rng is a generator; expected a whole number with a store, which has to draw the same again")
     seed = None if rng is None else seed_of(rng, "rng")
@@ -232,11 +232,9 @@ def _measures(measure: Any) -> tuple[Callable[..., Any], ...]:
 
 def _chunk_size(chunk: Any, executor: Any, width: int | None) -> int:
     """Return the number of rows in a chunk."""
-    usual = max(_LEAST, _OF_THREAD * (width or os.cpu_count() or 1)) if executor is None else _OF_WORKER
-    size = usual if chunk is None else integer(chunk)
-    if size is None or size < 1:
-        raise InvalidInput(f"chunk is {chunk!r}; expected a whole number above zero")
-    return size
+    if chunk is not None:
+        return whole(chunk, "chunk")
+    return max(_LEAST, _OF_THREAD * (width or os.cpu_count() or 1)) if executor is None else _OF_WORKER
 
 
 def _computed(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer
+from ..base.kinds import whole
 from ..base.units import Units
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
@@ -187,9 +187,7 @@ def surface(system: SystemLike, state: State, body: int | str = 0, *, rows: int 
     ((648,), True)
     """
     place, units = system.context.index(body, "body"), system.context.units
-    count = integer(rows)
-    if count is None or count < 2:
-        raise InvalidInput(f"rows is {rows!r}; expected a whole number, 2 or more")
+    count = whole(rows, "rows", 2)
     core, own = strip(state, system.context), system.context.bodies[place]
     found = samples(own, count)
     if not len(found.points):

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import integer, place
+from ..base.arguments import place
+from ..base.kinds import whole
 from ..base.tables import number
 from ..base.units import need
-from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..model.gravity import points_in
 from ..model.state import State, strip
@@ -193,9 +193,7 @@ class Synodic:
         -------
         RocheLobe
         """
-        count = integer(rows)
-        if count is None or count < 4:
-            raise InvalidInput(f"rows is {rows!r}; expected a whole number, 4 or more")
+        count = whole(rows, "rows", 4)
         return roche_lobe(self.frame, place(body, self.system.context.names, "body"), count)
 
     def __repr__(self) -> str:

@@ -11,13 +11,17 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import suggestion
-from ..base.limits import LARGEST, SMALLEST
-from ..base.units import gathered, is_quantity, numbers, refuse_booleans, scalar, strip_to
+from ..base.limits import LARGEST, SMALLEST, Limits
+from ..base.units import PLAIN, gathered, is_quantity, refuse_booleans, strip_to
 from ..errors import InvalidInput
 
 __all__ = ["Free", "Parameters"]
 
 _Array = npt.NDArray[np.float64]
+
+
+_RANGE = Limits(least=-LARGEST, most=LARGEST, text=f"a finite number, of at most {LARGEST} in size")
+_SIGMA = Limits(least=SMALLEST, text=f"a number above zero, at least {SMALLEST}")
 
 
 @dataclass(frozen=True)
@@ -93,10 +97,7 @@ class Parameters:
         if is_quantity(value) != (unit is not None):
             expected = "a plain number" if unit is None else f"a unit such as {unit}"
             raise InvalidInput(f"{what} is {value!r}; expected {expected}, as its start has")
-        plain = scalar(numbers(value, what) if unit is None else strip_to(value, unit, what), what)
-        if not abs(plain) <= LARGEST:
-            raise InvalidInput(f"{what} is {value!r}; expected a finite number, of at most {LARGEST} in size")
-        return plain
+        return PLAIN.number(value if unit is None else strip_to(value, unit, what), "number", what, _RANGE)
 
     def _prior(self, k: int, prior: Any) -> tuple[float, float]:
         if prior is None:
@@ -106,10 +107,7 @@ class Parameters:
         except (TypeError, ValueError) as error:
             raise InvalidInput(f"prior of {self.names[k]} is {prior!r}; expected (mean, sigma)") from error
         found = self._number(k, mean, "mean of the prior"), self._number(k, sigma, "sigma of the prior")
-        if not found[1] >= SMALLEST:
-            raise InvalidInput(
-                f"sigma of the prior of {self.names[k]} is {sigma}; expected a number above zero, at least {SMALLEST}"
-            )
+        PLAIN.number(found[1], "number", f"sigma of the prior of {self.names[k]}", _SIGMA)
         return found
 
     def __len__(self) -> int:
@@ -135,10 +133,8 @@ class Parameters:
     def numbers(self, values: Any) -> _Array:
         """Return the plain numbers (P,) of values by their names, or of an array in the order of the names."""
         if not isinstance(values, Mapping):
-            found = numbers(values, "values")
-            if found.shape != (len(self),) or not np.isfinite(found).all():
-                raise InvalidInput(f"values is {values!r}; expected {len(self)} finite numbers, or a dict by names")
-            return found
+            expected = Limits(text=f"{len(self)} finite numbers, or a dict by names")
+            return PLAIN.numbers(values, "number", "values", (len(self),), expected)
         for name in values:
             if name not in self.names:
                 raise InvalidInput(f"values has {name!r}; {suggestion(str(name), self.names, 'all')}")

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.units import numbers, scalar
+from ..base.limits import Limits
+from ..base.units import PLAIN
 from ..errors import InvalidInput
 
 __all__ = ["Loss", "Outliers", "loss_of"]
@@ -42,12 +43,8 @@ class Outliers:
     width: float = 10.0
 
     def __post_init__(self) -> None:
-        for name in ("fraction", "width"):
-            scalar(numbers(getattr(self, name), name), name)
-        if not 0.0 < self.fraction < 1.0:
-            raise InvalidInput(f"fraction is {self.fraction!r}; expected a number above 0 and below 1")
-        if not 1.0 < self.width < np.inf:
-            raise InvalidInput(f"width is {self.width!r}; expected a finite number above 1")
+        PLAIN.number(self.fraction, "number", "fraction", Limits(above=0.0, below=1.0))
+        PLAIN.number(self.width, "number", "width", Limits(above=1.0))
 
     def __call__(self, z: _Array) -> _Array:
         """Return the loss (3, ...) of squares z (...) of residuals, with its first and second derivatives."""

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import integer
+from ..base.kinds import whole
 from ..base.units import need
-from ..errors import InvalidInput
 from ..plots._style import LINES, grid, matplotlib, panels
 
 __all__ = ["FitPlots"]
@@ -82,10 +81,7 @@ class FitPlots:
 
         fit = self._fit
         if samples is None:
-            count = integer(n)
-            if count is None or count <= len(fit.names):
-                raise InvalidInput(f"n is {n!r}; expected more draws than the {len(fit.names)} parameters")
-            rows = fit.draws_as_array(count, rng)
+            rows = fit.draws_as_array(whole(n, "n", len(fit.names) + 1), rng)
         else:
             rows = np.stack([np.ravel(samples[name].values) for name in fit.names], axis=1)
         units = [getattr(value, "unit", None) for value in fit.values.values()]

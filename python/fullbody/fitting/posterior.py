@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.arguments import generator, integer
+from ..base.arguments import generator
+from ..base.kinds import choice, whole
 from ..base.units import need
-from ..errors import InvalidInput
 
 if TYPE_CHECKING:
     import xarray
@@ -19,18 +19,14 @@ __all__ = ["sample"]
 
 def sample(fit: Any, sampler: Any, steps: Any, walkers: Any, rng: Any, progress: bool) -> xarray.Dataset:
     """Sample the posterior distribution; see :meth:`fullbody.fitting.Fit.sample`."""
-    if sampler != "emcee":
-        raise InvalidInput(f"sampler is {sampler!r}; expected 'emcee'")
+    choice(sampler, "sampler", ("emcee",))
     with need("fit", "a sample of the posterior distribution"):
         import emcee
     with need("data", "a sample of the posterior distribution"):
         import xarray
 
-    count, length = integer(4 * len(fit.names) if walkers is None else walkers), integer(steps)
-    if length is None or length < 1:
-        raise InvalidInput(f"steps is {steps!r}; expected a whole number above zero")
-    if count is None or count < 2 * len(fit.names):
-        raise InvalidInput(f"walkers is {walkers!r}; expected at least {2 * len(fit.names)}, two for each parameter")
+    length, least = whole(steps, "steps"), 2 * len(fit.names)
+    count = 2 * least if walkers is None else whole(walkers, "walkers", least)
     ensemble = emcee.EnsembleSampler(count, len(fit.names), fit.log_posterior)
     random = generator(rng)
     begin = fit.draws_as_array(count, random)

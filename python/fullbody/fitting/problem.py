@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from ..base.arguments import suggestion
 from ..base.differences import REFUSALS, Differences
+from ..base.kinds import function
 from ..errors import InvalidInput
 from ..model.state import State
 from ..motion.system import System
@@ -119,8 +120,7 @@ class Problem:
     def __init__(
         self, setup: Callable[..., Any], parameters: Parameters, observations: Any, integrator: Integrator | None
     ) -> None:
-        if not callable(setup):
-            raise InvalidInput(f"setup is {setup!r}; expected a function")
+        function(setup, "setup")
         given = [observations] if hasattr(observations, "pulls") or callable(observations) else observations
         try:
             entries = iter(given)

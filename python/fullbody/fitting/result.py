@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import generator, integer
+from ..base.arguments import generator
+from ..base.kinds import whole
 from ..base.tables import Table, Tabled, to_text
 from ..base.units import need
 from ..base.values import same
@@ -230,9 +231,7 @@ class Fit(Tabled):
 
     def draws_as_array(self, n: Any, rng: Any) -> _Array:
         """Draw numbers (n, P) in the order of ``names`` and the units of ``values``; see :meth:`draw`."""
-        count = integer(n)
-        if count is None or count < 1:
-            raise InvalidInput(f"n is {n!r}; expected a whole number above zero")
+        count = whole(n, "n")
         random = generator(rng)
         if self.unconstrained is not None:
             raise InvalidInput(f"there is no distribution to draw from: the data do not constrain {self.unconstrained}")

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import generator, integer
+from ..base.arguments import generator
+from ..base.kinds import whole
 from ..base.progress import Progress
 from ..base.units import need
 from ..errors import InconsistentInput, Interrupted, InvalidInput, caution, once
@@ -163,9 +164,7 @@ def _starts(free: Parameters, starts: Any, rng: Any) -> list[_Array]:
             if ((begin < free.lower) | (begin > free.upper)).any():
                 raise InvalidInput(f"starts has {free.named(begin)}, which is not within the bounds")
         return begins
-    count = integer(starts)
-    if count is None or count < 1:
-        raise InvalidInput(f"starts is {starts!r}; expected a whole number above zero, or a list of starts")
+    count = whole(starts, "starts", other=", or a list of starts")
     random = None if rng is None else generator(rng)
     if count == 1:
         return [free.start]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from ..base.kinds import Number, Place, direction
+from ..base.kinds import Number, Place, choice, direction
 from ..base.limits import POSITIVE, Limits
 from ..base.tables import number
 from ..base.units import PLAIN, gathered, need
@@ -355,8 +355,8 @@ def _check_normalization(
     force: Yorp | Byorp, normalization: str | None, known: Iterable[str], needs_light: bool
 ) -> None:
     """Refuse an unknown normalisation, and light that is missing or has no use."""
-    if normalization is not None and normalization not in known:
-        raise InvalidInput(f"normalization of {force.name} is {normalization!r}; expected one of {', '.join(known)}")
+    if normalization is not None:
+        choice(normalization, f"normalization of {force.name}", known)
     if not needs_light:
         for role in ("pressure", "radius", *(("normalization",) if isinstance(force, Byorp) else ())):
             if getattr(force, role) is not None:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
 from ..base import epochs
+from ..base.kinds import Number, instance
+from ..base.limits import POSITIVE
 from ..base.splines import relative_error
 from ..base.tables import number
 from ..base.units import AnyUnits
@@ -100,6 +103,15 @@ class ThirdBody(Force):
 
     depends_on_velocity: ClassVar[bool] = False
 
+    _kinds: ClassVar = {
+        "mass": Number("mass", POSITIVE),
+        "mu": Number("mu", POSITIVE),
+        "orbit": partial(instance, kind=KeplerElements, expected="KeplerElements"),
+        "time": Number("time"),
+        "times": Number("time", shape=("T",)),
+        "positions": Number("length", shape=("T", 3)),
+    }
+
     def _check(self) -> None:
         name = self.name
         if (self.mass is None) == (self.mu is None):
@@ -107,8 +119,6 @@ class ThirdBody(Force):
         table = (self.times is not None, self.positions is not None)
         if (self.orbit is None) != all(table) or table[0] != table[1]:
             raise InvalidInput(f"the path of {name} is not clear; expected orbit, or else times and positions")
-        if self.orbit is not None and not isinstance(self.orbit, KeplerElements):
-            raise InvalidInput(f"orbit of {name} is {self.orbit!r}; expected KeplerElements")
         if self.orbit is not None and self.frame is not None:
             raise InvalidInput(
                 f"frame of {name} is {self.frame!r} beside an orbit; expected KeplerElements(..., frame=)"
@@ -198,11 +208,8 @@ class ThirdBody(Force):
                     f"the path of {name} is for the date {self.date} at time zero, and the epoch of the system is "
                     f"{context.epoch}; expected one date for both"
                 )
-        mu = (
-            context.G * units.number(self.mass, "mass", f"mass of {name}")
-            if self.mu is None
-            else units.number(self.mu, "mu", f"mu of {name}")
-        )
+        plain = self._plain(units)
+        mu = context.G * plain["mass"] if self.mu is None else plain["mu"]
         path: dict[str, Any]
         given_in = self.frame if self.orbit is None else self.orbit.frame
         turn = None if given_in is None else _rotation(given_in, context, name)
@@ -213,17 +220,14 @@ class ThirdBody(Force):
                 "e": units.number(orbit.e, "number", f"eccentricity of {name}"),
             }
             elements |= {key: units.number(getattr(orbit, key), "angle", f"{key} of {name}") for key in _ANGLES}
-            path = {"orbit": {"elements": elements, "time": units.number(self.time, "time", f"time of {name}")}}
+            path = {"orbit": {"elements": elements, "time": plain["time"]}}
         else:
-            times = units.strip(self.times, "time", f"times of {name}")
-            positions = units.strip(self.positions, "length", f"positions of {name}")
-            if times.ndim != 1 or positions.shape != (*times.shape, 3):
+            times, positions = np.array(plain["times"]), np.array(plain["positions"])
+            if len(positions) != len(times):
                 raise InvalidInput(
                     f"times and positions of {name} have shapes {times.shape} and {positions.shape}; "
                     "expected (T,) and (T, 3)"
                 )
-            if not (np.isfinite(times).all() and np.isfinite(positions).all()):
-                raise InvalidInput(f"times or positions of {name} are not finite; expected finite numbers")
             positions = positions if turn is None else positions @ turn.T
             steps = np.abs(np.diff(times))
             if len(steps) and steps.min() <= 4.0 * np.spacing(np.abs(times).max()):
@@ -233,7 +237,7 @@ class ThirdBody(Force):
                     "rows further apart than the round-off of the times"
                 )
             path = {"table": {"times": times.tolist(), "positions": positions.tolist()}}
-        given = {} if self.mass is None else {"mass": units.number(self.mass, "mass", f"mass of {name}")}
+        given = {} if self.mass is None else {"mass": plain["mass"]}
         return {"kind": "ThirdBody", "name": name, "mu": mu, **given, "of": self.of, "path": path}
 
     def _notes(self) -> dict[str, Any]:

@@ -144,7 +144,7 @@ def lag_from_quality_factor(
     """
     factor = PLAIN.number(Q, "number", "Q", POSITIVE)
     rates = {"mean_motion": Number("spin", POSITIVE)(mean_motion, "mean_motion")}
-    if choice(tide, "tide", "eccentricity", "libration", "semidiurnal") == "semidiurnal":
+    if choice(tide, "tide", ("eccentricity", "libration", "semidiurnal")) == "semidiurnal":
         if spin is None:
             raise InvalidInput("spin is not given; expected that of the deformed body, for the semidiurnal tide")
         rates["spin"] = Number("spin")(spin, "spin")

@@ -19,6 +19,7 @@ import numpy.typing as npt
 from ..base import rotations
 from ..base.arguments import directions, longitude_latitude, warn_if_degrees
 from ..base.arguments import vectors as _vectors
+from ..base.kinds import instance
 from ..base.units import Units, is_quantity, need
 from ..errors import InvalidInput
 from ..model.state import State
@@ -126,8 +127,7 @@ def rotate_state(state: State, origin: Any, target: Any) -> State:
     >>> fullbody.frames.rotate_state(state, "ecliptic", "equatorial").position[0, 1:].round(6)
     array([-0.397777,  0.917482])
     """
-    if not isinstance(state, State):
-        raise InvalidInput(f"state is {state!r}; expected a State")
+    instance(state, "state", State)
     matrix = rotation(origin, target)
     turning = rotations.quaternion(matrix)
     return state.replace(

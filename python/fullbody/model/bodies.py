@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..base.arguments import name_of, positive, refuse_mixture
+from ..base.arguments import name_of, refuse_mixture
+from ..base.kinds import Number, instance, united
+from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, number
 from ..base.units import Units, gathered, is_quantity, strip_to
 from ..base.values import hashed, same
@@ -19,7 +21,7 @@ from ..typing import Scalar
 from .composite import SHOWN, Composite, Part, WorkingFrame
 from .gravity import Gravity, gravity_at, points_in
 from .polyhedron import Polyhedron
-from .shapes import Ellipsoid, PointMass, Solid, attach, attached, core_shape, lengths_of, own_units, rebuilt
+from .shapes import Ellipsoid, PointMass, Solid, attached, core_shape, lengths_of, own_units, rebuilt, refuse_amount
 
 __all__ = ["Body"]
 
@@ -62,23 +64,18 @@ class Body(Tabled):
     ) -> None:
         name = name_of(name)
         called = "the body" if name is None else name
-        if not isinstance(shape, Solid | Composite):
-            expected = "expected an Ellipsoid, a Sphere, a PointMass, a Polyhedron or a Composite"
-            raise InvalidInput(f"shape of {called} is {shape!r}; {expected}")
-        if isinstance(shape, Composite):
+        expected = "an Ellipsoid, a Sphere, a PointMass, a Polyhedron or a Composite"
+        if isinstance(instance(shape, f"shape of {called}", Solid | Composite, expected), Composite):
             if (mass, density) != (None, None):
                 given = "a mass" if density is None else "a density"
                 expected = "expected none beside those of its parts; Composite.with_mass scales them"
                 raise InvalidInput(f"{called} is given {given}, and is a composite; {expected}")
-        elif (mass is None) == (density is None):
-            given = "neither mass nor density" if mass is None else "both a mass and a density"
-            raise InvalidInput(f"{called} is given {given}; expected one of the two")
-        if density is not None and isinstance(shape, PointMass):
-            raise InvalidInput(f"density of {called} is {density!r}; expected a mass: a point has no volume")
+        else:
+            refuse_amount(called, shape, mass, density)
         self._attraction: tuple[Any, _core.Attraction] | None = None
         self._shape = shape
-        self._mass = None if mass is None else positive(mass, "kg", f"mass of {called}")
-        self._density = None if density is None else positive(density, "kg / m3", f"density of {called}")
+        self._mass = None if mass is None else Number("mass", POSITIVE)(mass, f"mass of {called}")
+        self._density = None if density is None else Number("density", POSITIVE)(density, f"density of {called}")
         self._name = name
         united = {is_quantity(value) for value, _ in self._numbers().values()}
         if isinstance(shape, Composite) and len(united) == 1:
@@ -226,7 +223,7 @@ class Body(Tabled):
             return self
         if isinstance(self._shape, Composite):
             return Body(self._shape._with(units), name=self._name)
-        mass, density = attach(self._mass, "mass", units), attach(self._density, "density", units)
+        mass, density = united(self._mass, "mass", units), united(self._density, "density", units)
         return Body(attached(self._shape, units), mass=mass, density=density, name=self._name)
 
     def _core(self, units: Units, index: int) -> _core.Body:

@@ -10,8 +10,9 @@ import numpy.typing as npt
 from .. import _core
 from ..base import rotations
 from ..base.arguments import directions, place, vectors, warn_if_degrees
+from ..base.limits import LATITUDE, POSITIVE
 from ..base.tables import number
-from ..base.units import Units, is_quantity, scalar, strip_to
+from ..base.units import Units, is_quantity, strip_to
 from ..errors import InvalidInput
 from .context import SystemLike
 
@@ -180,20 +181,12 @@ def impact(
     axes = _axes(state, index, along, about, "impact")
     context = system.context
     units, core = context.units, state.in_units(context.units)
-    amount = units.number(mass, "mass", "mass of the projectile")
-    if amount <= 0.0:
-        raise InvalidInput(f"mass of the projectile is {mass!r}; expected a number above zero")
-    coming = units.strip(velocity, "velocity", "velocity of the projectile")
-    if coming.shape != (3,) or not np.isfinite(coming).all():
-        raise InvalidInput(f"velocity of the projectile is {velocity!r}; expected three finite numbers")
-    enhanced = scalar(units.strip(beta, "angle", "beta"), "beta")
-    if not np.isfinite(enhanced):
-        raise InvalidInput(f"beta is {beta!r}; expected a finite number")
-    angles = [units.number(value, "angle", name) for name, value in (("longitude", longitude), ("latitude", latitude))]
+    amount = units.number(mass, "mass", "mass of the projectile", POSITIVE)
+    coming = units.numbers(velocity, "velocity", "velocity of the projectile", (3,))
+    enhanced = units.number(beta, "angle", "beta")
+    lon, lat = units.number(longitude, "angle", "longitude"), units.number(latitude, "angle", "latitude", LATITUDE)
     warn_if_degrees(longitude, "longitude")
-    if abs(angles[1]) > np.pi / 2:
-        raise InvalidInput(f"latitude is {latitude!r}; expected an angle from -pi/2 to pi/2")
-    way = np.array([np.cos(angles[1]) * np.cos(angles[0]), np.cos(angles[1]) * np.sin(angles[0]), np.sin(angles[1])])
+    way = np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
     (point,), (normal,) = _core.surface(context.core, index, way[None])
     turn, velocities, spins = core.rotation_matrix[index], core.velocity, core.spin
     # This is the velocity in the body frame, relative to the surface at the point that is struck.

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
-from typing import Any
+from dataclasses import KW_ONLY, dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 
 from .. import _core
-from ..base.arguments import nonzero, positive, sequence, vectors
-from ..base.units import Units, is_quantity, numbers
-from ..base.values import ArrayFields, hashed, same
+from ..base.arguments import sequence
+from ..base.kinds import Declared, Number, instance, united
+from ..base.limits import NONZERO, POSITIVE, Limits
+from ..base.units import PLAIN, Units, is_quantity
+from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from .polyhedron import Polyhedron
-from .shapes import Ellipsoid, PointMass, Solid, Sphere, attach, attached, core_shape, lengths_of, own_units
+from .shapes import Ellipsoid, Solid, Sphere, attached, core_shape, lengths_of, own_units, refuse_amount
 
 __all__ = ["SHOWN", "Composite", "Part", "WorkingFrame"]
 
@@ -24,7 +26,7 @@ _UNTURNED = (1.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Part:
+class Part(Declared):
     """A part of a composite: a shape with a mass, a position and an attitude.
 
     Parameters
@@ -58,41 +60,30 @@ class Part:
     position: Any = None
     attitude: Any = _UNTURNED
 
+    _kinds: ClassVar = {
+        "mass": Number("mass", NONZERO),
+        "density": Number("density", NONZERO),
+        "position": Number("length", shape=(3,)),
+        "attitude": Number(shape=(4,)),
+    }
+
+    def _what(self, name: str, of: str = "") -> str:
+        return f"{name} of {of or 'a part'}"
+
     def __post_init__(self) -> None:
-        if not isinstance(self.shape, Ellipsoid | Sphere | PointMass | Polyhedron):
-            expected = "expected an Ellipsoid, a Sphere, a PointMass or a Polyhedron"
-            raise InvalidInput(f"shape of a part is {self.shape!r}; {expected}")
-        if (self.mass is None) == (self.density is None):
-            given = "neither mass nor density" if self.mass is None else "both a mass and a density"
-            raise InvalidInput(f"a part is given {given}; expected one of the two")
-        if self.density is not None and isinstance(self.shape, PointMass):
-            raise InvalidInput(f"density of a part is {self.density!r}; expected a mass: a point has no volume")
-
-        def put(name: str, value: Any) -> None:
-            object.__setattr__(self, name, value)
-
-        if self.mass is not None:
-            put("mass", nonzero(self.mass, "kg", "mass of a part"))
-        if self.density is not None:
-            put("density", nonzero(self.density, "kg / m3", "density of a part"))
-        if self.position is not None:
-            place = vectors(self.position, "position of a part", one=True)
-            put("position", place if is_quantity(place) else tuple(map(float, place)))
-        turn = numbers(self.attitude, "attitude of a part")
-        if turn.shape != (4,) or not np.isfinite(turn).all() or not turn.any():
+        instance(self.shape, "shape of a part", Solid, "an Ellipsoid, a Sphere, a PointMass or a Polyhedron")
+        refuse_amount("a part", self.shape, self.mass, self.density)
+        self._check_fields()
+        for name in ("position", "attitude"):
+            value = getattr(self, name)
+            if value is not None and not is_quantity(value):
+                object.__setattr__(self, name, tuple(map(float, value)))
+        turn = PLAIN.strip(self.attitude, "number", "attitude of a part")
+        if not turn.any():
             raise InvalidInput(
                 f"attitude of a part is {self.attitude!r}; expected a quaternion [w, x, y, z] that is not zero"
             )
-        put("attitude", tuple(map(float, turn)))
-
-    def _given(self) -> tuple[Any, ...]:
-        return (self.shape, self.mass, self.density, self.position, self.attitude)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Part) and same(self._given(), other._given())
-
-    def __hash__(self) -> int:
-        return hash(tuple(map(hashed, self._given())))
+        object.__setattr__(self, "attitude", tuple(turn.tolist()))
 
     def __repr__(self) -> str:
         value = f"density={self.density!r}" if self.mass is None else f"mass={self.mass!r}"
@@ -101,28 +92,17 @@ class Part:
         return f"Part({self.shape!r}, {value}{position}{attitude})"
 
     def _numbers(self) -> dict[str, tuple[Any, str]]:
-        """Return all dimensional numbers by their names, with their dimensions."""
-        found = {label: (value, "length") for label, value in lengths_of(self.shape).items()}
-        for name, dimension in (("mass", "mass"), ("density", "density"), ("position", "length")):
-            value = getattr(self, name)
-            if value is not None:
-                found[name] = (value, dimension)
-        return found
+        return {label: (value, "length") for label, value in lengths_of(self.shape).items()} | Declared._numbers(self)
 
     def _in(self, units: Units, what: str) -> tuple[Any, float | None, float | None, Any, Any]:
         """Return the part in the form that the core takes, in a system's units."""
-        mass, density = (
-            None if value is None else units.number(value, dimension, f"{dimension} of {what}")
-            for value, dimension in ((self.mass, "mass"), (self.density, "density"))
-        )
-        place = (0.0, 0.0, 0.0) if self.position is None else self.position
-        position = units.strip(place, "length", f"position of {what}").tolist()
-        return core_shape(self.shape, units, what), mass, density, position, self.attitude
+        plain = self._plain(units, of=what)
+        position = [0.0, 0.0, 0.0] if self.position is None else plain["position"]
+        return core_shape(self.shape, units, what), plain["mass"], plain["density"], position, self.attitude
 
     def _with(self, units: Units) -> Part:
-        mass, density = attach(self.mass, "mass", units), attach(self.density, "density", units)
-        position = attach(self.position, "length", units)
-        return Part(attached(self.shape, units), mass=mass, density=density, position=position, attitude=self.attitude)
+        given = {name: united(value, dimension, units) for name, (value, dimension) in Declared._numbers(self).items()}
+        return replace(self, shape=attached(self.shape, units), **given)
 
 
 @dataclass(frozen=True, slots=True)
@@ -217,22 +197,16 @@ class Composite:
         >>> [part.density for part in shell.parts]
         [3.0, -3.0]
         """
-        if not isinstance(shape, Ellipsoid | Sphere | Polyhedron):
-            raise InvalidInput(f"shape is {shape!r}; expected an Ellipsoid, a Sphere or a Polyhedron")
-        sizes = numbers(fractions, "fractions")
-        if (
-            sizes.ndim != 1
-            or not sizes.size
-            or sizes[0] != 1.0
-            or not (np.diff(sizes) < 0.0).all()
-            or not (sizes > 0.0).all()
-        ):
-            raise InvalidInput(f"fractions is {fractions!r}; expected numbers that fall from 1 and stay above zero")
+        instance(shape, "shape", Ellipsoid | Sphere | Polyhedron, "an Ellipsoid, a Sphere or a Polyhedron")
+        falling = Limits(above=0.0, text="numbers that fall from 1 and stay above zero")
+        sizes = PLAIN.numbers(fractions, "number", "fractions", ("L",), falling)
+        if not sizes.size or sizes[0] != 1.0 or not (np.diff(sizes) < 0.0).all():
+            raise InvalidInput(f"fractions is {fractions!r}; expected {falling.text}")
         try:
             given = list(densities)
         except TypeError as error:
             raise InvalidInput(f"densities is {densities!r}; expected numbers, as many as fractions has") from error
-        known = [value if _is_zero(value) else positive(value, "kg / m3", "a density") for value in given]
+        known = [value if _is_zero(value) else Number("density", POSITIVE)(value, "a density") for value in given]
         if len({is_quantity(value) for value in known if not _is_zero(value)}) == 2:
             raise InvalidInput(f"densities is {densities!r}; expected all with a unit or none")
         if len(known) != len(sizes):
@@ -260,12 +234,12 @@ class Composite:
         [2.0, 6.0]
         """
         units = own_units(self._numbers())
-        wanted = units.number(positive(mass, "kg", "mass"), "mass", "mass")
+        wanted = units.number(mass, "mass", "mass", POSITIVE)
         factor = wanted / self._core(units, "the composite").mass
 
         def scaled(part: Part) -> Part:
             mass, density = (None if value is None else value * factor for value in (part.mass, part.density))
-            return Part(part.shape, mass=mass, density=density, position=part.position, attitude=part.attitude)
+            return replace(part, mass=mass, density=density)
 
         return Composite([scaled(part) for part in self.parts])
 

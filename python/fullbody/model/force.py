@@ -79,8 +79,8 @@ class Force(Declared):
         if type(self) is not Force:
             _core.check_force(self._describe(_AnySystem(ANY, 1.0, (), (), _CORE)))
 
-    def _what(self, name: str) -> str:
-        return f"{name} of {self.name}"
+    def _what(self, name: str, of: str = "") -> str:
+        return f"{name} of {of or self.name}"
 
     def _check(self) -> None:
         """Raise an error for arguments that are not compatible; the core checks their values."""

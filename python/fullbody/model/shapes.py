@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 from .. import _core
-from ..base.arguments import positive, refuse_mixture
-from ..base.units import Units, gathered, is_quantity
-from ..base.values import ScalarFields
+from ..base.arguments import refuse_mixture
+from ..base.kinds import Declared, Number, united
+from ..base.limits import POSITIVE
+from ..base.units import Units, gathered
 from ..errors import InvalidInput
 from .polyhedron import Polyhedron
 
@@ -18,7 +19,7 @@ _AXES = ("semi-axis a", "semi-axis b", "semi-axis c")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ellipsoid(ScalarFields):
+class Ellipsoid(Declared):
     """A homogeneous ellipsoid.
 
     Parameters
@@ -42,9 +43,13 @@ class Ellipsoid(ScalarFields):
     b: Any
     c: Any
 
+    _kinds: ClassVar = {name: Number("length", POSITIVE) for name in "abc"}
+
+    def _what(self, name: str, of: str = "") -> str:
+        return f"semi-axis {name}"
+
     def __post_init__(self) -> None:
-        for name in ("a", "b", "c"):
-            object.__setattr__(self, name, positive(getattr(self, name), "m", f"semi-axis {name}"))
+        self._check_fields()
         refuse_mixture(dict(zip(_AXES, self._lengths, strict=True)))
 
     @property
@@ -65,7 +70,7 @@ class Ellipsoid(ScalarFields):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sphere(ScalarFields):
+class Sphere(Declared):
     """A homogeneous sphere.
 
     Parameters
@@ -81,8 +86,13 @@ class Sphere(ScalarFields):
 
     radius: Any
 
+    _kinds: ClassVar = {"radius": Number("length", POSITIVE)}
+
+    def _what(self, name: str, of: str = "") -> str:
+        return name
+
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive(self.radius, "m", "radius"))
+        self._check_fields()
 
     @property
     def _lengths(self) -> tuple[Any, Any, Any]:
@@ -157,12 +167,20 @@ def attached(shape: Solid, units: Units) -> Solid:
     """Return the shape in a system with units: its plain numbers become Quantities in them."""
     if isinstance(shape, Polyhedron):
         return shape._with(units)
-    return type(shape)(*(attach(getattr(shape, name), "length", units) for name in shape.__slots__))
+    if isinstance(shape, PointMass):
+        return shape
+    return type(shape)(
+        **{name: united(value, dimension, units) for name, (value, dimension) in shape._numbers().items()}
+    )
 
 
-def attach(value: Any, dimension: str, units: Units) -> Any:
-    """Return a plain number as a Quantity in a system's units, and a Quantity or ``None`` unchanged."""
-    return value if value is None or is_quantity(value) else units.attach(value, dimension)
+def refuse_amount(called: str, shape: Any, mass: Any, density: Any) -> None:
+    """Raise an error unless a mass or a density is given, or if a density is given for a point."""
+    if (mass is None) == (density is None):
+        given = "neither mass nor density" if mass is None else "both a mass and a density"
+        raise InvalidInput(f"{called} is given {given}; expected one of the two")
+    if density is not None and isinstance(shape, PointMass):
+        raise InvalidInput(f"density of {called} is {density!r}; expected a mass: a point has no volume")
 
 
 def rebuilt(axes: Any, kind: str | None, what: str) -> Solid:

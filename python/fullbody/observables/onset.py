@@ -8,9 +8,9 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..base.units import Units, is_quantity
+from ..base.limits import Limits
+from ..base.units import PLAIN, is_quantity
 from ..base.values import ArrayFields
-from ..errors import InvalidInput
 from ..record.record import Record
 from . import _signal as signal
 from ._relative import RelativeMotion
@@ -101,9 +101,8 @@ def tumbles(run: Record, *, limit: Any = np.pi / 2, body: int | str = 1, about: 
     >>> fullbody.observables.tumbles(run).time is None
     True
     """
-    most = Units().number(limit, "angle", "limit")
-    if not 0.0 < most <= np.pi / 2:
-        raise InvalidInput(f"limit is {limit!r}; expected an angle above zero, a quarter turn (pi/2) at most")
+    quarter = Limits(above=0.0, most=np.pi / 2, text="an angle above zero, a quarter turn (pi/2) at most")
+    most = PLAIN.number(limit, "angle", "limit", quarter)
     motion = RelativeMotion(run, body, about, 1, "tumbling")
     relative = in_orbit_frame(motion)
     nearest = int(np.argmax(_HALF_TURNS @ np.diagonal(relative[0])))

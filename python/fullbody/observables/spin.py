@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import integer
+from ..base.kinds import whole
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..record.record import Record
@@ -211,8 +211,7 @@ def libration(run: Record, *, body: int | str = 1, about: int | str = 0, n: int 
     >>> swings.angle.shape
     (801,)
     """
-    if (integer(n) or 0) < 1:
-        raise InvalidInput(f"n is {n!r}; expected a whole number of 1 or more")
+    whole(n, "n")
     motion = RelativeMotion(run, body, about, 16, "a libration", REVOLUTIONS)
     axes = run.context.bodies[motion.body].semi_axes
     if not any(axes):

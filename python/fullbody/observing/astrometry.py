@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import warn_if_degrees
+from ..base.kinds import flag
 from ..errors import InvalidInput, caution
 from ..model.context import SystemLike
 from .centre_of_light import photocentre, semi_axes
@@ -114,8 +115,7 @@ class Astrometry(Observations):
         rows = Rows(times, numbers, ("east", "north"), "Astrometry")
         super().__init__(rows, geometry)
         self.unit = given["east"][1]
-        if not isinstance(photocentre, bool | np.bool_):
-            raise InvalidInput(f"photocentre is {photocentre!r}; expected True or False")
+        flag(photocentre, "photocentre")
         if photocentre and not geometry.has_sun:
             raise InvalidInput("geometry of Astrometry has no Sun, which photocentre=True needs; give to_sun=")
         self.body, self.about, self.frame, self.photocentre = body, about, frame, bool(photocentre)

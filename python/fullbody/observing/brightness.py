@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.arguments import directions, suggestion
+from ..base.kinds import flag, instance
 from ..base.units import Units, numbers
 from ..base.values import ArrayFields
 from ..errors import InvalidInput, caution
@@ -75,13 +76,11 @@ class Photometer:
         mutual: bool,
         sun_radius: Any,
     ) -> None:
-        if not isinstance(mutual, bool | np.bool_):
-            raise InvalidInput(f"mutual is {mutual!r}; expected True or False")
+        flag(mutual, "mutual")
         names = system.context.names
         self.laws: list[Law] = _by_name(law, names, "law")
         for name, one in zip(names, self.laws, strict=True):
-            if not isinstance(one, Law):
-                raise InvalidInput(f"law of {name} is {one!r}; expected a law such as LommelSeeliger()")
+            instance(one, f"law of {name}", Law, "a law such as LommelSeeliger()")
         # One albedo for all of a body is multiplied in here, so that the derivative with respect to zero is known.
         if type(albedo) is float and 0.0 <= albedo < np.inf:
             self.albedo, faces = np.full(len(names), albedo), [[1.0]] * len(names)

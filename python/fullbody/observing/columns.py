@@ -12,15 +12,15 @@ from ..base.arguments import refuse_unknown
 from ..base.epochs import dates as dates_of
 from ..base.epochs import refuse_coarse
 from ..base.foreign import are_dates, plain_or_quantity
-from ..base.limits import LARGEST, SMALLEST
+from ..base.limits import LARGEST, SMALLEST, Limits
 from ..base.unit_names import unit_named, usable_unit
 from ..base.units import (
+    PLAIN,
     gathered,
     is_quantity,
     need,
     numbers,
     refuse_booleans,
-    scalar,
     strip_to,
 )
 from ..errors import InconsistentInput, InvalidInput, caution
@@ -163,10 +163,8 @@ def positive_rows(values: _Array, what: str) -> _Array:
 
 def jitter_of(given: Any, unit: Any) -> float:
     """Return a jitter as a number in a unit, after checking that it is zero or above."""
-    value = scalar(column(given, "jitter", unit)[0], "jitter")
-    if not value >= 0.0:
-        raise InvalidInput(f"jitter is {given!r}; expected a standard deviation, zero or above")
-    return value
+    limits = Limits(least=0.0, text="a standard deviation, zero or above")
+    return PLAIN.number(column(given, "jitter", unit)[0], "number", "jitter", limits)
 
 
 class Column(NamedTuple):

@@ -12,9 +12,9 @@ import numpy.typing as npt
 from ..base import rotations
 from ..base.arguments import options_of, refuse_unknown
 from ..base.differences import difference
+from ..base.kinds import instance
 from ..base.tables import Table, Tabled
 from ..base.units import need
-from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..record.displaced import FunctionDerivatives
 from ..record.record import Record
@@ -68,12 +68,11 @@ class Observations(Tabled):
     _error_names: ClassVar[tuple[str, ...]] = ("_sigma",)
 
     def __init__(self, rows: Rows, geometry: Any) -> None:
-        if not isinstance(geometry, Vectors):
-            raise InvalidInput(f"geometry of {type(self).__name__} is {geometry!r}; expected an observing.Geometry")
         self.times = rows.times
         self.rows = rows.kept
         self.missing = rows.missing
-        self.geometry = geometry
+        what = f"geometry of {type(self).__name__}"
+        self.geometry: Vectors = instance(geometry, what, Vectors, "an observing.Geometry")
         self._clocks: dict[Any, _Array] = {}
         #: These observations before a jitter was added.
         self._given: Self | None = None
@@ -120,10 +119,8 @@ class Observations(Tabled):
         >>> data.range, data.to_table().colnames
         (<Quantity [2.5, 2.6] km>, ['times', 'range', 'sigma_range'])
         """
-        if columns is not None and not isinstance(columns, Mapping):
-            raise InvalidInput(
-                f"columns of {cls.__name__} is {columns!r}; expected a dict of arguments to names of columns"
-            )
+        if columns is not None:
+            instance(columns, f"columns of {cls.__name__}", Mapping, "a dict of arguments to names of columns")
         refuse_unknown(options, options_of(cls), cls.__name__)
         labels = [c.name for c in cls._columns if c.kind == "labels" and isinstance(options.get(c.name), str)]
         names = dict(columns or {}) | {name: options.pop(name) for name in labels}

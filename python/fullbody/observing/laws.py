@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
-from typing import Any
+from functools import cache, partial
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from ..base.units import Units, need, numbers, scalar
+from ..base.kinds import Declared, Number, function
+from ..base.limits import NOT_NEGATIVE
+from ..base.units import PLAIN, need, numbers
 from ..errors import InvalidInput
 
 __all__ = ["HG", "HG1G2", "Hapke", "Lambert", "Law", "LommelSeeliger", "LommelSeeligerLambert"]
@@ -18,8 +20,8 @@ __all__ = ["HG", "HG1G2", "Hapke", "Lambert", "Law", "LommelSeeliger", "LommelSe
 _Array = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Law:
+@dataclass(frozen=True, eq=False)
+class Law(Declared):
     """Base class of the scattering laws.
 
     With mu and mu0 the cosines of emission and incidence, the brightness of a surface element dS is the law times dS,
@@ -33,11 +35,10 @@ class Law:
 
     phase_function: Callable[[_Array], Any] | None = None
 
+    _kinds: ClassVar = {"phase_function": partial(function, expected="a function of the phase angle, such as HG(0.15)")}
+
     def __post_init__(self) -> None:
-        if self.phase_function is not None and not callable(self.phase_function):
-            raise InvalidInput(
-                f"phase_function is {self.phase_function!r}; expected a function of the phase angle, such as HG(0.15)"
-            )
+        self._check_fields()
 
     def _describe(self) -> tuple[float, ...]:
         """Return the law's two factors, or Hapke's five parameters; a law that the core does not have is refused."""
@@ -57,21 +58,13 @@ class Law:
                 f"the phase function of {self!r} returns an array of shape {factor.shape}; expected {angle.shape}"
             )
         factor = np.broadcast_to(factor, angle.shape)
-        wrong = ~(np.isfinite(factor) & (factor >= 0.0))
-        if wrong.any():
-            k = int(np.argmax(wrong))
+        if not (good := NOT_NEGATIVE.hold(factor)).all():
+            k = int(np.argmin(good))
             raise InvalidInput(
                 f"the phase function of {self!r} returns {factor[k]} at the phase angle {angle[k]:.9g}; "
                 "expected finite numbers, zero or above"
             )
         return np.array(factor)
-
-    def _number(self, name: str, dimension: str | None = None) -> float:
-        value = getattr(self, name)
-        number = scalar(numbers(value, name), name) if dimension is None else Units().number(value, dimension, name)
-        if not np.isfinite(number):
-            raise InvalidInput(f"{name} of {type(self).__name__} is {value!r}; expected a finite number")
-        return number
 
 
 @dataclass(frozen=True)
@@ -123,8 +116,10 @@ class LommelSeeligerLambert(Law):
 
     lambert: float = 0.1
 
+    _kinds: ClassVar = {"lambert": Number()}
+
     def _describe(self) -> tuple[float, ...]:
-        return (1.0, self._number("lambert"))
+        return 1.0, self._plain(PLAIN)["lambert"]
 
 
 @dataclass(frozen=True)
@@ -166,9 +161,16 @@ class Hapke(Law):
     asymmetry: float = -0.35
     roughness: Any = 0.0
 
+    _kinds: ClassVar = {
+        "single_scattering_albedo": Number(),
+        "opposition_amplitude": Number(),
+        "opposition_width": Number(),
+        "asymmetry": Number(),
+        "roughness": Number("angle"),
+    }
+
     def _describe(self) -> tuple[float, ...]:
-        names = ("single_scattering_albedo", "opposition_amplitude", "opposition_width", "asymmetry")
-        return (*map(self._number, names), self._number("roughness", "angle"))
+        return tuple(self._plain(PLAIN).values())
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..base import kinds
+from ..base.kinds import instance
+from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled
-from ..base.units import gathered, is_quantity, numbers, refuse_booleans, strip_to
+from ..base.units import PLAIN, gathered, is_quantity, numbers, refuse_booleans, strip_to
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..record.record import Record
@@ -53,27 +56,20 @@ class Measured(Tabled):
     """
 
     def __init__(self, name: str, function: Callable[[Any], Any], value: Any, sigma: Any, times: Any = None) -> None:
-        if not callable(function):
-            raise InvalidInput(f"function of {name!r} is {function!r}; expected a function of a run")
-        self.name = name
-        self.function = function
+        self.name = instance(name, "name of a measured value", str, "text")
+        self.function = kinds.function(function, f"function of {name!r}", "a function of a run")
         self.times = times
-        if not isinstance(name, str):
-            raise InvalidInput(f"name of a measured value is {name!r}; expected text")
         for given, what in ((value, "value"), (sigma, "sigma")):
             refuse_booleans(given, f"{what} of {name}")
         value, sigma = gathered(value, f"value of {name}"), gathered(sigma, f"sigma of {name}")
         self.unit = value.unit if is_quantity(value) else None
         self._value = np.atleast_1d(self._plain(value, "value"))
-        if self._value.ndim != 1 or not np.isfinite(self._value).all():
-            raise InvalidInput(f"value of {name} is {value!r}; expected finite numbers, () or (C,)")
-        spread = self._plain(sigma, "sigma")
+        PLAIN.numbers(self._value, "number", f"value of {name}", ("C",))
+        spread = PLAIN.numbers(self._plain(sigma, "sigma"), "number", f"sigma of {name}", None, POSITIVE)
         try:
             self._sigma = np.array(np.broadcast_to(spread, self._value.shape))
         except ValueError as error:
             raise InvalidInput(f"sigma of {name} has shape {np.shape(sigma)}; expected {self._value.shape}") from error
-        if not (np.isfinite(self._sigma).all() and (self._sigma > 0.0).all()):
-            raise InvalidInput(f"sigma of {name} is {sigma!r}; expected finite numbers above zero")
 
     def _plain(self, value: Any, what: str) -> _Array:
         value = gathered(value, f"{what} of {self.name}")

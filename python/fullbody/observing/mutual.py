@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from ..base.kinds import choice
 from ..errors import InvalidInput, interruptible
 from ..events import Occultation
 from ..model.context import SystemLike
@@ -250,8 +251,7 @@ def occultation(
     >>> system.integrate(state, "1 day", events=[first]).stop_reason
     'event'
     """
-    if kind not in KINDS:
-        raise InvalidInput(f"kind is {kind!r}; expected one of {', '.join(KINDS)}")
+    choice(kind, "kind", KINDS)
     local = local_geometry(geometry, system)
     span = [float(local.emission(end)) for end in local.ends()]
     times, toward = _table(local, kind, span)

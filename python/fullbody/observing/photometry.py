@@ -9,7 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.foreign import are_dates, shown
-from ..base.units import is_quantity
+from ..base.kinds import flag
+from ..base.limits import Limits
+from ..base.units import PLAIN, is_quantity
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from .brightness import Photometer
@@ -107,12 +109,10 @@ class Photometry(Observations):
         self.sigma = positive_rows(rows.of("sigma"), "sigma of Photometry")
         self.law, self.albedo, self.mutual, self.sun_radius = law, albedo, mutual, sun_radius
         self.reduced = reduced
-        for name, value in (("mutual", mutual), ("reduced", reduced)):
-            if not isinstance(value, bool | np.bool_):
-                raise InvalidInput(f"{name} is {value!r}; expected True or False")
-        known = isinstance(zero, int | float) and not isinstance(zero, bool) and np.isfinite(zero)
-        if not (isinstance(zero, str) and zero == "free") and not known:
-            raise InvalidInput(f"zero is {zero!r}; expected 'free' or a finite number")
+        flag(mutual, "mutual")
+        flag(reduced, "reduced")
+        if not (isinstance(zero, str) and zero == "free"):
+            PLAIN.number(zero, "number", "zero", Limits(text="'free' or a finite number"))
         self.zero = zero
         if night is not None and np.shape(night) != (rows.given,):
             raise InvalidInput(f"night has shape {np.shape(night)}; expected ({rows.given},), one for each of times")

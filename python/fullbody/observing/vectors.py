@@ -12,6 +12,7 @@ from ..base import values
 from ..base.arguments import directions, refuse_mixture, vectors
 from ..base.epochs import dates, refuse_coarse
 from ..base.foreign import are_dates, shown
+from ..base.kinds import flag
 from ..base.splines import relative_error
 from ..base.units import gathered, is_quantity, need, numbers, refuse_booleans, strip_to
 from ..errors import InvalidInput, caution
@@ -37,8 +38,7 @@ class Vectors:
     def __init__(
         self, times: Any, *, to_observer: Any, to_sun: Any = None, frame: Any = None, light_time: bool = True
     ) -> None:
-        if not isinstance(light_time, bool | np.bool_):
-            raise InvalidInput(f"light_time is {light_time!r}; expected True or False")
+        flag(light_time, "light_time")
         if frame is not None:
             turn("equatorial", frame)
         self.frame = frame

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from functools import partial
+from typing import Any, ClassVar
 
 import numpy as np
 
-from ..base.arguments import integer
-from ..base.values import ScalarFields, UnstoredFunction
+from ..base.kinds import Declared, Number, Place, choice, function, sense
+from ..base.limits import Limits
+from ..base.values import UnstoredFunction
 from ..errors import InvalidInput
 from ..model.context import Context
 
@@ -17,7 +19,7 @@ __all__ = ["Function", "ParticleEvent", "Periapsis", "Shadow"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ParticleEvent(ScalarFields):
+class ParticleEvent(Declared):
     """Base class of particle events, which are zeros of a function found in each step as in a run's event detection.
 
     Parameters
@@ -28,16 +30,23 @@ class ParticleEvent(ScalarFields):
 
     direction: int = 0
 
+    _kinds: ClassVar = {"direction": sense}
+
     def __post_init__(self) -> None:
-        if integer(self.direction) not in (-1, 0, 1):
-            raise InvalidInput(f"direction is {self.direction!r}; expected -1, 0 or 1")
+        self._check_fields()
 
     def _describe(self, context: Context) -> dict[str, Any]:
         """Return the description of the event for files."""
-        return {"kind": type(self).__name__, "direction": integer(self.direction)}
+        return {
+            **{"kind": type(self).__name__, "direction": self.direction},
+            **self._plain(context.units, context.index),
+        }
 
     def _event_spec(self, context: Context) -> tuple[Any, ...]:
         """Return the event in the form that the core takes."""
+        if type(self) is not ParticleEvent:
+            kind = next(base.__name__ for base in type(self).__mro__ if ParticleEvent in base.__bases__)
+            return (kind.lower(), *self._plain(context.units, context.index).values(), self.direction)
         raise InvalidInput(f"event is {self!r}; expected one of fullbody.particles, such as Shadow()")
 
 
@@ -56,16 +65,7 @@ class Shadow(ParticleEvent):
 
     visible: float = 0.5
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if isinstance(self.visible, bool) or not isinstance(self.visible, int | float) or not 0.0 < self.visible < 1.0:
-            raise InvalidInput(f"visible is {self.visible!r}; expected a number above 0 and below 1")
-
-    def _describe(self, context: Context) -> dict[str, Any]:
-        return {**super()._describe(context), "visible": self.visible}
-
-    def _event_spec(self, context: Context) -> tuple[Any, ...]:
-        return ("shadow", float(self.visible), integer(self.direction))
+    _kinds: ClassVar = {"visible": Number(limits=Limits(above=0.0, below=1.0))}
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,11 +81,7 @@ class Periapsis(ParticleEvent):
     body: int | str = 0
     direction: int = field(default=1, kw_only=True)
 
-    def _describe(self, context: Context) -> dict[str, Any]:
-        return {**super()._describe(context), "body": context.index(self.body, "body of Periapsis")}
-
-    def _event_spec(self, context: Context) -> tuple[Any, ...]:
-        return ("periapsis", context.index(self.body, "body of Periapsis"), integer(self.direction))
+    _kinds: ClassVar = {"body": Place()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,19 +96,16 @@ class Function(ParticleEvent):
     direction : {-1, 0, 1}
     """
 
-    f: Callable[[float, list[float], list[float]], float] | None = None
+    f: Callable[[float, list[float], list[float]], float]
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not callable(self.f):
-            raise InvalidInput(f"f is {self.f!r}; expected a function of time, position and velocity")
+    _kinds: ClassVar = {"f": partial(function, expected="a function of time, position and velocity")}
 
     def _describe(self, context: Context) -> dict[str, Any]:
         return {**super()._describe(context), "name": getattr(self.f, "__name__", "function")}
 
     def _event_spec(self, context: Context) -> tuple[Any, ...]:
         call: Any = self.f
-        return ("function", lambda time, x, v: float(np.asarray(call(time, x, v))), integer(self.direction))
+        return ("function", lambda time, x, v: float(np.asarray(call(time, x, v))), self.direction)
 
 
 def rebuilt(described: dict[str, Any]) -> ParticleEvent:
@@ -121,6 +114,5 @@ def rebuilt(described: dict[str, Any]) -> ParticleEvent:
     kind = options.pop("kind")
     if kind == "Function":
         return Function(UnstoredFunction(str(options.pop("name")), "give it in events= of another flight"), **options)
-    if kind not in ("Shadow", "Periapsis"):
-        raise InvalidInput(f"event is {kind!r}; expected one of Function, Periapsis, Shadow")
+    choice(kind, "event", ("Shadow", "Periapsis"))
     return {"Shadow": Shadow, "Periapsis": Periapsis}[kind](**options)

@@ -8,8 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.arguments import integer, warn_if_degrees
-from ..base.units import AnyUnits, Units, gathered
+from ..base.arguments import warn_if_degrees
+from ..base.kinds import whole
+from ..base.limits import Limits
+from ..base.units import AnyUnits, Units, fits, gathered
 from ..base.values import same
 from ..errors import InvalidInput
 from ..model.context import SystemLike
@@ -70,7 +72,7 @@ class Particles:
         found = {name: units.strip(self._given[name], of, name) for name, of in dimensions.items()}
         position, velocity = found["position"], found["velocity"]
         for name in ("position", "velocity"):
-            if found[name].ndim != 2 or found[name].shape[1] != 3:
+            if not fits(found[name], ("P", 3)):
                 raise InvalidInput(f"{name} of particles has shape {found[name].shape}; expected (P, 3)")
         if position.shape != velocity.shape:
             raise InvalidInput(
@@ -248,13 +250,10 @@ class Particles:
         InconsistentInput
             For angles that look like degrees: plain numbers beyond two turns with at most six decimals.
         """
-        count = integer(n)
-        if count is None or count < 1:
-            raise InvalidInput(f"n is {n!r}; expected a whole number above zero")
+        count = whole(n, "n")
         site, units = LaunchSite(system, state, body), system.context.units
-        opening = units.number(opening_angle, "angle", "opening_angle")
-        if not 0.0 <= opening <= np.pi:
-            raise InvalidInput(f"opening_angle is {opening_angle!r}; expected an angle from 0 to pi")
+        cones = Limits(least=0.0, most=np.pi, text="an angle from 0 to pi")
+        opening = units.number(opening_angle, "angle", "opening_angle", cones)
         azimuth, elevation = cone(count, opening, bool(filled), rng)
         place = {"longitude": longitude, "latitude": latitude}
         numbers = {name: units.number(value, "angle", name) for name, value in place.items()}

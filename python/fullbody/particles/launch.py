@@ -9,6 +9,8 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.arguments import generator
+from ..base.limits import FINITE, LATITUDE, NOT_NEGATIVE
+from ..base.units import PLAIN
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..model.state import State, strip
@@ -56,13 +58,9 @@ def launched(
     Angles are in radians, speeds are relative to the surface and in the system's units; their shapes broadcast.
     """
     given = {"longitude": longitude, "latitude": latitude, "speed": speed, "azimuth": azimuth, "elevation": elevation}
+    limits = {"latitude": LATITUDE, "speed": NOT_NEGATIVE}
     for name, values in given.items():
-        if not np.isfinite(values).all():
-            raise InvalidInput(f"{name} is {values!r}; expected finite numbers")
-    if (np.abs(latitude) > np.pi / 2 * (1.0 + 1e-12)).any():
-        raise InvalidInput(f"latitude is {latitude!r}; expected angles from -pi/2 to pi/2")
-    if np.less(speed, 0.0).any():
-        raise InvalidInput(f"speed is {speed!r}; expected zero or more")
+        PLAIN.numbers(values, "number", name, None, limits.get(name, FINITE))
     try:
         both = np.broadcast_arrays(*given.values())
     except ValueError as error:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import KW_ONLY, dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.arguments import positive
-from ..base.values import ScalarFields
+from ..base.kinds import Declared, Number, flag
+from ..base.limits import FRACTION, POSITIVE
 from ..errors import InvalidInput
 from ..model.context import Context, SystemLike
 from ..model.state import State, strip
@@ -22,14 +22,8 @@ __all__ = ["FATES", "Bounce", "Escape", "Radiation"]
 FATES = ("flying", "impact", "escape", "rest", "lost")
 
 
-def _coefficient(value: Any, what: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value <= 1.0:
-        raise InvalidInput(f"{what} is {value!r}; expected a number from 0 to 1")
-    return float(value)
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Bounce(ScalarFields):
+class Bounce(Declared):
     """Contact response in which particles bounce off surfaces.
 
     The velocity relative to the surface is multiplied along the normal by ``-normal`` and across it by ``tangential``.
@@ -49,18 +43,22 @@ class Bounce(ScalarFields):
     tangential: float = 1.0
     rest: Any
 
-    def __post_init__(self) -> None:
-        for name in ("normal", "tangential"):
-            object.__setattr__(self, name, _coefficient(getattr(self, name), f"{name} of Bounce"))
-        object.__setattr__(self, "rest", positive(self.rest, "m/s", "rest of Bounce"))
+    _kinds: ClassVar = {
+        "normal": Number(limits=FRACTION),
+        "tangential": Number(limits=FRACTION),
+        "rest": Number("velocity", POSITIVE),
+    }
 
-    def _numbers(self, context: Context) -> tuple[float, float, float]:
-        rest = context.units.number(self.rest, "velocity", "rest of Bounce")
-        return (self.normal, self.tangential, rest)
+    def __post_init__(self) -> None:
+        self._check_fields()
+
+    def _describe(self, context: Context) -> tuple[float, float, float]:
+        normal, tangential, rest = self._plain(context.units).values()
+        return normal, tangential, rest
 
 
 @dataclass(frozen=True, eq=False)
-class Escape(ScalarFields):
+class Escape(Declared):
     """The condition for escape, at which a particle's flight ends.
 
     Parameters
@@ -75,19 +73,21 @@ class Escape(ScalarFields):
     _: KW_ONLY
     unbound: bool = False
 
+    _kinds: ClassVar = {"distance": Number("length", POSITIVE), "unbound": flag}
+
     def __post_init__(self) -> None:
-        object.__setattr__(self, "distance", positive(self.distance, "km", "distance of Escape"))
+        self._check_fields()
 
-    def _numbers(self, context: Context) -> tuple[float, bool]:
-        return (context.units.number(self.distance, "length", "distance of Escape"), bool(self.unbound))
+    def _describe(self, context: Context) -> tuple[float, bool]:
+        return self._plain(context.units)["distance"], self.unbound
 
 
-#: The Sun's nominal luminosity over 4 pi c, in N, and its nominal radius in km: IAU 2015 Resolution B3.
-_SUN = (3.828e26 / (4.0 * math.pi * 299792458.0), 695700.0)
+#: The Sun's nominal luminosity over 4 pi c, and its nominal radius: IAU 2015 Resolution B3.
+_SUN = {"strength": (f"{3.828e26 / (4.0 * math.pi * 299792458.0)!r} N", "force"), "radius": ("695700 km", "length")}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Radiation(ScalarFields):
+class Radiation(Declared):
     """Radiation pressure of a third body on particles that the bodies do not shade.
 
     The acceleration is ``strength * area_to_mass * visible / d**2``, directed away from the third body, with d the
@@ -108,23 +108,22 @@ class Radiation(ScalarFields):
     strength: Any = None
     radius: Any = None
 
-    def _numbers(self, context: Context) -> tuple[str, float, float]:
-        context.third_body(self.by, "by of Radiation")
-        units, found = context.units, []
-        for name, dimension, unit, sun in zip(
-            ("strength", "radius"), ("force", "length"), ("N", "km"), _SUN, strict=True
-        ):
-            value = getattr(self, name)
-            if value is None:
-                if not units.known:
-                    raise InvalidInput(
-                        f"{name} of Radiation is not given; expected a number, since the system has no units"
-                    )
-                from astropy import units as u
+    _kinds: ClassVar = {"strength": Number("force"), "radius": Number("length")}
 
-                value = sun * u.Unit(unit)
-            found.append(units.number(value, dimension, f"{name} of Radiation"))
-        return (self.by, found[0], found[1])
+    def __post_init__(self) -> None:
+        self._check_fields()
+
+    def _describe(self, context: Context) -> tuple[str, float, float]:
+        context.third_body(self.by, "by of Radiation")
+        found = self._plain(context.units)
+        for name, value in found.items():
+            if value is None and not context.units.known:
+                raise InvalidInput(
+                    f"{name} of Radiation is not given; expected a number, since the system has no units"
+                )
+            if value is None:
+                found[name] = context.units.number(*_SUN[name], name)
+        return self.by, found["strength"], found["radius"]
 
     def visible(self, system: SystemLike, state: State, points: Any) -> npt.NDArray[np.float64]:
         """Compute the visible part of the third body's disc at points.
@@ -143,10 +142,8 @@ class Radiation(ScalarFields):
             Visible fraction from 0, in the umbra, to 1, in full light.
         """
         context = system.context
-        places = context.units.strip(points, "length", "points")
-        if places.shape[-1:] != (3,):
-            raise InvalidInput(f"points has shape {places.shape}; expected (..., 3)")
+        places = context.units.numbers(points, "length", "points", ("...", 3))
         rows = np.ascontiguousarray(places.reshape(-1, 3))
-        return _core.visible(context.core, strip(state, context), self._numbers(context), rows).reshape(
+        return _core.visible(context.core, strip(state, context), self._describe(context), rows).reshape(
             places.shape[:-1]
         )

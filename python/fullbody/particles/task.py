@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..base.arguments import integer, sequence
+from ..base.arguments import sequence
+from ..base.kinds import instance, whole
 from ..base.progress import Progress, Report, over_time
 from ..base.tables import number
 from ..base.units import scalar
@@ -45,8 +46,7 @@ class FlightTask:
         threads: int | None,
     ) -> None:
         self._context = context
-        if not isinstance(particles, Particles):
-            raise InvalidInput(f"particles is {particles!r}; expected fullbody.Particles")
+        instance(particles, "particles", Particles, "fullbody.Particles")
         self._numbers, self._time = particles._numbers(context.units), particles._time(context.units)
         integrator = Verner98(rtol=1e-12, atol=1e-12) if integrator is None else integrator
         if not isinstance(integrator, Integrator) or integrator._tolerance is None:
@@ -54,16 +54,16 @@ class FlightTask:
         self._integrator = integrator._describe(context.units)
         if not (isinstance(contact, Bounce) or contact in ("stop", "remove")):
             raise InvalidInput(f"contact is {contact!r}; expected 'stop', 'remove' or a fullbody.particles.Bounce")
-        self._contact = contact._numbers(context) if isinstance(contact, Bounce) else contact
+        self._contact = contact._describe(context) if isinstance(contact, Bounce) else contact
         for name, value, kind in (("escape", escape, Escape), ("radiation", radiation, Radiation)):
-            if value is not None and not isinstance(value, kind):
-                raise InvalidInput(f"{name} is {value!r}; expected a fullbody.particles.{kind.__name__}")
-        self._escape = None if escape is None else escape._numbers(context)
-        self._radiation = None if radiation is None else radiation._numbers(context)
+            if value is not None:
+                instance(value, f"{name}", kind, f"a fullbody.particles.{kind.__name__}")
+        self._escape = None if escape is None else escape._describe(context)
+        self._radiation = None if radiation is None else radiation._describe(context)
         self.events = sequence(events, ParticleEvent, "events", "a list of them", "events of fullbody.particles")
         self._event_spec = [event._event_spec(context) for event in self.events]
-        if threads is not None and ((count := integer(threads)) is None or count < 1):
-            raise InvalidInput(f"threads is {threads!r}; expected a whole number above zero, or None")
+        if threads is not None:
+            whole(threads, "threads")
         self._threads = threads
         lit = self._numbers[2].any()
         if context.units.known and lit:

@@ -6,8 +6,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ..base.kinds import choice, instance
 from ..base.rotations import quaternion
-from ..errors import InvalidInput, caution
+from ..errors import caution
 from ..model.bodies import Body
 from ..model.state import State, from_numbers
 from ..motion.system import System
@@ -107,10 +108,8 @@ def read_gubas(
     """
     from ._gubas_config import BODIES, START, Config, outside_of, rotations_of, shape_of
 
-    if euler not in (None, "degree", "radian"):
-        raise InvalidInput(f"euler is {euler!r}; expected 'degree' or 'radian'")
-    if not isinstance(units, bool):
-        raise InvalidInput(f"units is {units!r}; expected True or False (GUBAS' files are in km, s and kg)")
+    choice(euler, "euler", (None, "degree", "radian"))
+    instance(units, "units", bool, "True or False (GUBAS' files are in km, s and kg)")
     cfg = Config(path)
     if cfg.on(START, "Fahnestock Input File Flag"):
         cfg.fail(

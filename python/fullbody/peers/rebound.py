@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.kinds import instance
 from ..base.units import Units, need
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
@@ -177,8 +178,7 @@ def to_rebound(system: System, state: State) -> Any:
     with need(None, "a simulation of rebound"):
         import rebound
 
-    if not isinstance(system, System):
-        raise InvalidInput(f"system is {system!r}; expected a System")
+    instance(system, "system", System)
     core = strip(state, system.context)
     if len(state) != len(system):
         raise InvalidInput(f"number of bodies in the state is {len(state)}; expected {len(system)}")

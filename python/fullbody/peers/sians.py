@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..base.atomic import as_path
+from ..base.kinds import choice
 from ..base.units import Units
 from ..errors import InvalidInput, caution
 from ..forces import ThirdBody
@@ -161,8 +162,7 @@ def _scale(units: Any) -> tuple[tuple[str, str, str] | None, float, float | None
     if units is None:
         return None, 1.0, None
     if isinstance(units, str):
-        if units not in _UNITS:
-            raise InvalidInput(f"units is {units!r}; expected None, 'SI', 'kmhr', 'kms' or (length, time, mass)")
+        choice(units, "units", _UNITS)
         _, G, day = _UNITS[units]
         return None, G, day
     wanted = Units(units)

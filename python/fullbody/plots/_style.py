@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base import rotations
+from ..base.arguments import integer
 from ..base.units import need
 from ..errors import InvalidInput
 from ..record.record import Record
@@ -247,9 +248,9 @@ def check_axes(ax: Any, what: str, projection: str = "") -> Any:
 def check_body(run: Record, index: int, what: str) -> int:
     """Return an index in the system as a non-negative number, or raise an error."""
     count = len(run.context)
-    if not isinstance(index, int) or not -count <= index < count:
+    if (place := integer(index)) is None or not -count <= place < count:
         raise InvalidInput(f"{what} is {index!r}; expected a body's place, 0 to {count - 1}")
-    return index % count
+    return place % count
 
 
 def chosen(run: Record, bodies: Sequence[int] | None) -> list[int]:

@@ -12,6 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.atomic import check_suffix, replacing
+from ..base.kinds import whole
+from ..base.limits import POSITIVE, Limits
+from ..base.units import PLAIN
 from ..errors import FullbodyError, InvalidInput
 from ..record.record import Record
 from ._style import check_samples, matplotlib, split_far
@@ -90,10 +93,8 @@ def animate(
     path = Path(path)
     kind = path.suffix.lower()
     check_suffix(path, _SUFFIXES)
-    if not isinstance(seconds, int | float) or not 0.0 < seconds < float("inf"):
-        raise InvalidInput(f"seconds is {seconds!r}; expected a number above zero")
-    if not isinstance(fps, int) or fps < 1:
-        raise InvalidInput(f"fps is {fps!r}; expected a whole number above zero")
+    PLAIN.number(seconds, "number", "seconds", POSITIVE)
+    whole(fps, "fps")
     size, dpi = _dots(size, dpi)
     check_samples(run)
     animation = matplotlib("animation")
@@ -158,19 +159,9 @@ def _failing_by_name(path: Path) -> Iterator[None]:
 
 def _dots(size: Any, dpi: Any) -> tuple[tuple[float, float], float]:
     """Check the width and height of a picture and the number of pixels per inch."""
-    try:
-        width, height = (float(side) for side in size)
-    except (TypeError, ValueError) as error:
-        raise InvalidInput(f"size is {size!r}; expected (width, height) in inches") from error
-    for side in (width, height):
-        if not 0.0 < side < float("inf"):
-            raise InvalidInput(f"size is {size!r}; expected (width, height) in inches, both above zero")
-    try:
-        dots = float(dpi)
-    except (TypeError, ValueError) as error:
-        raise InvalidInput(f"dpi is {dpi!r}; expected a number above zero") from error
-    if not 0.0 < dots < float("inf"):
-        raise InvalidInput(f"dpi is {dpi!r}; expected a number above zero")
+    sides = Limits(above=0.0, text="(width, height) in inches, both above zero")
+    width, height = PLAIN.numbers(size, "number", "size", (2,), sides).tolist()
+    dots = PLAIN.number(dpi, "number", "dpi", POSITIVE)
     # Matplotlib draws no larger pictures.
     if not 1.0 <= min(width, height) * dots <= max(width, height) * dots < 2.0**16:
         raise InvalidInput(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import InvalidInput
+from ..base.kinds import choice
 from ..fields.samples import samples
 from ._style import LINES, check_axes, colour_bar, grid, matplotlib, numbers, plain, single, unit_of, world
 
@@ -35,8 +35,7 @@ _SHOWN = {
 def _values(field: SurfaceField | SurfaceRange, quantity: str) -> tuple[_Numbers, str]:
     """Return the numbers of a quantity, with angles in degrees, and its label."""
     known = [name for name in _SHOWN if hasattr(field, name)]
-    if quantity not in known:
-        raise InvalidInput(f"quantity is {quantity!r}; expected one of {', '.join(map(repr, known))}")
+    choice(quantity, "quantity", known)
     value = getattr(field, quantity)
     if quantity.endswith("slope"):
         return np.degrees(numbers(value)), f"{_SHOWN[quantity]} [deg]"

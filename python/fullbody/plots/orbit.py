@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InvalidInput
+from ..base.kinds import choice
 from ..record.record import Record
 from ._style import (
     LINES,
@@ -32,8 +32,7 @@ _PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
 def orbit(run: Record, ax: Any, *, about: int, plane: str, shapes: bool, **kwargs: Any) -> Any:
     """Draw projected paths; see :meth:`fullbody.plots.Plots.orbit`."""
-    if plane not in _PLANES:
-        raise InvalidInput(f"plane is {plane!r}; expected one of {list(_PLANES)}")
+    choice(plane, "plane", _PLANES)
     check_samples(run)
     about = check_body(run, about, "about")
     ax = single(ax, (5.5, 5.0))

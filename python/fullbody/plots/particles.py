@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..base.kinds import choice
 from ..errors import InvalidInput
 from ._style import LINES, colour_bar, grid, numbers, plain, single, unit_of, world
 
@@ -41,8 +42,8 @@ def impacts(flight: Flight, body: int | str, ax: Any = None, *, colour: str | No
         For a body that the system does not have, or another colour.
     """
     place = flight.context.index(body)
-    if colour is not None and colour not in _COLOURS:
-        raise InvalidInput(f"colour is {colour!r}; expected one of {', '.join(map(repr, _COLOURS))}, or None")
+    if colour is not None:
+        choice(colour, "colour", _COLOURS)
     own = {"c", "color"} & kwargs.keys()
     if own and colour is not None:
         raise InvalidInput(f"{own.pop()} is given beside colour={colour!r}; expected colour=None with a colour of dots")

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InvalidInput
+from ..base.kinds import choice
 from ..record.record import Record
 from ._style import (
     called,
@@ -28,8 +28,7 @@ from ._style import (
 
 def spins(run: Record, axes: Any, *, bodies: Sequence[int] | None = None, frame: str, **kwargs: Any) -> Any:
     """Draw angular velocities; see :meth:`fullbody.plots.Plots.spins`."""
-    if frame not in ("body", "inertial"):
-        raise InvalidInput(f"frame is {frame!r}; expected 'body' or 'inertial'")
+    choice(frame, "frame", ("body", "inertial"))
     check_samples(run)
     places, kwargs = chosen(run, bodies), wishes(kwargs)
     flat, result = panels(axes, (len(places),), (7.0, 0.4 + 2.2 * len(places)))

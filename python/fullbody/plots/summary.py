@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from textwrap import fill
 from typing import Any
 
+from ..base.kinds import instance
 from ..errors import InvalidInput
 from ..record.record import Record
 from ._style import check_body, check_samples, joined, matplotlib, plain
@@ -42,8 +43,8 @@ class Page:
 def summary(run: Record, figure: Any, *, body: int, about: int) -> Page:
     """Draw the summary; see :meth:`fullbody.plots.Plots.__call__`."""
     check_samples(run)
-    if figure is not None and not isinstance(figure, matplotlib("figure").FigureBase):
-        raise InvalidInput(f"figure is {figure!r}; expected a matplotlib Figure or SubFigure")
+    if figure is not None:
+        instance(figure, "figure", matplotlib("figure").FigureBase, "a matplotlib Figure or SubFigure")
     count = len(run.context)
     pair, forces = count > 1, list(run.context.forces)
     if figure is None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import Any, ClassVar, Literal, get_args
 
 from .. import _core
-from ..base.arguments import positive
+from ..base.kinds import Declared, Number, choice
+from ..base.limits import POSITIVE, Limits
 from ..base.units import Units
-from ..base.values import ScalarFields
 from ..errors import InvalidInput, PrecisionWarning, caution
 from ..model.context import SystemLike
 from ..model.state import State, strip
@@ -27,10 +28,16 @@ __all__ = [
 _Scheme = Literal["ABA864", "ABA1064", "leapfrog"]
 
 
-class Integrator(ScalarFields):
+class Integrator(Declared):
     """Base class of all integrators."""
 
     __slots__ = ()
+
+    def __post_init__(self) -> None:
+        self._check_fields()
+
+    def _what(self, name: str, of: str = "") -> str:
+        return name
 
     @property
     def _tolerance(self) -> float | None:
@@ -40,9 +47,7 @@ class Integrator(ScalarFields):
     def _describe(self, units: Units) -> dict[str, Any]:
         """Return name and settings, in numbers of a system's units."""
         settings = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
-        if "step" in settings:
-            settings["step"] = units.number(settings["step"], "time", "step")
-        return {"name": type(self).__name__, **settings}
+        return {"name": type(self).__name__, **settings, **self._plain(units)}
 
 
 def rebuild(described: dict[str, Any]) -> Integrator:
@@ -66,12 +71,10 @@ class _Adaptive(Integrator):
     rtol: float = 1e-13
     atol: float = 1e-13
 
+    _kinds: ClassVar = {name: Number(limits=Limits(least=0.0, below=1.0)) for name in ("rtol", "atol")}
+
     def __post_init__(self) -> None:
-        for name in ("rtol", "atol"):
-            value = getattr(self, name)
-            # An int may be too large for the core's floats.
-            if isinstance(value, bool) or not isinstance(value, int | float) or abs(value) >= 1:
-                raise InvalidInput(f"{name} is {value!r}; expected a number from 0 to below 1")
+        self._check_fields()
         if self._to_roundoff and self.rtol == 0.0 and self.atol == 0.0:
             return
         rtol, _ = _core.tolerance(self.rtol, self.atol)
@@ -226,8 +229,7 @@ class LieGroupVariational(Integrator):
 
     step: Any
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "step", positive(self.step, "s", "step"))
+    _kinds: ClassVar = {"step": Number("time", POSITIVE)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -262,11 +264,7 @@ class SymplecticSplitting(Integrator):
     step: Any
     scheme: _Scheme = "ABA864"
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "step", positive(self.step, "s", "step"))
-        schemes = get_args(_Scheme)
-        if not (isinstance(self.scheme, str) and self.scheme in schemes):
-            raise InvalidInput(f"scheme is {self.scheme!r}; expected one of {schemes}")
+    _kinds: ClassVar = {"step": Number("time", POSITIVE), "scheme": partial(choice, words=get_args(_Scheme))}
 
     @classmethod
     def suggest(

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from ..base.arguments import positive
+from ..base.limits import POSITIVE, Limits
+from ..base.units import PLAIN
 from ..errors import InvalidInput, NotConverged, StepSizeTooSmall
 from ..model.context import Context
 from ..model.failures import explained
@@ -37,15 +38,12 @@ def longest_step(
 
     ``describe`` returns the description of the integrator with a step.
     """
-    if not (isinstance(energy_error, int | float) and 0.0 < energy_error < 1.0):
-        raise InvalidInput(f"energy_error is {energy_error!r}; expected a number above zero and below one")
+    PLAIN.number(energy_error, "number", "energy_error", Limits(above=0.0, below=1.0))
     if len(context) < 2:
         raise InvalidInput("the system has one body, whose motion the splitting solves at any step; expected more")
     rates = _orbital_rates(start.position, start.velocity, context.masses, context.G)
     period = 2 * math.pi / rates.max()
-    length = (
-        _PERIODS * period if trial is None else context.units.number(positive(trial, "s", "trial"), "time", "trial")
-    )
+    length = _PERIODS * period if trial is None else context.units.number(trial, "time", "trial", POSITIVE)
     turning = _turning(context, start.spin, rates)
 
     def error(step: float) -> float:

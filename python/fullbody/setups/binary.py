@@ -10,7 +10,9 @@ from typing import Any, Literal
 import numpy as np
 
 from ..base.arguments import options_of, refuse_unknown
-from ..base.units import USUAL, Units, gathered, is_quantity, numbers, scalar
+from ..base.kinds import choice
+from ..base.limits import Limits
+from ..base.units import PLAIN, USUAL, Units, gathered, is_quantity
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
 from ..model.state import State, from_numbers
@@ -25,6 +27,7 @@ from .start import Orbit, Start
 __all__ = ["binary"]
 
 #: Fields of a component that may have units of length, time and mass.
+_TOLERANCE = Limits(least=0.0, infinite=True, text="a number, zero or above")
 _WITH_UNITS = ("semi_axes", "diameters", "diameter", "mass", "density", "rotation_period")
 
 
@@ -169,8 +172,8 @@ def binary(
     convert, gravity = _units_and_gravity(units, G, (total_mass, period, start_period, semi_major_axis), components)
     orbit = Orbit.published(eccentricity, pole, argument_of_periapsis, mean_anomaly)
     known = known_from(convert, gravity, components, total_mass, mass_ratio, equal_density, period, semi_major_axis)
-    warn_above = _tolerance(mismatch_warning, "mismatch_warning")
-    found = _found(known, warn_above, _tolerance(mismatch_error, "mismatch_error"))
+    warn_above = convert.number(mismatch_warning, "number", "mismatch_warning", _TOLERANCE)
+    found = _found(known, warn_above, convert.number(mismatch_error, "number", "mismatch_error", _TOLERANCE))
     system = System(_bodies(components, found.masses, convert), G=gravity, units=convert.names, **options)
     for text in input_warnings.of_binary(system, components, synchronous, found.semi_major_axis):
         caution(text)
@@ -184,7 +187,7 @@ def binary(
         plain, warning = _osculating(system, found, start, warn_above)
     if warning is not None:
         caution(warning)
-    begin = scalar(convert.strip(time, "time", "time"), "time")
+    begin = convert.number(time, "time", "time")
     return system, from_numbers(system.context, plain.position, plain.velocity, start.attitudes, plain.spin, begin)
 
 
@@ -199,24 +202,21 @@ def _refuse_choices(
     refuse_unknown(options, [*own, *(o for o in options_of(System) if o not in (*own, "bodies"))], "binary")
     if "bodies" in options:
         raise InvalidInput("'bodies' is not an option of binary, which makes them; expected primary and secondary")
-    if at_rest not in ("barycentre", "primary"):
-        raise InvalidInput(f"at_rest is {at_rest!r}; expected 'barycentre' or 'primary'")
-    if elements not in (None, "osculating", "mean"):
-        raise InvalidInput(f"elements is {elements!r}; expected 'osculating' or 'mean'")
+    choice(at_rest, "at_rest", ("barycentre", "primary"))
+    choice(elements, "elements", (None, "osculating", "mean"))
 
 
 def _libration(secondary: Component, synchronous: bool, libration: Any) -> float:
     """Return the libration in radians, after checking that it agrees with the secondary's rotation."""
     if synchronous and secondary.rotation_period is not None:
         raise InvalidInput("the secondary has a rotation_period and is synchronous; expected one of the two")
-    swing = Units().number(libration, "angle", "libration")
-    if abs(swing) > 2 * np.pi:
-        raise InvalidInput(f"libration is {libration!r}; expected radians, a turn at most, or a Quantity")
+    turn = Limits(least=-2 * np.pi, most=2 * np.pi, text="radians, a turn at most, or a Quantity")
+    swing = PLAIN.number(libration, "angle", "libration", turn)
     if swing != 0.0 and not synchronous:
         raise InvalidInput(
             f"libration is {libration!r} of a secondary that is not synchronous; expected rotation_angle"
         )
-    if synchronous and Units().number(secondary.rotation_angle, "angle", "rotation_angle") != 0.0:
+    if synchronous and PLAIN.number(secondary.rotation_angle, "angle", "rotation_angle") != 0.0:
         raise InvalidInput(
             f"rotation_angle is {secondary.rotation_angle!r} of a secondary that is synchronous; expected libration="
         )
@@ -234,7 +234,7 @@ def _units_and_gravity(
             raise InvalidInput(f"the numbers have units and the system has none; expected units={USUAL}, or others")
         raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
     convert = Units(units)
-    return convert, convert.gravitational_constant if G is None else scalar(convert.strip(G, "G", "G"), "G")
+    return convert, convert.gravitational_constant if G is None else convert.number(G, "G", "G")
 
 
 def _found(known: Known, warn_above: float, refuse_above: float) -> Found:
@@ -300,14 +300,3 @@ def _osculating(system: System, found: Found, start: Start, warn_above: float) -
     forced = abs(attracting / mu - 1.0)
     given = start.orbit.eccentricity
     return state, input_warnings.too_round(state, given, forced, attracting) if forced - given > warn_above else None
-
-
-def _tolerance(value: Any, what: str) -> float:
-    """Check a relative difference and return it as a number."""
-    try:
-        tolerance = scalar(numbers(value, what), what)
-    except InvalidInput:
-        tolerance = np.nan
-    if not tolerance >= 0.0:
-        raise InvalidInput(f"{what} is {value!r}; expected a number, zero or above")
-    return tolerance

@@ -10,9 +10,11 @@ import numpy as np
 
 from .. import frames
 from ..base import rotations
-from ..base.arguments import longitude_latitude, positive, warn_if_degrees
+from ..base.arguments import longitude_latitude, warn_if_degrees
+from ..base.kinds import Number
+from ..base.limits import POSITIVE, Limits
 from ..base.tables import Table, Tabled, number
-from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to
+from ..base.units import PLAIN, Units, is_quantity
 from ..base.values import ArrayFields, same
 from ..errors import InvalidInput
 from ..model.bodies import Body
@@ -21,6 +23,19 @@ from ..model.polyhedron import Polyhedron
 from ..model.shapes import Ellipsoid
 
 __all__ = ["Component"]
+
+
+#: The kinds of the numbers of a component; an infinite period is that of a body that does not turn.
+_KINDS = {
+    "semi_axes": Number("length", POSITIVE, (3,)),
+    "diameters": Number("length", POSITIVE, (3,)),
+    "diameter": Number("length", POSITIVE),
+    "mass": Number("mass", POSITIVE),
+    "density": Number("density", POSITIVE),
+    "rotation_period": Number("time", Limits(nonzero=True, infinite=True, text="a time other than zero")),
+    "rotation_angle": Number("angle"),
+    "tilt": Number("angle"),
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -91,28 +106,20 @@ class Component(ArrayFields, Tabled):
             raise InvalidInput(
                 f"{called} is given a density, and is a composite; expected a mass, or what it follows from"
             )
-        ratios = numbers(self.axis_ratios, f"axis_ratios of {called}")
-        if ratios.shape != (2,) or not (np.isfinite(ratios) & (ratios > 0.0)).all():
-            raise InvalidInput(f"axis_ratios of {called} are {self.axis_ratios}; expected two numbers above zero")
+        ratios = PLAIN.numbers(self.axis_ratios, "number", f"axis_ratios of {called}", (2,), POSITIVE)
         if self.diameter is None and not (ratios == 1.0).all():
             raise InvalidInput(f"{called} has axis_ratios without a diameter; expected them beside a diameter only")
-        if Units().number(self.tilt, "angle", f"tilt of {called}") != 0.0 and self.pole is not None:
+        for name, kind in _KINDS.items():
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, kind(value, f"{name} of {called}"))
+        if PLAIN.number(self.tilt, "angle", "tilt") != 0.0 and self.pole is not None:
             raise InvalidInput(f"{called} is given both a pole and a tilt; expected at most one of the two")
-        Units().number(self.rotation_angle, "angle", f"rotation_angle of {called}")
         warn_if_degrees(self.tilt, f"tilt of {called}")
         warn_if_degrees(self.rotation_angle, f"rotation_angle of {called}")
         if self.pole is not None:
             longitude_latitude(self.pole, f"pole of {called}")
         if self.mass is not None and self.density is not None:
             raise InvalidInput(f"{called} is given both a mass and a density; expected at most one of the two")
-        for name, unit in (("diameter", "m"), ("mass", "kg"), ("density", "kg / m3")):
-            if (value := getattr(self, name)) is not None:
-                object.__setattr__(self, name, positive(value, unit, f"{name} of {called}"))
-        if self.rotation_period is not None:
-            object.__setattr__(self, "rotation_period", _period(self.rotation_period, f"rotation_period of {called}"))
-        for name in ("semi_axes", "diameters"):
-            if (value := getattr(self, name)) is not None:
-                object.__setattr__(self, name, _three(value, f"{name} of {called}"))
 
     def _tables(self) -> tuple[Table, ...]:
         """Return the given parameters of one body, without defaults."""
@@ -156,42 +163,17 @@ def body_of(component: Component, mass: Any) -> Body:
     return Body(component.shape, mass=mass, name=component.name)
 
 
-def _three(values: Any, what: str) -> Any:
-    """Check three positive lengths."""
-    values = gathered(values, what)
-    if np.shape(values) != (3,):
-        raise InvalidInput(f"{what} is {values!r}; expected three lengths")
-    for value in values:
-        positive(value, "m", what)
-    return values
-
-
-def _period(value: Any, what: str) -> Any:
-    """Check a time of either sign other than zero; infinite for no rotation."""
-    value = gathered(value, what, "time")
-    number = scalar(_in_seconds(value, what) if is_quantity(value) else numbers(value, what), what)
-    if np.isnan(number) or number == 0.0:
-        raise InvalidInput(f"{what} is {value!r}; expected a time other than zero")
-    return value
-
-
-def _in_seconds(value: Any, what: str) -> Any:
-    from astropy import units as u
-
-    return strip_to(value, u.s, what)
-
-
 def axes(component: Component, plane: Any) -> Any:
     """Return the attitude of a body's equator with its x-axis at the node."""
     if component.pole is not None:
         return frames.attitude(*component.pole)
-    return rotations.product(plane, rotations.turn(0, Units().number(component.tilt, "angle", "tilt")))
+    return rotations.product(plane, rotations.turn(0, PLAIN.number(component.tilt, "angle", "tilt")))
 
 
 def attitude(component: Component, plane: Any, angle: float | None) -> Any:
     """Return the attitude of a body at an angle from the node, by default its own."""
     if angle is None:
-        angle = Units().number(component.rotation_angle, "angle", "rotation_angle")
+        angle = PLAIN.number(component.rotation_angle, "angle", "rotation_angle")
     return rotations.product(axes(component, plane), rotations.turn(2, angle))
 
 
@@ -207,5 +189,5 @@ def rate(component: Component, units: Units, called: str) -> float:
     """Return the rate of rotation; zero if it is not given."""
     if component.rotation_period is None:
         return 0.0
-    what = f"rotation_period of {called}"
-    return 2 * np.pi / scalar(units.strip(component.rotation_period, "time", what), what)
+    period = _KINDS["rotation_period"].plain(component.rotation_period, f"rotation_period of {called}", units)
+    return float(2 * np.pi / period)

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..base.units import Units, numbers, scalar
+from ..base.limits import POSITIVE
+from ..base.units import Units
 from ..errors import InvalidInput
 from ..model.bodies import Body
 from ..model.composite import Composite
@@ -70,7 +71,7 @@ def known_from(
     """Convert the arguments of :func:`binary` to plain numbers in one set of units."""
 
     def plain(value: Any, dimension: str, what: str) -> float | None:
-        return None if value is None else _positive(scalar(convert.strip(value, dimension, what), what), value, what)
+        return None if value is None else convert.number(value, dimension, what, POSITIVE)
 
     volumes, masses = [], []
     for place, component in enumerate(components):
@@ -86,7 +87,7 @@ def known_from(
         raise InvalidInput("both mass_ratio and equal_density are given; expected one of the two")
     ratio = volumes[1] / volumes[0] if equal_density else None
     if mass_ratio is not None:
-        ratio = _positive(scalar(numbers(mass_ratio, "mass_ratio"), "mass_ratio"), mass_ratio, "mass_ratio")
+        ratio = convert.number(mass_ratio, "number", "mass_ratio", POSITIVE)
     return Known(
         gravity,
         (masses[0], masses[1]),
@@ -105,13 +106,7 @@ def _volume(composite: Composite, convert: Units, called: str) -> float:
             f"equal_density is given, and {called} is a composite of parts without one density; expected mass_ratio"
         )
     mass = Body(composite)._core(convert, 0).mass
-    return float(mass / scalar(convert.strip(densities.pop(), "density", "density"), "density"))
-
-
-def _positive(number: float, value: Any, what: str) -> float:
-    if not (np.isfinite(number) and number > 0.0):
-        raise InvalidInput(f"{what} is {value!r}; expected a finite number above zero")
-    return number
+    return float(mass / convert.number(densities.pop(), "density", "density"))
 
 
 def solve(known: Known) -> tuple[Found, list[Mismatch]]:

@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from ..base import rotations
 from ..base.arguments import longitude_latitude, warn_if_degrees
-from ..base.units import Units, numbers, scalar
-from ..errors import InvalidInput
+from ..base.limits import Limits
+from ..base.units import PLAIN
 from ..model.failures import explaining
 from ..model.state import State, strip
 from ..motion.system import System
@@ -35,9 +35,7 @@ class Orbit:
     @classmethod
     def published(cls, eccentricity: Any, pole: Any, periapsis: Any, anomaly: Any) -> Orbit:
         """Make an orbit from the arguments of :func:`binary` after checking each."""
-        e = scalar(numbers(eccentricity, "eccentricity"), "eccentricity")
-        if not 0.0 <= e < 1.0:
-            raise InvalidInput(f"eccentricity is {eccentricity!r}; expected 0 to below 1")
+        e = PLAIN.number(eccentricity, "number", "eccentricity", Limits(least=0.0, below=1.0))
         node, inclination = 0.0, 0.0
         if pole is not None:
             longitude, latitude = longitude_latitude(pole, "pole")
@@ -138,4 +136,4 @@ class Start:
 
 def _angle(value: Any, what: str) -> float:
     warn_if_degrees(value, what)
-    return Units().number(value, "angle", what)
+    return PLAIN.number(value, "angle", what)

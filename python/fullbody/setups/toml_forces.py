@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import MISSING, fields
 from typing import Any
 
+from ..base.kinds import Kind, Number, direction, kinds_of
 from ..forces import Byorp, Force, ThirdBody, Tide, Yorp
 from ..forces.radiation import torque_dimension
 from ..orbit.elements import KeplerElements
@@ -15,14 +16,6 @@ __all__ = ["ELEMENTS", "elements", "force"]
 #: The elements of an orbit with their dimensions.
 ELEMENTS = {"a": "length", "e": "number", "i": "angle", "Omega": "angle", "omega": "angle", "M": "angle"}
 _KINDS: dict[str, type[Force]] = {kind.__name__: kind for kind in (ThirdBody, Tide, Yorp, Byorp)}
-_TEXTS = ("name", "date", "frame", "of", "on", "by", "about", "normalization")
-#: Dimensions of the numbers among the arguments of all kinds.
-_NUMBERS = {
-    **{"mass": "mass", "mu": "mu", "time": "time", "times": "time", "positions": "length"},
-    **{"k2": "number", "lag": "time", "radius": "length"},
-    **{"obliquity": "angle", "pole": "number", "force": "force", "coefficient": "number", "pressure": "pressure"},
-    "torque": "torque",
-}
 
 
 def elements(table: Table) -> KeplerElements[Any]:
@@ -43,18 +36,18 @@ def force(table: Table) -> Force:
     given: dict[str, Any] = {}
     for entry in known:
         if entry.name in table:
-            given[entry.name] = _argument(table, entry.name)
+            given[entry.name] = _argument(table, entry.name, kinds_of(kind).get(entry.name))
         elif entry.default is MISSING:
             raise table.fault(entry.name, f"is missing; {kind.__name__} needs it")
     with table.naming(""):
         return kind(**given)
 
 
-def _argument(table: Table, key: str) -> Any:
+def _argument(table: Table, key: str, kind: Kind | None) -> Any:
     if key == "orbit":
         return elements(table.table(key).only(*ELEMENTS))
-    if key in _TEXTS:
-        return table.text(key)
     if key in ("along", "across"):
         return table.array(key, torque_dimension(table.text("normalization") if "normalization" in table else None))
-    return table.array(key, _NUMBERS[key])
+    if isinstance(kind, Number) or kind is direction:
+        return table.array(key, kind.dimension if isinstance(kind, Number) else "number")
+    return table.text(key)

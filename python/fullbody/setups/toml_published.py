@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from ..base.kinds import choice
 from ..errors import InvalidInput
 
 __all__ = ["METADATA", "is_published", "plain", "replaced", "with_unit"]
@@ -53,6 +54,5 @@ def with_unit(value: Any, unit: str) -> Any:
 
 def plain(value: float, unit: str) -> float:
     """Return a number in km, hour, kg, rad."""
-    if unit not in _FACTORS:
-        raise InvalidInput(f"unit is {unit!r}; expected one of {', '.join(filter(None, _FACTORS))}")
+    choice(unit, "unit", _FACTORS)
     return value * _FACTORS[unit]

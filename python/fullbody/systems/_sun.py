@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base import rotations
+from ..base.kinds import flag
 from ..base.units import need
 from ..errors import InvalidInput
 from ..forces import ThirdBody
@@ -34,8 +35,7 @@ def with_sun(
     axes
         The state's axes: the name of a frame, and a quaternion by which vectors turn from there or ``None``.
     """
-    if not isinstance(sun, bool | np.bool_):
-        raise InvalidInput(f"sun is {sun!r}; expected True or False")
+    flag(sun, "sun")
     if not sun:
         return system
     if table is None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.atomic import check_suffix, replacing
-from ..errors import InvalidInput
+from ..base.kinds import whole
 from ..plots._style import check_samples, joined, surfaces, unit
 from ..plots.between import at, track, trails
 from ..plots.sampling import warn_if_aliased
@@ -94,8 +94,7 @@ class View:
         geometry: Geometry | None = None,
     ) -> None:
         check_samples(run)
-        if not isinstance(samples, int) or samples < 2:
-            raise InvalidInput(f"samples is {samples!r}; expected a whole number above 1")
+        whole(samples, "samples", 2)
         known = run.arrays["time"]
         few = len(run) <= samples
         times = track(run, float(known[-1]), min(samples, 1000)) if few else np.linspace(known[0], known[-1], samples)

@@ -15,7 +15,7 @@ E, S = analysis.relative_equilibrium, fullbody.FullbodyError
     [
         ({}, "none given; expected one of separation, angular_momentum and rate"),
         ({"separation": 3.0, "rate": 1.0}, "separation, rate given; expected one of"),
-        ({"separation": -3.0}, "separation is -3.0; expected a number above zero"),
+        ({"separation": -3.0}, "separation is -3.0; expected a finite number above zero"),
         ({"separation": np.nan}, "separation is nan; expected a finite number"),
         ({"separation": 0.9}, "A and B overlap, their centres 0.9 apart"),
         (
@@ -95,9 +95,9 @@ def test_points_have_equilibria_too():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"period": -1.0}, "period is -1.0; expected a number above zero"),
-        ({"period": 5.0, "segments": 0}, "segments is 0; expected a whole number, 1 or more"),
-        ({"period": 5.0, "tolerance": 0.0}, "tolerance is 0.0; expected a number above zero"),
+        ({"period": -1.0}, "period is -1.0; expected a finite number above zero"),
+        ({"period": 5.0, "segments": 0}, "segments is 0; expected a whole number above zero"),
+        ({"period": 5.0, "tolerance": 0.0}, "tolerance is 0.0; expected a finite number above zero"),
         ({"period": 5.0, "hold": "momentum"}, "hold has 'momentum'; expected some of period, energy, angular_momentum"),
         ({"period": 11.0, "hold": ["energy", "period", "angular_momentum"]}, "no periodic orbit found"),
     ],
@@ -111,12 +111,12 @@ def test_periodic_orbits(ellipsoids, locked, options, message):
 def test_branches_and_others(ellipsoids, locked):
     with pytest.raises(InvalidInput, match=r"over is 'rate'; expected 'separation' or 'angular_momentum'"):
         analysis.branch(locked, "rate", until=1.0)
-    with pytest.raises(InvalidInput, match=r"until is -1\.0; expected a number above zero"):
+    with pytest.raises(InvalidInput, match=r"until is -1\.0; expected a finite number above zero"):
         analysis.branch(locked, until=-1.0)
     with pytest.raises(InvalidInput, match=r"equilibrium is 3; expected a RelativeEquilibrium"):
         analysis.branch(3, until=1.0)
     assert analysis.branch(locked, until=3.0, steps=2).end == "steps"
-    with pytest.raises(InvalidInput, match=r"angular_momentum is 0\.0; expected a number above zero"):
+    with pytest.raises(InvalidInput, match=r"angular_momentum is 0\.0; expected a finite number above zero"):
         analysis.equilibria(ellipsoids, 0.0)
     with pytest.raises(InvalidInput, match="mode is 9; expected 0 to 6"):
         locked.modes.excited(9, 0.1)

@@ -61,7 +61,7 @@ def test_a_surface_along_a_run(swinging):
     assert (found.greatest_slope > found.least_slope).all()
     label = plots.surface_map(found, "greatest_slope").child_axes[0].get_ylabel()
     assert label == "greatest slope [deg]"
-    with pytest.raises(InvalidInput, match="quantity is 'slope'; expected one of 'least_slope'"):
+    with pytest.raises(InvalidInput, match="quantity is 'slope'; expected 'least_slope'"):
         plots.surface_map(found, "slope")
     with pytest.raises(InvalidInput, match=r"expected a fullbody\.Run with samples"):
         fields.surface_along(swinging[:0])

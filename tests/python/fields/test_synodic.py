@@ -212,7 +212,7 @@ def test_pictures():
     assert ax.child_axes[0].get_ylabel() == "slope [deg]"
     scene = plots.surface_scene(field, "geopotential")
     assert scene.figure.axes[1].get_ylabel() == "geopotential [km² h⁻²]"
-    with pytest.raises(InvalidInput, match="quantity is 'colour'; expected one of 'slope', 'geopotential'"):
+    with pytest.raises(InvalidInput, match="quantity is 'colour'; expected 'slope', 'geopotential'"):
         plots.surface_map(field, "colour")
     pair = circling(0.1)
     ax = plots.zero_velocity(pair)

@@ -302,7 +302,7 @@ LIGHT = {"pressure": 1e-5}
             lambda: Byorp("Beta", "Alpha", force=1.0, normalization="quillen_2022"),
             "expected none without a coefficient",
         ),
-        (lambda: Yorp("Alpha", along=1.0, normalization="quillen"), "expected one of acceleration"),
+        (lambda: Yorp("Alpha", along=1.0, normalization="quillen"), "expected 'acceleration'"),
         (lambda: Yorp("Alpha", along=1.0, normalization="rossi_2009"), "pressure of YORP on Alpha"),
         (lambda: Yorp("Alpha", along=1.0, across=1.0, normalization="rossi_2009", **LIGHT), "across of YORP on Alpha"),
         (lambda: Yorp("Alpha", along=1.0, radius=0.7, normalization="acceleration"), "radius of YORP on Alpha"),

@@ -90,10 +90,10 @@ def test_units_and_axes_of_the_orbit():
             {"velocity": [6.0, 0, 0]},
             "by which it leaves the surface there at .* along the normal; expected one that comes",
         ),
-        ({"mass": 0.0}, "mass of the projectile is 0.0; expected a number above zero"),
-        ({"latitude": 2.0}, "latitude is 2.0; expected an angle from"),
+        ({"mass": 0.0}, "mass of the projectile is 0.0; expected a finite number above zero"),
+        ({"latitude": 2.0}, "latitude is 2.0; expected angles from"),
         ({"beta": np.nan}, "beta is nan; expected a finite number"),
-        ({"velocity": [1.0, 2.0]}, "velocity of the projectile is .*; expected three finite numbers"),
+        ({"velocity": [1.0, 2.0]}, r"velocity of the projectile has shape \(2,\); expected \(3,\), finite numbers"),
         ({"body": "C"}, "body of impact is 'C'"),
     ],
 )

@@ -89,7 +89,7 @@ def test_radar(options, message):
         (np.nan, "jitter is nan; expected a standard deviation"),
         (-1.0, "jitter is -1.0; expected a standard deviation"),
         (True, "jitter is True; expected numbers"),
-        ([1.0, 2.0], r"jitter has shape \(2,\); expected a single number"),
+        ([1.0, 2.0], r"jitter is .*, of shape \(2,\); expected a standard deviation"),
         (1 * u.km, "only one of range and its jitter has a unit"),
     ],
 )

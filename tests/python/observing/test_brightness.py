@@ -249,7 +249,7 @@ def test_phase_function_is_any_function_of_the_phase_angle(pair):
     np.testing.assert_allclose(observing.brightness(system, state, e, s, law=law), 0.25 * plain, rtol=1e-15)
     with pytest.raises(InvalidInput, match=r"returns an array of shape \(3,\); expected \(1,\)"):
         observing.brightness(system, state, e, s, law=observing.Lambert(lambda angle: np.ones(3)))
-    with pytest.raises(InvalidInput, match=r"phase_function is 0\.15"):
+    with pytest.raises(InvalidInput, match=r"phase_function of Lambert is 0\.15"):
         observing.Lambert(phase_function=0.15)
 
 
@@ -288,7 +288,8 @@ def test_what_is_wrong_is_named(pair):
 
     assert "Own is not one of the scattering laws" in error(law=Own())
     assert "single_scattering_albedo" in error(law=observing.Hapke(single_scattering_albedo=1.2))
-    assert "opposition_width" in error(law=observing.Hapke(opposition_width=np.nan))
+    with pytest.raises(fullbody.FullbodyError, match="opposition_width of Hapke is nan"):
+        observing.Hapke(opposition_width=np.nan)
     assert "returns nan at the phase angle" in error(law=observing.LommelSeeliger(lambda angle: angle * np.nan))
     assert "mutual" in error(mutual="yes")
     assert "sun_radius" in error(sun_radius=-1.0)

@@ -171,7 +171,7 @@ def test_an_order_may_be_a_list_or_numbers_of_numpy():
         (NAN, ["is nan; expected a time other than zero"]),
         (0, ["is 0; expected a time other than zero"]),
         (0 * u.hour, ["is <Quantity 0. h>; expected a time other than zero"]),
-        ([1.0, 2.0], ["(2,)", "single number"]),
+        ([1.0, 2.0], ["(2,)", "expected a time other than zero"]),
         ("soon", ["'soon'", "'2.5 h'"]),
     ],
 )

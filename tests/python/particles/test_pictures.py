@@ -42,7 +42,7 @@ def test_impacts_lie_where_they_were(flown):
         ax = plots.impacts(flight, "Beta", colour=colour)
         assert unit in ax.child_axes[0].get_ylabel()
         plt.close(ax.figure)
-    with pytest.raises(InvalidInput, match="colour is 'mass'; expected one of 'time'"):
+    with pytest.raises(InvalidInput, match="colour is 'mass'; expected 'time'"):
         plots.impacts(flight, 0, colour="mass")
     with pytest.raises(InvalidInput, match="Gamma"):
         plots.impacts(flight, "Gamma")

@@ -84,7 +84,7 @@ def test_mp4_on_a_full_disk_is_an_error_of_the_file(short_run, tmp_path, monkeyp
 def test_bad_requests_for_films_are_named(short_run, tmp_path):
     with pytest.raises(InvalidInput, match=r"ends in one of \.mp4, \.gif, \.html"):
         short_run.animate(tmp_path / "film.avi")
-    with pytest.raises(InvalidInput, match="seconds is -1; expected a number above zero"):
+    with pytest.raises(InvalidInput, match="seconds is -1; expected a finite number above zero"):
         short_run.animate(tmp_path / "film.gif", seconds=-1)
     with pytest.raises(InvalidInput, match="fps is 0; expected a whole number above zero"):
         short_run.animate(tmp_path / "film.gif", fps=0)
@@ -94,7 +94,7 @@ def test_bad_requests_for_films_are_named(short_run, tmp_path):
         with pytest.raises(InvalidInput, match=r"size is .*; expected \(width, height\) in inches"):
             short_run.animate(tmp_path / "film.gif", size=size)
     for dpi in (np.nan, np.inf, 0.0, -100, "fine", None, (100, 100)):
-        with pytest.raises(InvalidInput, match=r"dpi is .*; expected a number above zero"):
+        with pytest.raises(InvalidInput, match=r"dpi is .*; expected a finite number above zero"):
             short_run.animate(tmp_path / "film.gif", dpi=dpi)
     for size, dpi in (((2.0, 3.0), 0.4), ((2.0, 3.0), 1e5), ((1e9, 1e9), 100)):
         with pytest.raises(InvalidInput, match=r"size is .* and dpi is .*; expected 1 to 65535 each way"):

@@ -154,7 +154,7 @@ def test_refused_tolerances(name, value):
 def test_refused_settings():
     with pytest.raises(InvalidInput, match="the larger of rtol and atol is 0; expected a number above zero"):
         fullbody.Verner65(0.0, 0.0)
-    with pytest.raises(InvalidInput, match=r"scheme is 'yoshida'; expected one of .*'ABA864'"):
+    with pytest.raises(InvalidInput, match=r"scheme is 'yoshida'; expected 'ABA864', "):
         fullbody.SymplecticSplitting(0.1, "yoshida")
     for integrator in (fullbody.Verner98, "Verner98", 1e-13):
         with pytest.raises(InvalidInput, match=r"integrator is .*; expected one of fullbody's"):
