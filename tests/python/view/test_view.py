@@ -68,7 +68,7 @@ def test_view_is_one_page_with_the_runs_numbers(kw4_run, tmp_path):
 def test_view_takes_no_more_samples_than_asked(kw4_run):
     _, arrays = data_of(kw4_run.view(samples=51).to_html())
     assert np.array_equal(arrays["time"], kw4_run.time.value[::2])
-    with pytest.raises(InvalidInput, match="samples is 1; expected a whole number above 1"):
+    with pytest.raises(InvalidInput, match="samples is 1; expected a whole number, 2 or more"):
         kw4_run.view(samples=1)
 
 
