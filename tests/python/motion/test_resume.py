@@ -283,7 +283,9 @@ def test_notes_that_do_not_fit_are_refused(tmp_path):
     sim = fullbody.Simulation(system, state)
 
     def noted(change):
-        core = fullbody._core.Simulation(system.context.core, state.core, fullbody.Verner98()._describe(system.context.units), change)
+        core = fullbody._core.Simulation(
+            system.context.core, state.core, fullbody.Verner98()._describe(system.context.units), change
+        )
         (tmp_path / "noted.sim").write_bytes(core.to_bytes())
         return fullbody.Simulation.load(tmp_path / "noted.sim")
 

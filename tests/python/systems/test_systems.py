@@ -745,7 +745,9 @@ def test_axis_ratios_of_the_triple_are_three_pairs(ratios):
 
 
 def test_axis_ratios_below_zero_name_the_body():
-    with pytest.raises(InvalidInput, match=r"axis_ratios of Beta is \(1\.0, -1\.0\); expected finite numbers above zero"):
+    with pytest.raises(
+        InvalidInput, match=r"axis_ratios of Beta is \(1\.0, -1\.0\); expected finite numbers above zero"
+    ):
         systems.sn263_2001(axis_ratios=((1, 1), (1, -1), (1, 1)))
 
 
