@@ -1,4 +1,4 @@
-//! What the evaluators of all kinds of forces have in common.
+//! The trait of the evaluators of forces: loads at a snapshot, their derivatives, and what happens at steps.
 
 use super::{ForceParameter, Load, LoadJacobian, Snapshot};
 use crate::error::Result;

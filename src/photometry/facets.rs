@@ -107,7 +107,7 @@ impl Mesh {
 pub struct Facet {
     /// The body and the place of the part in its list.
     part: [usize; 2],
-    /// Its place among the body's facets; [`CELL`] for one that stands for a curved surface.
+    /// The index of the facet in its body; [`CELL`] for a facet that represents a cell of a curved surface.
     index: usize,
     corners: [Vec3; 3],
     normal: Vec3,

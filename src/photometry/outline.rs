@@ -298,7 +298,8 @@ impl Outline {
     }
 }
 
-/// What a root may be off by: a height that is none costs time.
+/// The error that a coordinate of a root may have. It is generous, since a height that is kept in error only
+/// costs time, while one that is missed would cost accuracy.
 const ROUNDING: f64 = 1e-6;
 
 /// Half of an outline, from -90 to 90 degrees about one of its points, or its part over the sphere if it is

@@ -58,7 +58,7 @@ class SetupResult:
 
     @cached_property
     def rest(self) -> dict[str, Any]:
-        """What no parameter of the system changes, by what it is."""
+        """Units, settings and functions of the system, which no parameter of the system changes, by their names."""
         context = self.system.context
         return {
             **{f"notes {name}": context.notes[name] for name in ("units", "epoch", "frame")},
