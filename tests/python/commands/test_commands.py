@@ -9,7 +9,7 @@ import pytest
 from fullbody.commands.cli import main
 from PIL import Image
 from support import forbid
-from toml_texts import KW4, PAIR
+from support.toml_texts import KW4, PAIR
 
 
 @pytest.fixture

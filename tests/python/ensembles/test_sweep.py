@@ -11,9 +11,9 @@ from astropy import units as u
 from fullbody import observables
 from fullbody.ensembles import draws, paired
 from fullbody.errors import InconsistentInput, InvalidInput
-from maps import angle, assert_same, circle, expected
 from numpy.random import SeedSequence, default_rng
 from scipy import stats
+from support.maps import angle, assert_same, circle, expected
 
 GRID = {"mass": [0.1, 0.5, 0.9], "distance": [1.0, 2.0]}
 

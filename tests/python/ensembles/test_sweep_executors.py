@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from fullbody import FullbodyError
 from fullbody.errors import Interrupted, InvalidInput
-from maps import angle, assert_same, circle
+from support.maps import angle, assert_same, circle
 
 DATA = Path(__file__).parents[2] / "data"
 SPAWN = multiprocessing.get_context("spawn")

@@ -19,9 +19,9 @@ from astropy import units as u
 from fullbody import FullbodyError, Verner98, events
 from fullbody.ensembles import store as stores
 from fullbody.errors import Interrupted, InvalidInput
-from maps import angle, assert_same, circle
+from support.maps import angle, assert_same, circle
 
-HERE = Path(__file__).parent
+TESTS = Path(__file__).parents[1]
 GRID = {"mass": [0.1, 0.5, 0.9], "distance": [1.0, 200.0]}
 
 
@@ -65,9 +65,14 @@ def test_killed_and_called_again(tmp_path):
     whole, broken = tmp_path / "whole", tmp_path / "broken"
     whole.mkdir()
     broken.mkdir()
-    path = os.pathsep.join([str(HERE), str(HERE.parent), *sys.path])
+    path = os.pathsep.join([str(TESTS), *sys.path])
     # Of 2, 5 and 4 setups, 0, 4 and 2 are those of whole chunks; 6 rows are left.
-    command = [sys.executable, HERE / "study.py", f"{whole}:0", *(f"{broken}:{die}" for die in (2, 5, 4, 0))]
+    command = [
+        sys.executable,
+        TESTS / "support/study.py",
+        f"{whole}:0",
+        *(f"{broken}:{die}" for die in (2, 5, 4, 0)),
+    ]
     done = subprocess.run(command, check=True, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path})
     assert [int(code) for code in done.stdout.split()] == [0, *[-signal.SIGKILL] * 3, 0]
     assert (broken / "map.nc").read_bytes() == (whole / "map.nc").read_bytes()

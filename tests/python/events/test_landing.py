@@ -4,7 +4,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import Body, Ellipsoid, State
-from meshes import box, close, focal_points, octahedron, with_more_faces
+from support.meshes import box, close, focal_points, octahedron, with_more_faces
 
 AXES = (0.5, 0.4, 0.2)
 Q = np.array([0.9, 0.3, 0.2, -0.1]) / np.linalg.norm([0.9, 0.3, 0.2, -0.1])

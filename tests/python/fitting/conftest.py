@@ -2,7 +2,7 @@
 
 import fullbody
 import pytest
-from fits import START, pair, pair_radar
+from support.fits import START, pair, pair_radar
 
 
 @pytest.fixture(scope="module")

@@ -13,10 +13,10 @@ import fullbody
 import numpy as np
 import pytest
 from astropy.time import Time
-from fits import QUICK, VIEW, dimorphos, flyby, kw4, pair
 from fullbody import observing
 from scipy.stats import chi2 as chi2_distribution
 from scipy.stats import kstest
+from support.fits import QUICK, VIEW, dimorphos, flyby, kw4, pair
 
 COUNT = int(os.environ.get("FULLBODY_CLOSED_LOOP", "0"))
 FULL = COUNT > 0

@@ -6,13 +6,13 @@ import numpy as np
 import pandas
 import pytest
 from astropy.time import Time
-from eris import EPOCH, ERIS
-from fits import QUICK, START, kw4, noisy, pair
 from fullbody import observing
 from fullbody.errors import InconsistentInput, InvalidInput
 from fullbody.fitting import Free, Outliers
 from scipy.spatial.transform import Rotation
 from support import DATA
+from support.eris import EPOCH, ERIS
+from support.fits import QUICK, START, kw4, noisy, pair
 
 TRUE = {"mass": 2.353, "a": 2.55}
 

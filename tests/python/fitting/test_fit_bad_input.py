@@ -7,10 +7,10 @@ import astropy.units as u
 import fullbody
 import numpy as np
 import pytest
-from fits import START, VIEW, pair
 from fullbody import observing
 from fullbody.errors import InconsistentInput, Interrupted, InvalidInput
 from fullbody.fitting import Free, Outliers
+from support.fits import START, VIEW, pair
 
 TRUE = {"mass": 2.353, "a": 2.55}
 BETWEEN = {"a": Free(2.55, min=2.5, max=2.6)}

@@ -4,10 +4,10 @@ import astropy.units as u
 import fullbody
 import numpy as np
 import pytest
-from fits import QUICK, dimorphos, kw4, noisy, view
 from fullbody import observing
 from fullbody.fitting.free import Parameters
 from fullbody.fitting.problem import Problem
+from support.fits import QUICK, dimorphos, kw4, noisy, view
 
 
 def differences(problem, values, k, step):

@@ -6,8 +6,8 @@ import pickle
 import fullbody
 import numpy as np
 import pytest
-from fits import START, pair
 from fullbody.errors import InvalidInput
+from support.fits import START, pair
 
 
 def test_a_fit_is_copied_pickled_and_saved(found, tmp_path):

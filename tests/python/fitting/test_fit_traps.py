@@ -3,12 +3,12 @@
 import fullbody
 import numpy as np
 import pytest
-from fits import pair
 from fullbody import observing
 from fullbody.errors import InconsistentInput, InvalidInput
 from fullbody.fitting import Free
 from fullbody.fitting.free import Parameters
 from fullbody.fitting.problem import Problem
+from support.fits import pair
 
 FAR = observing.Geometry([-100.0, 400.0], to_observer=[1e6, 2e5, 1e5], light_time=False)
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from fullbody.errors import ForceFailed, Interrupted, InvalidInput
 from fullbody.forces import Byorp, Function, ThirdBody, Tide, Yorp, lag_from_quality_factor
-from scenes import KINDS, at_rest, drag, pair, sun
+from support.scenes import KINDS, at_rest, drag, pair, sun
 
 NAN, INF = float("nan"), float("inf")
 SYSTEM, STATE = pair()

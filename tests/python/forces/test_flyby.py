@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from fullbody import events
 from fullbody.forces import ThirdBody
-from scenes import pair, relative
+from support.scenes import pair, relative
 
 LOOSE = fullbody.Verner98(rtol=1e-11, atol=1e-11)
 

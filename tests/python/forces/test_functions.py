@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from fullbody.errors import ForceFailed, InvalidInput
 from fullbody.forces import Function
-from scenes import pair
+from support.scenes import pair
 
 SIGNATURE = ctypes.CFUNCTYPE(
     ctypes.c_int, ctypes.c_double, ctypes.c_int64, *[ctypes.POINTER(ctypes.c_double)] * 6, ctypes.c_void_p

@@ -4,9 +4,9 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody.forces import Byorp, Tide, Yorp
-from scenes import body_alone
 from scipy.spatial.transform import Rotation
 from support import inertia, matrix, worst
+from support.scenes import body_alone
 
 
 def synchronous(turned=0.0, rate=1.0, axes=(0.1, 0.09, 0.08), mass=1e-3, primary=None, tilt=0.0, forces=()):

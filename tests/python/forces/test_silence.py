@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from fullbody import forces
 from fullbody.errors import ForceFailed, InvalidInput
-from scenes import differential, pair
+from support.scenes import differential, pair
 
 POINTS = [fullbody.Body(fullbody.PointMass(), mass=mass, name=name) for mass, name in ((0.99, "A"), (0.01, "B"))]
 SPHERES = [

@@ -6,8 +6,8 @@ import pytest
 from astropy.coordinates import BarycentricMeanEcliptic, SkyCoord
 from fullbody.errors import InvalidInput
 from fullbody.forces import Function, ThirdBody
-from scenes import at_rest, differential, kepler_place, pair, relative, sun
 from support import matrix, quaternion_product, reference, worst
+from support.scenes import at_rest, differential, kepler_place, pair, relative, sun
 
 DATA = reference("third_body")
 AU = 149597870.7

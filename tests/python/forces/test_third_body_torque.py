@@ -5,8 +5,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 from fullbody.forces import ThirdBody
-from scenes import at_rest, body_alone
 from support import inertia, matrix, quaternion_product, worst
+from support.scenes import at_rest, body_alone
 
 AXES = (1.0, 0.8, 0.5)
 ATTITUDE = (0.5, 0.1, -0.7, 0.5)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from fullbody.errors import InvalidInput
 from fullbody.forces import Function
-from scenes import KINDS, drag, pair, sun
+from support.scenes import KINDS, drag, pair, sun
 
 COMBINATIONS = [names for count in (1, 2, 3, 4, 5) for names in itertools.combinations(KINDS, count)]
 PAIRS = {

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from fullbody.errors import ForceFailed
 from fullbody.forces import Yorp
-from scenes import body_alone
+from support.scenes import body_alone
 
 C = 0.4 * 0.25  # of a sphere of mass one and radius 1/2
 

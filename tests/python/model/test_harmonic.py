@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Polyhedron, Sphere, State, System
 from fullbody.errors import NotConverged
-from meshes import icosphere
+from support.meshes import icosphere
 
 
 def rotation(rng):

@@ -3,9 +3,9 @@
 import fullbody
 import numpy as np
 import pytest
-from flows import central_of_state, displaced, inertia, rates, scales, tumbling
 from fullbody.errors import InvalidInput
 from support import points, reference, worst
+from support.flows import central_of_state, displaced, inertia, rates, scales, tumbling
 
 PAIRS = reference("derivatives")["pairs"]
 

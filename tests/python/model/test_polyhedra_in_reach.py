@@ -4,8 +4,8 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import Body, Composite, Part
-from meshes import close, octahedron, torus
 from support import matrix
+from support.meshes import close, octahedron, torus
 
 
 def force_by_volume(field, solid, mass, place, turn, count):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Polyhedron, Sphere
 from fullbody.errors import InvalidInput, NotConverged
-from meshes import CORNERS, CUBE, box, close, focal_points, icosphere, octahedron, pose
 from support import matrix, reference
+from support.meshes import CORNERS, CUBE, box, close, focal_points, icosphere, octahedron, pose
 
 
 def test_a_box_has_its_moments_and_tells_its_working_frame():

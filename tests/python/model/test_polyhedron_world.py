@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from fullbody import Body, Composite, Part, PointMass, Polyhedron, Sphere
 from fullbody.errors import BodiesOverlap, InvalidInput, NotConverged
-from meshes import CORNERS, CUBE, box, close, icosphere, octahedron, pose, with_more_faces
 from support import DATA, matrix
+from support.meshes import CORNERS, CUBE, box, close, icosphere, octahedron, pose, with_more_faces
 
 
 @pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")

@@ -4,8 +4,8 @@ import re
 
 import fullbody
 import numpy as np
-from meshes import close, octahedron
 from support import DATA
+from support.meshes import close, octahedron
 
 SETTINGS = {
     "Relative Position X": "1700.",

@@ -11,7 +11,7 @@ import pytest
 from fullbody import observing
 from fullbody.errors import Interrupted
 from fullbody.observing.brightness import Photometer
-from meshes import icosphere
+from support.meshes import icosphere
 
 # The run would go on for months. That it ends at all shows that another thread got to work during it, and that the run
 # looked for the signal which that thread sent; how long either takes is the machine's affair.

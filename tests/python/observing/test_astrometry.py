@@ -7,13 +7,13 @@ import pandas
 import pytest
 from astropy.table import Table
 from astropy.time import Time
-from displacements import by_start
-from eris import EPOCH, ERIS
 from fullbody import observing
 from fullbody.errors import InconsistentInput, InvalidInput
 from fullbody.record.record import joined
 from scipy.optimize import least_squares
 from support import DATA
+from support.displacements import by_start
+from support.eris import EPOCH, ERIS
 
 NAMES = {
     "times": "time",

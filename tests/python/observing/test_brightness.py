@@ -9,7 +9,7 @@ import pytest
 from fullbody import Body, Ellipsoid, Part, Polyhedron, Sphere, State, System, observing
 from fullbody.errors import BodiesOverlap, InvalidInput
 from fullbody.observing.laws import Law
-from meshes import octahedron
+from support.meshes import octahedron
 
 DATA = Path(__file__).parents[2] / "data"
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from fullbody import Body, Composite, Ellipsoid, Part, Polyhedron, Sphere, State, System, observing
-from meshes import box
 from scipy.spatial import ConvexHull, HalfspaceIntersection
+from support.meshes import box
 
 
 def unit(vectors):

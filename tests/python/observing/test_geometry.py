@@ -10,12 +10,12 @@ from astropy.coordinates import EarthLocation, get_body_barycentric
 from astropy.table import Table
 from astropy.time import Time
 from astropy.utils import iers
-from eris import EPOCH, ERIS
 from fullbody import observing
 from fullbody.errors import InconsistentInput, InvalidInput
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 from support import DATA
+from support.eris import EPOCH, ERIS
 
 C = 299792.458
 

@@ -3,10 +3,10 @@
 import astropy.units as u
 import numpy as np
 import pytest
-from fits import kw4, view
 from fullbody import observing
 from fullbody.errors import InvalidInput
 from fullbody.fitting.noise import log_determinant
+from support.fits import kw4, view
 
 
 def weighted(covariance, jitter, residuals):

@@ -10,10 +10,10 @@ import numpy as np
 import pandas
 import pytest
 from astropy.time import Time
-from displacements import by_start
 from fullbody import observing
 from fullbody.errors import InconsistentInput, Interrupted, InvalidInput
 from support import DATA
+from support.displacements import by_start
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,9 @@ import fullbody
 import numpy as np
 import pytest
 from astropy.table import QTable
-from displacements import by_start
 from fullbody import observing
 from fullbody.errors import InconsistentInput, InvalidInput
+from support.displacements import by_start
 
 DISTANCE = 3.0e7
 TIMES = np.linspace(110.0, 130.0, 9)

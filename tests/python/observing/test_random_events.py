@@ -4,8 +4,8 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import observing
-from meshes import icosphere
 from scipy.spatial import ConvexHull
+from support.meshes import icosphere
 
 KINDS = ("occultation", "eclipse")
 

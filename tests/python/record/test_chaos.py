@@ -3,9 +3,9 @@
 import fullbody
 import numpy as np
 import pytest
-from flows import deviation, displaced, scales
 from fullbody.errors import InvalidInput
-from meshes import box
+from support.flows import deviation, displaced, scales
+from support.meshes import box
 
 
 def moon(out_of_round, e, faceted=False):

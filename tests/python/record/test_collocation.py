@@ -3,9 +3,9 @@
 import fullbody
 import numpy as np
 import pytest
-from flows import TIGHT, scaled, scales, tumbling
 from scipy.linalg import expm
 from support import pair_of_points, worst
+from support.flows import TIGHT, scaled, scales, tumbling
 
 COARSE = [
     fullbody.DormandPrince54(rtol=1e-2, atol=1e-2),

@@ -6,10 +6,10 @@ import astropy.units as u
 import fullbody
 import numpy as np
 import pytest
-from flows import TIGHT, deviation, displaced, scales, tumbling
 from fullbody.errors import InvalidInput
-from meshes import octahedron
 from support import worst
+from support.flows import TIGHT, deviation, displaced, scales, tumbling
+from support.meshes import octahedron
 
 EVENTS = [
     fullbody.events.Separation("A", "B", 2.5),

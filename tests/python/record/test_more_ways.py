@@ -3,7 +3,10 @@
 import fullbody
 import numpy as np
 import pytest
-from flows import (
+from fullbody.errors import InvalidInput
+from scipy.linalg import expm
+from support import pair_of_points, worst
+from support.flows import (
     TIGHT,
     central,
     central_of_state,
@@ -17,9 +20,6 @@ from flows import (
     symplectic_form,
     tumbling,
 )
-from fullbody.errors import InvalidInput
-from scipy.linalg import expm
-from support import pair_of_points, worst
 
 STEPS = [
     fullbody.LieGroupVariational(step=0.05),

@@ -3,7 +3,9 @@
 import fullbody
 import numpy as np
 import pytest
-from flows import (
+from fullbody.errors import NotConverged
+from support import worst
+from support.flows import (
     TIGHT,
     central_of_state,
     deviation,
@@ -13,9 +15,7 @@ from flows import (
     scales,
     symplectic_form,
 )
-from fullbody.errors import NotConverged
-from meshes import box, icosphere, octahedron
-from support import worst
+from support.meshes import box, icosphere, octahedron
 
 SOLIDS = {
     "box": box(1.0, 0.8, 0.6),

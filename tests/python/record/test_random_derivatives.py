@@ -3,7 +3,7 @@
 import os
 
 import pytest
-from random_systems import TOLERANCE, asymmetry, case, errors
+from support.random_systems import TOLERANCE, asymmetry, case, errors
 
 #: How many are tried; the acceptance run takes 200 and more, from another first seed.
 COUNT = int(os.environ.get("FULLBODY_RANDOM_SYSTEMS", "4"))

@@ -3,7 +3,10 @@
 import fullbody
 import numpy as np
 import pytest
-from flows import (
+from fullbody.errors import InvalidInput
+from mpmath import mp, mpf
+from support import pair_of_points, worst
+from support.flows import (
     TIGHT,
     central,
     displaced,
@@ -15,10 +18,7 @@ from flows import (
     symplectic_form,
     tumbling,
 )
-from fullbody.errors import InvalidInput
-from mpmath import mp, mpf
-from scenes import pair
-from support import pair_of_points, worst
+from support.scenes import pair
 
 
 @pytest.fixture(scope="module", params=["focal", "surface"])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from fullbody.errors import InvalidInput
 from fullbody.setups.toml import __doc__ as MANUAL
-from toml_texts import KW4, PAIR
+from support.toml_texts import KW4, PAIR
 
 
 def read(tmp_path, text):

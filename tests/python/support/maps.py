@@ -2,6 +2,7 @@
 
 import fullbody
 import numpy as np
+
 from support import points
 
 

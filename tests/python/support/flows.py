@@ -2,6 +2,7 @@
 
 import fullbody
 import numpy as np
+
 from support import quaternion_product
 
 TIGHT = fullbody.Verner98(rtol=1e-14, atol=1e-14)

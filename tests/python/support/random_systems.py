@@ -7,12 +7,13 @@ from typing import Any
 
 import fullbody
 import numpy as np
-from flows import deviation, displaced, scales, symplectic_form
 from fullbody.errors import InvalidInput
-from meshes import box, octahedron
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
+
 from support import worst
+from support.flows import deviation, displaced, scales, symplectic_form
+from support.meshes import box, octahedron
 
 #: The largest error of a derivative, over its scale.
 TOLERANCE = 1e-6

@@ -24,7 +24,7 @@ OF_REVOLUTIONS = (
     observables.spin_precession,
     observables.libration,
 )
-DATA = Path(__file__).parents[1] / "data"
+DATA = Path(__file__).parents[2] / "data"
 
 
 def reference(name):

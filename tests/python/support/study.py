@@ -12,7 +12,8 @@ import fullbody
 import h5netcdf  # noqa: F401  before the processes part
 import numpy as np
 import xarray  # noqa: F401
-from maps import circle
+
+from support.maps import circle
 
 LOGGED = []
 
