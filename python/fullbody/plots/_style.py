@@ -245,18 +245,22 @@ def check_axes(ax: Any, what: str, projection: str = "") -> Any:
     return ax
 
 
-def check_body(run: Record, index: int, what: str) -> int:
-    """Return an index in the system as a non-negative number, or raise an error."""
+def check_body(run: Record, body: int | str, what: str) -> int:
+    """Return the index of a body that is given by its name, or by an index that may count from the end."""
+    if isinstance(body, str):
+        return run.context.index(body, what)
     count = len(run.context)
-    if (place := integer(index)) is None or not -count <= place < count:
-        raise InvalidInput(f"{what} is {index!r}; expected a body's place, 0 to {count - 1}")
+    if (place := integer(body)) is None or not -count <= place < count:
+        raise InvalidInput(f"{what} is {body!r}; expected a body's place, 0 to {count - 1}")
     return place % count
 
 
-def chosen(run: Record, bodies: Sequence[int] | None) -> list[int]:
+def chosen(run: Record, bodies: Sequence[int | str] | None) -> list[int]:
     """Return the indices of the bodies to draw."""
     if bodies is None:
         return list(range(len(run.context)))
+    if isinstance(bodies, str):
+        raise InvalidInput(f"bodies is {bodies!r}; expected a list of places or names")
     places = [check_body(run, body, "one of bodies") for body in bodies]
     if not places:
         raise InvalidInput("bodies is empty; expected at least one place")
@@ -292,6 +296,20 @@ def check_samples(run: Record) -> None:
     """Raise an error for a run without samples."""
     if len(run) == 0:
         raise InvalidInput("the run has no samples; expected at least one to draw")
+
+
+class RunPlots:
+    """Base class of :class:`fullbody.plots.Plots`, whose methods are functions that take an object of this class."""
+
+    __slots__ = ("run",)
+
+    def __init__(self, run: Record) -> None:
+        self.run = run
+
+    def sampled(self) -> Record:
+        """Return the run, or raise an error for one without samples."""
+        check_samples(self.run)
+        return self.run
 
 
 def matrices(run: Record, body: int) -> Array:

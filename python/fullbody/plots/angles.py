@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from ..base import rotations
-from ..record.record import Record
 from ._style import (
+    ArrayOfAxes,
+    RunPlots,
     called,
-    check_samples,
     chosen,
     degrees,
     draw_angle,
@@ -28,11 +28,26 @@ from .sampling import followed
 _SYMBOLS = (r"$\phi$", r"$\theta$", r"$\psi$")
 
 
-def angles(run: Record, axes: Any, *, bodies: Sequence[int] | None = None, **kwargs: Any) -> Any:
-    """Draw Tait-Bryan angles; see :meth:`fullbody.plots.Plots.angles`."""
-    check_samples(run)
-    places, kwargs = chosen(run, bodies), wishes(kwargs)
-    flat, result = panels(axes, (len(places), 2), (9.0, 0.4 + 2.2 * len(places)))
+def angles(plots: RunPlots, ax: Any = None, *, bodies: Sequence[int | str] | None = None, **kwargs: Any) -> ArrayOfAxes:
+    """Draw Tait-Bryan angles against time, in degrees: a row per body, with phi and theta in one panel, psi in
+    another.
+
+    Parameters
+    ----------
+    ax : array of matplotlib Axes, optional
+        Axes to draw on, two for each body; ``axes`` is another name of the argument.
+    bodies : sequence of int or str, optional
+        Indices in the system, or names; by default all bodies.
+    **kwargs
+        Passed to ``Axes.plot``.
+
+    Returns
+    -------
+    ndarray of Axes, (number of bodies, 2), or the axes given
+    """
+    run, ax, kwargs = plots.sampled(), kwargs.pop("axes", ax), wishes(kwargs)
+    places = chosen(run, bodies)
+    flat, result = panels(ax, (len(places), 2), (9.0, 0.4 + 2.2 * len(places)))
     moments, attitude = followed(run)
     time = times(run, moments)
     for row, body in enumerate(places):

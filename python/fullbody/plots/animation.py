@@ -17,7 +17,7 @@ from ..base.limits import POSITIVE, Limits
 from ..base.units import PLAIN
 from ..errors import FullbodyError, InvalidInput
 from ..record.record import Record
-from ._style import check_samples, matplotlib, split_far
+from ._style import RunPlots, check_samples, matplotlib, split_far
 from .between import at
 from .sampling import warn_if_aliased
 from .scene import draw_body, scene, stage, title
@@ -107,7 +107,7 @@ def animate(
     figure = matplotlib("figure").Figure(figsize=size)
     matplotlib("backends.backend_agg").FigureCanvasAgg(figure)
     ax = stage(figure)
-    scene(run, None, ax, path=True)
+    scene(RunPlots(run), None, ax)
     # The bodies are redrawn in each picture; their paths stay.
     moving: list[Any] = [*ax.collections, *(line for line in ax.lines if not str(line.get_label()).startswith("_"))]
     for artist in moving:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from ..record.record import Record
 from ._style import (
+    ArrayOfAxes,
+    RunPlots,
     check_body,
-    check_samples,
     degrees,
     draw_angle,
     grid,
@@ -34,21 +35,37 @@ _ROWS = (
 
 
 def elements(
-    run: Record,
-    axes: Any,
+    plots: RunPlots,
+    ax: Any = None,
     *,
-    mu: Any,
-    body: int,
-    about: int,
-    names: tuple[str, ...] = ("a", "e", "i", "Omega", "omega", "M"),
+    mu: Any = None,
+    body: int | str = 1,
+    about: int | str = 0,
+    names: Sequence[str] = ("a", "e", "i", "Omega", "omega", "M"),
     **kwargs: Any,
-) -> Any:
-    """Draw osculating elements; see :meth:`fullbody.plots.Plots.elements`. ``names`` chooses some of the six."""
-    check_samples(run)
+) -> ArrayOfAxes:
+    """Draw osculating a, e, i, Omega, omega, M against time, with angles in degrees.
+
+    Parameters
+    ----------
+    ax : array of matplotlib Axes, optional
+        Axes to draw on, one for each of ``names``; ``axes`` is another name of the argument.
+    mu, body, about
+        Options of :meth:`fullbody.Run.elements`.
+    names : sequence of str
+        Those of the six elements that are drawn.
+    **kwargs
+        Passed to ``Axes.plot``.
+
+    Returns
+    -------
+    ndarray of Axes, (3, 2) or the number of names, or the axes given
+    """
+    run, ax = plots.sampled(), kwargs.pop("axes", ax)
     body, about = check_body(run, body, "body"), check_body(run, about, "about")
     rows = [row for row in _ROWS if row[0] in names]
     shape = (3, 2) if len(rows) == 6 else (len(rows),)
-    flat, result = panels(axes, shape, (9.0, 6.5))
+    flat, result = panels(ax, shape, (9.0, 6.5))
     values = run.elements(mu, body=body, about=about)
     time = times(run)
     for ax, (name, symbol, text) in zip(flat, rows, strict=True):

@@ -2,21 +2,39 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..record import conserved
-from ..record.record import Record
-from ._style import check_samples, grid, legend, line, single, time_label, times, wishes
+from ._style import RunPlots, grid, legend, line, single, time_label, times, wishes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 #: Half the spacing of doubles at 1, the smallest relative change that exists.
 _FLOOR = 0.5 * float(np.finfo(np.float64).eps)
 
 
-def energy(run: Record, ax: Any, **kwargs: Any) -> Any:
-    """Draw the drifts of energy and angular momentum; see :meth:`fullbody.plots.Plots.energy`."""
-    check_samples(run)
+def energy(plots: RunPlots, ax: Any = None, **kwargs: Any) -> Axes:
+    """Draw the drift of the energy, relative to the total and to the orbit's energy, and of the angular momentum.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes, optional
+    **kwargs
+        Passed to ``Axes.plot``.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Notes
+    -----
+    The axis is logarithmic; samples with a drift of exactly zero are left out. The orbit's energy is potential +
+    translational.
+    """
+    run = plots.sampled()
     ax, kwargs = single(ax, (7.0, 3.2)), wishes(kwargs)
     time = times(run)
     drifts = {

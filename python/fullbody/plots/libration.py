@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,9 +11,9 @@ from ..observables import roll_pitch_yaw
 from ..record.record import Record
 from ._style import (
     Array,
+    RunPlots,
     called,
     check_body,
-    check_samples,
     degrees,
     draw_angle,
     grid,
@@ -26,13 +26,38 @@ from ._style import (
     wishes,
 )
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 #: A body whose yaw in radians exceeds this rotates relative to the line to the other body, so it does not librate.
 _ROUND = 2.0 * np.pi
 
 
-def libration(run: Record, ax: Any, *, body: int, about: int, **kwargs: Any) -> Any:
-    """Draw roll, pitch and yaw; see :meth:`fullbody.plots.Plots.libration`."""
-    check_samples(run)
+def libration(plots: RunPlots, ax: Any = None, *, body: int | str = 1, about: int | str = 0, **kwargs: Any) -> Axes:
+    """Draw roll, pitch and yaw of a body in its orbit's frame against time, in degrees.
+
+    For a body that rotates relative to the line between the bodies, or whose samples are too far apart to follow
+    its attitude, the angle of its z-axis from the orbit's normal is drawn instead; see
+    :func:`fullbody.observables.roll_pitch_yaw`.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes, optional
+    body, about : int or str
+        Indices in the system, or names.
+    **kwargs
+        Passed to ``Axes.plot``.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    InvalidInput
+        If there is no orbit: a single body, or motion along a line.
+    """
+    run = plots.sampled()
     body, about = check_body(run, body, "body"), check_body(run, about, "about")
     kwargs = wishes(kwargs)
     angles = _angles(run, body, about)

@@ -10,7 +10,7 @@ from ..observing.light_curve import light_curve as computed
 from ..observing.mutual import mutual_events
 from ..observing.times import in_system
 from ..record.record import Record
-from ._style import Array, called, grid, label, legend, line, panels, wishes
+from ._style import Array, RunPlots, called, grid, label, legend, line, panels, wishes
 from ._style import single as single_axes
 
 if TYPE_CHECKING:
@@ -25,10 +25,38 @@ _GAP = 8.0
 
 
 def light_curve(
-    run: Record, times: Any, geometry: Vectors, ax: Any, *, bodies: bool, events: bool, **kwargs: Any
+    plots: RunPlots,
+    times: Any,
+    geometry: Vectors,
+    ax: Any = None,
+    *,
+    bodies: bool = False,
+    events: bool = True,
+    **kwargs: Any,
 ) -> Any:
-    """Draw magnitudes; see :meth:`fullbody.plots.Plots.light_curve`."""
-    options = {name: kwargs.pop(name) for name in _OPTIONS if name in kwargs}
+    """Draw magnitudes against time, with mutual events marked as bars.
+
+    Parameters
+    ----------
+    times : astropy Time, or array_like or Quantity, (K,)
+        Times at which the light arrives.
+    geometry : fullbody.observing.Geometry
+    ax : matplotlib Axes, or array of them, optional
+        Axes to draw on; with ``bodies`` one for all bodies together, and one for each body.
+    bodies : bool
+        Whether the magnitude of each body is drawn too, each in a panel of its own.
+    events : bool
+        Whether mutual events are marked.
+    **kwargs
+        ``law``, ``albedo``, ``mutual``, ``sun_radius`` and ``reduced`` are passed to
+        :func:`fullbody.observing.light_curve`; others to ``Axes.plot``.
+
+    Returns
+    -------
+    matplotlib Axes, or ndarray of them
+        Axes with magnitudes decreasing upwards, and times in the system's unit since its epoch.
+    """
+    run, options = plots.run, {name: kwargs.pop(name) for name in _OPTIONS if name in kwargs}
     moments = np.atleast_1d(in_system(times, run.system, "times"))
     single = computed(run, times, geometry, per_body=True, **options)
     with np.errstate(divide="ignore"):

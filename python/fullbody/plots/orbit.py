@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,9 +11,9 @@ from ..record.record import Record
 from ._style import (
     LINES,
     Array,
+    RunPlots,
     called,
     check_body,
-    check_samples,
     far_label,
     grid,
     label,
@@ -27,13 +27,39 @@ from ._style import (
     wishes,
 )
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 _PLANES = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
 
-def orbit(run: Record, ax: Any, *, about: int, plane: str, shapes: bool, **kwargs: Any) -> Any:
-    """Draw projected paths; see :meth:`fullbody.plots.Plots.orbit`."""
+def orbit(
+    plots: RunPlots, ax: Any = None, *, about: int | str = 0, plane: str = "xy", shapes: bool = True, **kwargs: Any
+) -> Axes:
+    """Draw paths about one body, projected on a plane of the inertial frame, with the bodies' outlines at the end.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes, optional
+    about : int or str
+        The body at the origin; its index in the system, or its name.
+    plane : {"xy", "xz", "yz"}
+    shapes : bool
+        Whether to draw the bodies' outlines.
+    **kwargs
+        Passed to ``Axes.plot``.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    InvalidInput
+        For another plane, or a body that the system does not have.
+    """
     choice(plane, "plane", _PLANES)
-    check_samples(run)
+    run = plots.sampled()
     about = check_body(run, about, "about")
     ax = single(ax, (5.5, 5.0))
     across, up = _PLANES[plane]

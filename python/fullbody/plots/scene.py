@@ -11,9 +11,9 @@ from ..record.record import Record
 from ._style import (
     LINES,
     Array,
+    RunPlots,
     called,
     check_axes,
-    check_samples,
     far_label,
     label,
     line,
@@ -28,6 +28,8 @@ from .between import at, moment, track
 from .sunlight import Sunlight, directions
 
 if TYPE_CHECKING:
+    from mpl_toolkits.mplot3d.axes3d import Axes3D
+
     from ..observing.vectors import Vectors
 
 #: The length of the drawn body axes relative to the body.
@@ -37,9 +39,43 @@ _MARGIN = 0.11
 _FACE = ("#9ecae1", "#fdae6b", "#d9d9d9", "#a1d99b", "#e7cbdc", "#cfe8f7")
 
 
-def scene(run: Record, time: Any, ax: Any, *, path: bool, geometry: Vectors | None = None, **kwargs: Any) -> Any:
-    """Draw the bodies in 3D; see :meth:`fullbody.plots.Plots.scene`."""
-    check_samples(run)
+def scene(
+    plots: RunPlots,
+    time: Any = None,
+    ax: Any = None,
+    *,
+    path: bool = True,
+    geometry: Vectors | None = None,
+    **kwargs: Any,
+) -> Axes3D:
+    """Draw the bodies in 3D with their axes at a time.
+
+    Parameters
+    ----------
+    time : float or Quantity, optional
+        A time within the run; by default its end. Between samples the bodies are drawn from the continuous solution
+        (``dense=True``); without one, from a cubic through positions and velocities and the shorter turn between
+        attitudes.
+    ax : matplotlib Axes3D, optional
+    path : bool
+        Whether to draw the paths of the centres.
+    geometry : fullbody.observing.Geometry, optional
+        The geometry whose Sun lights the bodies, with their shadows on each other. A polyhedron casts the shadow of
+        an ellipsoid.
+    **kwargs
+        Passed to ``Axes3D.plot_surface``.
+
+    Returns
+    -------
+    matplotlib Axes3D
+        Axes centred on the barycentre.
+
+    Raises
+    ------
+    InvalidInput
+        For a time outside the run.
+    """
+    run = plots.sampled()
     if ax is None:
         ax = stage(matplotlib().figure(figsize=(7.0, 5.2)))
     else:

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from ..base.kinds import choice
-from ..record.record import Record
 from ._style import (
+    ArrayOfAxes,
+    RunPlots,
     called,
-    check_samples,
     chosen,
     grid,
     label,
@@ -26,12 +26,30 @@ from ._style import (
 )
 
 
-def spins(run: Record, axes: Any, *, bodies: Sequence[int] | None = None, frame: str, **kwargs: Any) -> Any:
-    """Draw angular velocities; see :meth:`fullbody.plots.Plots.spins`."""
+def spins(
+    plots: RunPlots, ax: Any = None, *, bodies: Sequence[int | str] | None = None, frame: str = "body", **kwargs: Any
+) -> ArrayOfAxes:
+    """Draw angular velocities against time, one panel per body.
+
+    Parameters
+    ----------
+    ax : array of matplotlib Axes, optional
+        Axes to draw on, one for each body; ``axes`` is another name of the argument.
+    bodies : sequence of int or str, optional
+        Indices in the system, or names; by default all bodies.
+    frame : {"body", "inertial"}
+        The frame of the components.
+    **kwargs
+        Passed to ``Axes.plot``.
+
+    Returns
+    -------
+    ndarray of Axes, (number of bodies,), or the axes given
+    """
     choice(frame, "frame", ("body", "inertial"))
-    check_samples(run)
-    places, kwargs = chosen(run, bodies), wishes(kwargs)
-    flat, result = panels(axes, (len(places),), (7.0, 0.4 + 2.2 * len(places)))
+    run, ax, kwargs = plots.sampled(), kwargs.pop("axes", ax), wishes(kwargs)
+    places = chosen(run, bodies)
+    flat, result = panels(ax, (len(places),), (7.0, 0.4 + 2.2 * len(places)))
     time = times(run)
     for body, ax in zip(places, flat, strict=True):
         spin = run.arrays["spin"][:, body]

@@ -9,8 +9,7 @@ from typing import Any
 
 from ..base.kinds import instance
 from ..errors import InvalidInput
-from ..record.record import Record
-from ._style import check_body, check_samples, joined, matplotlib, plain
+from ._style import RunPlots, check_body, joined, matplotlib, plain
 from .elements import elements
 from .energy import energy
 from .libration import libration
@@ -40,9 +39,22 @@ class Page:
         return f"<page of {len(self.axes)} plots: {', '.join(self.axes)}; its .figure saves it>"
 
 
-def summary(run: Record, figure: Any, *, body: int, about: int) -> Page:
-    """Draw the summary; see :meth:`fullbody.plots.Plots.__call__`."""
-    check_samples(run)
+def summary(plots: RunPlots, figure: Any = None, *, body: int | str = 1, about: int | str = 0) -> Page:
+    """Draw one page: orbit, elements, spins, librations, conservation, and the work of external forces.
+
+    Parameters
+    ----------
+    figure : matplotlib Figure or SubFigure, optional
+    body, about : int or str
+        The body whose orbit is shown and the one it orbits; indices in the system, or names.
+
+    Returns
+    -------
+    Page
+        The ``figure`` and its ``axes`` by name. For motion along a line, notes replace the elements and the
+        librations, which do not exist.
+    """
+    run = plots.sampled()
     if figure is not None:
         instance(figure, "figure", matplotlib("figure").FigureBase, "a matplotlib Figure or SubFigure")
     count = len(run.context)
@@ -55,13 +67,13 @@ def summary(run: Record, figure: Any, *, body: int, about: int) -> Page:
     axes: dict[str, Any] = {}
     if pair:
         left, right = rows.pop(0).subfigures(1, 2, width_ratios=(1.0, 1.1))
-        axes["orbit"] = orbit(run, left.subplots(), about=about, plane="xy", shapes=True)
+        axes["orbit"] = orbit(plots, left.subplots(), about=about)
         names = ("a", "e", "i")
         panels = right.subplots(len(names), 1, sharex=True)
         body, about = check_body(run, body, "body"), check_body(run, about, "about")
         run.context.pair(body, about)
         try:
-            elements(run, panels, mu=None, body=body, about=about, names=names)
+            elements(plots, panels, body=body, about=about, names=names)
             axes.update(zip(names, panels, strict=True))
         except InvalidInput as error:
             # Elements do not exist for motion along a line, for instance.
@@ -69,12 +81,12 @@ def summary(run: Record, figure: Any, *, body: int, about: int) -> Page:
                 ax.remove()
             right.text(0.5, 0.5, f"no elements: {fill(str(error), 48)}", ha="center", va="center")
     left, right = rows[0].subfigures(1, 2)
-    spins(run, left.subplots(count, 1, sharex=True, squeeze=False)[:, 0], frame="body")
+    spins(plots, left.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
     axes |= {f"spin of {name}": ax for name, ax in zip(run.context.names, left.axes, strict=True)}
     for place, ax in enumerate(right.subplots(count, 1, sharex=True, squeeze=False)[:, 0]):
         other = body if place == about else about
         try:
-            axes[f"attitude of {run.context.names[place]}"] = libration(run, ax, body=place, about=other)
+            axes[f"attitude of {run.context.names[place]}"] = libration(plots, ax, body=place, about=other)
             # The lowest panel labels the time axis for all.
             ax.label_outer()
         except InvalidInput as error:
@@ -82,9 +94,9 @@ def summary(run: Record, figure: Any, *, body: int, about: int) -> Page:
             ax.remove()
             note = f"no frame of an orbit: {fill(str(error), 48)}"
             right.text(0.5, 1.0 - (place + 0.5) / count, note, ha="center", va="center")
-    axes["energy"] = energy(run, rows[1].subplots())
+    axes["energy"] = energy(plots, rows[1].subplots())
     if forces:
-        axes["work"] = work(run, rows[2].subplots())
+        axes["work"] = work(plots, rows[2].subplots())
     figure.align_ylabels()
     options, s = run.system.options, run.statistics
     title = f"{joined(run)}: {options['gravity']} gravity, {type(run.integrator).__name__}, "

@@ -2,22 +2,45 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import InvalidInput
-from ..record.record import Record
-from ._style import check_samples, grid, label, legend, line, matplotlib, plain, single, time_label, times, wishes
+from ._style import RunPlots, grid, label, legend, line, matplotlib, plain, single, time_label, times, wishes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 #: The ratio of the largest to the smallest work above which a linear axis would show the smallest as zero.
 _APART = 30.0
 _NAME = 24
 
 
-def work(run: Record, ax: Any, **kwargs: Any) -> Any:
-    """Draw the work of external forces; see :meth:`fullbody.plots.Plots.work`."""
-    check_samples(run)
+def work(plots: RunPlots, ax: Any = None, **kwargs: Any) -> Axes:
+    """Draw the energy that each external force has added since the start of the run.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes, optional
+    **kwargs
+        Passed to ``Axes.plot``.
+
+    Returns
+    -------
+    matplotlib Axes
+
+    Raises
+    ------
+    InvalidInput
+        For a run without external forces.
+
+    Notes
+    -----
+    If the largest work exceeds the smallest more than thirty times, the axis is linear up to the largest work of
+    the smallest force and logarithmic beyond.
+    """
+    run = plots.sampled()
     forces = list(run.context.forces)
     if not forces:
         raise InvalidInput("the run has no external forces; expected a system with some to draw their work")
