@@ -66,7 +66,7 @@ def triple_run():
 
 @pytest.fixture(scope="session")
 def searches():
-    """What searches for a mean period have found, by all that they depend on."""
+    """Searches for a mean period that were made, by all that they depend on."""
     return {}
 
 

@@ -64,7 +64,7 @@ def test_roll_and_yaw_in_the_limit_of_small_figures():
     np.testing.assert_allclose(np.sort(out), np.sort(expected), rtol=1e-5)
 
 
-def test_epicycles_about_a_spheroid():
+def test_epicyclic_frequencies_about_a_spheroid_are_the_closed_form():
     # A light sphere about a heavy spheroid: the radial and the vertical frequency of a particle in its field.
     a, c, r = 1.0, 0.7, 1.9
     bodies = [
@@ -187,7 +187,7 @@ def test_energy_of_deviations_is_conserved(locked):
         assert np.abs(a.T @ q + q @ a).max() < 1e-13 * np.abs(q).max()
 
 
-def test_the_mean_over_turns_of_a_primary():
+def test_equilibrium_about_a_rotating_primary_is_that_of_its_mean_field():
     system, _ = fullbody.systems.kw4()
     mean = analysis.averaged(system, "Alpha", copies=8)
     found = analysis.relative_equilibrium(mean, separation=2.54, spin={"Alpha": 2.27})
@@ -204,7 +204,7 @@ def test_the_mean_over_turns_of_a_primary():
     assert support.worst(mean.interactions(found.state).force, mean_force, scale) < 1e-13
 
 
-def test_units_come_and_go():
+def test_equilibria_have_the_units_of_the_system():
     plain, _ = fullbody.systems.kw4()
     united, _ = fullbody.systems.kw4(units=True)
     one = analysis.relative_equilibrium(plain, separation=4.0)

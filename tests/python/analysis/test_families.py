@@ -17,11 +17,10 @@ def spheres():
 
 
 def momentum(d, m, inertia):
-    """Of two locked spheres at a distance."""
     return np.sqrt(1.4) * (m * np.sqrt(d) + inertia / d**1.5)
 
 
-def test_the_fold_of_two_spheres(spheres):
+def test_the_fold_of_two_spheres_is_where_the_closed_form_has_it(spheres):
     # dJ/dd = 0 where m d^2 = 3 I.
     system, m, inertia = spheres
     fold = np.sqrt(3 * inertia / m)
@@ -112,7 +111,7 @@ def test_a_branch_may_be_drawn(spheres):
     plt.close("all")
 
 
-def test_the_second_order_model(ellipsoids):
+def test_curvatures_are_those_of_the_second_order_model(ellipsoids):
     # Scheeres (2009), Celest. Mech. Dyn. Astron. 104, 103: long axes in line, to second degree in the moments.
     system = ellipsoids.with_options(gravity="multipole:2")
     inertia = [np.asarray(body.inertia) for body in system]

@@ -17,7 +17,7 @@ def orbit(ellipsoids, locked):
 
 
 def misses(orbit, run):
-    """By how much a run over a period misses its start, turned."""
+    """The distance by which a run over a period misses its start, rotated."""
     start, end = run[0], run[-1]
     R = support.rot_z(orbit.turn)
     found = [end.position - start.position @ R.T, end.velocity - start.velocity @ R.T, end.spin - start.spin]

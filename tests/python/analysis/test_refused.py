@@ -28,14 +28,14 @@ E, S = analysis.relative_equilibrium, fullbody.FullbodyError
         ({"separation": 3.0, "axes": {"B": "xx"}}, "axes of B is 'xx'; expected two of x, y and z"),
     ],
 )
-def test_equilibria(ellipsoids, given, message):
+def test_bad_arguments_of_equilibria_are_refused(ellipsoids, given, message):
     with pytest.raises(S, match=message):
         E(ellipsoids, **given)
 
 
 @pytest.mark.parametrize("copies", [2, 3])
 def test_equal_moments_of_inertia_are_no_axis_of_symmetry(ellipsoids, copies):
-    """Crossed ellipsoids have equal moments across z, and torques of the degrees 2 copies and above about it."""
+    """The crossed ellipsoids have equal moments across z, and torques of degree 2 times their number of copies."""
     crossed = analysis.averaged(ellipsoids, "A", copies=copies)
     moments = crossed["A"].inertia
     assert moments[0] == pytest.approx(moments[1], rel=1e-15)
@@ -53,7 +53,7 @@ def test_a_cube_is_no_sphere():
         E(system, separation=2.0, spin={"A": 1.0})
 
 
-def test_systems(ellipsoids, locked):
+def test_systems_that_have_no_equilibria_are_refused(ellipsoids, locked):
     alone = fullbody.System([ellipsoids["A"]], G=1.0)
     with pytest.raises(InvalidInput, match="the system has 1 bodies; expected two"):
         E(alone, separation=1.0)
@@ -102,13 +102,13 @@ def test_points_have_equilibria_too():
         ({"period": 11.0, "hold": ["energy", "period", "angular_momentum"]}, "no periodic orbit found"),
     ],
 )
-def test_periodic_orbits(ellipsoids, locked, options, message):
+def test_bad_arguments_of_periodic_orbits_are_refused(ellipsoids, locked, options, message):
     start = locked.state.kick("B", [0.02, 0.01, 0.03]).rotated("B", [1, 2, 3], 0.4)
     with pytest.raises(S, match=message):
         analysis.periodic_orbit(ellipsoids, start, **options)
 
 
-def test_branches_and_others(ellipsoids, locked):
+def test_bad_arguments_of_branches_and_sections_are_refused(ellipsoids, locked):
     with pytest.raises(InvalidInput, match=r"over is 'rate'; expected 'separation' or 'angular_momentum'"):
         analysis.branch(locked, "rate", until=1.0)
     with pytest.raises(InvalidInput, match=r"until is -1\.0; expected a finite number above zero"):

@@ -52,8 +52,6 @@ def test_units_that_astropy_does_not_know_are_refused():
 
 
 def test_parameters_of_a_map_keep_their_units():
-    """The coordinate of a map in degrees, which it stores as numbers, makes the same map."""
-
     def setup(angle):
         system, state = fullbody.systems.kw4(units=True)
         return system, state.rotated("Beta", [0, 0, 1], angle)

@@ -37,7 +37,7 @@ def cells(thing):
     return Cells(thing._repr_html_()).cells
 
 
-def test_body():
+def test_tables_of_bodies_are_complete():
     body = fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), density=1.5, name="egg")
     shown = cells(body)
     assert "3, 2, 1" in shown
@@ -45,7 +45,7 @@ def test_body():
     assert cells(fullbody.Body(fullbody.PointMass(), mass=2.0)) == ["shape", "PointMass", "mass", "2"]
 
 
-def test_system_state_and_run(kw4_run):
+def test_tables_of_systems_states_and_runs_are_complete(kw4_run):
     shown = cells(kw4_run.system)
     assert {"Alpha", "Beta", "0.2975, 0.225, 0.1715", "1.35e+11", "semi-axes [km]", "mass [kg]"} <= set(shown)
     state = cells(kw4_run[-1])
@@ -56,8 +56,8 @@ def test_system_state_and_run(kw4_run):
     assert {"101", "0 h to 50 h", f"{np.abs(kw4_run.energy_drift).max():.2e}"} <= set(run)
 
 
-def test_events_and_what_stopped_a_run(case1_run):
-    """The orbit's two apoapses within 100, at 48.7 and 92.9; then a stop."""
+def test_tables_of_runs_tell_events_and_what_stopped_them(case1_run):
+    """The orbit has two apoapses within 100, at 48.7 and 92.9."""
     system, state = fullbody.systems.case1()
     apoapsis = fullbody.events.Apoapsis(0, 1)
     run = system.integrate(state, 100.0, events=[apoapsis])
@@ -69,13 +69,13 @@ def test_events_and_what_stopped_a_run(case1_run):
     assert {"events", "stopped"}.isdisjoint(cells(case1_run))
 
 
-def test_no_negative_zeros():
+def test_tables_have_no_negative_zeros():
     state = fullbody.State([[-0.0, 0, 1]], [[0, -0.0, 0]])
     assert "(0, 0, 1)" in cells(state)
     assert not any("-0" in cell for cell in cells(state))
 
 
-def test_elements_one_and_many(case1_run):
+def test_tables_of_elements_hold_one_orbit_or_many(case1_run):
     one = fullbody.KeplerElements(a=2.0, e=0.5, i=np.pi / 6, Omega=0.0, omega=0.0, M=np.pi)
     assert cells(one) == [
         "a",
@@ -98,7 +98,7 @@ def test_elements_one_and_many(case1_run):
     assert many[many.index("e") + 1 :][:4] == [f"{x:.8g}" for x in (e[0], e[-1], e.min(), e.max())]
 
 
-def test_units_of_elements(kw4_run):
+def test_tables_of_elements_have_units(kw4_run):
     shown = cells(kw4_run.elements())
     assert "a [km]" in shown
     assert "i [deg]" in shown
@@ -106,7 +106,7 @@ def test_units_of_elements(kw4_run):
 
 
 @pytest.mark.parametrize("units", [False, True])
-def test_energy_and_interactions(units):
+def test_tables_of_energies_and_interactions_are_complete(units):
     system, state = fullbody.systems.kw4(units=units)
     energy, found = system.energy(state), system.interactions(state)
     unit = f" {energy.total.unit}" if units else ""
@@ -122,8 +122,7 @@ def test_energy_and_interactions(units):
     assert f"potential energy {energy_value:.8g}{unit}<" in found._repr_html_()
 
 
-def test_component():
-    """What is given and nothing else."""
+def test_tables_of_components_have_what_is_given_and_nothing_else():
     assert cells(fullbody.Component(diameter=2.0, axis_ratios=(1.2, 1.1), pole=(0.1, 0.2), name="a<b")) == [
         *("diameter", "2", "axis ratios", "1.2, 1.1", "pole", "0.1, 0.2"),
     ]
@@ -145,7 +144,7 @@ def test_names_are_escaped():
 
 
 @pytest.mark.parametrize("count", [0, 1])
-def test_short_runs(count, kw4_run):
+def test_tables_of_short_runs_are_complete(count, kw4_run):
     times = [0.0] if count else []
     try:
         run = kw4_run.system.integrate(kw4_run[0], 1.0, output=np.array(times))

@@ -13,14 +13,14 @@ def kw4():
     return system, state, system.integrate(state, 100.0, output=0.5)
 
 
-def test_elements_and_mu(kw4):
+def test_elements_take_names_of_bodies(kw4):
     system, _, run = kw4
     assert system.mu("Alpha", "Beta") == system.mu(0, 1)
     assert system.mu("Beta", "Alpha") == system.mu(1, 0)
     assert run.elements(body="Alpha", about="Beta") == run.elements(body=0, about=1)
 
 
-def test_bodies_of_a_system(kw4):
+def test_a_system_finds_bodies_by_name(kw4):
     system = kw4[0]
     alpha, beta = system.bodies
     assert (system["Alpha"], system["Beta"], system[0], system[np.int64(1)]) == (alpha, beta, alpha, beta)
@@ -40,7 +40,7 @@ def test_bodies_of_a_system(kw4):
 
 
 @pytest.mark.parametrize("units", [False, True])
-def test_one_body_along_a_run(units):
+def test_a_run_finds_bodies_by_name(units):
     system, state = fullbody.systems.kw4(units=units)
     run = system.integrate(state, 10.0, output=1.0)
     beta = run["Beta"]
@@ -70,7 +70,7 @@ def test_one_body_along_a_run(units):
         lambda i, j: events.PlaneCrossing(j, i, normal=(1.0, 0.0, 0.0)),
     ],
 )
-def test_events(kw4, make, tmp_path):
+def test_events_take_names_of_bodies(kw4, make, tmp_path):
     system, state, _ = kw4
     by_name = system.integrate(state, 40.0, output=40.0, events=[make("Alpha", "Beta")])
     by_place = system.integrate(state, 40.0, output=40.0, events=[make(0, 1)])
@@ -83,7 +83,7 @@ def test_events(kw4, make, tmp_path):
 @pytest.mark.parametrize(
     "name", ["element_rates", "mutual_period", "orbit_precession", "obliquity", "roll_pitch_yaw", "libration"]
 )
-def test_observables(kw4, name):
+def test_observables_take_names_of_bodies(kw4, name):
     function = getattr(observables, name)
     by_name, by_place = function(kw4[2], body="Beta", about="Alpha"), function(kw4[2], body=1, about=0)
     assert np.array_equal(by_name, by_place) if isinstance(by_place, np.ndarray) else by_name == by_place
@@ -95,7 +95,7 @@ def test_the_other_body_of_spin_precession(kw4):
     assert observables.spin_precession(run, body="Beta") == observables.spin_precession(run, body=1, about=0)
 
 
-def test_plots(kw4):
+def test_plots_take_names_of_bodies(kw4):
     run = kw4[2]
 
     def curves(axes):
@@ -116,7 +116,7 @@ def test_plots(kw4):
             np.testing.assert_array_equal(first, second)
 
 
-def test_names_that_are_not_there(kw4):
+def test_unknown_names_are_refused_with_those_known(kw4):
     system, state, run = kw4
     for call, what in (
         (lambda: system.mu("Alfa", "Beta"), "body is 'Alfa'; did you mean 'Alpha'"),

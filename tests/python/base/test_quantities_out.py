@@ -92,8 +92,7 @@ def runs():
 
 
 @pytest.mark.parametrize("name", OUT)
-def test_what_comes_out(name, runs):
-    """Quantities in the system's units, and the same numbers as without them."""
+def test_results_are_quantities_with_the_numbers_of_a_system_without_units(name, runs):
     call, unit = OUT[name]
     with_units, plain = call(*runs[True]), call(*runs[False])
     assert not isinstance(plain, u.Quantity)

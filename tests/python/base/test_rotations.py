@@ -15,7 +15,7 @@ QUATERNIONS = TURNS.as_quat(scalar_first=True)
 
 
 @pytest.mark.parametrize("shape", [(60,), (4, 15), (5, 3, 4)])
-def test_matrices(shape):
+def test_rotation_matrices_are_scipys(shape):
     matrices = rotations.matrices(QUATERNIONS.reshape(*shape, 4))
     assert np.abs(matrices - TURNS.as_matrix().reshape(*shape, 3, 3)).max() < 1e-15
 
@@ -25,7 +25,7 @@ def test_matrices_of_one_and_of_none():
     assert rotations.matrices(np.zeros((0, 4))).shape == (0, 3, 3)
 
 
-def test_products_and_turns():
+def test_products_of_rotations_are_scipys():
     a, b, c = TURNS[:20], TURNS[20:40], TURNS[40:]
     for k in range(20):
         expected = (a[k] * b[k] * c[k]).as_matrix()

@@ -43,7 +43,6 @@ def test_gravitational_constant_is_astropys():
 
 
 def test_mixed_units_are_converted():
-    """Metres, seconds, tonnes and degrees say the same as kilometres, hours, kilograms and radians."""
     bodies = [
         fullbody.Body(fullbody.Ellipsoid(766 * u.m, 0.7475 * u.km, 67350 * u.cm), mass=2.353e9 * u.t, name="Alpha"),
         fullbody.Body(fullbody.Ellipsoid(0.285, 0.2315, 0.1745), mass=135e6 * u.t, name="Beta"),
@@ -62,7 +61,7 @@ def test_mixed_units_are_converted():
     assert np.abs(run.spin - expected.spin).max() < 1e-12 * PER_H
 
 
-def test_density_in_other_units():
+def test_density_is_read_in_any_unit():
     body = fullbody.Body(fullbody.Sphere(1 * u.km), density=2 * u.g / u.cm**3)
     assert body.mass.to_value(u.kg) == pytest.approx(4 / 3 * np.pi * 2e12, rel=1e-15)
     system = fullbody.System([body, fullbody.Body(fullbody.PointMass(), mass=1.0)], units=KM_H_KG)
@@ -167,7 +166,7 @@ def test_quantities_into_a_system_without_units():
             assert word in str(caught.value)
 
 
-def test_both_or_neither_with_elements():
+def test_elements_and_mu_have_both_units_or_neither():
     with pytest.raises(InvalidInput, match="both or neither"):
         fullbody.KeplerElements(1 * u.km, 0, 0, 0, 0, 0).to_cartesian(1.0)
     with pytest.raises(InvalidInput, match="both or neither"):
@@ -176,8 +175,7 @@ def test_both_or_neither_with_elements():
         fullbody.KeplerElements.from_cartesian([1, 0, 0], [0, 1, 0] * u.km / u.s, 1.0)
 
 
-def test_mixtures_name_both():
-    """Where no system says what a plain number means."""
+def test_plain_numbers_beside_quantities_name_both():
     mixed = fullbody.Body(fullbody.Sphere(1 * u.km), mass=1.0, name="Alpha")
     plain = fullbody.Body(fullbody.Sphere(1.0), mass=1.0)
     whole = fullbody.Body(fullbody.Sphere(1 * u.km), mass=1 * u.kg)
@@ -243,7 +241,7 @@ def test_parts_of_a_state_have_units_all_or_none():
 
 
 def test_bodies_of_a_system_with_units_have_them():
-    """1999 KW4's Beta by hand: 4/3 pi 0.285 0.2315 0.1745 km^3 of 0.135e12 kg are 2799.3 kg/m^3."""
+    """Beta's volume is 4/3 pi 0.285 0.2315 0.1745 km^3, in which 0.135e12 kg make 2799.3 kg/m^3."""
     made = [
         fullbody.Body(fullbody.Ellipsoid(0.285, 0.2315, 0.1745), mass=0.135e12, name="Beta"),
         fullbody.Body(fullbody.Sphere(300 * u.m), density=2e12, name="mixed"),
@@ -273,8 +271,7 @@ def test_bodies_of_a_system_with_units_have_them():
     np.testing.assert_allclose(system.masses.value, [0.135e12, 2e12 * 4 / 3 * np.pi * 0.3**3, 1000.0, 7.0], rtol=1e-14)
 
 
-def test_exterior_gravity_with_units():
-    """Newton's G M/r and G M/r^2 outside a sphere."""
+def test_exterior_gravity_has_units_and_newtons_numbers():
     moon = fullbody.Body(fullbody.Sphere(1737.4 * u.km), mass=7.342e22 * u.kg)
     distance = 1737.4e3
     potential = moon.gravity([[0, 0, 1737.4], [1737.4, 0, 0]] * u.km).potential
@@ -298,7 +295,7 @@ def test_pure_numbers_have_no_unit():
     assert fullbody.KeplerElements(1.0, 20 * u.percent, 0, 0, 0, 0).period(1.0) == pytest.approx(2 * np.pi)
 
 
-def test_texts():
+def test_texts_are_read_as_quantities():
     system, state = fullbody.systems.kw4(units=True)
     assert system.integrate(state, "0.5 day", output="6 hour").time.value.tolist() == [0, 6, 12]
     with pytest.raises(InvalidInput, match="until has the unit d, but the system has no units"):
@@ -334,7 +331,7 @@ def test_times_as_people_write_them(text, seconds):
     assert run.time[-1].value == pytest.approx(seconds, rel=1e-15)
 
 
-def test_texts_that_are_no_times():
+def test_texts_that_are_no_times_are_refused():
     system, state = fullbody.systems.kw4(units=True)
     # A month has no fixed length; M is mega, and 10 m are metres.
     for text, what in (
@@ -349,7 +346,6 @@ def test_texts_that_are_no_times():
 
 
 def test_plain_elements_beside_the_mu_of_a_system():
-    """They are in its units; a mu of other origin says nothing about them."""
     system, _ = fullbody.systems.kw4(units=("km", "day", "kg"))
     plain, united = (fullbody.KeplerElements(a, 0.1, 0.2, 0.3, 0.4, 0.5) for a in (2.5, 2.5 * u.km))
     mu = system.mu()
@@ -382,7 +378,7 @@ def test_semi_axes_with_units_are_one_quantity():
     assert (component.semi_axes == [3, 2, 1] * u.km).all()
 
 
-def test_units_that_are_none():
+def test_units_that_do_not_exist_are_refused():
     bodies = fullbody.systems.kw4()[0].bodies
     for units, what in (
         (("km", "houres", "kg"), "units has 'houres', which is not a unit; did you mean 'hour'?"),
@@ -409,7 +405,7 @@ def test_times_outside_a_run_have_units():
             run(time)
 
 
-def test_more_of_texts():
+def test_texts_are_read_in_shapes_elements_and_states():
     assert fullbody.Sphere("2 km") == fullbody.Sphere(2 * u.km)
     assert fullbody.KeplerElements(1.0, 0, "30 deg", 0, 0, 0).i == 30 * u.deg
     mixed = fullbody.State(position=[["1 km", "0 m", "0 km"]], velocity=[[0, 0, 0]])

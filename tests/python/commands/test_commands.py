@@ -61,8 +61,7 @@ def test_faults_are_one_line_and_a_code(description, tmp_path, capsys):
     assert [path.name for path in tmp_path.iterdir()] == ["kw4.toml"]
 
 
-def test_a_run_cut_short_is_kept(tmp_path, capsys):
-    """Two bodies that fall onto each other."""
+def test_a_run_that_a_collision_cuts_short_is_kept(tmp_path, capsys):
     path = tmp_path / "fall.toml"
     path.write_text(PAIR.replace("velocity = [0, 0.6, 0]", "").replace("until = 2.0", "until = 100.0\noutput = 0.5"))
     assert main(["run", str(path)]) == 1

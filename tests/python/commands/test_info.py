@@ -7,7 +7,7 @@ import numpy as np
 from fullbody.commands.cli import main
 
 
-def test_maps_and_flights(tmp_path, capsys):
+def test_info_tells_what_maps_and_flights_hold(tmp_path, capsys):
     system, state = fullbody.systems.kw4()
     particles = fullbody.Particles([[4.0, 0.0, 0.0]], [[0.0, 0.0, 0.7]])
     system.fly(state, particles, 10.0, output=5.0).save(tmp_path / "flight.nc")

@@ -7,7 +7,7 @@ import pytest
 from fullbody.commands.cli import main
 
 
-def test_a_short_year_of_both_shapes(tmp_path, capsys):
+def test_kw4_prints_and_writes_both_shapes(tmp_path, capsys):
     assert main(["kw4", "--out", str(tmp_path), "--gravity", "focal", "--until", "300", "--quiet"]) == 0
     read = json.loads((tmp_path / "numbers.json").read_text(), parse_constant=lambda name: pytest.fail(name))
     assert {shape: list(methods) for shape, methods in read.items()} == {"ellipsoid": ["focal"], "spheroid": ["focal"]}
@@ -27,7 +27,7 @@ def test_a_short_year_of_both_shapes(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("until", ["-3", "0", "nan", "inf"])
-def test_years_have_hours(until, tmp_path, capsys):
+def test_years_are_given_in_hours(until, tmp_path, capsys):
     assert main(["kw4", "--out", str(tmp_path / "kw4"), "--until", until, "--quiet"]) == 1
     assert f"--until is {until}; expected hours above zero" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())

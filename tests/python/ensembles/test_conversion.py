@@ -43,7 +43,6 @@ def test_what_cannot_be_converted_is_refused(units, text):
 
 
 def test_no_variable_of_an_observable_has_the_name_of_a_method_of_xarray():
-    """Variables of a map are reached as its attributes."""
     system, state = fullbody.systems.kw4()
     run = system.integrate(state, 200.0, output=0.5)
     for name in observables.__all__:

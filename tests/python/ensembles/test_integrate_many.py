@@ -27,7 +27,7 @@ def spheres(speed=0.0, **options):
 
 
 def single(member, *args, **kwargs):
-    """What the run of one member gives or raises."""
+    """The answer to one member: its run or its error."""
     system, state = member
     try:
         return system.integrate(state, *args, **kwargs)
@@ -36,7 +36,6 @@ def single(member, *args, **kwargs):
 
 
 def alike(one, other):
-    """Whether two answers are the same bit for bit."""
     if isinstance(one, BaseException):
         same = type(one) is type(other) and str(one) == str(other)
         return same and (one.run is other.run is None or alike(one.run, other.run))
@@ -87,7 +86,6 @@ def test_what_is_kept_is_what_was_asked_for(output):
 
 
 def test_answers_are_in_the_order_of_the_members():
-    """The first ones take longest."""
     until = [200.0, 100.0, 20.0, 2.0, 1.0, 0.5] * 3
     runs = integrate_many([(SYSTEM, STATE)] * 18, until, output="ends", threads=5)
     assert [run.time[-1] for run in runs] == until
@@ -177,8 +175,7 @@ def test_each_failure_is_the_answer_of_its_own_member():
     assert str(errors["is no pair"]).startswith("member 5 is System(")
 
 
-def test_an_event_that_does_not_fit_a_member():
-    """Places and names are looked for in each system."""
+def test_an_event_fails_only_for_members_that_lack_its_bodies():
     answers = integrate_many([spheres(), (SYSTEM, STATE)], 1.0, events=[events.Contact("A", "B")])
     assert [type(answer).__name__ for answer in answers] == ["Run", "Run"]
     kw4 = fullbody.systems.kw4()
@@ -194,12 +191,11 @@ def member_of(number):
 
 
 class Trouble(Exception):
-    """Of a caller's own."""
+    """An exception of a caller."""
 
 
 @pytest.mark.parametrize("threads", THREADS)
-def test_events_with_functions_from_all_threads(threads):
-    """Each one's exception goes to the member that it was raised for."""
+def test_exceptions_of_event_functions_reach_the_member_that_raised_them(threads):
     inside = set()
 
     def f(state):
@@ -224,9 +220,7 @@ def test_events_with_functions_from_all_threads(threads):
 
 
 @pytest.mark.parametrize("threads", THREADS)
-def test_forces_that_are_functions_of_python_from_all_threads(threads):
-    """One system for all: each error has its own cause, and the values are those of a single run."""
-
+def test_force_functions_in_threads_have_the_values_and_errors_of_single_runs(threads):
     def wind(time, state):
         number = round(float(state.position.mean(axis=0)[0]))
         if time > 1.0 and number % 2:
@@ -299,7 +293,7 @@ def test_progress_counts_members():
 
 
 @pytest.mark.parametrize("known", [True, False])
-def test_progress_bar(capsys, known):
+def test_the_progress_bar_counts_members(capsys, known):
     members = [(SYSTEM, STATE)] * 3
     integrate_many(members if known else iter(members), 5.0, progress="many")
     captured = capsys.readouterr()
@@ -329,12 +323,12 @@ def test_warnings_about_starts_are_given_once():
 
 
 @pytest.mark.parametrize("threads", [0, -1, 1.0, True, "2", 1025])
-def test_threads_that_are_none(threads):
+def test_bad_numbers_of_threads_are_refused(threads):
     with pytest.raises(InvalidInput, match=r"^threads is .*; expected a whole number from 1 to 1024, or None"):
         integrate_many([(SYSTEM, STATE)], 1.0, threads=threads)
 
 
-def test_arguments_that_are_none():
+def test_bad_arguments_of_ensembles_are_refused():
     with pytest.raises(InvalidInput, match="members is 3; expected an iterable"):
         integrate_many(3, 1.0)
     with pytest.raises(InvalidInput, match="events has 'no'"):
@@ -345,8 +339,7 @@ def test_arguments_that_are_none():
 # Ctrl-C.
 
 
-def test_ctrl_c_gives_what_there_is():
-    """The signal comes from within a run, in another thread, when two others are done."""
+def test_ctrl_c_in_a_thread_returns_the_members_that_are_done():
     begun = threading.Semaphore(0)
 
     def f(state):
@@ -421,7 +414,7 @@ def test_sigint_in_a_program_of_its_own():
     assert done.stdout == "passed\n"
 
 
-def test_ctrl_c_in_a_generator_of_members():
+def test_ctrl_c_in_a_generator_of_members_returns_those_done():
     def members():
         yield SYSTEM, STATE
         raise KeyboardInterrupt

@@ -18,7 +18,7 @@ from support.maps import angle, assert_same, circle, expected
 GRID = {"mass": [0.1, 0.5, 0.9], "distance": [1.0, 2.0]}
 
 
-def test_a_grid():
+def test_a_grid_has_the_closed_forms_of_its_parameters():
     found = fullbody.sweep(circle, GRID, 0.8, measure=angle)
     assert dict(found.sizes) == {"mass": 3, "distance": 2, "place_0": 2, "place_1": 3}
     assert found.angle.dims == ("mass", "distance")
@@ -84,7 +84,7 @@ def test_what_is_given_reaches_the_set_up_as_it_is():
     assert [type(seen[0][name]) for name in "abcd"] == [int, float, str, bool]
 
 
-def test_units():
+def test_maps_keep_units_of_parameters_and_results():
     def setup(distance):
         body = fullbody.Body(fullbody.PointMass(), mass=1e12 * u.kg)
         system = fullbody.System([body, body], units=True)
@@ -124,7 +124,7 @@ def test_a_generator_draws_the_seed():
     assert_same(found, fullbody.sweep(circle, parts, 0.5, measure=angle, rng=seed))
 
 
-def test_draws_of_scipy_and_of_quantities():
+def test_draws_may_be_distributions_of_scipy_and_quantities():
     def setup(mass, distance):
         return circle(mass, distance.to_value("km"))
 
@@ -146,7 +146,7 @@ def test_the_end_may_be_a_parameter():
     np.testing.assert_allclose(named.angle, expected(0.5, 1.0, named.end), rtol=1e-12)
 
 
-def test_texts_and_what_is_left_out():
+def test_a_measure_may_give_text_and_leave_values_out():
     def measure(run):
         far = run.position[0, 1, 0] > 1.5
         return {"fate": "far", "radius": None} if far else {"fate": "near", "radius": 1.0, "also": True}
@@ -227,7 +227,7 @@ def gap(run):
 
 
 def fussy(run, places=1):
-    """Not for masses above a half, nor for runs that were cut short."""
+    """A measure that fails for masses above a half and for runs that were cut short."""
     if run.stop_reason != "end":
         raise LookupError("no end")
     if run.system.masses[1] > 0.5:
@@ -247,7 +247,7 @@ def test_of_several_measures_one_that_fails_takes_nothing_from_the_others():
 
 
 def test_what_the_package_measures_stays_beside_what_it_cannot():
-    """Half a revolution has a fate, the end of the run, and no mean period."""
+    """Half a revolution has a fate, the end of the run, but no mean period."""
     revolution = 2 * np.pi / expected(0.5, 1.0, 1.0)
     ends = [revolution / 2, 8 * revolution]
     measures = ["fate", observables.mutual_period]
@@ -279,9 +279,7 @@ def test_all_that_goes_wrong_with_a_row_is_told():
     assert [told[k][::2] for k in range(3)] == [["BodiesOverlap", "run"]] * 3
 
 
-def test_observables_are_measures_by_their_names():
-    """Those with several numbers give them under names of their own; a function may return such a result."""
-
+def test_names_of_observables_are_measures():
     def setup(angle):
         system, state = fullbody.systems.kw4(units=True)
         return system, state.rotated("Beta", [0, 0, 1], angle)
@@ -318,7 +316,7 @@ def test_values_stay_beside_one_that_does_not_go():
     assert "; also InvalidInput in measure: measure gives list of shape (2,), but of shape (1,) in row 0" in text
 
 
-def test_measures_that_give_one_name_twice():
+def test_measures_that_give_one_name_twice_are_refused():
     with pytest.warns(InconsistentInput, match="ended with an error"):
         found = fullbody.sweep(circle, {"mass": [0.5]}, 0.25, measure=[gap, lambda run: {"gap": 0.0, "end": 1.0}])
     assert (float(found.gap[0]), float(found.end[0])) == (1.0, 1.0)
@@ -326,8 +324,6 @@ def test_measures_that_give_one_name_twice():
 
 
 def test_a_sweep_without_one_good_row_is_warned_of(tmp_path):
-    """At the line of the call, also where the map is read from its store; one good row is enough for silence."""
-
     def setup(mass):
         if mass > 0.25:
             raise ValueError(f"{mass} is too heavy")
@@ -354,9 +350,7 @@ def test_a_measure_may_not_take_a_parameters_name():
 
 
 @pytest.mark.filterwarnings("ignore:all . rows of the sweep ended with an error")
-def test_names_of_dimensions_are_taken_too():
-    """A list has a dimension that has its name and a number."""
-
+def test_names_of_dimensions_are_reserved():
     def measure(run):
         return {"a": np.zeros(2), "a_0": 1.0}
 
@@ -445,7 +439,7 @@ def test_what_a_file_cannot_hold_does_not_hold_up_the_map(tmp_path):
         ({"executor": 3}, "executor is 3; expected one with the interface of concurrent.futures"),
     ],
 )
-def test_arguments_that_cannot_be_used(change, text):
+def test_bad_arguments_of_sweeps_are_refused(change, text):
     arguments = {"setup": circle, "parameters": {"mass": [0.1]}, "until": 0.1, "measure": angle} | change
     with pytest.raises(InvalidInput, match=text):
         fullbody.sweep(**arguments)

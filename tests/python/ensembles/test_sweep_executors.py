@@ -47,7 +47,7 @@ class Inline:
         return future
 
 
-def test_threads():
+def test_threads_give_the_map_of_one_process():
     with ThreadPoolExecutor(2) as executor:
         held = threading.Lock()
 
@@ -65,7 +65,7 @@ def processes():
         yield executor
 
 
-def test_processes(processes, tmp_path):
+def test_processes_give_the_map_of_one_process(processes, tmp_path):
     # Functions that are no module's go there whole.
     power = 2.0
     found = swept(
@@ -114,7 +114,7 @@ def test_a_chunk_that_fails_is_given_out_again():
     assert executor.calls == 6
 
 
-def test_a_chunk_that_fails_everywhere(tmp_path):
+def test_a_chunk_that_fails_everywhere_is_an_error(tmp_path):
     executor = Inline((2, 5, 6), RuntimeError("a worker was lost"))
     with pytest.raises(
         FullbodyError, match=r"rows 2 to 3 failed in 3 workers, .* RuntimeError: a worker was lost"
@@ -125,7 +125,7 @@ def test_a_chunk_that_fails_everywhere(tmp_path):
     assert_same(swept(store=tmp_path / "map.nc"), swept())
 
 
-def test_an_executor_that_is_shut_down_meanwhile():
+def test_an_executor_that_is_shut_down_is_an_error_that_names_the_rows():
     class Closing(Inline):
         def submit(self, function, *args):
             if self.calls == 2:
@@ -137,7 +137,7 @@ def test_an_executor_that_is_shut_down_meanwhile():
     assert (caught.value.dataset.error == "").values.tolist() == [True] * 4 + [False] * 3
 
 
-def test_a_store_that_cannot_be_written(tmp_path, monkeypatch):
+def test_a_store_that_cannot_be_written_ends_the_sweep(tmp_path, monkeypatch):
     def full(self, outcomes):
         raise OSError(28, "No space left on device")
 
@@ -155,7 +155,7 @@ def test_a_bar_counts_rows(capsys):
         assert "1 with errors" in text
 
 
-def test_ctrl_c_in_a_worker():
+def test_ctrl_c_in_a_worker_ends_the_sweep():
     with pytest.raises(Interrupted) as caught:
         swept(executor=Inline((3,), KeyboardInterrupt()))
     # What was there when it came is kept.
@@ -185,7 +185,7 @@ def dying(folder):
     return setup
 
 
-def test_a_worker_of_processes_dies(tmp_path):
+def test_rows_of_a_dead_process_are_given_out_again(tmp_path):
     setup = dying(tmp_path)
     with ProcessPoolExecutor(1, mp_context=SPAWN) as executor:
         with pytest.raises(FullbodyError, match="has lost a worker, by a crash or for want of memory") as caught:
@@ -196,8 +196,7 @@ def test_a_worker_of_processes_dies(tmp_path):
 
 
 @pytest.mark.timeout(120)
-def test_a_worker_of_dask_dies(tmp_path):
-    """What it held is computed by another, and the map is the one of a single process."""
+def test_rows_of_a_dead_worker_of_dask_are_computed_by_another(tmp_path):
     subprocess.run([sys.executable, DATA / "cluster.py", tmp_path], check=True, timeout=110)
     assert (tmp_path / "died").exists()
     assert (tmp_path / "dask.nc").read_bytes() == (tmp_path / "alone.nc").read_bytes()

@@ -33,7 +33,6 @@ def swept(store, **changes):
 
 @pytest.fixture
 def begun(tmp_path):
-    """A folder of two chunks of three."""
     folder = tmp_path / "map"
     swept(folder)
     (folder / "00000004.npz").unlink()
@@ -52,7 +51,7 @@ def test_the_map_is_a_file(tmp_path):
     assert (tmp_path / "map.nc").read_bytes() == content
 
 
-def test_a_folder_of_chunks(tmp_path):
+def test_a_folder_of_chunks_gives_the_map_of_a_file(tmp_path):
     found = swept(tmp_path / "map")
     names = ["00000000.npz", "00000002.npz", "00000004.npz", "lock", "sweep.json"]
     assert sorted(path.name for path in (tmp_path / "map").iterdir()) == names
@@ -60,8 +59,7 @@ def test_a_folder_of_chunks(tmp_path):
     assert_same(found, swept(tmp_path / "map"))
 
 
-def test_killed_and_called_again(tmp_path):
-    """At once, in the middle of a chunk, between two chunks; each sweep goes on where the last one was."""
+def test_a_killed_sweep_goes_on_where_it_was(tmp_path):
     whole, broken = tmp_path / "whole", tmp_path / "broken"
     whole.mkdir()
     broken.mkdir()
@@ -152,7 +150,6 @@ def test_another_sweep_is_refused_by_what_differs(tmp_path, change, told):
 
 
 def test_a_changed_helper_is_refused_by_its_name_and_line(tmp_path, monkeypatch):
-    """The function that measures is the same; one that it names has another source."""
     swept(tmp_path / "map.nc", **SAME)
 
     def changed(run):
@@ -183,8 +180,7 @@ def test_a_store_needs_a_seed_that_draws_the_same_again(tmp_path):
         swept(tmp_path / "map", parameters=draws, rng=np.random.default_rng(1))
 
 
-def test_functions_without_a_source_are_stored(tmp_path):
-    """The key stands for them."""
+def test_functions_without_a_source_are_known_by_the_key(tmp_path):
     space = {"angle": angle}
     exec("def measure(run):\n    return angle(run)", space)
     assert_same(swept(tmp_path / "map", measure=space["measure"]), swept(None))
@@ -210,8 +206,7 @@ def extended(store, ran, parameters, **options):
 
 
 @pytest.mark.parametrize("store", ["map.nc", "map"])
-def test_a_map_is_extended(tmp_path, store):
-    """By values at either end, in the middle and in another dimension; what is stored is not computed again."""
+def test_an_extended_map_computes_only_what_is_new(tmp_path, store):
     ran = []
     steps = [
         ({"mass": [0.1, 0.5], "distance": 2.0}, 2),
@@ -249,7 +244,6 @@ def test_an_extension_that_was_cut_short_goes_on(tmp_path):
 
 
 def test_more_draws_keep_the_first_ones(tmp_path):
-    """Random numbers are those of the row's number: rows that would get another number are another sweep."""
     ran = []
     mass = functools.partial(np.random.Generator.uniform, low=0.1, high=0.9)
     draws = functools.partial(fullbody.ensembles.draws, mass=mass)
@@ -339,7 +333,7 @@ def test_what_is_not_a_store_stays_as_it_is(tmp_path, monkeypatch):
         swept(tmp_path / "damaged")
 
 
-def test_one_process_at_a_time(begun):
+def test_a_store_is_open_to_one_process_at_a_time(begun):
     code = "import fcntl, sys; f = open(sys.argv[1], 'a'); fcntl.lockf(f, fcntl.LOCK_EX); print(1, flush=True); input()"
     command = [sys.executable, "-c", code, begun / "lock"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
@@ -374,7 +368,7 @@ class _Once:
 
 
 @pytest.mark.parametrize("store", [None, "map.nc"])
-def test_ctrl_c(tmp_path, store):
+def test_ctrl_c_keeps_what_is_done(tmp_path, store):
     path = store and tmp_path / store
     measure = _Once(KeyboardInterrupt())
     rows = {"mass": [0.1, 0.3, 0.9, 0.5, 0.7]}
@@ -404,8 +398,7 @@ class _During(_Once):
         return 1.0
 
 
-def test_ctrl_c_in_a_run(tmp_path):
-    """The runs before are kept, and the one that was interrupted is none."""
+def test_ctrl_c_in_a_run_keeps_the_runs_before_it(tmp_path):
     watch = [events.Function(_During(KeyboardInterrupt()))]
     rows = {"mass": [0.1, 0.3, 0.9, 0.5]}
     with pytest.raises(Interrupted) as caught:

@@ -19,8 +19,8 @@ def passing(of="body"):
 
 
 @pytest.mark.parametrize("of", ["body", "system"])
-def test_it_is_the_periapsis(of):
-    """The pull on the pair's quadrupole moves the barycentre by less than that shows."""
+def test_the_closest_approach_is_the_periapsis_of_the_orbit(of):
+    """The pull on the pair's quadrupole moves the barycentre by less than the tolerance."""
     system, state = passing(of)
     run = system.integrate(state, 30.0, output=30.0, events=[events.ClosestApproach("Earth")])
     (happened,) = run.events

@@ -31,7 +31,7 @@ def time_of_contact(mu):
 
 
 def accuracy(integrator, G):
-    """Of a time of contact: gravity changes it by 6 G at most."""
+    """The error of a time of contact, which gravity changes by 6 G at most."""
     if G < 1e-3:
         return 1e-10
     return 0.03 if getattr(integrator, "rtol", 1.0) > 1e-4 else 1e-5 if integrator.rtol > 1e-10 else 1e-10
@@ -104,7 +104,7 @@ def test_time_of_contact_is_that_of_the_terminal_event():
             larger.interactions(ended[-1])
 
 
-def test_units_in_the_error():
+def test_the_error_of_a_collision_has_units():
     u = pytest.importorskip("astropy.units")
     bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1e3, name=name) for name in ("A", "B")]
     system = fullbody.System(bodies, units=("km", "hour", "kg"))
@@ -115,8 +115,7 @@ def test_units_in_the_error():
     assert caught.value.run.time[-1] < 9.8 * u.h
 
 
-def test_a_moon_between_two_planets():
-    """The first of two contacts that one step could hold, and bodies that are only points pass by each other."""
+def test_the_first_of_two_contacts_ends_the_run():
     sphere, point = fullbody.Sphere(1.0), fullbody.PointMass()
     shapes = {"left": sphere, "moon": point, "right": sphere, "grain": point}
     bodies = [fullbody.Body(shape, mass=1e-9, name=name) for name, shape in shapes.items()]

@@ -22,7 +22,7 @@ def times(run, event=None):
     return np.array([float(o.time) for o in run.events if event is None or o.event is event])
 
 
-def test_apsides_of_an_ellipse():
+def test_apsides_of_an_ellipse_are_at_keplers_times():
     system, state = ellipse(mean_anomaly=-1.0)
     near, far = events.Periapsis(0, 1), events.Apoapsis(0, 1)
     run = system.integrate(state, 20.0, output=[20.0], events=[near, far])
@@ -60,7 +60,7 @@ def kepler_time(r, e=0.4):
     return E - e * np.sin(E)
 
 
-def test_separation_and_its_direction():
+def test_separation_is_passed_at_keplers_time_in_its_direction():
     system, state = ellipse()
     out, turn = kepler_time(1.2), 2 * np.pi
     for direction, expected in ((0, [out, turn - out, turn + out]), (1, [out, turn + out]), (-1, [turn - out])):
@@ -127,7 +127,6 @@ def test_radial_fall_ends_by_contact(shape):
 
 
 def test_points_go_on_after_contact_only_if_they_may():
-    """A contact that is not terminal is reported, then the bodies overlap: an error with the run so far."""
     system, state, expected = falling()
     contact = events.Contact(0, 1)
     with pytest.raises(BodiesOverlap) as caught:
@@ -205,8 +204,8 @@ def test_an_exception_in_a_function_propagates():
             sim.integrate(30.0, events=[events.Function(lambda s, value=value: value)])
 
 
-def test_nodes_of_an_inclined_circle():
-    """z = sin(i) sin(t) for a circle: ascending nodes at 2 pi k, descending half a turn later."""
+def test_nodes_of_an_inclined_circle_are_half_turns_apart():
+    """On the circle z = sin(i) sin(t): ascending nodes are at 2 pi k, descending ones half a turn later."""
     system, state = ellipse(e=0.0, inclination=0.7, mean_anomaly=-0.5)
     for direction, first in ((1, 0.5), (-1, 0.5 + np.pi)):
         node = events.PlaneCrossing(1, 0, direction=direction)
@@ -218,8 +217,8 @@ def test_nodes_of_an_inclined_circle():
     assert times(run) == pytest.approx(0.5 + 1.5 * np.pi + 2 * np.pi * np.arange(2), abs=1e-11)
 
 
-def test_escape_on_a_hyperbola():
-    """a = 1, e = 1.5 from periapsis: r = e cosh H - 1 at t = e sinh H - H. On an ellipse never."""
+def test_escape_on_a_hyperbola_is_at_keplers_time_and_never_on_an_ellipse():
+    """With a = 1 and e = 1.5, r = e cosh H - 1 at t = e sinh H - H."""
     system = points(0.6, 0.4)
     r, v = np.array([0.5, 0, 0]), np.array([0, np.sqrt(2.5 / 0.5), 0])
     state = fullbody.State(np.outer([-0.4, 0.6], r), np.outer([-0.4, 0.6], v))
@@ -232,8 +231,7 @@ def test_escape_on_a_hyperbola():
     assert bound.integrate(start, 10.0, events=[events.Escape(0, 1, 1.5)]).events == []
 
 
-def test_alignment_of_a_free_rotator():
-    """Hardly any gravity: the long axis comes by every half turn."""
+def test_a_free_rotator_is_aligned_every_half_turn():
     bodies = [fullbody.Body(fullbody.Ellipsoid(1.0, 0.8, 0.7), mass=1.0), fullbody.Body(fullbody.PointMass(), mass=1.0)]
     system = fullbody.System(bodies, G=1e-18)
     spin = [[0, 0, 0.5], [0, 0, 0]]
@@ -273,7 +271,7 @@ def test_alignment_of_a_free_rotator():
         (lambda: "contact", "events has 'contact'; expected fullbody.events"),
     ],
 )
-def test_refused(make, message):
+def test_bad_events_are_refused(make, message):
     system, state = CASE1
     with pytest.raises(InvalidInput, match=message):
         system.integrate(state, 1.0, events=[make()])
@@ -302,8 +300,7 @@ def test_a_thinned_run_keeps_its_events():
 # Dense output
 
 
-def test_dense_on_a_circle():
-    """cos t and sin t, anywhere in the run, to the tolerance of the steps."""
+def test_the_continuous_solution_is_the_circle():
     system, state = ellipse(e=0.0)
     run = system.integrate(state, 20.0, output=[20.0], dense=True)
     t = np.random.default_rng(3).uniform(0.0, 20.0, 200)
@@ -323,7 +320,7 @@ def test_dense_on_a_circle():
 
 @pytest.mark.parametrize("chart", ["quaternion", "tait_bryan"])
 @pytest.mark.parametrize("until", [40.0, -40.0])
-def test_dense_equals_a_tight_run(chart, until):
+def test_the_continuous_solution_equals_a_tight_run(chart, until):
     system, state = fullbody.systems.case1(attitude_chart=chart)
     run = system.integrate(state, until, output=[], integrator=fullbody.Verner98(1e-11, 1e-11), dense=True)
     t = np.linspace(0.0, until, 101)
@@ -338,7 +335,7 @@ def test_dense_equals_a_tight_run(chart, until):
     assert worst(run(until).position, free.position[-1]) < 1e-14
 
 
-def test_dense_with_units():
+def test_the_continuous_solution_has_units():
     from astropy import units as u
 
     system, state = fullbody.systems.kw4(units=True)
@@ -354,7 +351,7 @@ def test_dense_with_units():
         run(1 * u.km)
 
 
-def test_dense_refuses():
+def test_the_continuous_solution_refuses_times_outside_it():
     system, state = CASE1
     run = system.integrate(state, 10.0, dense=True)
     for time in (10.0 + 1e-9, -1e-9, np.nan, np.inf, [1.0, 11.0]):

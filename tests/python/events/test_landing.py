@@ -22,15 +22,14 @@ def beside(place, attitude=Q):
 
 
 def support(axes, attitude, n):
-    """How far an ellipsoid reaches from its centre along a direction of the inertial frame."""
+    """The distance that an ellipsoid reaches from its centre along a direction of the inertial frame."""
     turn = beside([9.0, 0.0, 0.0], attitude).rotation_matrix[1]
     return np.linalg.norm(np.array(axes) * (turn.T @ n))
 
 
 @pytest.mark.parametrize("normal", [[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 1.0]], ids=["face", "edge", "corner"])
 @pytest.mark.parametrize("axes", [AXES, (0.5, 0.45, 0.12)], ids=["egg", "disc"])
-def test_an_ellipsoid_right_above_a_polyhedron(normal, axes):
-    """Integrals over the faces, against the polyhedron's field over the focal ellipse, which no face comes near to."""
+def test_force_of_a_polyhedron_on_an_ellipsoid_right_above_is_the_focal_integral(normal, axes):
     n = np.array(normal) / np.linalg.norm(normal)
     cube = Body(box(2.0, 2.0, 2.0), mass=1.0, name="A")
     points, weights = focal_points(*axes, n=80, m=320)
@@ -54,8 +53,7 @@ def test_an_ellipsoid_right_above_a_polyhedron(normal, axes):
 
 @pytest.mark.parametrize("gap", [0.1, 1e-3, 1e-9])
 @pytest.mark.parametrize("meeting", ["corners", "corner and face", "edges"])
-def test_two_polyhedra_about_to_touch(meeting, gap):
-    """The sum goes over the body with fewer faces: other points and another field give the same."""
+def test_forces_of_polyhedra_about_to_touch_do_not_depend_on_which_is_summed_over(meeting, gap):
     one, other = octahedron(1.0, 1.0, 1.0), octahedron(0.5, 0.5, 0.5)
     diagonal = np.ones(3) / 3**0.5
     # A turn of a corner of the second one towards the first.
@@ -77,15 +75,15 @@ def test_two_polyhedra_about_to_touch(meeting, gap):
     close(found.potential_energy, again.potential_energy, 2e-11)
 
 
-def test_cubes_face_to_face():
-    """The force between touching cubes, a sum of logarithms and arc tangents known to many digits (Trefethen 2005)."""
+def test_the_force_between_touching_cubes_is_trefethens():
+    """The force between touching cubes is a sum of logarithms and arc tangents (Trefethen 2005)."""
     cube, gap = box(1.0, 1.0, 1.0), 1e-9
     found = system(cube, cube, 1e-7).interactions(beside([1.0 + gap, 0.0, 0.0], UNTURNED))
     close(found.force[0], np.array([0.3 * 0.92598126055729142809, 0.0, 0.0]), 1e-7)
 
 
 def test_a_fall_along_a_line_ends_when_it_should():
-    """The time of a fall is an integral over the energy, which is one over the focal ellipse."""
+    """The time of a fall is an integral over the energy, which is itself one over the focal ellipse."""
     cube = Body(box(2.0, 2.0, 2.0), mass=1.0, name="A")
     points, weights = focal_points(*AXES, n=30, m=120)
 
@@ -121,7 +119,7 @@ def landing(first, second, tolerance, **options):
 
 
 @pytest.mark.parametrize("axes", [AXES, (0.5, 0.45, 0.06)])
-def test_a_tumbling_ellipsoid_lands(axes):
+def test_a_tumbling_ellipsoid_lands_when_its_support_touches(axes):
     run = landing(box(2.0, 2.0, 2.0), Ellipsoid(*axes), 1e-12)
     close(run.energy, run.energy[0], 2e-12)
     close(run.angular_momentum, run.angular_momentum[0], 1e-12, scale=np.abs(run.angular_momentum).max())
@@ -134,7 +132,7 @@ def test_a_tumbling_ellipsoid_lands(axes):
     assert np.abs(np.delete(place, k)).max() < 1.0
 
 
-def test_a_tumbling_polyhedron_lands():
+def test_a_tumbling_polyhedron_lands_when_a_corner_touches():
     quick = fullbody.Verner98(rtol=1e-8, atol=1e-8)
     run = landing(octahedron(1.0, 0.8, 0.6), octahedron(0.5, 0.4, 0.3), 1e-7, integrator=quick)
     close(run.energy, run.energy[0], 1e-7)
@@ -150,7 +148,7 @@ def wedge(angle):
 
 
 def fates(shape, places, velocities):
-    """Where particles land on a body too light to bend their straight paths, whose frame is put back."""
+    """The fates of particles that land on a body too light to bend their straight paths, whose frame is put back."""
     body = Body(shape, mass=1e-18, name="A")
     frame = body.working_frame
     turn = State([[0.0] * 3], [[0.0] * 3], attitude=[frame.attitude]).rotation_matrix[0]

@@ -28,8 +28,7 @@ def area(outline):
 
 
 @pytest.mark.parametrize("shape", [hull(True), hull(False), fullbody.Ellipsoid(1.0, 0.8, 0.7)])
-def test_a_map_has_no_gaps(shape):
-    """The outlines of the cells cover 360 by 180 degrees, once."""
+def test_the_cells_of_a_map_cover_the_body_once(shape):
     system = fullbody.System([fullbody.Body(shape, mass=1.0, name="A")], G=1.0)
     field = fields.surface(system, fullbody.State([[0, 0, 0]], [[0, 0, 0]]), rows=12)
     (cells,) = plots.surface_map(field).collections
@@ -48,7 +47,7 @@ def swinging():
     return system.integrate(state.rotated("Beta", [0, 0, 1], "10 deg"), "20 h", output="2 h")
 
 
-def test_a_surface_along_a_run(swinging):
+def test_surfaces_along_a_run_are_those_of_its_states(swinging):
     found = fields.surface_along(swinging, "Beta", rows=6)
     each = [fields.surface(swinging.system, swinging[k], "Beta", rows=6) for k in range(len(swinging))]
     for name in ("slope", "surface_acceleration"):

@@ -16,7 +16,7 @@ def alone(body, spin=(0, 0, 0), attitude=(1, 0, 0, 0), G=1.0):
 
 
 def test_a_maclaurin_spheroid_at_its_own_rate_has_no_slope():
-    """Omega^2 = 2 pi G rho [sqrt(1-e^2)/e^3 (3-2e^2) asin e - 3 (1-e^2)/e^2] (Chandrasekhar 1969): a level surface."""
+    """Its rate is Omega^2 = 2 pi G rho [sqrt(1-e^2)/e^3 (3-2e^2) asin e - 3 (1-e^2)/e^2] (Chandrasekhar 1969)."""
     for c in (0.9, 0.5, 0.2):
         e = np.sqrt(1.0 - c * c)
         rate = 2.0 * np.pi * (np.sqrt(1 - e * e) / e**3 * (3 - 2 * e * e) * np.arcsin(e) - 3 * (1 - e * e) / (e * e))
@@ -28,8 +28,8 @@ def test_a_maclaurin_spheroid_at_its_own_rate_has_no_slope():
         assert other.slope.max() > 0.005
 
 
-def test_a_turning_ball():
-    """a = -(GM/R^2) n + omega^2 rho, V = -GM/R - omega^2 rho^2 / 2."""
+def test_the_surface_of_a_rotating_ball_has_the_closed_form():
+    """The formulas are a = -(GM/R^2) n + omega^2 rho and V = -GM/R - omega^2 rho^2 / 2."""
     mass, radius, rate = 3.0, 2.0, 0.3
     field = surface(*alone(Body(Sphere(radius), mass=mass), spin=(0, 0, rate)), rows=12)
     across = field.point * [1.0, 1.0, 0.0]
@@ -43,8 +43,8 @@ def test_a_turning_ball():
     assert field.area.sum() == pytest.approx(4.0 * np.pi * radius**2, rel=0.02)
 
 
-def test_the_other_bodys_tide():
-    """Of a distant ball: G m [(d - r)/|d - r|^3 - d/d^3], and the geopotential of that."""
+def test_the_tide_of_the_other_body_is_newtons():
+    """A distant ball has the tide G m [(d - r)/|d - r|^3 - d/d^3]."""
     balls = [Body(Sphere(1.0), mass=1.0, name="A"), Body(Sphere(0.5), mass=0.6, name="B")]
     turn = np.array([0.8, 0.1, -0.4, 0.3])
     turn /= np.linalg.norm(turn)
@@ -63,7 +63,6 @@ def test_the_other_bodys_tide():
 
 
 def test_the_acceleration_is_that_of_a_particle_let_go():
-    """In a tumbling pair: second differences of a light point's place in the body's frame, by an integration."""
     system, state = fullbody.systems.kw4()
     state = state.replace(spin=[[0.3, -0.2, 2.2], [0.4, 0.3, 0.2]])
     field = surface(system, state, "Beta", rows=6)
@@ -89,8 +88,7 @@ def test_the_acceleration_is_that_of_a_particle_let_go():
     assert field.acceleration[k] == pytest.approx(expected, rel=1e-7)
 
 
-def test_a_polyhedrons_faces():
-    """A finely cut sphere: nearly the ball's, with its normals turned outwards."""
+def test_the_surface_of_a_finely_cut_sphere_is_nearly_the_balls():
     trimesh = pytest.importorskip("trimesh")
     mesh = trimesh.creation.icosphere(subdivisions=3)
     shape = Polyhedron(np.array(mesh.vertices), np.array(mesh.faces))
@@ -103,7 +101,7 @@ def test_a_polyhedrons_faces():
 
 
 def test_a_composite_has_the_surfaces_of_its_parts_outside_of_each_other():
-    """Two balls that overlap: spheres less their caps, whose area is 2 pi R h."""
+    """Two balls that overlap have the area of their spheres less the caps, whose area is 2 pi R h."""
     parts = [Part(Sphere(1.0), mass=1.0), Part(Sphere(0.6), mass=0.2, position=(1.2, 0.0, 0.0))]
     body = Body(Composite(parts))
     field = surface(*alone(body), rows=90)

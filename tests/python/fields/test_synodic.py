@@ -74,14 +74,14 @@ def pair_state(pair):
 
 
 def test_stability_ends_at_rouths_mass():
-    """27 mu (1 - mu) = 1."""
+    """Routh's mass solves 27 mu (1 - mu) = 1."""
     critical = 0.5 * (1.0 - np.sqrt(23.0 / 27.0))
     for light, stable in ((critical - 1e-5, True), (critical + 1e-5, False)):
         points = {point.name: point.stable for point in circling(light).equilibria()}
         assert (points["L4"], points["L5"]) == (stable, stable)
 
 
-def test_units():
+def test_the_rotating_frame_has_units():
     system, state = fullbody.systems.kw4(units=True)
     with pytest.warns(InconsistentInput, match="Alpha turns in the rotating frame"):
         with_units = fields.Synodic(system, state)
@@ -95,7 +95,6 @@ def test_units():
 
 
 def test_jacobis_constant_is_kept():
-    """Along the path of a light point in the inertial frame."""
     pair = circling(0.2, turn=TURN)
     place, speed = pair.to_inertial([0.4, 1.3, 0.2], [0.1, -0.2, 0.1])
     dust = Body(PointMass(), mass=1e-25, name="dust")
@@ -138,8 +137,8 @@ def lobe_of_points(q):
 
 
 @pytest.mark.parametrize(("q", "name"), [(0.05, "B"), (4.0, "A")])
-def test_roche_lobes(q, name):
-    """Eggleton's formula (1983, ApJ 268, 368) is good to one part in a hundred; an integral of another kind to more."""
+def test_roche_lobes_have_eggletons_volume(q, name):
+    """Eggleton's formula (1983, ApJ 268, 368) is good to one part in a hundred; the integral is closer."""
     pair = circling(min(q, 1.0) / (1.0 + q), separation=1.0, shape=PointMass())
     lobe = pair.roche_lobe(name, rows=60)
     eggleton = 0.49 * q ** (2 / 3) / (0.6 * q ** (2 / 3) + np.log(1.0 + q ** (1 / 3)))
@@ -157,8 +156,7 @@ def test_meshes_of_roche_lobes_miss_of_the_volume_what_they_say():
     assert (1.0 - volumes[1] / whole) * 60**2 == pytest.approx(3.7, rel=0.1)
 
 
-def test_zero_velocity_curves():
-    """Of two points, by the formula; they close about the bodies above the level of L1 and join below."""
+def test_zero_velocity_curves_close_above_the_level_of_L1():
     light, pair = 0.2, circling(0.2, separation=1.0, G=1.0 / 3.0, shape=PointMass())
     levels = {point.name: point.jacobi for point in pair.equilibria()}
     for level, pieces in ((levels["L1"] * 1.02, 3), (0.5 * (levels["L1"] + levels["L2"]), 2)):
@@ -170,7 +168,7 @@ def test_zero_velocity_curves():
             assert 2.0 * potential + x * x + y * y == pytest.approx(np.full(len(curve), level), rel=2e-3)
 
 
-def test_pairs_that_are_none():
+def test_systems_without_a_circling_pair_are_refused():
     system, state = fullbody.systems.kw4()
     with pytest.raises(InvalidInput, match="system has 1 bodies; expected 2"):
         fields.Synodic(fullbody.System([Body(Sphere(1.0), mass=1.0)], G=1.0), state)
@@ -181,7 +179,7 @@ def test_pairs_that_are_none():
 
 
 def test_the_warning_tells_what_is_off_and_no_rounding():
-    """At the end of an ellipse v^2 = G M (1 + e)/r across, so that the pull is 1/(1 + e) of v^2/r; v half along r."""
+    """At the end of an ellipse v^2 = G M (1 + e)/r, so that the pull is 1/(1 + e) of v^2/r."""
     bodies = [Body(fullbody.PointMass(), mass=mass, name=name) for mass, name in ((0.99, "A"), (0.01, "B"))]
     system, shares = fullbody.System(bodies, G=1.0), np.array([[-0.01], [0.99]])
 
@@ -199,8 +197,7 @@ def test_the_warning_tells_what_is_off_and_no_rounding():
     assert told(turned[0], turned[1] + turned[0]) == both.partition(", and ")[2]
 
 
-def test_pictures():
-    """Each has its labels with units, and shows what it is given."""
+def test_pictures_of_the_rotating_frame_have_labels_and_units():
     system, state = fullbody.systems.kw4(units=True)
     field = fields.surface(system, state, "Beta", rows=8)
     ax = plots.surface_map(field)

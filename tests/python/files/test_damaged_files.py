@@ -32,7 +32,7 @@ def written(tmp_path_factory):
 
 
 def without_checksum(data):
-    """What NetCDF reads of a file, as another program would have written it."""
+    """The part of a file that NetCDF reads, as another program would have written it."""
     return data[: data.rindex(b"\nfullbody: sha256")]
 
 
@@ -82,7 +82,6 @@ def test_a_file_without_checksum_is_read_with_a_warning(written, tmp_path):
 
 
 def test_a_program_that_writes_into_a_file_takes_its_checksum_away(written, tmp_path):
-    """However little it changes, so that what it leaves counts as another program's."""
     path = tmp_path / "run.nc"
     for change in ("nothing", "number", "text"):
         path.write_bytes(written[1])
@@ -117,7 +116,6 @@ def test_files_without_any_checksum_load(tmp_path):
 
 
 def test_zeros_in_place_of_any_block_are_refused(written, tmp_path):
-    """As after a loss of power."""
     run, data = written
     path = tmp_path / "run.nc"
     for first in range(0, len(data), 512):
@@ -158,7 +156,6 @@ def test_an_altered_byte_is_refused(written, tmp_path):
 
 
 def test_a_damaged_file_is_told_once(written, tmp_path, monkeypatch):
-    """Nothing on standard error from objects that the libraries left half made."""
     ignored = []
     monkeypatch.setattr(sys, "unraisablehook", ignored.append)
     path = tmp_path / "run.nc"
@@ -170,7 +167,7 @@ def test_a_damaged_file_is_told_once(written, tmp_path, monkeypatch):
     assert ignored == []
 
 
-def test_a_file_that_is_not_there(tmp_path):
+def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"^no file .*missing\.nc$"):
         fullbody.load(tmp_path / "missing.nc")
     with pytest.raises(InvalidInput, match="the file is a folder"):
@@ -178,7 +175,7 @@ def test_a_file_that_is_not_there(tmp_path):
 
 
 @pytest.mark.parametrize("path", [None, 3, b"run.nc", "run\0.nc", "run\ud800.nc", ["run.nc"]])
-def test_what_is_no_name_of_a_file(path):
+def test_values_that_are_no_path_are_refused(path):
     for use in (fullbody.load, fullbody.Simulation.load, fullbody.read_toml, fullbody.read_sians, fullbody.read_gubas):
         with pytest.raises(InvalidInput, match=r"^path is .*; expected the name of a file"):
             use(path)

@@ -75,7 +75,7 @@ def test_parameters_keep_the_unit_they_were_given_in(tmp_path):
 
 
 def test_other_programs_read_the_times(tmp_path):
-    """Periapses of Kepler's orbit from its apoapsis: half a period and whole ones after it."""
+    """The orbit starts at apoapsis: its periapses follow after half a period and whole ones."""
     bodies = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (0.75, 0.25)]
     a, e = 2.0, 0.5
     fast = np.sqrt((1 - e) / (1 + e) / a)

@@ -67,7 +67,6 @@ def test_failed_save_leaves_the_old_file(kw4_run, tmp_path, monkeypatch):
 
 
 def test_settings_of_any_integrator_are_kept(kw4_run, tmp_path):
-    """A method of fixed steps: a step with a unit comes back as a number of the system's units."""
     from astropy import units as u
 
     system, state = fullbody.systems.kw4(units=True)

@@ -74,7 +74,7 @@ def test_every_bit_comes_back(runs, which, tmp_path):
 
 
 def test_the_closest_approach_is_that_of_the_orbit(runs):
-    """Mean anomaly -0.1 at 20 h, and no more than the pull on the pair's quadrupole moves it."""
+    """The mean anomaly is -0.1 at 20 h; the pull on the quadrupole moves the approach by less than the tolerance."""
     rate = np.sqrt(runs[0].system.G * 5.97e24 / 10000.0**3)
     (happened,) = runs[0].events
     expected = 20.0 + 0.1 / rate
@@ -110,7 +110,7 @@ def test_work_is_counted_from_the_start_whatever_is_recorded(tmp_path):
 
 
 def test_a_long_table_fits_in_a_file(tmp_path):
-    """More than the 64 kB that HDF5 holds in the head of an object."""
+    """HDF5 holds 64 kB in the head of an object; this table is longer."""
     system, state = fullbody.systems.kw4()
     times = np.linspace(-5.0, 40.0, 5000)
     positions = np.column_stack([4e5 * np.cos(times / 100), 4e5 * np.sin(times / 100), 100.0 * times])

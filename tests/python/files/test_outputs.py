@@ -124,7 +124,6 @@ def test_dataset_without_units_claims_none():
 
 
 def test_an_interrupted_run_can_be_saved(tmp_path):
-    """What an error leaves behind is a run like any other."""
     system = fullbody.System([Body(Sphere(1.0), mass=1.0), Body(Sphere(1.0), mass=1.0)], G=1.0)
     with pytest.raises(BodiesOverlap) as caught:
         system.integrate(fullbody.State([[0, 0, 0], [5, 0, 0]], np.zeros((2, 3))), 100.0)

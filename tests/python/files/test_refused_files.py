@@ -179,7 +179,6 @@ def test_a_header_that_promises_more_than_the_file_holds_is_refused(run, tmp_pat
 
 @pytest.mark.filterwarnings("ignore::fullbody.errors.UncheckedFile")
 def test_compressed_files_load(run, tmp_path):
-    """As people make them smaller; the pieces need not fit the variable."""
     run.save(tmp_path / "run.nc")
     with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf", decode_times=False) as dataset:
         for number, settings in enumerate(
@@ -210,7 +209,7 @@ def replacements(value, wrong):
 
 @pytest.mark.parametrize("wrong", [{"x": [1]}, [[None]], 10**400, float("nan")], ids=["table", "list", "huge", "nan"])
 def test_any_entry_of_the_system_and_events_is_checked(wrong, run):
-    """Beside the file, since files for all of them take minutes."""
+    """The entries are checked beside the file, since files for all of them take minutes."""
     attributes = run.to_xarray().attrs
     for name in ("fullbody_system", "fullbody_integrator", "fullbody_events", "fullbody_statistics"):
         for altered in replacements(json.loads(attributes[name]), wrong):

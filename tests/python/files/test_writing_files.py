@@ -50,7 +50,6 @@ def mode(path):
 
 
 def test_a_failing_write_leaves_the_old_file_and_nothing_else(run, tmp_path, monkeypatch):
-    """The disk fills up while the dataset is written: half of it is there, then an error."""
     import xarray as xr
 
     path = tmp_path / "run.nc"
@@ -69,7 +68,7 @@ def test_a_failing_write_leaves_the_old_file_and_nothing_else(run, tmp_path, mon
 
 
 def test_a_full_disk_is_an_error_and_not_the_end_of_the_session(tmp_path):
-    """In a process that may write no more than 30 kB to a file: HDF5 itself would end it by a segmentation fault."""
+    """The process may write no more than 30 kB to a file: HDF5 itself would end it by a segmentation fault."""
     path = tmp_path / "run.nc"
     path.write_bytes(b"old")
     script = f"""
@@ -110,7 +109,7 @@ def test_whatever_ends_the_writing_leaves_the_old_file(kind, tmp_path):
 
 
 def record_calls(monkeypatch, *, fail=None):
-    """What is flushed and renamed, in order: (what, path, size)."""
+    """The calls that flush and rename, in order: (what, path, size)."""
     calls = []
     opened = {}
     originals = {name: getattr(os, name) for name in ("open", "fsync", "replace")}
@@ -218,7 +217,7 @@ def test_links_in_a_circle_are_refused(run, tmp_path):
     assert caught.value.errno == errno.ELOOP
 
 
-def test_a_link_to_a_folder_on_the_way(run, tmp_path):
+def test_a_link_to_a_folder_on_the_way_is_followed(run, tmp_path):
     (tmp_path / "data").mkdir()
     (tmp_path / "link").symlink_to("data")
     run.save(tmp_path / "link" / "run.nc")
@@ -227,7 +226,6 @@ def test_a_link_to_a_folder_on_the_way(run, tmp_path):
 
 
 def test_other_hard_links_keep_the_old_content(run, tmp_path):
-    """Which is what replacing a file means; writing into it would not be whole or not at all."""
     (tmp_path / "old.nc").write_bytes(b"old")
     os.link(tmp_path / "old.nc", tmp_path / "run.nc")
     run.save(tmp_path / "run.nc")
@@ -279,8 +277,7 @@ def test_what_replaces_a_private_file_is_private_from_the_first(tmp_path):
 @pytest.mark.parametrize(
     "name", ["x" * 220, "x" * 252, "€" * 84, "x." + "y" * 250, ".nc", "...nc", " .nc", "-", "a\nb"]
 )
-def test_any_name_that_the_system_takes(name, run, tmp_path):
-    """Up to 255 bytes with the ending."""
+def test_any_name_of_up_to_255_bytes_is_written(name, run, tmp_path):
     name = name if "." in name else f"{name}.nc"
     path = tmp_path / name
     simulation().save(path)
@@ -334,7 +331,6 @@ def test_a_write_protected_file_is_not_replaced(name, run, tmp_path, monkeypatch
 @every_writer
 @quiet
 def test_devices_and_the_like_are_not_replaced(name, run, tmp_path):
-    """Which the system would do without a word, for those who may."""
     pipe = tmp_path / name
     os.mkfifo(pipe)
     with pytest.raises(OSError, match="Not a regular file") as caught:
@@ -357,7 +353,6 @@ def test_a_socket_is_not_replaced(tmp_path, monkeypatch):
 
 
 def test_standard_output_is_not_replaced(tmp_path):
-    """Where it is a file, what the process prints later would be lost."""
     script = """
         import fullbody
         for name in ("/dev/stdout", "link"):
@@ -376,7 +371,6 @@ def test_standard_output_is_not_replaced(tmp_path):
 
 
 def test_devices_are_not_read(tmp_path):
-    """Some have no end."""
     for read in (fullbody.Simulation.load, fullbody.read_toml, fullbody.read_sians, fullbody.read_gubas):
         with pytest.raises(InvalidInput, match="/dev/zero is a device; expected a file"):
             read("/dev/zero")
@@ -384,7 +378,7 @@ def test_devices_are_not_read(tmp_path):
         fullbody.load("/dev/zero")
 
 
-def test_a_folder_that_does_not_exist(run, tmp_path):
+def test_a_folder_that_does_not_exist_is_named(run, tmp_path):
     with pytest.raises(FileNotFoundError, match=r"no folder .*nowhere"):
         run.save(tmp_path / "nowhere" / "run.nc")
     (tmp_path / "file").touch()
@@ -392,7 +386,7 @@ def test_a_folder_that_does_not_exist(run, tmp_path):
         run.save(tmp_path / "file" / "run.nc")
 
 
-def test_a_folder_that_vanishes_while_the_file_is_written(tmp_path):
+def test_a_folder_that_vanishes_while_the_file_is_written_is_named(tmp_path):
     folder = tmp_path / "folder"
     folder.mkdir()
 

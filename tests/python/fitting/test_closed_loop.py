@@ -142,7 +142,6 @@ def test_light_curves_of_didymos_give_masses_shapes_and_pole():
 
 @pytest.mark.parametrize("seed", [1])
 def test_points_give_pulls_and_p_values_of_their_distributions(seed):
-    """Forty realisations of two points, for which a run takes a millisecond; the scatter is the covariance."""
     rng, (system, state) = np.random.default_rng(seed), pair()
     options = {"sigma": (0.02, 0.01), "body": 1, "about": 0, "geometry": VIEW}
     times, zero, truth = np.linspace(2.0, 30.0, 15), np.zeros(15), {"mass": 2.353, "a": 2.55}

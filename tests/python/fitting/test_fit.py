@@ -267,7 +267,6 @@ def test_a_mixture_is_the_likelihood_of_two_normal_distributions():
 
 
 def test_jitter_is_found_with_its_error():
-    """Ranges whose errors are three times what is stated."""
     system, state = kw4()
     times = np.linspace(1.0, 39.0, 60) * u.h
     rng = np.random.default_rng(8)
@@ -356,7 +355,7 @@ def test_progress_tells_runs_and_chi2(radar, capsys):
     assert last < first
 
 
-def test_figures_and_samples(radar, found):
+def test_samples_and_figures_have_the_values_of_the_fit(radar, found):
     pytest.importorskip("emcee")
     pytest.importorskip("corner")
     samples = found.sample(steps=30, walkers=8, rng=2)

@@ -215,7 +215,6 @@ def test_as_many_data_as_parameters_leave_no_p_value(radar):
 
 
 def test_a_value_of_the_system_alone_needs_no_times():
-    """A measured mass is that of the fit."""
     measured = observing.Measured("mass", lambda run: run.system.masses[0], 2.4, 0.1, times=[])
     found = fullbody.fit(lambda mass: pair(mass=mass), {"mass": 2.3}, measured)
     assert found.values["mass"] == pytest.approx(2.4, rel=1e-9)

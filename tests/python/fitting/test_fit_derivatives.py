@@ -107,8 +107,6 @@ def test_derivatives_of_pulls_are_those_of_the_run_displaced():
 
 
 def test_a_start_that_moves_in_time_is_differentiated():
-    """The epoch of a circular orbit is a parameter that moves the body back along it."""
-
     def setup(late):
         system, state = kw4()
         return system, state.replace(time=late)
@@ -136,9 +134,6 @@ def test_what_runs_cannot_be_differentiated_by_is_differenced_and_named():
 
 
 def test_a_setup_that_changes_a_method_of_gravity_is_differenced():
-    """From degree two to four of the series with a parameter: nothing of the motion can be differentiated with respect
-    to that."""
-
     def setup(c, tolerance):
         system, state = kw4(c=c)
         return system.with_options(gravity_tolerance=tolerance), state
@@ -164,9 +159,7 @@ def test_forces_of_functions_that_take_a_parameter_are_not_overlooked():
     assert np.abs(slopes.rows).max() > 1e-3
 
 
-def test_observations_of_another_class_need_two_methods():
-    """Distances of two bodies at given times, and nothing else."""
-
+def test_observations_of_a_users_class_need_two_methods():
     class Distances:
         def emission(self, system):
             return [10.0, 20.0, 30.0] * u.h
@@ -181,8 +174,6 @@ def test_observations_of_another_class_need_two_methods():
 
 @pytest.mark.parametrize("name", ["mass", "c"])
 def test_composites_are_differentiated_by_their_parts(name):
-    """A body of two lobes: what a part's mass and place change of the system is solved for."""
-
     def setup(mass=1.0, c=0.3):
         parts = [
             fullbody.Part(fullbody.Sphere(0.2), mass=mass, position=[0.2, 0, 0]),
@@ -201,8 +192,6 @@ def test_composites_are_differentiated_by_their_parts(name):
 
 
 def test_the_parameters_of_a_system_change_as_a_setup_changes_it():
-    """The mass of a body that is given by its density changes with its semi-axes, and parts may exchange mass."""
-
     def setup(a, share):
         egg = fullbody.Body(fullbody.Ellipsoid(a, 0.8, 0.6), density=2.0, name="egg")
         parts = [

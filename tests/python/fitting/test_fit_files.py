@@ -36,7 +36,6 @@ def test_the_table_of_a_fit_has_its_values(found):
 
 
 def test_a_derived_quantity_has_the_error_of_its_derivatives(found):
-    """That of mass times a by hand, and that of the scatter of draws for a mean separation."""
     product = found.derived(lambda run: run.system.masses[0] ** 2)
     assert product.value == pytest.approx(found.values["mass"] ** 2, rel=1e-12)
     assert product.sigma == pytest.approx(2 * found.values["mass"] * found.sigma["mass"], rel=1e-6)

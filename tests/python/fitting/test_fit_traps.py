@@ -63,7 +63,6 @@ def test_a_jitter_is_found_from_any_start_above_zero(start):
 
 
 def test_a_jitter_beside_zero_points_of_nights_is_not_too_small():
-    """Two magnitudes a night: their differences alone tell the scatter."""
     rng = np.random.default_rng(0)
     jitters, stated = [], []
     bodies = [fullbody.Body(fullbody.Sphere(r), mass=m) for r, m in ((1.0, 1.0), (0.2, 0.01))]

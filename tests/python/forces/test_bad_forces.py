@@ -26,7 +26,6 @@ def yorp(**given):
 
 
 def refused(make, *texts):
-    """By the force itself or by the system, with all of these texts."""
     with pytest.raises(InvalidInput) as caught:
         SYSTEM.with_forces([make()])
     for text in texts:
@@ -56,12 +55,12 @@ def refused(make, *texts):
         ({"name": 3}, ("name", "3", "text")),
     ],
 )
-def test_tides(given, texts):
+def test_bad_tides_are_refused(given, texts):
     refused(lambda: tide(**given), *texts)
 
 
 @pytest.mark.parametrize("value", [0.0, 1.5])
-def test_the_ends_of_love_numbers_and_no_lag(value):
+def test_the_ends_of_love_numbers_and_no_lag_are_allowed(value):
     loads = SYSTEM.with_forces([tide(k2=value, lag=0.0)]).loads(STATE)["T"]
     assert (loads.force == 0).all()
 
@@ -85,11 +84,11 @@ def test_the_ends_of_love_numbers_and_no_lag(value):
         ({"orbit": ELEMENTS(np.array([1e3, 2e3]), 0.1, 0, 0, 0, 0)}, ("Sun", "(2,)")),
     ],
 )
-def test_third_bodies(given, texts):
+def test_bad_third_bodies_are_refused(given, texts):
     refused(lambda: sun(**given), *texts)
 
 
-def test_a_third_body_of_which_only_the_mass_is_given():
+def test_a_third_body_of_which_only_the_mass_is_given_is_refused():
     refused(lambda: ThirdBody(mass=1.0), "the path of third body is not clear; expected orbit, or else times")
 
 
@@ -106,7 +105,7 @@ def test_a_third_body_of_which_only_the_mass_is_given():
         (np.zeros((2, 2)), np.ones((4, 3)), ("Sun", "(2, 2)", "(T,)")),
     ],
 )
-def test_tables(times, positions, texts):
+def test_bad_tables_of_positions_are_refused(times, positions, texts):
     refused(lambda: table(times, positions), *texts)
 
 
@@ -128,7 +127,7 @@ def test_tables(times, positions, texts):
         ({"obliquity": [0, 1, 2, np.pi], "along": [1, 2, 3]}, ("along of Y", "at each obliquity")),
     ],
 )
-def test_yorp(given, texts):
+def test_bad_yorp_is_refused(given, texts):
     refused(lambda: yorp(**given), *texts)
 
 
@@ -143,7 +142,7 @@ def test_yorp(given, texts):
         ({"about": "sun"}, ("about of Y", "'sun'", "A, B")),
     ],
 )
-def test_byorp(given, texts):
+def test_bad_byorp_is_refused(given, texts):
     refused(lambda: Byorp(**({"on": "B", "about": "A", "force": 1.0, "name": "Y"} | given)), *texts)
 
 
@@ -156,8 +155,7 @@ def test_a_secondary_without_a_longest_axis_has_no_byorp():
             fullbody.System(bodies, G=1.0, forces=[Byorp(on=on, about=about, force=1.0, name="Y")])
 
 
-def test_points_cannot_be_turned():
-    """A torque on one would be lost: the angular impulse would not close the angular momentum."""
+def test_torques_on_points_are_refused():
     bodies = [fullbody.Body(fullbody.PointMass(), mass=m, name=name) for m, name in ((1.0, "A"), (0.01, "B"))]
     points = fullbody.System(bodies, G=1.0)
     for force in (tide(radius=0.2), yorp()):
@@ -183,14 +181,14 @@ def test_points_cannot_be_turned():
         ([tide(), KINDS["tide"](), tide(on="B", by="A")], ("T", "twice")),
     ],
 )
-def test_lists_of_forces(forces, texts):
+def test_bad_lists_of_forces_are_refused(forces, texts):
     with pytest.raises(InvalidInput) as caught:
         SYSTEM.with_forces(forces)
     for text in texts:
         assert text in str(caught.value)
 
 
-def test_functions_and_words():
+def test_bad_functions_of_forces_are_refused():
     with pytest.raises(InvalidInput, match="function of f is 3"):
         Function(3, name="f")
     with pytest.raises(InvalidInput, match="depends_on_velocity of drag is 'no'"):
@@ -207,7 +205,7 @@ def test_functions_and_words():
             lag_from_quality_factor(**given)
 
 
-def test_units_that_do_not_fit():
+def test_units_of_forces_that_do_not_fit_are_refused():
     from astropy import units as u
 
     orbit = ELEMENTS(1 * u.au, 0, 0, 0, 0, 0)
@@ -225,7 +223,6 @@ def test_units_that_do_not_fit():
     ("k2", "text"), [(float("nan"), "a finite number"), (-0.1, "0 to 1.5"), ("3 deg", "pure numbers")]
 )
 def test_numbers_are_refused_where_a_force_is_made(k2, text):
-    """Love's number is a pure number, and no angle."""
     with pytest.raises(InvalidInput, match=rf"k2 of T .*; expected .*{text}"):
         Tide(on="A", by="B", k2=k2, lag=1.0, name="T")
     with pytest.raises(InvalidInput, match="lag of T is -1; expected a finite time, zero or above"):
@@ -244,7 +241,7 @@ def test_numbers_are_refused_where_a_force_is_made(k2, text):
         (at_rest([0.5, 0, 0], 1.0), "distance of Sun is 0.5"),
     ],
 )
-def test_a_third_body_inside_the_system(force, text):
+def test_a_third_body_inside_the_system_is_refused(force, text):
     """Its reach is 0.99 for the centre of B and 0.12 for its size."""
     world = SYSTEM.with_forces([force])
     for act in (lambda: world.integrate(STATE, 3.0), lambda: world.loads(STATE)):
@@ -252,8 +249,7 @@ def test_a_third_body_inside_the_system(force, text):
             act()
 
 
-def test_a_third_body_that_runs_into_a_body():
-    """The path of a table comes through A at time 2: the run ends there, with what there is of it."""
+def test_a_third_body_that_runs_into_a_body_ends_the_run():
     times = np.linspace(0.0, 4.0, 9)
     path = table(times, np.outer(2.0 - times, [50.0, 30.0, 20.0]) - np.array([0.01, 0, 0]), mu=1e-9)
     with pytest.raises(ForceFailed, match=r"Sun.*inside A") as caught:
@@ -263,8 +259,7 @@ def test_a_third_body_that_runs_into_a_body():
     assert 0.0 < caught.value.run.time[-1] < 2.0
 
 
-def test_a_table_that_ends_before_the_run():
-    """Known before the first step; forwards, backwards, in a second run, and at the start."""
+def test_a_table_that_ends_before_the_run_is_refused_before_the_first_step():
     world = SYSTEM.with_forces([table()])
     for until in (3.0, -1.0):
         with pytest.raises(InvalidInput, match=r"time of Sun is 0 to .*times from 0 to 2.5") as caught:
@@ -293,7 +288,7 @@ def test_single_steps_end_with_the_table(integrator):
     assert sim.time < 2.5
 
 
-def test_places_of_third_bodies_that_are_none():
+def test_bad_questions_about_positions_of_third_bodies_are_refused():
     world = SYSTEM.with_forces([table(), tide()])
     for name, time, text in (
         ("Son", 0.0, "did you mean 'Sun'"),
@@ -315,7 +310,6 @@ def test_places_of_third_bodies_that_are_none():
     ids=["Sun", "tide", "YORP", "BYORP"],
 )
 def test_forces_beyond_all_measure_end_in_an_error(force):
-    """And in no nan."""
     with pytest.raises(fullbody.FullbodyError) as caught:
         SYSTEM.with_forces([force]).integrate(STATE, 1.0)
     assert np.isfinite(caught.value.run.position).all()
@@ -333,7 +327,7 @@ def test_forces_beyond_all_measure_end_in_an_error(force):
 )
 @pytest.mark.parametrize("size", [1e160, 1e300])
 def test_functions_beyond_all_measure_end_in_an_error(integrator, size):
-    """Also with fixed steps: the search for a contact has squares that overflow, and would have no end."""
+    """With fixed steps the search for a contact has squares that overflow, and would have no end."""
     huge = Function(lambda time, state: np.full((2, 3), size), name="huge", depends_on_velocity=False)
     with pytest.raises(fullbody.FullbodyError) as caught:
         SYSTEM.with_forces([huge]).integrate(STATE, 1.0, integrator=integrator)
@@ -343,7 +337,7 @@ def test_functions_beyond_all_measure_end_in_an_error(integrator, size):
 
 @pytest.mark.parametrize("integrator", [fullbody.SymplecticSplitting(step=0.02), fullbody.Verner98()])
 @pytest.mark.parametrize("quantity", ["velocity", "spin"])
-def test_a_function_that_depends_on_velocities_after_all(integrator, quantity):
+def test_a_function_that_turns_out_to_depend_on_velocities_is_refused(integrator, quantity):
     own = Function(lambda time, state: -1e-4 * getattr(state, quantity), name="own", depends_on_velocity=False)
     with pytest.raises(ForceFailed, match=r"own .*NaN.*with depends_on_velocity=False"):
         SYSTEM.with_forces([own]).integrate(STATE, 1.0, integrator=integrator)
@@ -374,7 +368,6 @@ def test_fixed_steps_with_a_huge_function_are_given_up_soon(integrator, size, ki
     "integrator", [fullbody.SymplecticSplitting(step=4.0, scheme="leapfrog"), fullbody.LieGroupVariational(step=0.5)]
 )
 def test_a_third_body_at_the_barycentre_is_named(integrator):
-    """Two points, so that no body is wide, and a step that ends just there."""
     bodies = [fullbody.Body(fullbody.PointMass(), mass=1.0, name=name) for name in "AB"]
     times = np.arange(-8.0, 9.0)
     path = np.outer(times, [0.0, 0.0, 4.0])

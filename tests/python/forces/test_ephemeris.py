@@ -41,13 +41,13 @@ def planet(name, days):
 
 
 def spot(third, days, units=("km", "hour", "kg")):
-    """What the core makes of the table, in km."""
+    """The path that the core makes of the table, in km."""
     system, _ = fullbody.systems.kw4(units=units, frame="ecliptic")
     return system.with_forces([third]).third_body(third.name, days * u.day)[0].to_value("km")
 
 
 @pytest.mark.parametrize("name", ["earth", "mars", "jupiter", "moon"])
-def test_planets_between_the_rows(name):
+def test_planets_between_the_rows_are_astropys(name):
     days = np.random.default_rng(5).uniform(0.0, 200.0, 60)
     third = ThirdBody.from_ephemeris(name, DATE, orbit=ORBIT, duration=200 * u.day)
     expected = planet(name, days) - helio(days)
@@ -69,7 +69,7 @@ def test_the_sun_is_opposite_the_orbit():
     np.testing.assert_allclose(spot(other, days), expected, atol=1e-11 * 3e8)
 
 
-def test_units_frames_and_epochs():
+def test_ephemerides_have_the_units_frame_and_epoch_of_the_system():
     quantities = ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=30 * u.day)
     plain = ThirdBody.from_ephemeris("earth", DATE, orbit=ORBIT, duration=720.0, units=("km", "hour", "kg"))
     np.testing.assert_allclose(plain.times, quantities.times.to_value("h"), rtol=1e-14)
@@ -115,7 +115,7 @@ def test_units_frames_and_epochs():
     ],
 )
 @pytest.mark.filterwarnings("ignore")
-def test_what_cannot_be_had(change, message):
+def test_ephemerides_that_cannot_be_had_are_refused(change, message):
     given = {"name": "earth", "date": DATE, "orbit": ORBIT, "duration": 10 * u.day} | change
     with pytest.raises((InvalidInput, ModuleNotFoundError), match=message):
         ThirdBody.from_ephemeris(**given)

@@ -22,10 +22,7 @@ def passage(periapsis, e=1.5, mu=1e6, reach=6.0):
 
 @pytest.mark.parametrize("periapsis", [430.0, 600.0])
 def test_a_prescribed_planet_equals_a_massive_body(periapsis):
-    """The pair with the planet as a third body of the system: orbits, spins and attitudes after the passage.
-
-    There the planet also moves by what the pair's shape does to it: by a millionth of the deviation of the pair.
-    """
+    """There the planet also moves by what the pair's shape does to it: by a millionth of the deviation of the pair."""
     planet, _, until = passage(periapsis)
     system, state = pair()
     world = system.with_forces([planet])
@@ -56,7 +53,7 @@ def test_a_prescribed_planet_equals_a_massive_body(periapsis):
 
 
 def test_the_closest_approach_is_at_periapsis():
-    """An event of the core; the pair departs from its nominal barycentre by some 1e-5 of the distance."""
+    """The pair departs from its nominal barycentre by some 1e-5 of the distance."""
     planet, when, until = passage(600.0)
     system, state = pair()
     watched = [events.ClosestApproach(planet.name)]
@@ -64,7 +61,7 @@ def test_the_closest_approach_is_at_periapsis():
     assert [happened.time for happened in run.events] == [pytest.approx(when, rel=1e-4)]
 
 
-def test_the_impulse_of_a_fast_passage():
+def test_a_fast_passage_gives_the_impulse_of_a_straight_path():
     """2 mu/(b^2 V) (x, 0, -z) on what is at (x, y, z), for a straight path along y at distance b along x.
 
     The integral of mu (3 p p^T - p^2)/p^5 over the path. Left out are the motion of the bodies in the time b/V
@@ -87,7 +84,6 @@ def test_the_impulse_of_a_fast_passage():
 
 
 def test_a_planet_turns_what_it_passes():
-    """The angular impulse of the passage is the change of the angular momentum, and it turns the secondary."""
     planet, _, until = passage(430.0)
     system, state = pair()
     run = system.with_forces([planet]).integrate(state, until, output=[0.0, until])

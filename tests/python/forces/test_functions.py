@@ -75,8 +75,8 @@ def same(one, other):
 # Functions of Python.
 
 
-def test_a_force_that_has_a_closed_form():
-    """A charge in a field that turns: one body alone, m v' = A (cos t, sin t, 0) + g z."""
+def test_a_rotating_force_gives_the_motion_of_the_closed_form():
+    """The force is that on a charge in a field that rotates: m v' = A (cos t, sin t, 0) + g z."""
     body = fullbody.Body(fullbody.Sphere(0.1), mass=2.0)
     system = fullbody.System([body], G=1.0)
     state = fullbody.State([[1.0, 2.0, 3.0]], [[0.5, 0.0, -1.0]])
@@ -93,8 +93,8 @@ def test_a_force_that_has_a_closed_form():
     np.testing.assert_allclose(run.impulse["field"][:, 2], 0.4 * t, rtol=1e-12, atol=1e-13)
 
 
-def test_a_torque_that_has_a_closed_form():
-    """A sphere under M = (0, 0, c cos t) in its frame: C w' = M."""
+def test_a_periodic_torque_gives_the_spin_of_the_closed_form():
+    """A sphere under M = (0, 0, c cos t) in its frame has C w' = M."""
     system = fullbody.System([fullbody.Body(fullbody.Sphere(0.5), mass=2.0)], G=1.0)
     state = fullbody.State([[0, 0, 0]], [[0, 0, 0]], spin=[[0.0, 0.0, 1.0]])
     run = system.with_forces([Function(lambda t, s: (0 * s.position, [[0, 0, 0.1 * np.cos(t)]]), name="M")]).integrate(
@@ -103,8 +103,7 @@ def test_a_torque_that_has_a_closed_form():
     np.testing.assert_allclose(run.spin[:, 0, 2], 1.0 + 0.1 / (0.4 * 2 * 0.25) * np.sin(run.time), rtol=1e-11)
 
 
-def test_what_a_function_is_shown():
-    """Time and state in the coordinates of the caller, with names; it may change its own copy."""
+def test_a_force_function_gets_time_and_state_as_copies_with_names():
     seen = []
 
     def look(time, state):
@@ -121,7 +120,7 @@ def test_what_a_function_is_shown():
     np.testing.assert_allclose(run.position, system.integrate(moved, 4.0, output=[4.0]).position, rtol=0, atol=1e-12)
 
 
-def test_quantities_come_and_go():
+def test_force_functions_take_and_give_quantities():
     from astropy import units as u
 
     system, state = fullbody.systems.kw4(units=True)
@@ -152,14 +151,14 @@ def test_quantities_come_and_go():
 # Compiled ones.
 
 
-def test_a_pointer_of_ctypes(library):
+def test_a_pointer_of_ctypes_is_a_force(library):
     pointer = SIGNATURE(("drag", library))
     same(run_of(pointer, name="drag"), run_of(drag))
     # Also one without types, as a library gives it.
     same(run_of(library.drag, name="drag"), run_of(drag))
 
 
-def test_a_callable_of_scipy_with_data(library):
+def test_a_callable_of_scipy_with_data_is_a_force(library):
     from scipy import LowLevelCallable
 
     k = ctypes.c_double(2e-3)
@@ -169,7 +168,7 @@ def test_a_callable_of_scipy_with_data(library):
         same(run_of(LowLevelCallable(*given), name="drag"), run_of(lambda t, s, k=strength: drag(t, s, k), name="drag"))
 
 
-def test_a_function_of_numba():
+def test_a_function_of_numba_is_a_force():
     numba = pytest.importorskip("numba", reason="needs numba, of the extra test")
     c = numba.types
     signature = c.intc(c.double, c.int64, *[c.CPointer(c.double)] * 6, c.voidptr)
@@ -184,8 +183,7 @@ def test_a_function_of_numba():
     same(run_of(compiled, name="drag"), run_of(drag))
 
 
-def test_compiled_functions_of_many_threads(library):
-    """Without the interpreter, at the same time."""
+def test_compiled_force_functions_run_in_many_threads_at_once(library):
     from concurrent.futures import ThreadPoolExecutor
 
     pointer = SIGNATURE(("drag", library))
@@ -196,7 +194,6 @@ def test_compiled_functions_of_many_threads(library):
 
 
 def test_the_function_is_kept_alive(library):
-    """Nothing of it but the system's own reference is left when the run begins."""
     import gc
 
     system, state = pair()
@@ -250,8 +247,7 @@ def trouble(_):
     ],
 )
 @pytest.mark.filterwarnings("ignore:divide by zero", "ignore:invalid value")
-def test_a_function_that_fails(how, text, cause):
-    """Force, time, cause and the run so far, which goes up to there."""
+def test_a_failing_force_function_tells_force_time_and_cause_and_keeps_the_run(how, text, cause):
     system, state = pair()
     with pytest.raises(ForceFailed, match=f"(?s)wind.*{text}") as caught:
         system.with_forces([Function(failing(how), name="wind")]).integrate(state, 10.0)
@@ -268,7 +264,7 @@ def test_a_function_that_fails(how, text, cause):
 
 
 @pytest.mark.parametrize(("name", "text"), [("late", "answers 7"), ("spoilt", "gives NaN")])
-def test_a_compiled_function_that_fails(library, name, text):
+def test_a_failing_compiled_force_function_is_named(library, name, text):
     system, state = pair()
     pointer = SIGNATURE((name, library))
     with pytest.raises(ForceFailed, match=f"wind.*{text}") as caught:
@@ -277,8 +273,7 @@ def test_a_compiled_function_that_fails(library, name, text):
     assert caught.value.run.time[-1] <= caught.value.time
 
 
-def test_a_function_that_fails_at_once_and_elsewhere():
-    """At the start, in single steps, in loads."""
+def test_force_functions_that_fail_at_the_start_or_in_steps_are_named():
     system, state = pair()
     world = system.with_forces([Function(lambda t, s: trouble(s), name="wind")])
     for act in (
@@ -292,7 +287,6 @@ def test_a_function_that_fails_at_once_and_elsewhere():
 
 
 def test_a_simulation_goes_on_after_a_failure():
-    """What failed once may not fail again: the simulation stands where the run so far ends."""
     system, state = pair()
     broken = [True]
 
@@ -324,8 +318,7 @@ def test_a_simulation_may_not_be_touched_from_within():
         sim.integrate(1.0)
 
 
-def test_an_exit_within_a_function():
-    """It ends the program, as it would anywhere else."""
+def test_an_exit_within_a_force_function_ends_the_program():
     system, state = pair()
     leaving = system.with_forces([Function(lambda now, state: sys.exit(3), name="leaving")])
     for ask in (lambda: leaving.integrate(state, 1.0), lambda: leaving.loads(state)):
@@ -335,8 +328,7 @@ def test_an_exit_within_a_function():
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="has no pthread_kill")
-def test_an_interrupt_within_a_function():
-    """Ctrl-C while the function sleeps: the run so far, and not a failed force."""
+def test_ctrl_c_within_a_force_function_keeps_the_run():
     system, state = pair()
     entered = threading.Event()
 

@@ -29,7 +29,7 @@ def swinging(force=FORCE, axes=(0.1, 0.08, 0.07), mass=1e-2, e=0.2, rate=1.3, G=
 
 
 def margin(state, bodies, G=1.0):
-    """Of the lock, by the definition in the documentation of Byorp."""
+    """The margin of the lock, by the definition in the documentation of Byorp."""
     r = state.position[1] - state.position[0]
     v = state.velocity[1] - state.velocity[0]
     h = np.cross(r, v)
@@ -62,7 +62,7 @@ def test_the_lock_changes_on_the_way(reference):
 
 
 def test_the_work_is_that_of_the_time_in_which_it_is_locked(reference):
-    """Simpson's rule on each stretch between the zeros of the margin, from the continuous solution."""
+    """The work is Simpson's rule on each stretch between the zeros of the margin."""
     from scipy.integrate import quad
     from scipy.optimize import brentq
 
@@ -160,7 +160,6 @@ def numbers_of(column):
 
 @pytest.mark.parametrize("until", [UNTIL / 2, -UNTIL / 2])
 def test_the_transition_matrix_has_the_jumps_at_switches(until):
-    """Against differences of fourth order of runs whose switches move."""
     system, state = swinging()
     run = system.integrate(state, until, output="ends", derivatives=True)
     assert run.switched_off["BYORP"] >= 1
@@ -204,7 +203,6 @@ def test_sensitivities_have_the_jumps_at_switches(name, given, value):
 
 
 def test_a_force_that_undoes_its_own_switch_is_refused():
-    """So strong that the secondary is neither locked with it nor unlocked without it."""
     system, state = swinging(force=0.5, mass=1e-3)
     with pytest.raises(ForceFailed, match="neither lasts nor ends"):
         system.integrate(state, UNTIL, output="ends")

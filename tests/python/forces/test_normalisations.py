@@ -61,8 +61,8 @@ def test_solar_pressure_is_the_mean_along_the_orbit():
 
 
 @pytest.mark.parametrize("ratio", [0.02, 0.3])
-def test_jacobson_scheeres(ratio):
-    """Their drift of the semi-major axis in radii of the primary, 3 H B a^(3/2) / (2 pi omega_d rho R_p^2 q^(1/3))."""
+def test_byorp_drift_is_that_of_jacobson_and_scheeres(ratio):
+    """Their drift of a is 3 H B a^(3/2) / (2 pi omega_d rho R_p^2 q^(1/3)), in radii of the primary."""
     system, state, a, n, density = pair(ratio)
     B, H = -3e-3, pressure_of_orbit(rounded=True)
     force = Byorp(**ON_BETA, coefficient=B, normalization="jacobson_scheeres_2011", pressure=H * u.Pa)
@@ -76,15 +76,15 @@ def test_jacobson_scheeres(ratio):
     assert 2.0 * F / (mass * n) * np.sqrt(1.0 + ratio) / primary == pytest.approx(theirs, rel=1e-9)
 
 
-def test_quillen():
-    """Their torque is the coefficient times F_sun R^2 a / c, with R of the sphere of the secondary's volume."""
+def test_byorp_torque_is_that_of_quillen():
+    """Their torque is the coefficient times F_sun R^2 a / c, R the radius of the sphere of equal volume."""
     flux, f = 2500.0, 1.7e-3
     F = strength(Byorp(**ON_BETA, coefficient=f, normalization="quillen_2022", pressure=flux / C * u.Pa))
     torque = 3000.0 * F
     assert torque == pytest.approx(f * flux * (1e3 * RADIUS) ** 2 * 3000.0 / C, rel=1e-12)
 
 
-def test_steinberg_sari():
+def test_byorp_coefficient_is_that_of_steinberg_and_sari():
     """Their coefficient is (3/2) c torque / (pi R^2 a F_sun)."""
     flux, f, a = 1361.0, 4e-3, 3000.0
     torque = a * strength(
@@ -93,7 +93,7 @@ def test_steinberg_sari():
     assert 1.5 * C * torque / (np.pi * 200.0**2 * a * flux) == pytest.approx(f, rel=1e-12)
 
 
-def test_wang_hou():
+def test_byorp_torque_is_that_of_wang_and_hou():
     """Their torque is r F_s B_s pi r_B^2 f / (a_s^2 sqrt(1 - e_s^2)) with B_s = 2/3."""
     f, r = -1e-3, 3000.0
     pressure = solar_pressure(SOLAR[0] * u.m, SOLAR[1])
@@ -103,7 +103,7 @@ def test_wang_hou():
 
 
 @pytest.mark.parametrize("ratio", [0.01, 0.3, 1.0])
-def test_equilibrium_of_jacobson_scheeres(ratio):
+def test_tide_and_byorp_balance_at_the_distance_of_jacobson_and_scheeres(ratio):
     """The drifts by the tide of the primary and by BYORP cancel at a^7 = (1 + q) a*^7, and differ by 1 + q at a*.
 
     With a*^7 = 2 pi omega_d^2 rho R_p^2 q^(4/3) k / (B H Q), where the forces on the secondary cancel.
@@ -141,7 +141,7 @@ def test_equilibrium_of_jacobson_scheeres(ratio):
         assert not loads[byorp.name].force[0].value.any()
 
 
-def test_measured_drift_of_1999_kw4():
+def test_the_measured_drift_of_1999_kw4_is_that_of_its_coefficient():
     """Scheirich et al. (2021): 1.2 cm a year is a quadratic drift of the mean anomaly of -0.65 deg/yr^2."""
     times, faster = np.linspace(0.0, 200.0, 401), 1e4
     _, state = fullbody.systems.kw4()
@@ -169,8 +169,7 @@ def alpha_torque(force):
     return loads.torque[0].to_value(u.N * u.m), C_alpha
 
 
-def test_acceleration_from_light_curves():
-    """The spin changes by the rate itself."""
+def test_a_measured_acceleration_changes_the_spin_by_itself():
     torque, C_alpha = alpha_torque(Yorp("Alpha", along="3.49e-8 rad / day2", normalization="acceleration"))
     assert torque / C_alpha == pytest.approx([0.0, 0.0, 3.49e-8 / 86400.0**2], rel=1e-12, abs=1e-30)
     # Degrees and a plain number in the system's own units mean the same.
@@ -203,7 +202,7 @@ def test_spin_and_obliquity_follow_the_rates():
     assert np.arccos(momentum[2] / size) - tilt == pytest.approx(turned, rel=1e-3)
 
 
-def test_rossi():
+def test_yorp_rate_is_that_of_rossi():
     """A rate of the spin F_s Y / (2 pi density R^2 d^2).
 
     The number is that of the notebook order_of_mag in Quillen's asteroid_binary: 2.21e-17 rad/s^2 for Y = 0.01.
@@ -224,7 +223,7 @@ def test_rossi():
 
 
 @pytest.mark.parametrize(("name", "factor"), [("quillen_2022", 1.0), ("steinberg_sari_2011", 2.0 * np.pi / 3.0)])
-def test_yorp_torques(name, factor):
+def test_yorp_torques_are_those_of_quillen_and_of_steinberg_and_sari(name, factor):
     """Both papers scale a torque: Quillen et al. by F R^3 / c, Steinberg & Sari by two thirds of pi times that."""
     along, _ = alpha_torque(Yorp("Alpha", along=0.01, normalization=name, pressure="4.5e-6 Pa", radius="700 m"))
     assert along[2] == pytest.approx(factor * 0.01 * 4.5e-6 * 700.0**3, rel=1e-12)
@@ -234,8 +233,7 @@ def test_yorp_torques(name, factor):
     assert np.linalg.norm(both[:2]) == pytest.approx(2.0 * along[2], rel=1e-12)
 
 
-def test_a_table_of_rates():
-    """One rate at each obliquity: Alpha of 1999 KW4 stands at 3.2 degrees."""
+def test_a_table_of_rates_is_read_at_the_obliquity():
     obliquity = np.deg2rad([0.0, 60.0, 120.0, 180.0])
     table = Yorp("Alpha", along=1e-9 * np.cos(obliquity), obliquity=obliquity, normalization="acceleration")
     linear, C_alpha = alpha_torque(table)
@@ -275,7 +273,7 @@ until = 1
 """
 
 
-def test_toml_has_them_too(tmp_path):
+def test_coefficients_are_read_from_toml(tmp_path):
     path = tmp_path / "system.toml"
     path.write_text(TOML)
     setup = fullbody.read_toml(path)

@@ -60,7 +60,6 @@ def test_the_orbit_drifts_by_2_F_over_m_n(force):
 @pytest.mark.parametrize("facing", [0.0, np.pi])
 @pytest.mark.parametrize("force", [0.5, [0.2, -0.5, 0.3]])
 def test_force_and_torque_are_fixed_in_the_body_frame_of_the_secondary(force, facing):
-    """Its axes are rotated by 0.3 rad from the line to the other body, whichever side faces that body."""
     system, _ = synchronous(axes=(0.09, 0.08, 0.1))
     r, v = fullbody.KeplerElements(1.0, 0.4, 0.0, 0.0, 0.0, 1.0).to_cartesian(1.001)
     speed = np.array([3.0, 0.0, 1.0])
@@ -138,8 +137,8 @@ def test_a_torque_on_a_locked_secondary_drives_the_orbit():
     np.testing.assert_allclose(driven.angular_impulse["BYORP"][-1], [0, 0, torque * until], atol=1e-6 * torque * until)
 
 
-def test_where_tide_and_byorp_balance():
-    """2 F/(m n) = 6 k2 G M q (1+q) R^5 lag / a^7: the orbit stands still there, grows outside, and shrinks inside."""
+def test_the_orbit_stands_still_where_tide_and_byorp_balance():
+    """They balance where 2 F/(m n) = 6 k2 G M q (1+q) R^5 lag / a^7."""
     mass, radius, a = 1e-3, 0.3, 1.0
     system, state = synchronous(mass=mass)
     force = 2e-9
@@ -183,8 +182,8 @@ def test_a_circulating_secondary_is_not_pushed(rate):
 
 
 @pytest.mark.parametrize(("share", "times"), [(0.93, 0), (1.07, 1)])
-def test_the_border_is_the_separatrix(share, times):
-    """A pendulum with psi'^2 = w^2 at psi = 0 just turns over; w^2 = 3 (B - A)/C n^2."""
+def test_the_border_of_the_lock_is_the_separatrix(share, times):
+    """A pendulum with psi'^2 = w^2 at psi = 0 just turns over; w^2 is 3 (B - A)/C n^2."""
     a, b = 0.1, 0.09
     w = np.sqrt(3 * (a * a - b * b) / (a * a + b * b))
     run = swinging(0.0, 1.0 + share * w)
@@ -201,8 +200,7 @@ def test_a_secondary_that_lies_on_its_side_is_not_pushed():
     assert swinging(0.0, 1.0, until=0.5, tilt=0.3).switched_off == {"BYORP": 0}
 
 
-def test_the_count_is_that_of_each_run():
-    """A run in which the force never acts says so, also when it was lost before: being off at the start counts."""
+def test_each_run_counts_its_own_losses_of_lock():
     system, state = synchronous(0.0, 2.0)
     sim = fullbody.Simulation(system.with_forces([push()]), state)
     assert [sim.integrate(time).switched_off["BYORP"] for time in (5.0, 10.0)] == [1, 1]
@@ -241,7 +239,7 @@ def mean_push(axes, **given):
     return total / count
 
 
-def test_an_ellipsoid_is_not_pushed_and_a_painted_one_is():
+def test_a_symmetric_ellipsoid_is_not_pushed_and_a_painted_one_is():
     """By symmetry an ellipsoid has no mean force; darker ahead than behind, its orbit drifts by 2 F/(m n)."""
     axes = (0.1, 0.09, 0.08)
     scale = np.pi * axes[0] * axes[2]
@@ -276,8 +274,8 @@ def spin_of(run):
 
 
 @pytest.mark.parametrize("eps", [0.4, 2.0])
-def test_the_rates_of_spin_and_obliquity(eps):
-    """d omega/dt = along/C, d eps/dt = across/(C omega); so eps - eps_0 = across/along log(omega/omega_0)."""
+def test_spin_and_obliquity_change_as_the_closed_form(eps):
+    """By d omega/dt = along/C and d eps/dt = across/(C omega), eps - eps_0 = across/along log(omega/omega_0)."""
     along, across = 2e-4, 3e-4
     system, state = turning(eps, along=along, across=across)
     run = system.integrate(state, 100.0, output=25.0)
@@ -305,7 +303,6 @@ def test_a_table_of_equal_torques_is_a_constant():
 
 @pytest.mark.parametrize("pole", [(0.0, 0.0, 2.0), (1.0, -2.0, 0.5)])
 def test_a_table_is_a_spline_in_the_obliquity(pole):
-    """Against scipy's, not-a-knot, at obliquities from the pole given."""
     from scipy.interpolate import CubicSpline
 
     obliquity = np.radians([0, 20, 50, 90, 110, 150, 180])

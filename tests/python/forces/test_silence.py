@@ -23,7 +23,6 @@ def table(first, last, count, place, mu=1e-3):
 
 @pytest.mark.parametrize("gap", [1e-9, -1e-9, 1e-12, -1e-12, 1e-14, -1e-14])
 def test_orbits_near_a_parabola(gap):
-    """What acts is at the place that the orbit has: the pull on a point, by the plain difference in longdouble."""
     e = 1.0 - gap
     orbit = fullbody.KeplerElements(100.0 / (1.0 - e), e, 0.3, 0.4, 0.5, 0.0)
     comet = forces.ThirdBody(mu=1e4, orbit=orbit, of="body", name="comet")
@@ -45,7 +44,6 @@ def test_no_place_beyond_a_table(time):
 @pytest.mark.parametrize("integrator", [fullbody.Verner98(), fullbody.SymplecticSplitting(step=0.3)])
 @pytest.mark.parametrize("end", [5.0, -5.0])
 def test_steps_end_with_a_table(integrator, end):
-    """They come to its end and no further."""
     system, state = pair()
     system = system.with_forces([table(-5.0, 5.0, 6, lambda t: [50.0 + t, 3.0, t * t])])
     sim = fullbody.Simulation(system, state, integrator=integrator)
@@ -62,7 +60,6 @@ def test_steps_end_with_a_table(integrator, end):
 
 @pytest.mark.parametrize("bodies", [SPHERES, list(pair()[0])])
 def test_a_third_body_that_comes_inside_a_body(bodies):
-    """Also of a sphere, whose gravity is that of a point."""
     system = fullbody.System(bodies, G=1.0, forces=[table(-50.0, 50.0, 40, lambda t: [t, 0.1, 0.0])])
     state = pair()[1].replace(time=-20.0)
     with pytest.raises(ForceFailed, match="inside A") as caught:
@@ -73,7 +70,6 @@ def test_a_third_body_that_comes_inside_a_body(bodies):
 
 
 def test_torques_on_points():
-    """They would be lost: the angular momentum would not close."""
     with pytest.raises(InvalidInput, match="on of tide on A"):
         fullbody.System(POINTS, G=1.0, forces=[forces.Tide("A", "B", k2=1.0, lag=0.5, radius=0.3)])
     with pytest.raises(InvalidInput, match="on of YORP on A"):
@@ -89,7 +85,7 @@ def test_torques_on_points():
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_yorp_that_stops_a_spin(direction):
-    """By C spin / torque, of a sphere that nothing else turns; it would turn over from step to step there."""
+    """The spin ends at C spin / torque; it would turn over from step to step there."""
     system = fullbody.System(SPHERES, G=1.0, forces=[forces.Yorp("A", along=-direction * 1e-2, name="YORP")])
     state = pair()[1].replace(spin=[[0.0, 0.0, 3.0], [0.0, 0.0, 1.0]])
     stop = direction * 0.4 * 0.99 * 0.3**2 * 3.0 / 1e-2
@@ -112,8 +108,6 @@ def test_yorp_of_a_body_that_does_not_spin():
 
 
 def test_errors_of_threads_stay_apart():
-    """One system that runs in several threads at once: each has the error that its own call raised."""
-
     def fail(time, state):
         raise ValueError(threading.current_thread().name)
 
@@ -145,7 +139,6 @@ def test_an_error_without_words_has_its_kind():
 
 
 def test_loads_that_are_no_numbers():
-    """The square of such a distance is beyond doubles."""
     orbit = fullbody.KeplerElements(1e160, 0.3, 0.4, 1.0, 2.0, 0.3)
     system = pair()[0].with_forces([forces.ThirdBody(mu=1e6, orbit=orbit, of="system", name="Sun")])
     with pytest.raises(ForceFailed, match=r"Sun .*not finite"):
@@ -175,7 +168,6 @@ def still(time, state):
     ],
 )
 def test_functions_of_a_simulation_from_a_file(tmp_path, given, words):
-    """They are those that it was saved with: one that depends on velocities does not fit a splitting."""
     system, state = pair()
     system = system.with_forces([forces.Function(still, depends_on_velocity=False)])
     fullbody.Simulation(system, state, integrator=fullbody.SymplecticSplitting(step=0.1)).save(tmp_path / "pair.sim")
@@ -184,7 +176,6 @@ def test_functions_of_a_simulation_from_a_file(tmp_path, given, words):
 
 
 def test_lags_of_text_and_of_rates_that_do_not_fit():
-    """1/Q = 2 |omega - n| lag, in any units."""
     from astropy import units as u
 
     given = {"Q": 50.0, "tide": "semidiurnal"}
@@ -200,14 +191,13 @@ def test_lags_of_text_and_of_rates_that_do_not_fit():
 
 
 def test_obliquities_in_plain_degrees():
-    """They would be read as rad, of which those above pi never come."""
     with pytest.raises(InvalidInput, match="obliquities of YORP on A is 0 to 180 rad"):
         pair()[0].with_forces([forces.Yorp("A", along=[1e-6] * 5, obliquity=np.linspace(0, 180, 5))])
 
 
 @pytest.mark.parametrize("name", ["sun", "earth"])
 def test_ephemerides_over_many_periods(name):
-    """A first guess of the table's step that is a whole period, of the system or of the Earth, sees no motion."""
+    """A first guess of the table's step that is a whole period sees no motion."""
     from astropy import units as u
 
     orbit = fullbody.KeplerElements(1.0 * u.au, 0.3, 0.1, 0.2, 0.3, 0.4)

@@ -28,7 +28,7 @@ def spheres():
 
 
 def test_a_thousand_hours_against_three_bodies_in_extended_precision():
-    """Positions to 1e-9 km; without the Sun they would be 0.02 km off. The Sun costs no steps."""
+    """Without the Sun the positions would be 0.02 km off."""
     system, state, third = spheres()
     expected = np.array([[float(x) for x in row] for row in DATA["relative_states"]])
     free = system.integrate(state, 1000.0, output=DATA["times"])
@@ -50,7 +50,7 @@ def test_a_third_body_twice_as_far_is_noticed():
 
 
 def test_the_sun_on_kw4_at_a_circle_of_0_64_au():
-    """313 mm after 20 h; plain differences in longdouble, with the torque of second order, give the same."""
+    """The displacement is 313 mm after 20 h by plain differences in longdouble, with the torque of second order."""
     system, state = fullbody.systems.kw4()
     mu = system.G * SUN
     orbit = (0.64 * AU, 0, 0, 0, 0, 0)
@@ -91,7 +91,7 @@ def test_kw4_takes_as_many_steps_under_the_sun():
 
 @pytest.mark.parametrize("distance", [3.0, 30.0, 1e4, 1e8])
 def test_the_difference_of_pulls_keeps_its_digits(distance):
-    """Battin's form against the plain difference, which longdouble (19 digits) loses 8 digits of at 1e8."""
+    """The plain difference in longdouble (19 digits) loses 8 digits at 1e8."""
     place = distance * np.array([0.6, -0.64, 0.48])
     bodies = [fullbody.Body(fullbody.Sphere(0.1), mass=m) for m in (2.0, 0.5)]
     position = np.array([[0.25, 0.5, -0.125], [-1.0, -2.0, 0.5]])
@@ -103,8 +103,7 @@ def test_the_difference_of_pulls_keeps_its_digits(distance):
 
 
 @pytest.mark.parametrize("e", [0.0, 0.3, 0.95, 1.5])
-def test_places_of_third_bodies(e):
-    """On the Kepler orbit whose mu is that of all masses, of whom it is said."""
+def test_third_bodies_are_where_keplers_equation_has_them(e):
     bodies = [fullbody.Body(fullbody.PointMass(), mass=mass) for mass in (2.0, 1.0)]
     system = fullbody.System(bodies, G=0.5)
     a = 50.0 if e < 1 else -50.0
@@ -125,7 +124,6 @@ def test_places_of_third_bodies(e):
 
 
 def test_a_third_body_inside_the_system_is_refused():
-    """Told by its distance where it stands there, and by that of the periapsis where it will come there."""
     system, state = pair()
     # Centres are 0.99 from the barycentre at most, and the long axis there reaches on by 0.12.
     orbit = ThirdBody(mu=1.0, orbit=fullbody.KeplerElements(10.0, 0.9, 0, 0, 0, np.pi), of="body", name="planet")
@@ -158,7 +156,7 @@ def end(system, state, forces, until=20.0):
     return system.with_forces(forces).integrate(state, until, output=[until], integrator=TIGHT)
 
 
-def test_no_matter_where_and_how_fast_the_barycentre_is():
+def test_position_and_velocity_of_the_barycentre_do_not_matter():
     system, state = pair()
     here = end(system, state, [sun()])
     shift, speed = np.array([1024.0, -512.0, 64.0]), np.array([3.0, -8.0, 0.5])
@@ -172,7 +170,7 @@ def test_no_matter_where_and_how_fast_the_barycentre_is():
     assert abs(there.energy_drift).max() < 1e-13
 
 
-def test_no_matter_how_the_axes_are_turned():
+def test_rotated_axes_give_the_rotated_motion():
     system, state = pair()
     turn = np.array([0.8, 0.36, -0.48, 0.0])
     m = matrix(turn)
@@ -188,7 +186,7 @@ def test_no_matter_how_the_axes_are_turned():
     assert there.work["Sun"][-1] == pytest.approx(here.work["Sun"][-1], rel=1e-9)
 
 
-def test_no_matter_which_body_is_first():
+def test_the_order_of_the_bodies_does_not_matter():
     system, state = pair()
     bodies = list(system)
     swapped = fullbody.System(bodies[::-1], G=system.G)
@@ -199,8 +197,7 @@ def test_no_matter_which_body_is_first():
     np.testing.assert_allclose(there.spin[:, ::-1], here.spin, rtol=0, atol=2e-11)
 
 
-def test_no_matter_the_units():
-    """Quantities in au, solar masses and days beside numbers in km, kg, hours."""
+def test_units_do_not_matter():
     from astropy import constants
     from astropy import units as u
 
@@ -220,7 +217,7 @@ def test_no_matter_the_units():
     assert system.with_forces([third]).third_body("Sun", 0 * u.day)[0].unit == u.km
 
 
-def test_the_way_back():
+def test_a_run_back_returns_to_its_start():
     """A simulation goes back to where it began; so does a pair from its last state, but for its nominal barycentre."""
     system, state = pair()
     world = system.with_forces([sun()])
@@ -234,8 +231,7 @@ def test_the_way_back():
     np.testing.assert_allclose(relative(again), relative(back), rtol=0, atol=1e-10)
 
 
-def test_a_later_start_on_a_later_orbit():
-    """Times count from where the elements hold."""
+def test_times_count_from_where_the_elements_hold():
     system, state = pair()
     later = fullbody.State(state.position, state.velocity, state.attitude, state.spin, time=1000.0)
     here, there = end(system, state, [sun(time=3.0)]), end(system, later, [sun(time=1003.0)], 1020.0)
@@ -246,7 +242,7 @@ def test_a_later_start_on_a_later_orbit():
 
 
 @pytest.mark.filterwarnings("ignore:the tide of Sun")
-def test_next_to_no_mass_is_no_force():
+def test_a_third_body_of_hardly_any_mass_changes_nothing():
     system, state = pair()
     free = system.integrate(state, 20.0, output=2.0)
     run = system.with_forces([sun(mu=1e-280)]).integrate(state, 20.0, output=2.0)
@@ -293,7 +289,7 @@ def test_tables_too_coarse_for_their_spline_are_warned_of(rows, warned, recwarn)
         assert not found
 
 
-def test_rows_of_a_table_that_are_one_by_round_off():
+def test_rows_of_a_table_that_differ_by_rounding_alone_are_one():
     system, _ = fullbody.systems.case1()
     for times, row in (([0.0, 5e-324, 1.0, 2.0, 3.0], 0), ([0.0, 1.0, 2.0, 3.0, np.nextafter(3.0, 4.0)], 3)):
         with pytest.raises(

@@ -41,7 +41,7 @@ def exact(axes, mass, x, mu):
 
 
 def loads(distance, axes=AXES, mass=2.0, mu=3.0, direction=DIRECTION):
-    """The force and torque that the system tells, the point mass at x in the body frame, and the rotation."""
+    """The force and torque that the system gives, the point mass at x in the body frame, and the rotation."""
     q = np.array(ATTITUDE) / np.linalg.norm(ATTITUDE)
     turn = matrix(q)
     place = distance * turn @ direction / np.linalg.norm(direction)
@@ -60,8 +60,7 @@ def test_the_torque_keeps_its_digits_near_and_far(distance, axes):
 
 
 @pytest.mark.parametrize("distance", [1.05, 1.3, 2.0, 5.0, 17.0, 100.0, 1e4, 1e8])
-def test_the_force_beyond_that_on_a_point(distance):
-    """A body alone is its own barycentre: the system falls as a point would, and what the extent adds is left."""
+def test_the_force_beyond_that_on_a_point_is_the_exact_one(distance):
     force, _, x, turn = loads(distance)
     expected, _ = exact(AXES, 2.0, x, 3.0)
     assert worst(turn.T @ force, expected) < 3e-15 * max(1.0, 20.0 / np.log10(distance + 1))
@@ -77,7 +76,7 @@ def test_far_away_it_is_3_mu_x_cross_Ix(distance):
 
 @pytest.mark.parametrize("distance", [1.6, 2.5, 6.0])
 def test_a_pair_with_a_massive_point_feels_the_same(distance):
-    """The third law: torque and force are those of a system of this body and a point."""
+    """By the third law, torque and force are those of a system of this body and a point."""
     force, torque, x, turn = loads(distance)
     bodies = [fullbody.Body(fullbody.Ellipsoid(*AXES), mass=2.0), fullbody.Body(fullbody.PointMass(), mass=3.0)]
     place = turn @ x
@@ -91,8 +90,8 @@ def test_a_pair_with_a_massive_point_feels_the_same(distance):
 
 
 @pytest.mark.parametrize("distance", [1.8, 4.0])
-def test_the_sum_over_the_volume(distance):
-    """Gauss-Legendre over radius and height, equal angles: mu rho (p - y)/|p - y|^3 and its moment at every point."""
+def test_force_and_torque_are_the_sum_over_the_volume(distance):
+    """The sum is that of mu rho (p - y)/|p - y|^3 and its moment over Gauss-Legendre points and equal angles."""
     force, torque, p, turn = loads(distance)
     n = 40
     nodes, weights = np.polynomial.legendre.leggauss(n)
@@ -111,7 +110,7 @@ def test_the_sum_over_the_volume(distance):
     assert worst(turn.T @ force + 2.0 * 3.0 * p / distance**3, total) < 1e-12
 
 
-def test_spheroids_are_not_turned_about_their_axis():
+def test_spheroids_get_no_torque_about_their_axis():
     _, torque, _, _ = loads(3.0, (1.0, 1.0, 0.4))
     assert abs(torque[2]) < 1e-17 * abs(torque).max()
 
@@ -121,8 +120,8 @@ def test_spheroids_are_not_turned_about_their_axis():
 
 @pytest.mark.parametrize("e", [0.0, 0.4])
 @pytest.mark.parametrize("obliquity", [25.0, 140.0])
-def test_the_precession_of_an_oblate_body(e, obliquity):
-    """-(3/2) n_s^2/omega H cos eps (1 - e^2)^(-3/2) over one orbit; what is left out is n_s/omega times as large."""
+def test_an_oblate_body_precesses_at_the_secular_rate(e, obliquity):
+    """The rate is -(3/2) n_s^2/omega H cos eps (1 - e^2)^(-3/2); what is left out is n_s/omega times as large."""
     n_s, omega, c = 1.0, 400.0, 0.9
     H = (1 - c * c) / 2
     eps = np.radians(obliquity)
@@ -146,7 +145,7 @@ def test_the_precession_of_an_oblate_body(e, obliquity):
 
 
 @pytest.mark.parametrize(("obliquity", "degrees"), [(12.0, -0.0091), (168.0, 0.0091)])
-def test_the_pole_of_didymos(obliquity, degrees):
+def test_the_pole_of_didymos_precesses_at_the_secular_rate(obliquity, degrees):
     """0.009 degrees a year in longitude: the Sun's torque, a mean over its orbit and over turns of the body.
 
     The pole is at 168 degrees from the orbit's normal, so that it goes forwards; upright it would go back.

@@ -50,8 +50,7 @@ def lagging(r, v, omega, mass, k2, radius, lag):
 
 
 @pytest.mark.parametrize("case", range(4))
-def test_the_force_of_a_bulge_that_lags(case):
-    """Any place, velocity and spin, also a retrograde one; on both bodies, and the torque, which closes the moments."""
+def test_the_force_is_that_of_a_lagging_bulge(case):
     rng = np.random.default_rng(case)
     r, v, spin = rng.normal(size=(3, 3)) * [[3.0], [0.7], [2.0]]
     q = rng.normal(size=4)
@@ -83,7 +82,7 @@ EXAGGERATED = pytest.mark.filterwarnings("ignore:tide has a lag of")
 
 @EXAGGERATED
 @pytest.mark.parametrize("k2_lag", [6e5, 3e5])
-def test_decay_onto_a_body_that_does_not_turn(k2_lag):
+def test_an_orbit_about_a_body_at_rest_decays_as_the_closed_form(k2_lag):
     """a(t) = R [(a/R)^8 - 48 k2 q (1+q) t/T]^(1/8), T = R^3/(G M lag), q the raiser's mass over the deformed one's.
 
     From da/dt = 2 F/(n m') with m' the reduced mass and F = 3 k2 G m^2 R^5 lag v/a^8. Left out are the turning of the
@@ -104,7 +103,7 @@ def test_decay_onto_a_body_that_does_not_turn(k2_lag):
 
 @EXAGGERATED
 def test_the_raiser_is_moved_out_by_a_fast_body():
-    """The sign turns at synchronism: da/dt is minus (1 - omega/n) times the rate at rest (Hut 1981, eq. 9 at e = 0)."""
+    """At e = 0, da/dt is minus (1 - omega/n) times the rate at rest (Hut 1981, eq. 9)."""
     rates = {}
     for ratio in (0.0, 0.5, 1.0, 3.0, -2.0):
         system, state = two(fullbody.Sphere(0.3), mass=1e-6, spin=[[0, 0, ratio], [0, 0, 0]])
@@ -115,7 +114,7 @@ def test_the_raiser_is_moved_out_by_a_fast_body():
         assert rate / rates[0.0] == pytest.approx(1.0 - ratio, abs=1e-3)
 
 
-def test_the_eccentricity_of_a_synchronous_satellite():
+def test_the_eccentricity_of_a_synchronous_satellite_falls_at_huts_rate():
     """de/dt / e = -(21/2) k2 n^2 lag (M/m) (R/a)^5; with Q = 1/(n lag) the -(21/2) k2/Q n (M/m) (R/a)^5 of textbooks.
 
     From Hut (1981), eq. 10: -27 (1 - 11/18) = -21/2. Left out are e^2, and how far the spin follows within a turn:
@@ -133,7 +132,7 @@ def test_the_eccentricity_of_a_synchronous_satellite():
     assert np.diff(np.log(run.elements().e))[0] / until == pytest.approx(expected, rel=1e-2)
 
 
-def test_the_libration_of_a_synchronous_satellite():
+def test_the_libration_of_a_synchronous_satellite_is_damped_at_the_linear_rate():
     """It falls by e in 2 C a^6/(3 k2 G m^2 R^5 lag), m the raiser: C psi'' = -K psi - D psi' with D from the torque."""
     mass, axes, a = 1e-4, (0.05, 0.0485, 0.047), 1.0
     C = inertia(mass, axes)[2]
@@ -167,7 +166,6 @@ def test_the_libration_of_a_synchronous_satellite():
 
 
 def test_energy_falls_and_angular_momentum_stays():
-    """Whatever the orbit and the spins, with a tide on each: forces and torques are between the two bodies."""
     rng = np.random.default_rng(7)
     system, state = two(
         fullbody.Sphere(0.3),
@@ -190,8 +188,8 @@ def test_energy_falls_and_angular_momentum_stays():
 
 
 @pytest.mark.parametrize("inclination", [20.0, 90.0, 160.0])
-def test_any_orbit_and_spin_against_a_program_of_its_own(inclination):
-    """Spheres: scipy's DOP853 with Hut's force as radial and transverse parts, spins as inertial vectors."""
+def test_orbits_and_spins_are_those_of_an_independent_integration(inclination):
+    """The program is scipy's DOP853 with Hut's force as radial and transverse parts, spins as inertial vectors."""
     mass, radius, k2, lag = 0.2, 0.25, 0.8, 0.3
     orbit = (1.0, 0.25, np.radians(inclination), 0.4, 1.0, 2.0)
     spin = np.array([[0.3, -1.0, 2.5], [0.0, 0.4, 1.0]])
@@ -223,7 +221,7 @@ def test_any_orbit_and_spin_against_a_program_of_its_own(inclination):
 
 
 @pytest.mark.parametrize("case", range(3))
-def test_spins_and_orbits_of_reboundx(case):
+def test_spins_and_orbits_are_those_of_reboundx(case):
     """Its effect tides_spin, with the bulges that do not lag made a millionth of a millionth."""
     data = reference("tides_spin")
     of = data["cases"][case]
@@ -253,7 +251,7 @@ def test_spins_and_orbits_of_reboundx(case):
     ],
 )
 def test_a_lag_in_which_bodies_turn_far_is_warned_of(spin, attitude, rate, turns):
-    """By Kepler's third law for the rate of the orbit; a radian is the limit."""
+    """The limit is a radian, with Kepler's third law for the rate of the orbit."""
     a, mass = 1.3, 1e-3
     n = np.sqrt((1.0 + mass) / a**3)
     turned = [n if component is None else component for component in spin]
@@ -277,7 +275,7 @@ def test_a_lag_in_which_bodies_turn_far_is_warned_of(spin, attitude, rate, turns
             begin(radians)
 
 
-def test_hours_where_seconds_were_meant():
+def test_a_lag_in_hours_where_seconds_were_meant_is_warned_of():
     system, state = fullbody.systems.kw4(units=True)
     wrong = [Tide(on="Alpha", by="Beta", k2=1e-5, lag=60.0 * hour) for hour in (1.0, u.hour)]
     for tide in wrong:

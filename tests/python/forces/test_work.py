@@ -38,8 +38,7 @@ def equal(one, other):
 
 
 @pytest.mark.parametrize("names", COMBINATIONS, ids="-".join)
-def test_what_is_left_is_round_off(names):
-    """Of every combination; and what each force did is told under its name."""
+def test_work_closes_the_energy_to_round_off(names):
     system, state = world(*names)
     run = system.integrate(state, 10.0)
     assert list(run.work) == list(run.impulse) == list(run.angular_impulse) == [f.name for f in system.forces]
@@ -52,7 +51,7 @@ def test_what_is_left_is_round_off(names):
     np.testing.assert_allclose(sum(run.impulse.values()), momentum - momentum[0], rtol=0, atol=1e-15)
 
 
-def test_a_system_that_travels_far_away():
+def test_work_closes_the_energy_of_a_system_that_travels():
     """Work counts with the velocity of the whole, moments about the origin: the drag there is 1e-4 of all of it."""
     system, state = world(*KINDS)
     moved = fullbody.State(
@@ -70,7 +69,6 @@ def test_a_system_that_travels_far_away():
 
 @pytest.mark.parametrize("integrator", PAIRS.values(), ids=PAIRS)
 def test_every_runge_kutta_pair_closes_the_energy(integrator):
-    """As well as the run without: its own error is all that is left."""
     system, state = world(*KINDS)
     run = system.integrate(state, 20.0, integrator=integrator)
     free = system.with_forces([]).integrate(state, 20.0, integrator=integrator)
@@ -127,7 +125,6 @@ def test_a_slice_keeps_what_it_was_told():
 
 @pytest.mark.parametrize("output", [None, 1.0])
 def test_continued_runs_add_up(output):
-    """Each counts from its own start; the simulation, from the first."""
     system, state = world("Sun", "tide", "own")
     whole = system.integrate(state, 10.0)
     sim = fullbody.Simulation(system, state)
@@ -169,7 +166,6 @@ def test_steps_keep_the_work():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_simulation_goes_on_from_its_file(kind, tmp_path):
-    """Bit for bit; the function of a Function is given again."""
     system, state = world(kind)
     sim = fullbody.Simulation(system, state)
     sim.integrate(4.0, output=[4.0])
@@ -193,7 +189,6 @@ def test_a_function_that_is_missing_is_asked_for(forces, tmp_path):
 
 
 def test_a_switch_is_kept_in_files(tmp_path):
-    """A secondary that was lost stays lost, and its count."""
     system, state = world("BYORP")
     spin = np.array(state.spin)
     spin[1, 2] = 3.0
@@ -208,7 +203,7 @@ def test_a_switch_is_kept_in_files(tmp_path):
 
 
 @pytest.mark.parametrize("duplicate", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
-def test_copies(duplicate):
+def test_copies_keep_work_and_impulse(duplicate):
     system, state = world(*KINDS)
     run = system.integrate(state, 3.0)
     assert duplicate(system) == system

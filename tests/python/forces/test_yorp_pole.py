@@ -37,7 +37,6 @@ def test_a_spin_that_is_driven_to_its_pole_is_an_error_that_names_it(obliquity, 
 
 
 def test_a_tumbling_body_that_is_driven_to_its_pole_ends_too():
-    """Free nutation carries the spin about, but more slowly than the torque drives it."""
     bodies = [
         fullbody.Body(fullbody.Ellipsoid(1.0, 0.9, 0.8), mass=1.0, name="A"),
         fullbody.Body(fullbody.Sphere(0.2), mass=1e-3, name="B"),
@@ -51,8 +50,8 @@ def test_a_tumbling_body_that_is_driven_to_its_pole_ends_too():
     assert caught.value.run.statistics.steps < 2000
 
 
-def test_a_table_that_vanishes_at_the_poles_goes_there_for_ever():
-    """d eps/dt = -k sin(2 eps) with k = 1e-3 / (C 3): tan eps falls exponentially at the rate 2 k."""
+def test_a_table_that_vanishes_at_the_poles_is_approached_exponentially():
+    """By d eps/dt = -k sin(2 eps) with k = 1e-3 / (C 3), tan eps falls exponentially at the rate 2 k."""
     obliquity = np.linspace(0.0, np.pi, 181)
     given = {"obliquity": obliquity}
     system, state = tilted(0.3, 0.0)

@@ -46,7 +46,7 @@ def test_any_frame_of_astropy_and_none_else():
                 frames.rotation(*pair)
 
 
-def test_attitude_from_a_pole():
+def test_attitude_of_a_pole_points_z_there():
     lon, lat, w = 2.0, -1.1, 0.7
     state = fullbody.State([[0, 0, 0]], [[0, 0, 0]], [frames.attitude(lon, lat, w)])
     x, _, z = state.rotation_matrix[0].T
@@ -78,7 +78,7 @@ def test_elements_turn_like_their_vectors(degrees):
 
 
 def test_elements_of_a_run_are_in_its_frame():
-    """Patroclus' published pole has the right ascension 178, the declination -74.1 degrees: i is 164.1, Omega 268."""
+    """Patroclus' published pole has the right ascension 178 and the declination -74.1 degrees, so i is 164.1."""
     system, state = fullbody.systems.patroclus_menoetius(gravity="point")
     elements = system.integrate(state, 2.0, output=1.0).elements()
     assert elements.frame == elements[0].frame == "equatorial"
@@ -135,7 +135,7 @@ def test_a_hyperbola_and_arrays_turn():
     np.testing.assert_allclose(back.M, [-2.0, -2.0], rtol=1e-12)
 
 
-def test_epochs():
+def test_epochs_are_read_in_any_form():
     system, state = fullbody.systems.kw4(units=True, epoch=Time(2459849.0, format="jd", scale="tdb"))
     assert system.epoch == Time("2022-09-26T12:00:00", scale="tdb")
     run = system.integrate(state, 2 * u.hour, output=1 * u.hour)
@@ -170,14 +170,14 @@ def test_epoch_and_frame_survive_a_file(tmp_path):
         (None, "is None; expected numbers"),
     ],
 )
-def test_vectors_that_are_none(vector, what):
+def test_values_that_are_no_vectors_are_refused(vector, what):
     with pytest.raises(InvalidInput, match="vectors " + what):
         frames.rotate(vector, "ecliptic", "equatorial")
     with pytest.raises(InvalidInput, match="vector " + what):
         frames.pole_angles(vector)
 
 
-def test_directions_and_states_that_are_none():
+def test_values_that_are_no_directions_or_states_are_refused():
     with pytest.raises(InvalidInput, match=r"vector is .*; expected three numbers that are not all zero"):
         frames.pole_angles([[0, 0, 1], [0, 0, 0]])
     with pytest.raises(InvalidInput, match="state is 3; expected a State"):
@@ -185,7 +185,6 @@ def test_directions_and_states_that_are_none():
 
 
 def test_vectors_with_units_keep_them():
-    """The pole of the ecliptic is at the declination 90 degrees less the obliquity, in any unit."""
     turned = frames.rotate([0 * u.km, 0 * u.km, 1000 * u.m], "ecliptic", "equatorial")
     assert turned.unit.is_equivalent(u.km)
     np.testing.assert_allclose(turned[2].to_value(u.km), np.cos(np.deg2rad(84381.406 / 3600)), rtol=1e-6)
@@ -193,8 +192,8 @@ def test_vectors_with_units_keep_them():
     np.testing.assert_allclose([longitude, latitude], [np.pi / 2, np.pi / 4], rtol=1e-15)
 
 
-def test_spices_ecliptic():
-    """ECLIPJ2000 of SPICE, from which the mean ecliptic of J2000 of astropy differs by 0.04 arc seconds."""
+def test_the_ecliptic_of_spice_is_a_frame_of_its_own():
+    """The mean ecliptic of J2000 of astropy differs from SPICE's ECLIPJ2000 by 0.04 arc seconds."""
     spice = pytest.importorskip("spiceypy")
     theirs = spice.pxform("J2000", "ECLIPJ2000", 0.0)
     np.testing.assert_allclose(frames.rotation("equatorial", "eclipj2000"), theirs, atol=1e-15)

@@ -44,7 +44,7 @@ def test_another_shape_keeps_the_rest(didymos, shape, body):
     np.testing.assert_allclose(other.with_body("Dimorphos", old).masses.value, didymos.masses.value, rtol=1e-14)
 
 
-def test_another_mass_or_density(didymos):
+def test_another_mass_or_density_keeps_the_rest(didymos):
     shape = fullbody.Sphere(80 * u.m)
     assert didymos.with_body(1, shape, mass=3e9 * u.kg)["Dimorphos"].mass == 3e9 * u.kg
     dense = didymos.with_body(1, shape, density="2 g/cm3")["Dimorphos"]
@@ -62,7 +62,7 @@ def test_another_mass_or_density(didymos):
             didymos.with_body(*arguments[:2], **dict(zip(("mass", "density"), arguments[2:], strict=False)))
 
 
-def test_one_more_force(didymos):
+def test_one_more_force_keeps_the_rest(didymos):
     tide = forces.Tide(on="Didymos", by="Dimorphos", k2=1e-5, lag=1 * u.s)
     other = didymos.with_force(tide)
     assert [force.name for force in other.forces] == ["Sun", "tide on Didymos"]

@@ -28,7 +28,6 @@ def lump(seed=0):
 
 
 def pose(distance, seed=3):
-    """Two bodies at rest that are turned anyhow, so far apart."""
     rng = np.random.default_rng(seed)
     position = np.zeros((2, 3))
     position[1] = distance * np.array([0.48, -0.6, 0.64])
@@ -43,7 +42,7 @@ def close(found, expected, tolerance, scale=None):
 
 
 def same_interactions(one, other, state, tolerance):
-    """Of two systems: the torques relative to a lever of one."""
+    """Two systems have equal interactions, with torques relative to a lever of one."""
     f, g = one.interactions(state), other.interactions(state)
     close(f.force, g.force, tolerance)
     close(f.torque, g.torque, tolerance, scale=np.abs(g.force).max())
@@ -66,14 +65,13 @@ def test_coincident_parts_of_half_the_density_are_one_body(gravity):
 
 
 def test_densities_add():
-    """A core in an ellipsoid: its own mass is what it has more than what it replaces."""
     core = [Part(Ellipsoid(*AXES), density=2.0), Part(Sphere(0.3), density=5.0 - 2.0, position=(0.1, 0.0, 0.1))]
     volume = 4.0 / 3.0 * np.pi
     assert Body(Composite(core)).mass == pytest.approx(volume * (2.0 * np.prod(AXES) + 3.0 * 0.3**3), rel=1e-15)
 
 
 def test_confocal_layers_of_equal_mass_have_equal_fields():
-    """Maclaurin: and so do confocal ellipsoids, in the interactions with another body."""
+    """By Maclaurin's theorem confocal ellipsoids have equal fields outside."""
     thin, thick = 0.3, 0.9
     shapes = [[Ellipsoid(*np.sqrt(np.square(AXES) + k)) for k in ks] for ks in ((0.0, thin), (thin, thick))]
     layers = [
@@ -92,7 +90,7 @@ def test_confocal_layers_of_equal_mass_have_equal_fields():
 
 
 def test_a_homothetic_shell_has_no_field_inside():
-    """Newton, Principia I, Prop. 91, Cor. 3: and outside that of the difference of two ellipsoids."""
+    """The theorem is Newton's, Principia I, Prop. 91, Cor. 3."""
     shell = Body(Composite.layers(Ellipsoid(*AXES), fractions=(1.0, 0.6), densities=(3.0, 0.0)))
     places = np.random.default_rng(0).uniform(-1, 1, (50, 3)) * 0.6 / np.sqrt(3.0) * AXES
     outer, inner = (Body(Ellipsoid(*(np.array(AXES) * f)), density=3.0) for f in (1.0, 0.6))
@@ -109,7 +107,7 @@ def test_a_homothetic_shell_has_no_field_inside():
 
 
 def test_parts_that_nearly_cancel_are_told():
-    """A shell of a part in 1e9 of its radius: eight digits of the forces are lost."""
+    """In a shell of 1e-9 of its radius, eight digits of the forces are lost."""
     shells = {
         thin: Body(Composite.layers(Sphere(1.0), fractions=(1.0, 1.0 - thin), densities=(3.0, 0.0)), name="shell")
         for thin in (0.3, 1e-9)
@@ -127,7 +125,7 @@ def test_parts_that_nearly_cancel_are_told():
 
 
 def test_the_field_inside_an_ellipsoid_is_linear():
-    """Its trace is Poisson's -4 pi G density, and it joins the one outside."""
+    """Its trace is Poisson's -4 pi G density."""
     body = Body(Ellipsoid(*AXES), density=3.0)
     field = body.gravity(np.diag(np.array(AXES) * 0.37), G=1.0).field
     assert np.trace(field / (np.array(AXES) * 0.37)) == pytest.approx(-4.0 * np.pi * 3.0, rel=1e-14)
@@ -135,8 +133,7 @@ def test_the_field_inside_an_ellipsoid_is_linear():
     close(np.diag(body.gravity(edge, G=1.0).field) / AXES, np.diag(field) / (np.array(AXES) * 0.37), 1e-14)
 
 
-def test_principal_frame_of_anything():
-    """Mass, centre and tensor by numpy's own sums, in the working frame's coordinates."""
+def test_principal_frames_of_composites_are_numpys_sums():
     parts = lump()
     body = Body(Composite(parts))
     volumes = [4.0 / 3.0 * np.pi * np.prod(p.shape.semi_axes) if p.density is not None else 1.0 for p in parts]
@@ -161,8 +158,7 @@ def test_principal_frame_of_anything():
     assert np.trace(turned) >= max(others) - 1e-14
 
 
-def test_a_split_of_an_ellipsoids_moments():
-    """Points at the ends of three axes that have the second moments of an ellipsoid have its inertia, turned anyhow."""
+def test_points_with_the_moments_of_an_ellipsoid_have_its_inertia():
     mass, q = 3.0, turn()
     ends = [s * a * np.sqrt(3.0 / 5.0) * e for a, e in zip(AXES, np.eye(3), strict=True) for s in (-1, 1)]
     parts = [Part(PointMass(), mass=mass / 6.0, position=matrix(q) @ end) for end in ends]
@@ -224,7 +220,7 @@ def direct(parts, state, gravity):
 
 @pytest.mark.parametrize("distance", [2.9, 12.0, 1e5])
 @pytest.mark.parametrize("gravity", METHODS)
-def test_the_sum_over_parts(gravity, distance):
+def test_interactions_are_the_sum_over_parts(gravity, distance):
     parts, state = lump(), pose(distance)
     f = fullbody.System([Body(Composite(parts)), PROBE], G=1.3, gravity=gravity).interactions(state)
     force, torques, energy = direct(parts, state, gravity)
@@ -251,7 +247,7 @@ def test_the_quadratures_name_parts_and_method():
                 assert (row["integrated"], row["points"], row["order"]) == (None, None, None)
 
 
-def test_third_law():
+def test_composites_obey_the_third_law():
     system = fullbody.System([Body(Composite(lump()), name="A"), Body(Composite(lump(7)), name="B"), PROBE], G=1.3)
     rng = np.random.default_rng(4)
     attitude = rng.normal(size=(3, 4))
@@ -264,8 +260,7 @@ def test_third_law():
     close(np.cross(state.position, f.force).sum(axis=0) + turned, np.zeros(3), 1e-14, scale=4.0 * size)
 
 
-def test_invariances():
-    """Under rotations of the whole, other orders of parts, another working frame, and other units."""
+def test_interactions_are_invariant_under_rotation_order_frame_and_units():
     parts, state = lump(), pose(4.0)
     system = fullbody.System([Body(Composite(parts), name="A"), PROBE], G=1.3)
     f = system.interactions(state)
@@ -324,8 +319,7 @@ def test_invariances():
     ],
     ids=lambda i: type(i).__name__,
 )
-def test_what_is_conserved(integrator):
-    """Two composites in a close, tumbling orbit."""
+def test_composites_keep_energy_and_momenta(integrator):
     second = [Part(Ellipsoid(0.5, 0.4, 0.3), mass=0.5), Part(Sphere(0.3), mass=0.2, position=(0.7, 0.1, 0.0))]
     system = fullbody.System([Body(Composite(lump()), name="A"), Body(Composite(second), name="B")], G=1.0)
     state = fullbody.State(
@@ -341,8 +335,7 @@ def test_what_is_conserved(integrator):
     assert np.abs(np.diff(run.spin[[0, -1]], axis=0)).max() > 0.01
 
 
-def test_the_rule_is_asked_of_the_parts():
-    """A long arm that swings past another body in one step: the sum holds though the centres keep their distance."""
+def test_the_rule_of_quadrature_follows_the_distance_of_the_parts():
     arm = [Part(Sphere(1.0), mass=5.0), Part(Ellipsoid(0.4, 0.2, 0.1), mass=0.05, position=(3.0, 0.0, 0.0))]
     club = Body(Composite(arm), name="club")
     stone = Body(Ellipsoid(0.5, 0.3, 0.2), mass=0.3, name="stone")

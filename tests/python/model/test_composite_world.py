@@ -26,8 +26,7 @@ def alone(parts, place, mu=2.0):
 
 
 @pytest.mark.parametrize("distance", [4.0, 30.0, 1e4, 1e8, 1e12])
-def test_third_body_in_fifty_digits(distance):
-    """Force beyond that on a point, and torque, to their own digits however far the third body is."""
+def test_third_bodies_act_on_composites_as_fifty_digits_say(distance):
     direction = np.array([0.48, -0.6, 0.64])
     found = alone(CROSS, distance * direction)
     # In the body frame, as the sum over points.
@@ -60,8 +59,7 @@ def test_third_body_in_fifty_digits(distance):
 
 
 @pytest.mark.parametrize("distance", [2.0, 1e3, 1e9])
-def test_third_body_on_parts_with_extent(distance):
-    """Two halves of an ellipsoid, one inside the other, in a working frame of their own: as the ellipsoid."""
+def test_third_bodies_act_on_split_ellipsoids_as_on_whole_ones(distance):
     axes, place = (1.0, 0.8, 0.5), distance * np.array([0.48, -0.6, 0.64])
     halves = [Part(Ellipsoid(*axes), mass=m, position=(5.0, 6.0, 7.0)) for m in (0.7, 0.3)]
     found = alone(halves, place)
@@ -95,8 +93,7 @@ FIXED = [fullbody.SymplecticSplitting(1.7, "ABA864"), fullbody.LieGroupVariation
 
 @pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 @pytest.mark.parametrize("integrator", [None, *FIXED], ids=str)
-def test_contact_of_balls_on_straight_lines(integrator):
-    """The first of two balls is touched where a quadratic equation says."""
+def test_balls_on_straight_lines_touch_when_a_quadratic_says(integrator):
     start, velocity = np.array([2.8, -10.0, 0.3]), np.array([0.1, 1.0, 0.02])
     with pytest.raises(BodiesOverlap) as caught:
         fly(dumbbell(), 0.5, start, velocity, integrator=integrator)
@@ -109,8 +106,7 @@ def test_contact_of_balls_on_straight_lines(integrator):
 @pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 @pytest.mark.parametrize("terminal", [False, True])
 @pytest.mark.parametrize("at", [3.2, 4.5 - 1e-6, 4.5 + 1e-6])
-def test_contact_of_a_swinging_arm(terminal, at):
-    """The dumbbell turns by 45 degrees and more within few steps, and hits a ball at rest, grazes or misses it."""
+def test_a_swinging_arm_hits_a_ball_when_it_should(terminal, at):
     rate = 0.8
     # 3^2 + at^2 - 6 at sin(angle) = 1.5^2
     expected = np.arcsin(min(1.0, (9.0 + at**2 - 1.5**2) / (6.0 * at))) / rate
@@ -131,7 +127,6 @@ def test_contact_of_a_swinging_arm(terminal, at):
 
 @pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 def test_no_contact_of_an_arm_is_too_short_to_be_seen():
-    """Small balls at the ends of long arms that turn by up to three turns in one step, against the closed form."""
     rng = np.random.default_rng(1)
     for _ in range(120):
         radius, arm, rate, step = (
@@ -146,7 +141,7 @@ def test_no_contact_of_an_arm_is_too_short_to_be_seen():
         place = (arm + miss) * end - velocity * meeting
 
         def gap(times, place=place, velocity=velocity, arm=arm, rate=rate, radius=radius):
-            """To the nearest of the three balls."""
+            """The distance to the nearest of the three balls."""
             ball = place + np.multiply.outer(times, velocity)
             tip = arm * np.stack([np.cos(rate * times), np.sin(rate * times), 0 * times], axis=-1)
             to_tips = [np.linalg.norm(ball - sign * tip, axis=-1) - 2 * radius for sign in (-1, 1)]
@@ -164,8 +159,7 @@ def test_no_contact_of_an_arm_is_too_short_to_be_seen():
 
 
 @pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
-def test_a_ball_flies_between_two_others():
-    """Through the circumscribed sphere, and the gap, without contact."""
+def test_a_ball_flies_between_two_others_without_contact():
     run = fly(dumbbell(), 0.5, (0.0, -10.0, 0.1), (0.0, 1.0, 0.0))
     assert run.time[-1] == 20.0
     # The gap is 4 wide.
@@ -176,8 +170,7 @@ def test_a_ball_flies_between_two_others():
 
 
 @pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
-def test_ellipsoids_and_voids_in_contact():
-    """What is inside a part does not count for contact; what sticks out counts, a void too."""
+def test_only_surfaces_outside_of_other_parts_touch():
     hull = Part(Ellipsoid(2.0, 1.5, 1.0), mass=5.0)
     times = []
     for more in ([], [Part(Sphere(0.4), mass=-0.1, position=(0.5, 0.2, 0.0))], [Part(PointMass(), mass=0.5)]):
@@ -196,7 +189,7 @@ def test_ellipsoids_and_voids_in_contact():
     assert caught.value.time == pytest.approx(7.1, rel=1e-10)
 
 
-def test_overlap_at_the_start():
+def test_overlap_at_the_start_is_refused():
     bodies = [Body(Composite(dumbbell()), name="A"), Body(Composite(dumbbell()), name="B")]
     system = fullbody.System(bodies, G=1.0)
     # Crossed, one within the other's circumscribed sphere: apart; with an arm in the other's ball: not.
@@ -255,12 +248,12 @@ BALL = Part(Sphere(1.0), mass=1.0)
         (lambda: Body(PointMass(), mass=1.0).fitted_ellipsoid(), "has no fitted ellipsoid"),
     ],
 )
-def test_bad_input(make, match):
+def test_bad_composites_are_refused(make, match):
     with pytest.raises(InvalidInput, match=match):
         make()
 
 
-def test_units_all_through():
+def test_composites_have_units():
     from astropy import units as u
 
     parts = [
@@ -296,7 +289,7 @@ def made():
     return system, state
 
 
-def test_files_hold_all(tmp_path):
+def test_files_hold_composites_bit_for_bit(tmp_path):
     system, state = made()
     run = system.integrate(state, 2.0, output=0.5)
     run.save(tmp_path / "run.nc")
@@ -350,7 +343,7 @@ until = 1.0
 """
 
 
-def test_toml(tmp_path):
+def test_composites_are_read_from_toml(tmp_path):
     path = tmp_path / "system.toml"
     path.write_text(TOML)
     setup = fullbody.read_toml(path)
@@ -388,8 +381,7 @@ def test_pictures_draw_all_parts(tmp_path):
     matplotlib.pyplot.close("all")
 
 
-def test_a_binary_with_a_composite():
-    """Its parts' masses count in their proportion; a locked dumbbell librates as its moments of inertia say."""
+def test_a_locked_dumbbell_librates_at_the_rate_of_its_moments():
     parts = dumbbell(0.1, 0.1)
     primary = fullbody.Component(diameter=0.7, rotation_period=3.0, mass=4.7e11, name="A")
     second = fullbody.Component(composite=Composite(parts), mass=1.7e10, name="B")

@@ -43,7 +43,7 @@ def within(found, expected, tolerance):
     assert (np.abs(found - expected) <= tolerance * size).all(), np.abs((found - expected) / size).max()
 
 
-def test_differences_in_44_digits():
+def test_gravity_at_points_has_the_values_of_44_digits():
     for case in reference("derivatives")["fields"]:
         body = Body(Ellipsoid(*map(float, case["axes"])), mass=1.0)
         found = body.gravity([float(x) for x in case["point"]], G=1.0)
@@ -68,7 +68,7 @@ def by_integrals(x):
 
 
 @pytest.mark.parametrize("x", [(0.0, 0.0, 0.0), (0.3, -0.4, 0.1), (0.9, 0.1, -0.1)])
-def test_inside_an_ellipsoid(x):
+def test_gravity_inside_an_ellipsoid_is_dirichlets(x):
     found = Body(Ellipsoid(*AXES), mass=1.0).gravity(x, G=1.0)
     potential, field, gradient = by_integrals(np.array(x))
     assert float(found.potential) == pytest.approx(potential, rel=1e-15)
@@ -78,8 +78,8 @@ def test_inside_an_ellipsoid(x):
     assert np.trace(found.gradient) == pytest.approx(-3.0 / np.prod(AXES), rel=1e-14)
 
 
-def test_a_polyhedrons_gradient():
-    """Differences of the field outside and inside; its trace is Laplace's or Poisson's."""
+def test_the_gradient_of_a_polyhedron_is_that_of_differences():
+    """Its trace is Laplace's or Poisson's."""
     body, h = Body(CUBE, mass=8.0), 1e-3
     for x, trace in (((1.7, 0.4, -0.3), 0.0), ((0.2, -0.5, 0.3), -4.0 * np.pi), ((30.0, 20.0, -50.0), 0.0)):
         steps = np.array(x) + h * np.array([-2, -1, 1, 2])[:, None, None] * np.eye(3)
@@ -91,7 +91,6 @@ def test_a_polyhedrons_gradient():
 
 
 def test_a_system_is_the_sum_of_its_bodies_where_they_are():
-    """Each body's gravity, turned and moved by hand: ellipsoid, composite, polyhedron, point."""
     club = Composite(
         [
             Part(Sphere(1.0), mass=2.0),
@@ -123,7 +122,7 @@ def test_a_system_is_the_sum_of_its_bodies_where_they_are():
 
 
 def test_the_third_law_gives_the_force_on_a_point():
-    """A point of mass m in the state feels m g: the mutual forces are another code."""
+    """A point of mass m in the state feels m g by the mutual forces, which are another code."""
     system, state = fullbody.systems.kw4()
     probe = Body(PointMass(), mass=1.0, name="probe")
     both = fullbody.System([*system.bodies, probe], G=system.G)
@@ -138,7 +137,7 @@ def test_the_third_law_gives_the_force_on_a_point():
     within(system.gravity(state, place).field[None], force[None], 1e-14)
 
 
-def test_along_a_run(flown):
+def test_gravity_along_a_run_is_that_of_its_states(flown):
     places = np.array([[3.0, 1.0, 0.5], [0.0, 2.0, 2.0], [0.1, 0.1, 0.1]])
     found = flown.gravity([[1.0], [2.5]], places, body="Alpha")
     assert found.field.shape == (2, 3, 3)
@@ -159,7 +158,7 @@ def test_along_a_run(flown):
         flown.gravity([1.0, 2.0], places)
 
 
-def test_units():
+def test_gravity_at_points_has_units():
     plain, state = fullbody.systems.kw4()
     system, with_units = fullbody.systems.kw4(units=True)
     expected = plain.gravity(state, [2.0, 1.0, 0.5])
@@ -170,7 +169,7 @@ def test_units():
     assert found.gradient.to_value("hour-2") == pytest.approx(expected.gradient, rel=1e-12)
 
 
-def test_no_points():
+def test_gravity_at_no_points_is_empty():
     found = Body(Sphere(1.0), mass=1.0).gravity(np.zeros((0, 3)), G=1.0)
     assert (found.potential.shape, found.field.shape, found.gradient.shape) == ((0,), (0, 3), (0, 3, 3))
 
@@ -184,8 +183,7 @@ def test_no_points():
         ([[9, 9, 9], [1.0, 0.3, 0.2]], None),
     ],
 )
-def test_bad_points(places, words):
-    """By the index that the caller knows; a polyhedron's surface has a field and no gradient."""
+def test_bad_points_are_refused_by_index(places, words):
     system = fullbody.System([Body(CUBE, mass=1.0, name="cube"), Body(PointMass(), mass=0.1, name="dust")], G=1.0)
     state = resting([[0, 0, 0], [0, 0, 4.0]])
     if words is not None:
@@ -198,7 +196,7 @@ def test_bad_points(places, words):
         _ = found.gradient
 
 
-def test_a_body_and_a_state_that_are_not_there():
+def test_unknown_bodies_and_states_are_refused():
     system, state = fullbody.systems.kw4()
     with pytest.raises(InvalidInput, match="body is 'Gamma'"):
         system.gravity(state, [1, 2, 3], body="Gamma")

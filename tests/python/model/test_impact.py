@@ -47,7 +47,7 @@ def test_momentum_and_angular_momentum_are_conserved(longitude, latitude):
 
 
 def test_ejecta_enhance_the_momentum_along_their_direction():
-    """Head on: beta times the momentum; aslant: along the normal, or along a direction that is given."""
+    """Head on, the momentum is enhanced by beta; aslant, along the normal or a direction that is given."""
     ball = fullbody.System([fullbody.Body(fullbody.Sphere(2.0), mass=5.0, name="A")], G=1.0)
     state = fullbody.State([[0, 0, 0]], [[0, 0, 0]])
     options = {"mass": 1e-3, "longitude": 0.0, "latitude": 0.0}
@@ -71,7 +71,7 @@ def test_the_velocity_of_the_ground_counts():
     np.testing.assert_allclose(after.spin, turning.spin, rtol=1e-15)
 
 
-def test_units_and_axes_of_the_orbit():
+def test_impacts_have_units_and_axes_of_the_orbit():
     system, state = fullbody.systems.didymos(units=True)
     options = {"mass": 579.4 * u.kg, "longitude": "-90 deg", "latitude": 0.0, "beta": 3.61, "along": "orbit"}
     after = state.impact(system, "Dimorphos", velocity=["0 km/s", "-6.14 km/s", "0 km/s"], **options)

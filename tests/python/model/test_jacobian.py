@@ -26,7 +26,7 @@ def pair(case, gravity, mass=(2.0, 3.0), G=0.5):
 
 @pytest.mark.parametrize("gravity", ["focal", "surface"])
 @pytest.mark.parametrize("case", PAIRS, ids=[case["name"] for case in PAIRS])
-def test_reference_values(case, gravity):
+def test_jacobians_have_the_reference_values(case, gravity):
     system, state = pair(case, gravity)
     names = [f"semi-axis {axis} of {body}" for body in "AB" for axis in "abc"]
     jacobian = system.jacobian(state, names)
@@ -64,7 +64,7 @@ POSES = reference("pair_jacobians")
 
 @pytest.mark.parametrize("gravity", ["focal", "surface"])
 @pytest.mark.parametrize("case", POSES, ids=[case["name"] for case in POSES])
-def test_poses_near_and_far(case, gravity):
+def test_jacobians_of_near_and_far_poses_keep_their_digits(case, gravity):
     # In 18 digits: tests/data/make_derivatives.py.
     system, state = pair(case, gravity)
     jacobian = system.jacobian(state)
@@ -93,7 +93,7 @@ def by_differences(system, state):
 
 
 @pytest.mark.parametrize("gravity", ["focal", "surface", "point"])
-def test_rates_against_differences(gravity):
+def test_derivatives_of_rates_are_differences(gravity):
     system, state = tumbling(gravity)
     size = scales(system, state)
     expected, actual = by_differences(system, state), system.jacobian(state).rates
@@ -105,7 +105,7 @@ def test_rates_against_differences(gravity):
     assert worst(actual * size / size[:, np.newaxis], expected * size / size[:, np.newaxis]) < 1e-9
 
 
-def test_three_bodies_and_a_composite():
+def test_jacobians_of_three_bodies_and_a_composite_are_differences():
     parts = [
         fullbody.Part(fullbody.Ellipsoid(0.5, 0.4, 0.3), mass=0.6, position=[0.5, 0.0, 0.0]),
         fullbody.Part(fullbody.Sphere(0.3), mass=0.3, position=[-0.6, 0.1, 0.0]),
@@ -152,7 +152,7 @@ def test_far_bodies_lose_no_digits():
     assert worst(actual, expected) < 1e-8
 
 
-def test_units_and_names():
+def test_jacobians_have_units_and_names():
     system, state = fullbody.systems.kw4(units=True)
     jacobian = system.jacobian(state, ["mass of Beta"])
     assert jacobian.force_by_position.unit.is_equivalent("N/m")
@@ -191,7 +191,7 @@ def beside(axes, distance, mu=50.0):
 
 
 def derivatives_beside_sun(axes, distance, axis):
-    """What a semi-axis does to the third body's share in the acceleration of B and in the rate of its spin."""
+    """The derivatives of the third body's share in the acceleration and spin rate of B by a semi-axis."""
     system, state = beside(axes, distance)
     name = f"semi-axis {axis} of B"
     with_sun, without = (each.jacobian(state, [name]).by_parameter[name] for each in (system, system.with_forces([])))
@@ -199,7 +199,7 @@ def derivatives_beside_sun(axes, distance, axis):
 
 
 def sunlit(axes, distance):
-    """That share itself."""
+    """The third body's share in the acceleration and spin rate of B."""
     system, state = beside(axes, distance)
     loads = system.loads(state)["Sun"]
     return loads.force[1] / 0.3, loads.torque[1] / inertia(system.bodies[1])
@@ -207,7 +207,7 @@ def sunlit(axes, distance):
 
 @pytest.mark.parametrize("distance", [5.0, 40.0])
 @pytest.mark.parametrize("axes", [(0.5, 0.4, 0.3), (0.3, 0.5, 0.4), (0.4, 0.5, 0.3), (0.4, 0.4, 0.4)])
-def test_semi_axes_beside_a_third_body_by_differences(axes, distance):
+def test_derivatives_by_semi_axes_beside_a_third_body_are_differences(axes, distance):
     for k, axis in enumerate("abc"):
 
         def changed(by, k=k):
@@ -223,8 +223,8 @@ def test_semi_axes_beside_a_third_body_by_differences(axes, distance):
             assert np.abs(actual - expected).max() < 1e-10 * np.abs(expected).max() + rounding
 
 
-def test_semi_axes_beside_a_far_third_body():
-    """MacCullagh's torque 3 mu D x cross x / r^5 with D = diag(a^2, b^2, c^2) m / 5, where nothing else is left."""
+def test_derivatives_by_semi_axes_beside_a_far_third_body_are_maccullaghs():
+    """The torque is MacCullagh's, 3 mu D x cross x / r^5 with D = diag(a^2, b^2, c^2) m / 5."""
     axes, far = np.array([0.5, 0.4, 0.3]), 4e6
     pair, _ = beside(axes, far)
     system = fullbody.System([pair.bodies[1]], G=1.0, forces=pair.forces)
@@ -239,8 +239,7 @@ def test_semi_axes_beside_a_far_third_body():
         assert worst(system.jacobian(state, [name]).by_parameter[name][9:12], expected) < 1e-11
 
 
-def test_semi_axes_of_a_run_beside_a_third_body():
-    """By differences of fourth order of whole runs."""
+def test_sensitivities_to_semi_axes_beside_a_third_body_are_differences_of_runs():
     axes, distance = (0.5, 0.4, 0.3), 12.0
 
     def end(by):

@@ -19,7 +19,7 @@ def circle(n=1.0):
 
 
 def local(run, other):
-    """Where the second body of a run is from that of another, in the other's radial, transverse and normal axes."""
+    """The second body of a run from that of another, in the other's radial, transverse and normal axes."""
     r, v = (name[:, 1] - name[:, 0] for name in (other.position, other.velocity))
     radial = r / np.linalg.norm(r, axis=1)[:, None]
     normal = np.cross(r, v)
@@ -29,8 +29,8 @@ def local(run, other):
 
 
 @pytest.mark.parametrize("place", [0, 1, 2])
-def test_the_relative_motion_of_hill_clohessy_and_wiltshire(place):
-    """Clohessy & Wiltshire (1960), J. Aerosp. Sci. 27, 653, of a chaser that starts with a velocity alone."""
+def test_a_kick_starts_the_motion_of_clohessy_and_wiltshire(place):
+    """The chaser starts with a velocity alone (Clohessy & Wiltshire 1960, J. Aerosp. Sci. 27, 653)."""
     n, speed = 1.3, 1e-6
     system, state = circle(n)
     dv = speed * np.eye(3)[place]
@@ -47,8 +47,8 @@ def test_the_relative_motion_of_hill_clohessy_and_wiltshire(place):
 
 
 @pytest.mark.parametrize("dv", [-0.1, 0.05, 0.3])
-def test_vis_viva(dv):
-    """1/a = 2/r - v^2/mu after a kick along the motion, at periapsis where it was a circle."""
+def test_a_kick_along_the_motion_changes_the_semi_major_axis_by_vis_viva(dv):
+    """The vis-viva equation is 1/a = 2/r - v^2/mu."""
     system, state = circle()
     after = state.kick(1, [0.0, dv, 0.0], along="orbit", about=0)
     r, v = after.position[1] - after.position[0], after.velocity[1] - after.velocity[0]
@@ -63,7 +63,7 @@ def test_vis_viva(dv):
 
 
 def test_a_kick_of_dart_changes_the_period_by_its_share():
-    """dP/P = 3 dv/v of a light body, and only its own momentum changes."""
+    """The period of a light body changes by dP/P = 3 dv/v."""
     system, before = fullbody.systems.didymos(units=True, gravity="point")
     dv = -2.70 * u.mm / u.s
     after = before.kick("Dimorphos", [0 * dv, dv, 0 * dv], along="orbit")
@@ -82,7 +82,7 @@ def test_a_kick_of_dart_changes_the_period_by_its_share():
     np.testing.assert_allclose(periods[1] / periods[0] - 1, -3 * 2.70 / speed, rtol=0.05)
 
 
-def test_axes_of_the_body_and_inertial_ones():
+def test_kicks_may_be_given_in_body_or_inertial_axes():
     q = np.array([0.3, -0.5, 0.7, 0.2]) / np.linalg.norm([0.3, -0.5, 0.7, 0.2])
     state = fullbody.State([[0, 0, 0], [2, 0, 0]], [[0, 0, 0], [0, 1, 0]], [[1, 0, 0, 0], q], [[0, 0, 1], [1, 2, 3]])
     dv = np.array([0.1, -0.2, 0.3])
@@ -98,8 +98,7 @@ def test_axes_of_the_body_and_inertial_ones():
 
 
 @pytest.mark.parametrize("angle", [0.3, -2.0, 6.0])
-def test_turns_about_axes(angle):
-    """R' = turn R about an inertial axis, R turn about one of the body; the spin in the body's frame stays."""
+def test_rotations_act_about_inertial_or_body_axes(angle):
     q = np.array([0.3, -0.5, 0.7, 0.2]) / np.linalg.norm([0.3, -0.5, 0.7, 0.2])
     state = fullbody.State([[0, 0, 0], [0, 2, 0]], [[0, 0, 0], [-1, 0, 0]], [[1, 0, 0, 0], q], [[0, 0, 1], [1, 2, 3]])
     for axis, turn in (([5, 0, 0], rot_x), ([0, 1e-200, 0], rot_y), ([0, 0, 1e200], rot_z)):
@@ -124,8 +123,7 @@ def test_turns_about_axes(angle):
     )
 
 
-def test_turns_are_roll_pitch_and_yaw():
-    """Of a body whose x-axis points at the other one."""
+def test_rotations_are_roll_pitch_and_yaw():
     system, state = ready("didymos")
     for axis, place in (([1, 0, 0], 0), ([0, 1, 0], 1), ([0, 0, 1], 2)):
         run = system.integrate(state.rotated("Dimorphos", axis, 0.2), 0.01)
@@ -183,13 +181,13 @@ def test_states_know_the_names_of_their_bodies():
         (lambda s: s.rotated(1, [0, 0, 1], 1.0, along="orbit"), "about of rotated is not given"),
     ],
 )
-def test_what_does_not_fit_is_named(call, what):
+def test_bad_kicks_are_refused(call, what):
     state = fullbody.State([[0, 0, 0], [2, 0, 0], [4, 0, 0]], [[0, 0, 0], [0, 1, 0], [1, 0, 0]])
     with pytest.raises(InvalidInput, match=what):
         call(state)
 
 
-def test_units_of_kicks():
+def test_kicks_have_units():
     still = fullbody.State([[0, 0, 0], [2, 0, 0]] * u.km, np.zeros((2, 3)))
     kicked = still.kick(1, [0, 1, 0] * u.m / u.s)
     np.testing.assert_allclose(kicked.velocity[1].to_value(u.m / u.s), [0, 1, 0])

@@ -45,7 +45,7 @@ def touching(first, second, normal, attitudes):
 
 @given(semi_axes, semi_axes, directions, quaternions, quaternions)
 @settings(max_examples=40)
-def test_contact_of_ellipsoids(first, second, normal, p, q):
+def test_ellipsoids_touch_where_their_normals_do(first, second, normal, p, q):
     contact = touching(first, second, normal, (p, q))
     # Off by round-off of the contact itself at most.
     system, state = pair(first, second, contact * (1 + 1e-14), (p, q))
@@ -65,7 +65,6 @@ def test_touching_spheres(gravity):
 
 
 def test_circumscribed_spheres_may_overlap():
-    """Two flat bodies above each other, far within each other's largest radius."""
     disc = (1.0, 1.0, 0.3)
     system, state = pair(disc, disc, [0.0, 0.0, 0.8])
     assert np.isfinite(system.interactions(state).force).all()
@@ -73,7 +72,6 @@ def test_circumscribed_spheres_may_overlap():
 
 
 def test_a_quadrature_at_its_limit_says_so():
-    """Sharp rims almost in contact: an error of its own, which does not advise the method in use."""
     disc = (1.0, 1.0, 0.02)
     system, state = pair(disc, disc, [0.3, 0.1, 0.043])
     with pytest.raises(NotConverged, match="Alpha and Beta") as caught:
@@ -83,13 +81,13 @@ def test_a_quadrature_at_its_limit_says_so():
 
 
 @pytest.mark.parametrize("place", [[0, 0, 0], [0.3, 0, 0], [0, 0, 0.05]])
-def test_nested_bodies(place):
+def test_nested_bodies_overlap(place):
     assert_overlap(*pair((1.0, 0.8, 0.7), (0.2, 0.1, 0.1), place))
     assert_overlap(*pair((0.2, 0.1, 0.1), (1.0, 0.8, 0.7), place))
     assert_overlap(*pair((1.0, 0.8, 0.7), (1.0, 0.8, 0.7), place))
 
 
-def test_point_inside_a_body():
+def test_a_point_inside_a_body_overlaps_it():
     rock = fullbody.Body(fullbody.Ellipsoid(1.0, 0.8, 0.7), mass=1.0, name="Alpha")
     system = fullbody.System([rock, fullbody.Body(fullbody.PointMass(), mass=1.0, name="Beta")], G=1.0)
     for place in ([0, 0, 0], [0.999, 0, 0]):
@@ -98,13 +96,13 @@ def test_point_inside_a_body():
     assert np.isfinite(system.interactions(outside).force).all()
 
 
-def test_points_at_one_place():
+def test_points_at_one_position_are_refused():
     bodies = [fullbody.Body(fullbody.PointMass(), mass=1.0, name=name) for name in ("Alpha", "Beta")]
     state = fullbody.State(np.ones((2, 3)), np.zeros((2, 3)), time=3.5)
     assert_overlap(fullbody.System(bodies, G=1.0), state)
 
 
-def test_names_in_a_system_of_three():
+def test_overlaps_name_the_bodies():
     bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name=name) for name in ("Sun", "Earth", "Moon")]
     state = fullbody.State([[0, 0, 0], [9, 0, 0], [9, 1, 0]], np.zeros((3, 3)))
     with pytest.raises(BodiesOverlap) as caught:
@@ -114,8 +112,8 @@ def test_names_in_a_system_of_three():
 
 @pytest.mark.parametrize("thickness", [1e-2, 1e-5, 3e-8, 1e-8, 1e-10])
 @pytest.mark.parametrize("factor", [0.01, 0.99, 1.01, 100.0])
-def test_thin_bodies_face_to_face_and_crossed(thickness, factor):
-    """On the common normal of discs laid face to face, and of crossed needles, the bodies touch at 2 c."""
+def test_thin_bodies_touch_on_their_common_normal(thickness, factor):
+    """Discs laid face to face and crossed needles touch at 2 c on their common normal."""
     rng = np.random.default_rng(7)
     for turn in rng.normal(size=(25, 4)):
         first = turn / np.linalg.norm(turn)
@@ -132,8 +130,7 @@ def test_thin_bodies_face_to_face_and_crossed(thickness, factor):
                 assert np.isfinite(system.energy(state).total)
 
 
-def test_too_thin_to_tell():
-    """Closer than the rounding of the attitudes moves the rims; clearly apart or overlapping they are told as ever."""
+def test_bodies_too_thin_to_tell_are_named():
     disc, attitudes = (1.0, 1.0, 1e-13), [(0.8, 0.36, 0.48, 0.0)] * 2
     normal = matrix(np.array(attitudes[0]))[:, 2]
     system, state = pair(disc, disc, 2.001e-13 * normal, attitudes, gravity="point")
@@ -145,8 +142,7 @@ def test_too_thin_to_tell():
     assert np.isfinite(apart.energy(state).total)
 
 
-def test_contact_event_of_thin_discs():
-    """Two discs of c/a = 1e-8 that meet face to face at unit speed touch after the gap between their faces."""
+def test_thin_discs_touch_after_the_gap_between_their_faces():
     disc = fullbody.Body(fullbody.Ellipsoid(1.0, 1.0, 1e-8), mass=1.0)
     system = fullbody.System([disc, disc], G=0.0, gravity="point")
     attitude = np.array([0.5, -0.3, 0.7, 0.4]) / np.linalg.norm([0.5, -0.3, 0.7, 0.4])

@@ -24,8 +24,7 @@ def force_by_volume(field, solid, mass, place, turn, count):
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_a_large_polyhedron_beside_small_parts(seed):
-    """The field of a small part loses digits at the far side of the large body, if its facets are summed there."""
+def test_force_of_a_large_polyhedron_on_small_parts_keeps_its_digits(seed):
     large, small = octahedron(1.0, 0.8, 0.6), octahedron(0.06, 0.05, 0.04)
     parts = [Part(small, mass=0.5, position=(x, 0.0, 0.0)) for x in (-0.07, 0.07)]
     bodies = [Body(large, mass=2.0, name="large"), Body(Composite(parts), name="pair")]
@@ -46,8 +45,7 @@ def test_a_large_polyhedron_beside_small_parts(seed):
 
 
 @pytest.mark.parametrize("distance", [1e-1, 1e-3, 1e-6])
-def test_a_grain_near_the_centre_of_a_ring(distance):
-    """The force vanishes at the centre, but not the terms of its sum, whose rounding is what remains."""
+def test_force_near_the_centre_of_a_ring_is_exact_to_rounding(distance):
     ring, grain = torus(1.0, 0.3), octahedron(0.3, 0.24, 0.18)
     bodies = [Body(ring, mass=1.0, name="ring"), Body(grain, mass=0.1, name="grain")]
     place = distance * np.array([0.6, -0.48, 0.64])

@@ -249,8 +249,7 @@ def test_layers_of_a_polyhedron_that_is_not_seen_from_its_centre_are_refused():
 
 @pytest.mark.parametrize("distance", [1.7, 2.4, 5.0, 40.0, 3000.0])
 @pytest.mark.parametrize("swapped", [False, True])
-def test_beside_an_ellipsoid_it_is_attracted_as_it_attracts(distance, swapped):
-    """The forces on the polyhedron by its surface or its layer, those on the ellipsoid by the polyhedron's field."""
+def test_polyhedron_and_ellipsoid_attract_each_other_equally(distance, swapped):
     axes = (0.9, 0.7, 0.5)
     bodies = [Body(box(1.0, 0.9, 0.7), mass=1.0, name="box"), Body(Ellipsoid(*axes), mass=2.0, name="egg")]
     state = pose(distance * np.array([0.48, -0.6, 0.64]))
@@ -275,7 +274,7 @@ def test_beside_an_ellipsoid_it_is_attracted_as_it_attracts(distance, swapped):
 
 
 @pytest.mark.parametrize("other", [Sphere(0.4), PointMass(), "composite"])
-def test_beside_spheres_points_and_composites(other):
+def test_polyhedra_attract_spheres_points_and_composites_by_their_field(other):
     probe = (
         Body(Composite([Part(Sphere(0.1), mass=1.0, position=(x, 0.2 * x, 0.0)) for x in (-0.2, 0.3)]), name="B")
         if other == "composite"
@@ -348,7 +347,7 @@ def test_numbering_turning_and_units_change_nothing():
     ids=lambda i: type(i).__name__,
 )
 def test_octahedra_keep_energy_and_momenta(integrator):
-    """A binary of two octahedra, as in Fahnestock and Scheeres (2006)."""
+    """The binary of two octahedra is that of Fahnestock and Scheeres (2006)."""
     bodies = [Body(octahedron(1.0, 0.8, 0.6), mass=1.0, name="A"), Body(octahedron(0.5, 0.4, 0.3), mass=0.2, name="B")]
     system = fullbody.System(bodies, G=1.0, gravity_tolerance=1e-10)
     start = fullbody.State.from_tait_bryan(

@@ -33,7 +33,6 @@ def test_a_ball_touches_a_face_an_edge_and_a_corner_when_it_should():
 
 @pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
 def test_a_quick_pass_through_a_corner_is_seen():
-    """The step is many times longer than the time of overlap."""
     cube = Body(box(2.0, 2.0, 2.0), mass=1e-9, name="cube")
     ball = Body(Sphere(0.5), mass=1e-9, name="ball")
     system = fullbody.System([cube, ball], G=1.0, gravity_tolerance=1e-8)
@@ -53,7 +52,7 @@ def test_a_quick_pass_through_a_corner_is_seen():
             assert len(system.integrate(state, 0.2)) > 1
 
 
-def test_a_third_body_turns_it_as_a_distant_point_mass_does():
+def test_third_bodies_torque_polyhedra_as_point_masses_do():
     solid = Body(box(1.0, 0.9, 0.5), mass=1.0, name="A")
     far = np.array([30.0, 40.0, -20.0])
     state = fullbody.State([[0.0] * 3], [[0.0] * 3], attitude=pose([1, 1, 1]).attitude[:1], spin=np.zeros((1, 3)))
@@ -111,7 +110,6 @@ def test_shapes_are_read_from_files(tmp_path, kind):
 
 @pytest.mark.parametrize("make", [fullbody.systems.kw4, fullbody.systems.didymos], ids=lambda make: make.__name__)
 def test_shape_files_go_into_the_ready_made_systems(tmp_path, make):
-    """Files as archives have them, with rows of v and f: the ellipsoids of the system as meshes, slightly turned."""
     system, state = make(units=True)
     bodies, turn = [], matrix(np.array([np.cos(0.05), 0.0, 0.0, np.sin(0.05)]))
     for body in system.bodies:
@@ -134,7 +132,7 @@ def test_shape_files_go_into_the_ready_made_systems(tmp_path, make):
     assert np.linalg.norm(ends[0] - ends[1]) < 0.01 * np.linalg.norm(ends[1])
 
 
-def test_a_table_may_be_compressed(tmp_path):
+def test_compressed_shape_files_are_read(tmp_path):
     solid = box(1.0, 2.0, 3.0)
     write(tmp_path / "box.tab", solid, "tab")
     written = (tmp_path / "box.tab").read_bytes()
@@ -242,7 +240,7 @@ def test_films_show_polyhedra_and_composites(tmp_path):
     assert blue[0] < 0.8 * blue[1]
 
 
-def test_what_is_not_done_is_refused():
+def test_what_polyhedra_lack_is_refused():
     bodies = [Body(octahedron(1.0, 0.8, 0.6), mass=1.0, name="A"), Body(Sphere(0.3), mass=0.2, name="B")]
     with pytest.raises(InvalidInput, match="beside A, a polyhedron"):
         fullbody.System(bodies, G=1.0, order=(8, 8))
@@ -282,7 +280,6 @@ def test_bad_meshes_are_refused(vertices, faces, message):
 
 
 def test_gubas_polyhedra_are_read(tmp_path):
-    """Tables of vertices in metres and of faces turned anyhow, in other axes than the principal ones."""
     text = (DATA / "peers" / "gubas_pair.cfg").read_text()
     text = text.replace("Primary Shape Flag: 1", "Primary Shape Flag: 2")
     path = tmp_path / "pair.cfg"

@@ -31,7 +31,7 @@ def test_pickles_keep_every_bit_of_a_state():
         assert np.array_equal(getattr(twin, name), getattr(end, name)), name
 
 
-def test_inequality():
+def test_other_states_bodies_and_systems_are_unequal():
     system, state = example()
     assert state != state.replace(time=1.0)
     assert state != state.replace(position=state.position + 1e-15)
@@ -64,7 +64,7 @@ def test_the_text_of_a_body_makes_it(body):
     assert eval(repr(body), kinds) == body
 
 
-def test_repr_tells_what_it_is():
+def test_reprs_name_class_and_contents():
     system, state = example()
     assert eval(repr(Ellipsoid(3.0, 2.0, 1.0)), {"Ellipsoid": Ellipsoid}) == Ellipsoid(3.0, 2.0, 1.0)
     assert eval(repr(Verner98(1e-9)), {"Verner98": Verner98}) == Verner98(1e-9)
@@ -89,7 +89,7 @@ def test_the_table_names_the_bodies_that_are_known():
     assert "Alpha" not in page
 
 
-def test_defaults():
+def test_states_start_at_rest_in_the_identity_attitude():
     state = State([[1, 2, 3]], [[4, 5, 6]])
     assert state.time == 0.0
     assert state.attitude.tolist() == [[1, 0, 0, 0]]
@@ -112,7 +112,6 @@ def test_a_state_does_not_share_memory_with_its_input():
 
 @pytest.mark.parametrize("units", [False, True])
 def test_arrays_of_a_state_are_read_only(units):
-    """An assignment into a copy of the numbers would be lost without a word."""
     system, start = example(units)
     for state in (start, system.integrate(start, 1.0)[-1], State.from_tait_bryan(*[[[1.0, 2.0, 3.0]]] * 3)):
         for name in ("position", "velocity", "attitude", "spin", "rotation_matrix", "tait_bryan"):
@@ -134,7 +133,7 @@ def test_attitude_is_scaled_to_unit_length(q, scale):
 
 
 @given(quaternions)
-def test_rotation_matrix(q):
+def test_rotation_matrix_is_that_of_the_quaternion(q):
     state = State([[0, 0, 0]], [[0, 0, 0]], [q])
     frame = state.rotation_matrix[0]
     assert np.abs(frame - matrix(q)).max() < 1e-15
@@ -143,8 +142,8 @@ def test_rotation_matrix(q):
 
 
 @given(st.floats(-3.1, 3.1), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1))
-def test_tait_bryan_angles(phi, theta, psi):
-    """R = Rz(psi) Ry(theta) Rx(phi): the paper's eq:RotationMatrix."""
+def test_tait_bryan_angles_are_the_papers(phi, theta, psi):
+    """The convention is the paper's eq:RotationMatrix, R = Rz(psi) Ry(theta) Rx(phi)."""
     state = State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], [[phi, theta, psi]])
     assert np.abs(state.rotation_matrix[0] - rot_z(psi) @ rot_y(theta) @ rot_x(phi)).max() < 1e-15
     limit = 1e-15 / np.cos(theta)
@@ -152,7 +151,7 @@ def test_tait_bryan_angles(phi, theta, psi):
 
 
 @pytest.mark.parametrize("theta", [np.pi / 2, -np.pi / 2])
-def test_tait_bryan_angles_at_their_pole(theta):
+def test_tait_bryan_angles_at_their_pole_give_the_same_matrix(theta):
     """Only psi -/+ phi is defined there; the matrix must come back."""
     state = State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], [[0.4, theta, 1.1]])
     again = State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], state.tait_bryan)
@@ -160,7 +159,7 @@ def test_tait_bryan_angles_at_their_pole(theta):
     assert angle_between(state.rotation_matrix, again.rotation_matrix).max() < 1e-7
 
 
-def test_replace():
+def test_replace_changes_one_quantity():
     _, state = example()
     other = state.replace(position=state.position * 2, time=7.0)
     assert np.array_equal(other.position, state.position * 2)
@@ -169,7 +168,7 @@ def test_replace():
     assert state.time == 0.0
 
 
-def test_bodies():
+def test_bodies_have_mass_volume_density_and_inertia():
     rock = Body(Ellipsoid(3.0, 2.0, 1.0), density=0.5)
     assert rock.mass == pytest.approx(0.5 * 4 / 3 * np.pi * 6.0, rel=1e-15)
     assert Body(Ellipsoid(3.0, 2.0, 1.0), mass=rock.mass).density == pytest.approx(0.5, rel=1e-15)
@@ -179,8 +178,8 @@ def test_bodies():
     assert System([rock, rock], G=1.0).names == ("body 0", "body 1")
 
 
-def test_energy_and_momenta_by_the_formulas():
-    """The paper's sections 2.3 and 2.4, written out."""
+def test_energy_and_momenta_are_the_papers_formulas():
+    """The formulas are those of the paper's sections 2.3 and 2.4."""
     a = np.array([[0.9, 0.7, 0.5], [0.6, 0.4, 0.3]])
     m = np.array([2.0, 0.7])
     system = System([Body(Ellipsoid(*axes), mass=mass) for axes, mass in zip(a, m, strict=True)], G=1.3)

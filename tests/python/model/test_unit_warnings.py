@@ -10,7 +10,7 @@ from fullbody.errors import InconsistentInput
 
 
 @pytest.mark.parametrize("units", [True, False])
-def test_a_turn_in_degrees_without_a_unit(units):
+def test_angles_that_look_like_degrees_are_warned_of(units):
     state = fullbody.systems.didymos_after_dart(units=units)[1]
     for angle in (10, 10.0, -10.5, 90):
         with pytest.warns(
@@ -26,8 +26,7 @@ def test_a_turn_in_degrees_without_a_unit(units):
 
 @pytest.mark.parametrize("shape", [fullbody.Ellipsoid, lambda *axes: fullbody.Composite([fullbody.Part(
     fullbody.Ellipsoid(*axes), mass=1 * u.kg)])])  # fmt: skip
-def test_a_density_that_no_body_has(shape):
-    """Of a shape in kilometres that is read as one in metres, or the other way round."""
+def test_densities_of_another_unit_are_warned_of(shape):
     system, _ = fullbody.systems.didymos(units=True)
     for unit, density in ((u.m, "2.*e.12"), (u.au, "8.*e-22")):
         with pytest.warns(InconsistentInput, match=f"Dimorphos has a density of {density} kg/m3; expected 100"):

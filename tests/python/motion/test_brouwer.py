@@ -100,8 +100,7 @@ def test_the_default_drifts():
     assert np.median(errors[:, -1] / tighter[:, -1]) == pytest.approx(10 ** (10 / 9), rel=0.3)
 
 
-def test_bodies_that_turn():
-    """Forces and torques are sums over many nodes, and off by several units of rounding themselves."""
+def test_energy_of_rotating_bodies_walks_at_random():
     errors, left = walks(spheroids(3), TO_ROUNDOFF, 3e4)
     assert 0.3 < rms(errors[:, -1]) / left < 20.0
     drifting, least = walks(spheroids(3), fullbody.Verner98(), 3e4)
@@ -110,8 +109,8 @@ def test_bodies_that_turn():
 
 
 @pytest.mark.parametrize("shape", ["ellipsoid", "spheroid"])
-def test_1999_kw4(shape):
-    """Its energy is that of Alpha's spin, in the samples of which nothing below 1e-14 of the orbit's can be seen."""
+def test_energy_of_1999_kw4_walks_at_random(shape):
+    """The energy of Alpha's spin hides what is below 1e-14 of the orbit's."""
     system, state = fullbody.systems.kw4_ho2021(shape)
     run = system.integrate(state, 2500.0, output=np.linspace(1250.0, 2500.0, 64), integrator=TO_ROUNDOFF)
     assert run.statistics.steps > 5e4
@@ -119,8 +118,7 @@ def test_1999_kw4(shape):
     assert abs(run.energy_drift_orbital).max() < 3 * seen
 
 
-def test_its_name():
-    """It prints as what it is, compares, and comes back from files."""
+def test_exact_steps_are_named_compared_and_kept_in_files():
     tightest = fullbody.Verner98.to_roundoff()
     assert tightest == fullbody.Verner98(0.0, 0.0) == fullbody.Verner98(rtol=0, atol=0)
     assert tightest != fullbody.Verner98()

@@ -109,7 +109,7 @@ def start(case):
 
 
 @pytest.mark.parametrize(("case", "until", "steps"), [("case1", 50, 30), ("case2", 50, 60)])
-def test_case(case, until, steps):
+def test_cases_are_those_of_extended_precision(case, until, steps):
     y = start(case)
     for _ in range(steps):
         y = extrapolated_step(y, LD(until) / steps)

@@ -80,7 +80,7 @@ SPINS = {"about x": (1.0, 0.2), "about z": (0.2, 1.0), "inside": (1.0, 0.45), "o
 
 
 @pytest.mark.parametrize("name", SPINS)
-def test_triaxial_rotation(name):
+def test_a_triaxial_body_rotates_as_jacobis_functions(name):
     exact = Jacobi(MOMENTS, *SPINS[name])
     times = np.array([0.0, 0.7, 3.1, 11.0, 40.0, 100.0])
     run = alone(fullbody.Ellipsoid(*AXES), exact.attitude(0.0), [SPINS[name][0], 0.0, SPINS[name][1]], 100.0, times)
@@ -105,8 +105,8 @@ def test_comparison_can_fail():
 
 
 @pytest.mark.parametrize("axes", [(1.0, 1.0, 0.4), (0.5, 0.5, 1.2)], ids=["oblate", "prolate"])
-def test_symmetric_top(axes):
-    """L turns about the figure axis at -(I_3 - I_1) / I_1 w_3 as the figure axis precesses about L at L / I_1."""
+def test_a_symmetric_top_precesses_at_the_closed_form(axes):
+    """L turns about the figure axis at -(I_3 - I_1) / I_1 w_3, and that axis about L at L / I_1."""
     across, _, along = moments = inertia(MASS, axes)
     spin = np.array([0.0, 0.6, 1.1])
     momentum = moments * spin

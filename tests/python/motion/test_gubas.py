@@ -62,7 +62,7 @@ ATTITUDES = [
 ]
 
 
-def test_two_octahedra_at_the_fourth_order(tmp_path):
+def test_two_octahedra_move_as_in_gubas(tmp_path):
     text = (DATA / "peers" / "gubas_pair.cfg").read_text()
     for name, value in SETTINGS.items():
         text, count = re.subn(rf"^{re.escape(name)}: .*$", f"{name}: {value}", text, flags=re.MULTILINE)

@@ -22,7 +22,6 @@ HIDDEN = np.ma.array(POSITION, mask=[[0, 0, 0], [1, 0, 0]])
 
 
 def input_warnings(call):
-    """The messages of the warnings that a call gives, all of one kind and told at this file."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         call()
@@ -70,8 +69,7 @@ def test_masked_values_are_refused(call, what):
         call()
 
 
-def test_masks_that_hide_nothing_and_columns_of_tables():
-    """They are the numbers, with their unit."""
+def test_masks_that_hide_nothing_are_the_numbers():
     assert State(np.ma.array(POSITION), VELOCITY) == START
     sizes = [1.0, 2.0] * u.km
     for column in (Table({"a": sizes})["a"], Table({"a": sizes}, masked=True)["a"], Masked(sizes)):
@@ -89,7 +87,7 @@ def test_functions_that_are_infinite_are_named():
             points(1, 1).integrate(START, 3.0, events=[fullbody.events.Function(function)])
 
 
-def test_quaternions_that_are_not_of_length_one():
+def test_quaternions_not_of_length_one_are_warned_of():
     turned = [np.sqrt(0.5), 0, 0, np.sqrt(0.5)]
     (text,) = input_warnings(lambda: State(POSITION, VELOCITY, [[1, 0, 0, 0], 2 * np.array(turned)]))
     assert text.startswith("attitude of body 1 is [1.414")
@@ -99,8 +97,7 @@ def test_quaternions_that_are_not_of_length_one():
         assert input_warnings(lambda near=near: State(POSITION, VELOCITY, [near, near])) == []
 
 
-def test_rotations_of_scipy():
-    """Both describe active turns: what they do to a vector tells."""
+def test_rotations_of_scipy_are_attitudes():
     rotations = Rotation.from_rotvec([[0.3, -0.2, 0.9], [2.0, 1.0, -0.5]])
     state = State.from_scipy(POSITION, VELOCITY, rotations, spin=[[1, 2, 3]] * 2, time=4.0)
     vector = np.array([1.0, -2.0, 0.5])
@@ -141,7 +138,7 @@ def thrown(way, **options):
         (lambda x: thrown("ejecta", n=3, longitude=x, latitude=0.0), "longitude is", 270),
     ],
 )
-def test_angles_that_look_like_degrees(call, what, turns):
+def test_angles_that_look_like_degrees_are_warned_of(call, what, turns):
     def given(value):
         return input_warnings(lambda: call(np.array([0, 0, value]) if what.startswith("angles") else value))
 
@@ -152,8 +149,7 @@ def test_angles_that_look_like_degrees(call, what, turns):
         assert given(turns * u.deg) == []
 
 
-def test_angles_that_have_gone_on_for_turns_are_let_be():
-    """Integrated angles and mean anomalies have all their digits."""
+def test_angles_of_many_revolutions_are_not_warned_of():
     assert (
         input_warnings(lambda: State.from_tait_bryan(POSITION, VELOCITY, [[0, 0, 0], [0.01, 0.02, 113.63912345678901]]))
         == []
@@ -167,7 +163,7 @@ def escape(mass, distance):
     return np.sqrt(2.0 * mass / distance)
 
 
-def test_starts_that_are_far_from_bound():
+def test_starts_far_from_bound_are_warned_of():
     """Ten times the speed of escape, sqrt(2 G M/r), is a hundred times the energy."""
     system = points(3.0, 1.0)
     limit = 10 * escape(4.0, 5.0)
@@ -182,8 +178,7 @@ def test_starts_that_are_far_from_bound():
     assert input_warnings(lambda: fullbody.Simulation(points(3.0, 1.0, G=0.0), State(POSITION, 100 * VELOCITY))) == []
 
 
-def test_one_of_three_that_is_far_from_bound():
-    """The others are a pair at rest at the origin's two sides; the third has the units of the pair."""
+def test_one_of_three_far_from_bound_is_warned_of():
     system, state = fullbody.systems.sn263_2001(units=True)
     assert input_warnings(lambda: fullbody.Simulation(system, state)) == []
     wrong = state.velocity.copy()
@@ -202,8 +197,7 @@ def pair_and_sun(distance, mass, separation=2.5):
 
 
 @pytest.mark.parametrize(("distance", "digits"), [(1.01e3, "1e-12"), (1e5, "1e-10"), (1e8, "1e-07")])
-def test_heavy_bodies_far_away(distance, digits):
-    """Positions are counted from the barycentre, which is with the heavy body."""
+def test_heavy_bodies_far_away_are_warned_of(distance, digits):
     far = 2.5 * distance
     system, state = pair_and_sun(far, 1e-4 * far**3)
     (text,) = input_warnings(lambda: fullbody.Simulation(system, state))
@@ -228,7 +222,6 @@ def test_heavy_bodies_far_away(distance, digits):
 
 
 def test_the_advice_for_a_heavy_body_far_away_holds():
-    """With the tolerance named steps are about as many as without the third body, with a thousandth many."""
     system, state = pair_and_sun(2.5e6, 1e14)
     (text,) = input_warnings(lambda: fullbody.Simulation(system, state))
     advised = float(text.partition("rtol and atol of ")[2].split()[0])
@@ -245,7 +238,6 @@ def test_the_advice_for_a_heavy_body_far_away_holds():
 
 
 def test_the_advised_third_body_moves_the_pair_as_the_body_does():
-    """No warning, steps as without it, and the same relative motion: bodies at a tolerance where that still works."""
     from fullbody.forces import ThirdBody
 
     system, state = pair_and_sun(2.5e4, 1e11)
@@ -266,7 +258,7 @@ def test_the_advised_third_body_moves_the_pair_as_the_body_does():
     assert light.statistics.steps < 1.5 * alone.statistics.steps
 
 
-def test_binaries_that_are_too_wide():
+def test_binaries_that_are_too_wide_are_warned_of():
     def make(size, **options):
         primary = Component(diameter=size, density="2 g/cm3", rotation_period="3 h", name="P")
         secondary = Component(diameter=size / 10, density="2 g/cm3", name="S")
@@ -289,8 +281,7 @@ def test_systems_in_units_tell_their_numbers_with_them():
     assert System(system.bodies, units=True).integrate(state, 0.001)
 
 
-def test_plain_numbers_that_are_hardly_meant():
-    """Arc seconds as radians, degrees as radians, cm2/g as a system's km2/kg, and a Sun in grams."""
+def test_numbers_of_another_unit_are_warned_of():
     system, state = fullbody.systems.didymos(units=True)
     view = {"to_observer": [0.1, 0.01, 0.0] * u.au, "to_sun": [0.9, 0.4, 0.0] * u.au}
     geometry = fullbody.observing.Geometry([0.0, 2.0] * u.day, **view)

@@ -162,8 +162,7 @@ CALLS += [light_curve_by_hapkes_law, mutual_events_of_many_orbits]
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no timers that send signals")
 @pytest.mark.parametrize("prepare", CALLS)
-def test_a_single_call_hears_signals(prepare):
-    """Signals that come while a call works are handled meanwhile, not one after it: a third one in it stops it."""
+def test_signals_are_handled_while_a_call_works(prepare):
     call, check = prepare()
     heard = []
 
@@ -185,7 +184,6 @@ def test_a_single_call_hears_signals(prepare):
 
 
 def test_runs_in_threads_give_the_same_bits():
-    """No state is shared: the same system in four threads at once."""
     system, state = fullbody.systems.case1()
     expected = system.integrate(state, 100.0)
     runs = [None] * 4

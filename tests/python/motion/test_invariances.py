@@ -28,7 +28,6 @@ def test_third_law_and_balance_of_torques(pair):
 
 @given(pairs(gravity=("focal",)))
 def test_surface_and_focal_rules_agree(pair):
-    """Two unrelated exact formulas for one quantity."""
     system, state = pair
     focal = system.interactions(state)
     surface = system.with_options(gravity="surface").interactions(state)
@@ -39,8 +38,8 @@ def test_surface_and_focal_rules_agree(pair):
 
 @given(pairs(), vectors, vectors)
 @settings(max_examples=15)
-def test_force_and_torque_are_the_slope_of_the_energy(pair, shift, turn):
-    """Moving and turning body 1 by a little changes the potential energy by -(F . shift + M . turn)."""
+def test_force_and_torque_are_the_derivative_of_the_energy(pair, shift, turn):
+    """Moving and rotating body 1 by a little changes the potential energy by -(F . shift + M . rotation)."""
     system, state = pair
     f = system.interactions(state)
 
@@ -116,7 +115,7 @@ def test_relabelling_the_bodies_permutes_the_run(pair):
 
 @given(st.permutations(range(3)), st.tuples(*[quaternions] * 3), st.tuples(*[semi_axes] * 3))
 @settings(max_examples=8)
-def test_relabelling_three_bodies(order, attitudes, axes):
+def test_relabelling_three_bodies_permutes_their_forces(order, attitudes, axes):
     bodies = [fullbody.Body(fullbody.Ellipsoid(*a), mass=m) for a, m in zip(axes, (1.0, 0.4, 0.7), strict=True)]
     position = np.array([[0.0, 0, 0], [3.0, 0.2, 0], [-0.5, 4.0, 1.0]])
     velocity = np.array([[0.0, 0, 0], [0, 0.6, 0.1], [-0.6, 0, 0]])
@@ -132,8 +131,7 @@ def test_relabelling_three_bodies(order, attitudes, axes):
 
 @given(pairs(), st.tuples(*[st.floats(-3.0, 3.0)] * 3))
 @settings(max_examples=12)
-def test_change_of_units(pair, exponents):
-    """Numbers in other units of length, time and mass: G, forces, energies and runs scale with them."""
+def test_numbers_scale_with_the_units(pair, exponents):
     system, state = pair
     length, time, mass = (10.0**e for e in exponents)
     bodies = [
@@ -158,8 +156,7 @@ def test_change_of_units(pair, exponents):
 
 @given(pairs())
 @settings(max_examples=10)
-def test_there_and_back_again(pair):
-    """Integrating back returns to the start; so does reversing all velocities and spins and going on."""
+def test_integration_back_returns_to_the_start(pair):
     system, state = pair
     end = run(system, state)
     assert_same_state(system.integrate(end.replace(time=SHORT), 0.0, output=[0.0])[0], state, 5e-12)
@@ -170,7 +167,7 @@ def test_there_and_back_again(pair):
 
 @given(pairs(), vectors, vectors)
 @settings(max_examples=10)
-def test_translation_and_boost(pair, shift, boost):
+def test_translation_and_boost_change_nothing(pair, shift, boost):
     system, state = pair
     moved = state.replace(position=state.position + shift, velocity=state.velocity + boost)
     assert worst(system.interactions(moved).force, system.interactions(state).force) < 1e-13
@@ -190,7 +187,6 @@ def test_the_origin_of_time_does_not_matter(pair, start):
 @given(pairs())
 @settings(max_examples=8)
 def test_half_turns_of_a_body_about_its_axes_change_nothing(pair):
-    """An ellipsoid is its own image under half turns about its principal axes."""
     system, state = pair
     f = system.interactions(state)
     for flip in np.eye(4)[1:]:
@@ -202,7 +198,6 @@ def test_half_turns_of_a_body_about_its_axes_change_nothing(pair):
 
 
 def test_a_broken_invariance_is_seen():
-    """The comparison of runs notices a difference of 1e-10 in the start."""
     system, state = fullbody.systems.case1()
     end = run(system, state)
     other = run(system, state.replace(position=np.add(state.position, [[1e-10, 0, 0], [0, 0, 0]])))

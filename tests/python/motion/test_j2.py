@@ -65,7 +65,7 @@ def excess():
 
 
 @pytest.mark.parametrize("quantity", [0, 1], ids=["node", "periapsis"])
-def test_rate(excess, quantity):
+def test_precession_has_the_first_order_rate(excess, quantity):
     # Second order is of the relative size J2 (R/p)^2: 3.5e-4 at the nearest distance, with factors of a few.
     for a, difference in zip(DISTANCES, np.abs(excess[:, quantity]), strict=True):
         assert difference < 10 * J2_R2 / (a * (1 - E * E)) ** 2

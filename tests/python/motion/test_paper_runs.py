@@ -33,24 +33,24 @@ def compared(request):
     ]
 
 
-def test_positions(compared):
+def test_positions_are_those_of_two_programs(compared):
     for expected, row, state in compared:
         assert state.time == row["time"]
         assert np.abs(state.position - expected.position).max() < max(row["agreement"], ROUND_OFF)
 
 
-def test_velocities(compared):
+def test_velocities_are_those_of_two_programs(compared):
     for expected, row, state in compared:
         # Rates are below 1 per unit time in every run, so the positions' figure bounds them too.
         assert np.abs(state.velocity - expected.velocity).max() < max(row["agreement"], ROUND_OFF)
 
 
-def test_spins(compared):
+def test_spins_are_those_of_two_programs(compared):
     for expected, row, state in compared:
         assert np.abs(state.spin - expected.spin).max() < max(row["agreement"], ROUND_OFF)
 
 
-def test_attitudes(compared):
+def test_attitudes_are_those_of_two_programs(compared):
     for expected, row, state in compared:
         angles = angle_between(expected.rotation_matrix, state.rotation_matrix)
         assert angles.max() < max(row["agreement"], ROUND_OFF)

@@ -52,7 +52,7 @@ def ctrl_c_after(moment):
 
 
 def by_ctrl_c(sim, until, output, path, moment=0.4 * UNTIL):
-    """Runs into Ctrl-C, and what is on the disk afterwards."""
+    """The run that Ctrl-C ends, and what is on the disk afterwards."""
     every = [*watched(), ctrl_c_after(moment)]
     with pytest.raises(Interrupted) as caught:
         sim.integrate(until, output=output, events=every, dense=True, autosave=(path, 1e8))
@@ -61,7 +61,7 @@ def by_ctrl_c(sim, until, output, path, moment=0.4 * UNTIL):
 
 
 def by_steps(sim, until, output, path):
-    """Takes single steps and saves; records nothing."""
+    """A simulation that takes single steps and saves, but records nothing."""
     while abs(sim.time) < 0.4 * UNTIL:
         sim.step(until)
     sim.save(path)
@@ -165,8 +165,7 @@ def test_what_is_asked_for_changes_no_event_and_no_dense_value(integrator, chart
 
 
 @pytest.mark.parametrize("integrator", [FIXED[0], FIXED[2], ADAPTIVE[-1]], ids=lambda one: type(one).__name__)
-def test_an_autosave_in_the_middle(integrator, tmp_path):
-    """The file that a run in progress leaves, taken away while the run goes on."""
+def test_an_autosave_taken_in_the_middle_goes_on_bit_for_bit(integrator, tmp_path):
     system, state = KW4
     path, taken = tmp_path / "a.sim", tmp_path / "taken.sim"
     pauses = [0.3 * UNTIL, 0.5 * UNTIL]
@@ -212,7 +211,6 @@ def test_copies_look_between_steps_as_the_original_does():
 
 
 def test_a_function_that_fails_loses_no_event():
-    """The step in which it failed is taken back: with the function repaired, the run goes on as if nothing had been."""
     system, state = KW4
     for integrator in (ADAPTIVE[-1], FIXED[2]):
         sim = fullbody.Simulation(system, state, integrator=integrator)

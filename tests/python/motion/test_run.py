@@ -81,7 +81,7 @@ def test_output_does_not_change_the_solution():
         assert np.abs(run.position[-1] - full.position[-1]).max() < 1e-11
 
 
-def test_shapes():
+def test_arrays_of_a_run_have_their_shapes():
     run = SYSTEM.integrate(STATE, 3.0, output=1.0)
     shapes = {"time": (4,), "position": (4, 2, 3), "velocity": (4, 2, 3), "attitude": (4, 2, 4), "spin": (4, 2, 3)}
     shapes |= {"energy": (4,), "angular_momentum": (4, 3), "energy_drift": (4,), "angular_momentum_drift": (4,)}
@@ -120,7 +120,6 @@ def test_drifts_are_what_they_say():
 
 
 def test_drifts_of_what_is_zero_are_absolute():
-    """Two spheres falling from rest have no angular momentum; a body alone that rests has nothing at all."""
     two = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)] * 2, G=1.0)
     run = two.integrate(fullbody.State([[0, 0, 0], [5, 3, 1]], np.zeros((2, 3))), 1.0, output=0.1)
     assert np.array_equal(run.angular_momentum_drift, np.linalg.norm(run.angular_momentum, axis=1))
@@ -134,7 +133,7 @@ def test_drifts_of_what_is_zero_are_absolute():
     assert not run.plot.energy().lines
 
 
-def test_indexing():
+def test_an_index_gives_the_state_of_a_sample():
     run = SYSTEM.integrate(STATE, 4.0, output=1.0)
     assert len(run) == 5
     assert run[0] == STATE
@@ -155,7 +154,7 @@ def test_a_run_can_be_continued_from_its_last_state():
     assert np.abs(second.position - whole.position).max() < 1e-12
 
 
-def test_backwards():
+def test_runs_go_backwards():
     run = SYSTEM.integrate(STATE, -20.0, output=4.0)
     assert run.time.tolist() == [0.0, -4.0, -8.0, -12.0, -16.0, -20.0]
     steps = SYSTEM.integrate(STATE, -20.0)
@@ -168,7 +167,7 @@ def test_backwards():
         SYSTEM.integrate(STATE, -20.0, output=[-20.0, -10.0])
 
 
-def test_no_time_at_all():
+def test_a_run_of_no_length_is_its_start():
     run = SYSTEM.integrate(STATE, 0.0)
     assert run.time.tolist() == [0.0]
     assert run[0] == STATE
@@ -185,7 +184,6 @@ def test_statistics_add_up():
 
 
 def test_the_error_follows_the_tolerance():
-    """Ten orbits of two points with e = 0.5, back at their start: error proportional to the tolerance, cost rising."""
     system = points(1.0, 0.3)
     state = fullbody.State([[0, 0, 0], [1.5, 0, 0]], [[0, 0, 0], [0, np.sqrt(1.3 / 3), 0]])
     until = 20 * np.pi / np.sqrt(1.3)
@@ -212,14 +210,14 @@ def test_drifts_are_computed_once(name):
     assert getattr(run, name) is getattr(run, name)
 
 
-def test_repr():
+def test_the_repr_of_a_run_tells_its_end():
     text = repr(SYSTEM.integrate(STATE, 5.0, output=1.0))
     for word in ("6 samples", "0.0", "5.0", "steps", "focal"):
         assert word in text
     assert "no samples" in repr(SYSTEM.integrate(STATE, 5.0, output=[]))
 
 
-def test_simulation_there_and_back_again():
+def test_a_simulation_returns_to_its_start():
     sim = fullbody.Simulation(SYSTEM, STATE)
     assert sim.time == 0.0
     assert sim.state == STATE
@@ -234,7 +232,7 @@ def test_simulation_there_and_back_again():
     assert sim.statistics.steps > first.statistics.steps + second.statistics.steps
 
 
-def test_simulation_steps():
+def test_steps_of_a_simulation_are_those_of_a_run():
     sim = fullbody.Simulation(SYSTEM, STATE)
     run = SYSTEM.integrate(STATE, 30.0)
     for k in range(1, 6):
@@ -259,7 +257,6 @@ def test_simulation_leaves_its_start_alone():
 
 @pytest.mark.parametrize("until", [3.0, 3.001, 60.0, -60.0])
 def test_progress_function_gets_the_time_passed_and_the_whole_time(until):
-    """The function is called at the start and at the end of every run, and in between if the run takes long."""
     seen = []
     system, state = fullbody.systems.kw4_ho2021()
     system.integrate(state.replace(time=3.0), until, output=[until], progress=lambda *a: seen.append(a))
@@ -273,7 +270,6 @@ def test_progress_function_gets_the_time_passed_and_the_whole_time(until):
 
 
 def test_progress_callback_is_told_where_a_run_ends():
-    """At a terminal event, not at the time asked for."""
     system, state = fullbody.systems.kw4()
     seen = []
     event = fullbody.events.Separation(0, 1, 2.557, terminal=True)
@@ -300,7 +296,7 @@ def test_exceptions_of_the_callback_propagate():
     assert sim.integrate(now + 1.0).time[-1] == now + 1.0
 
 
-def test_progress_bar(capsys):
+def test_the_progress_bar_ends_full(capsys):
     SYSTEM.integrate(STATE, 50.0, progress=True)
     captured = capsys.readouterr()
     assert "100%" in captured.err

@@ -50,7 +50,7 @@ def same(one, other):
 
 
 def go_on(sim):
-    """By steps, a run, back again: all that a simulation can do. The states met on the way."""
+    """The states that a simulation meets by steps, a run and a run back."""
     states = []
     for _ in range(5):
         sim.step()
@@ -99,7 +99,7 @@ def test_files_keep_units_epoch_and_names(tmp_path):
     assert (loaded.integrate(10 * u.h).position == sim.integrate(10 * u.h).position).all()
 
 
-def test_steps():
+def test_steps_go_on_from_each_other():
     system, state = CASE1
     sim = fullbody.Simulation(system, state)
     for count in range(1, 6):
@@ -121,8 +121,7 @@ def test_steps():
             sim.step(until)
 
 
-def test_again_and_again():
-    """Pieces in either direction: each begins where the last ended, errors stay those of the tolerance."""
+def test_pieces_of_a_run_join():
     system, state = CASE1
     sim = fullbody.Simulation(system, state)
     for until in (5.0, 12.0, 3.0, -8.0, -8.0, 0.0):
@@ -158,7 +157,7 @@ def test_setting_the_state_starts_anew(integrator):
     assert bits(sim.state) == bits(ours[-1])
 
 
-def test_refused_arguments():
+def test_bad_arguments_of_simulations_are_refused():
     system, state = CASE1
     with pytest.raises(InvalidInput, match="system is None; expected a System"):
         fullbody.Simulation(None, state)
@@ -356,7 +355,7 @@ def test_autosave_writes_the_start_and_the_end_of_any_run(tmp_path, seconds):
     assert sim.time == caught.value.run.time[-1] < 30.0
 
 
-def test_autosave_of_an_interrupted_run(tmp_path):
+def test_an_interrupted_run_is_autosaved(tmp_path):
     sim = fullbody.Simulation(*KW4)
 
     def stop(done, total, description):
@@ -419,7 +418,7 @@ def test_a_failing_autosave_stops_the_run_with_its_error(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("seconds", [-1.0, np.nan, np.inf, None, "often"], ids=str)
-def test_refused_autosave(tmp_path, seconds):
+def test_bad_autosaves_are_refused(tmp_path, seconds):
     system, state = CASE1
     with pytest.raises(InvalidInput, match=r"autosave is .*; expected"):
         system.integrate(state, 1.0, autosave=(tmp_path / "a.sim", seconds))
@@ -431,13 +430,13 @@ def test_refused_autosave(tmp_path, seconds):
         system.integrate(state, 1.0, autosave=(tmp_path / "missing" / "a.sim", 60.0))
 
 
-def test_repr():
+def test_the_repr_of_a_simulation_tells_time_and_steps():
     sim = fullbody.Simulation(*CASE1, integrator=fullbody.SymplecticSplitting(0.25))
     for word in ("time=0.0", "focal", "SymplecticSplitting(step=0.25, scheme='ABA864')"):
         assert word in repr(sim)
 
 
-def test_times_that_differ_by_rounding_alone():
+def test_times_that_differ_by_rounding_alone_are_one():
     system, state = fullbody.systems.kw4()
     sim = fullbody.Simulation(system, state)
     for k in range(1, 40):

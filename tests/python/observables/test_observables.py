@@ -67,8 +67,7 @@ def test_a_kepler_orbit_has_one_period(until):
     assert abs(found.drift) < 1e-5
 
 
-def test_a_drift_of_the_period():
-    """A made-up record: a circular motion whose period lengthens by 1e-3 of its own each time unit."""
+def test_a_drift_of_the_period_is_found():
     system, state = pair_of_points(0.0)
     run = system.integrate(state, 100.0, output=0.1)
     time = run.time
@@ -91,8 +90,8 @@ def test_a_drift_of_the_period():
     assert abs(found.mean - found.period.mean()) > 1e-4
 
 
-def test_precession_over_an_oblate_body():
-    """Murray & Dermott (1999), Sec. 6.11; J2 of a homogeneous spheroid is (a^2 - c^2)/(5 a^2)."""
+def test_precession_over_an_oblate_body_is_the_textbooks():
+    """The formula is that of Murray & Dermott (1999), Sec. 6.11, where a spheroid has J2 = (a^2 - c^2)/(5 a^2)."""
     a, c, size, e, i = 1.0, 0.98, 6.0, 0.05, 0.4
     system = fullbody.System(
         [
@@ -120,7 +119,6 @@ def test_precession_over_an_oblate_body():
 
 @pytest.mark.parametrize("frame", ["ecliptic", "orbit"])
 def test_a_planar_orbit_has_no_node(frame):
-    """All of Didymos' angular momenta are parallel, so that the poles cannot move."""
     system, state = ready("didymos", frame=frame, gravity="multipole:4")
     run = system.integrate(state, 70.0, output=0.5)
     found = observables.orbit_precession(run)
@@ -157,8 +155,7 @@ def librating(e, offset, time, mass=1e-9):
 
 
 @pytest.mark.parametrize("mass", [0.1, 1.0, 10.0])
-def test_libration_of_a_massive_moon(mass):
-    """The torque goes with the other mass alone, the orbit with both."""
+def test_libration_of_a_massive_moon_has_the_linear_frequency(mass):
     run, frequency = librating(0.0, 1e-3, 1000.0, mass)
     assert frequency < np.sqrt(3 * (100 - 81) / (100 + 81)) / np.sqrt(1 + 0.99 * mass)
     found = observables.libration(run, n=1)
@@ -170,7 +167,7 @@ def test_libration_of_a_massive_moon(mass):
     np.testing.assert_allclose(found.amplitudes[forced], 2 * e / (1 - frequency**2), rtol=0.01)
 
 
-def test_free_libration():
+def test_free_libration_has_the_linear_frequency():
     run, frequency = librating(0.0, 1e-3, 400.0)
     found = observables.libration(run, n=1)
     np.testing.assert_allclose(found.frequencies[0], frequency, rtol=1e-4)
@@ -182,7 +179,7 @@ def test_free_libration():
     np.testing.assert_allclose(angles[:, :2], 0.0, atol=1e-9)
 
 
-def test_forced_libration():
+def test_forced_libration_has_the_linear_amplitude():
     e = 1e-3
     run, frequency = librating(e, 0.0, 600.0)
     found = observables.libration(run, n=2)
@@ -211,7 +208,7 @@ def test_a_body_that_circulates_and_bodies_without_an_axis():
         observables.libration(points.integrate(start, 20.0, output=0.1))
 
 
-def test_roll_pitch_yaw_at_the_start():
+def test_roll_pitch_and_yaw_are_those_of_the_start():
     r, v = np.array([3.0, 0.0, 0.0]), np.array([0.0, 0.5, 0.0])
     system = fullbody.System(
         [
@@ -232,8 +229,7 @@ def test_roll_pitch_yaw_at_the_start():
         np.testing.assert_allclose(observables.roll_pitch_yaw(run)[0], angles, atol=1e-12)
 
 
-def test_obliquity_and_spin_precession():
-    """A spinning spheroid under a heavy companion; both poles go about their sum."""
+def test_poles_of_spin_and_orbit_precess_about_their_sum():
     a, c, tilt, spin, size = 1.0, 0.9, 0.3, 0.5, 8.0
     system, state = binary(
         Component(semi_axes=(a, a, c), mass=1.0, rotation_period=2 * np.pi / spin, pole=(0.4, np.pi / 2 - tilt)),
@@ -262,7 +258,7 @@ def sampled(times):
     return system.integrate(fullbody.State(np.zeros((1, 3)), np.zeros((1, 3))), times[-1], output=times)
 
 
-def test_frequencies_of_a_made_up_signal():
+def test_frequencies_of_a_made_up_signal_are_found():
     time = np.linspace(0.0, 200.0, 1501)
     expected = [0.73, 1.91, 2.2]
     signal = 0.5 + 2 * np.cos(0.73 * time + 1) + 0.3 * np.sin(1.91 * time) + 0.1 * np.cos(2.2 * time)
@@ -288,7 +284,7 @@ def test_terms_too_close_to_tell_apart_are_one():
     assert 1 <= len(few.frequency) < 50
 
 
-def test_quantities():
+def test_observables_have_units():
     system, state = ready("didymos", units=True)
     run = system.integrate(state, 200 * u.hour, output=0.25 * u.hour)
     period = observables.mutual_period(run)
@@ -304,7 +300,7 @@ def test_quantities():
 
 
 @pytest.mark.parametrize("function", OF_REVOLUTIONS + OF_SAMPLES)
-def test_what_is_not_a_run_or_a_body(function):
+def test_values_that_are_no_run_or_body_are_refused(function):
     system, state = pair_of_points(0.1)
     run = system.integrate(state, 20.0, output=0.1)
     with pytest.raises(InvalidInput, match=r"is a State; expected a fullbody\.Run"):

@@ -37,7 +37,7 @@ def about_an_oblate_body(e, revolutions, apart):
         (0.9, 50, 0.02),
     ],
 )
-def test_precession_by_few_samples(e, revolutions, apart):
+def test_precession_by_few_samples_is_the_textbooks(e, revolutions, apart):
     """Spacings that fit into the period fold an ellipse's harmonics onto its first one."""
     run, apsidal, nodal = about_an_oblate_body(e, revolutions, apart)
     found = observables.orbit_precession(run, axis=[0, 0, 1])
@@ -60,7 +60,7 @@ def test_samples_too_few_for_the_precession_are_refused():
 
 
 @pytest.mark.parametrize("e", [0.3, 0.8])
-def test_the_period_by_few_samples_of_a_kepler_orbit(e):
+def test_the_period_of_a_kepler_orbit_by_few_samples_is_keplers(e):
     system, state = pair_of_points(e)
     run = system.integrate(state, 2 * np.pi * 20.3, output=2 * np.pi * 0.37)
     np.testing.assert_allclose(observables.mutual_period(run).period, 2 * np.pi, rtol=1e-9)
@@ -79,7 +79,7 @@ def test_motion_that_is_no_kepler_orbit_is_followed_by_its_samples_alone():
         observables.mutual_period(coarse, body=1, about=2)
 
 
-def test_libration_by_few_samples():
+def test_libration_by_few_samples_has_the_equation_of_the_centre():
     """The equation of the centre, 2 e sin M + 5/4 e^2 sin 2M, is in the angle; sampled at 0.3 of the period, its second
     harmonic folds to 4/3 of the mean motion."""
     e = 0.1
@@ -97,8 +97,7 @@ def test_libration_by_few_samples():
 
 
 @pytest.mark.parametrize("function", OF_REVOLUTIONS)
-def test_runs_too_short_to_mean_anything(function):
-    """Circular, with n = 1."""
+def test_runs_too_short_to_mean_anything_are_refused(function):
     system, state = pair_of_points(0.0)
     least = 5 if function is observables.orbit_precession else 2
     for turns in (0.3, least - 0.03):
@@ -114,8 +113,7 @@ def test_runs_too_short_to_mean_anything(function):
 
 
 @pytest.mark.parametrize("function", OF_REVOLUTIONS)
-def test_samples_too_far_apart_to_count_revolutions(function):
-    """At 0.6 of a period the motion seems to go backwards."""
+def test_samples_too_far_apart_to_count_revolutions_are_refused(function):
     system, state = pair_of_points(0.0)
     run = system.integrate(state, 2 * np.pi * 60, output=2 * np.pi * 0.6)
     with pytest.raises(
@@ -131,8 +129,7 @@ def test_samples_too_far_apart_to_count_revolutions(function):
 
 @pytest.mark.parametrize("e", [0.0, 0.3, 0.7])
 @pytest.mark.parametrize("turns", [2.1, 3.3, 5.2, 8.4, 30.7])
-def test_kepler_orbits_of_any_length(e, turns):
-    """With n = 1, sampled forty times in a revolution."""
+def test_kepler_orbits_of_any_length_have_their_elements(e, turns):
     system, state = pair_of_points(e)
     run = system.integrate(state, 2 * np.pi * turns, output=2 * np.pi / 40)
     found = observables.mutual_period(run)

@@ -21,8 +21,7 @@ def oblate(e, size=5.0, c=0.9, revolutions=60, elements="mean", apart=24):
 @pytest.mark.parametrize("e", [0.0, 0.01, 0.3, 0.7, 0.9])
 @pytest.mark.parametrize("apart", [10, 40])
 @pytest.mark.parametrize("way", [1, -1])
-def test_the_shape_of_a_kepler_orbit(e, apart, way):
-    """Of a semi-major axis of one; periapsis and apoapsis lie between the samples."""
+def test_the_shape_of_a_kepler_orbit_is_its_elements(e, apart, way):
     system, state = pair_of_points(e)
     run = system.integrate(state, way * 20.4 * 2 * np.pi, output=2 * np.pi / apart)
     found = observables.orbit_shape(run)
@@ -42,7 +41,6 @@ def test_the_shape_of_a_kepler_orbit(e, apart, way):
 @pytest.mark.parametrize("degrees", [0.0, 6.0, 90.0, 174.0, 180.0, 186.0, 354.0])
 @pytest.mark.parametrize("apart", [24, 24.3, 9])
 def test_no_revolution_misses_its_periapsis(degrees, apart):
-    """A start a little after periapsis: the ends of a revolution then are its nearest samples, and tie."""
     orbit = fullbody.KeplerElements(10.0, 0.3, 0.0, 0.0, 0.0, np.radians(degrees))
     r, v = orbit.to_cartesian(mu=1.0)
     system, _ = pair_of_points(0.3)
@@ -58,8 +56,8 @@ def test_no_revolution_misses_its_periapsis(degrees, apart):
 
 @pytest.mark.parametrize("e", [0.0, 0.005, 0.02, 0.1])
 @pytest.mark.parametrize("size", [5.0, 10.0])
-def test_free_and_forced_eccentricity(e, size):
-    """A mean orbit has the eccentricity it was made with; a circle's osculating one is 3/2 J2 (R/a)^2."""
+def test_free_and_forced_eccentricity_are_told_apart(e, size):
+    """A circle's osculating eccentricity is 3/2 J2 (R/a)^2."""
     run = oblate(e, size)
     forced = 1.5 * (1 - 0.9**2) / 5 / size**2
     found, shape = observables.eccentricity(run), observables.orbit_shape(run)
@@ -87,7 +85,7 @@ def test_an_osculating_start_without_eccentricity_is_one_of_the_forced():
 
 
 def test_a_periapsis_that_precesses_across_the_ends_of_revolutions():
-    """By at most a tenth of the square of what it moves in one, 6 pi/2 J2 (R/p)^2."""
+    """The error is at most a tenth of the square of what the periapsis moves in a revolution, 6 pi/2 J2 (R/p)^2."""
     run = oblate(0.2, size=3.0, c=0.7, revolutions=80)
     moved = 3 * np.pi * (1 - 0.7**2) / 5 / (3.0 * (1 - 0.04)) ** 2
     e = observables.orbit_shape(run).e
@@ -117,7 +115,7 @@ def test_shapes_have_units_and_places():
 
 
 @pytest.mark.parametrize("function", [observables.orbit_shape, observables.eccentricity, observables.tumbles])
-def test_what_is_not_a_run_or_a_body(function):
+def test_values_that_are_no_run_or_body_are_refused(function):
     system, state = pair_of_points(0.1)
     run = system.integrate(state, 40.0, output=0.1)
     with pytest.raises(InvalidInput, match=r"is a State; expected a fullbody\.Run"):
@@ -128,7 +126,7 @@ def test_what_is_not_a_run_or_a_body(function):
         function(run, about=1)
 
 
-def test_runs_too_short_for_a_shape():
+def test_runs_too_short_for_a_shape_are_refused():
     system, state = pair_of_points(0.1)
     run = system.integrate(state, 2 * np.pi * 0.9, output=0.1)
     with pytest.raises(InvalidInput, match=r"0\.878 revolutions; an orbit's shape needs 1 or more"):
@@ -164,7 +162,6 @@ def still(time):
 
 @pytest.mark.parametrize("half_turn", [None, [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
 def test_a_roll_of_370_degrees_has_tumbled(half_turn):
-    """Steadily: the limit is passed when the roll is as large; an ellipsoid looks the same upside down."""
     rate = np.radians(370) / 100
     run = turning(lambda t: rate * t, still, still, half_turn=half_turn)
     found = observables.tumbles(run, limit=np.radians(45))
@@ -175,7 +172,7 @@ def test_a_roll_of_370_degrees_has_tumbled(half_turn):
 
 
 @pytest.mark.parametrize(("name", "frequency"), [("roll", 0.3), ("pitch", 0.25), ("yaw", 0.2)])
-def test_which_angle_passes_the_limit_first(name, frequency):
+def test_the_angle_that_passes_the_limit_first_is_named(name, frequency):
     def swing(size):
         return lambda time: size * np.sin(frequency * time)
 
@@ -201,13 +198,13 @@ def test_a_start_beyond_the_limit_and_a_run_backwards():
 
 
 @pytest.mark.parametrize("limit", [0.0, -0.1, 1.6, np.nan, np.inf, None, "90", "90 km", 90, [0.1, 0.2]])
-def test_limits_that_are_none(limit):
+def test_bad_limits_of_tumbling_are_refused(limit):
     run = turning(still, still, still, span=5.0)
     with pytest.raises(InvalidInput, match="limit"):
         observables.tumbles(run, limit=limit)
 
 
-def test_limits_with_units():
+def test_limits_of_tumbling_have_units():
     system, state = ready("didymos_after_dart", gravity="multipole:4", units=True)
     run = system.integrate(state, "2 day", output="0.5 hour")
     found = observables.tumbles(run, limit=15 * u.deg)

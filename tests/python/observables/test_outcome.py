@@ -18,7 +18,6 @@ def spheres(distance, speed, across, radius=1.0, units=None):
 
 
 def answer(member, until, **options):
-    """A run, or the run so far."""
     run = fullbody.integrate_many([member], until, **options)[0]
     return getattr(run, "run", None) or run
 
@@ -31,14 +30,14 @@ def fall(start, end, speed, mu=1.0):
 
 @pytest.mark.parametrize("watched", [(), [events.Contact(terminal=True)], [events.Contact("A", "B")]])
 @pytest.mark.parametrize("output", ["ends", 1.0])
-def test_contact_by_the_error_or_by_an_event(watched, output):
+def test_contact_is_told_by_the_error_or_by_an_event(watched, output):
     found = fate(answer(spheres(6.0, -0.5, 0.0), 20.0, output=output, events=watched))
     assert found.kind == "contact"
     assert found.time == pytest.approx(fall(6.0, 2.0, 0.5), rel=1e-7)
     assert found.as_dict() == {"fate": found.kind, "fate_time": found.time}
 
 
-def test_contact_with_another_body():
+def test_contact_with_another_body_names_it():
     bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=0.2, name=name) for name in "ABC"]
     system = fullbody.System(bodies, G=1.0)
     state = State([[0, 0, 0], [10, 0, 0], [20, 0, 0]], [[0, 0, 0], [0, 0, 0], [-2.0, 0, 0]])
@@ -56,15 +55,14 @@ def test_contact_with_another_body():
 
 
 def test_bodies_that_part_have_not_met():
-    """From touching, as after a fission."""
     apart = events.Contact(direction=1)
     found = fate(answer(spheres(2.0 + 1e-9, 0.1, 1.1), 10.0, output=0.5, events=[apart]))
     assert found == Fate("bound", 10.0)
 
 
 @pytest.mark.parametrize("speed", [0.9, 1.1])
-def test_escape_and_bound_by_the_speed_of_escape(speed):
-    """At distance 50 it is 1/5; the default distance is 40."""
+def test_the_speed_of_escape_parts_escape_from_bound(speed):
+    """At distance 50 the speed of escape is 1/5; the default distance is 40."""
     member = spheres(30.0, speed * np.sqrt(2 / 30.0), 0.0)
     found = fate(answer(member, 200.0, output=0.5))
     if speed < 1.0:
@@ -83,7 +81,7 @@ def test_escape_and_bound_by_the_speed_of_escape(speed):
         assert fate(answer(member, 200.0, output=0.5), beyond=1e3).kind == "bound"
 
 
-def test_fates_with_units():
+def test_fates_have_units():
     u = pytest.importorskip("astropy.units")
     member = spheres(6.0, -0.5, 0.0, units=("km", "hour", "kg"))
     found = fate(answer(member, 20.0, output=1.0))
@@ -92,7 +90,7 @@ def test_fates_with_units():
     assert fate(answer(away, 20.0, output=1.0), beyond=32e3 * u.m).time == 3 * u.hour
 
 
-def test_a_run_that_tells_nothing():
+def test_a_run_that_tells_nothing_is_refused():
     run = answer(spheres(6.0, 0.0, 0.4), 1.0, output=[])
     with pytest.raises(InvalidInput, match="no samples"):
         fate(run)
@@ -119,7 +117,6 @@ def turning(rate):
 
 
 def test_a_roll_that_goes_round_is_tumbling():
-    """At twelve turns a revolution about its longest axis it rolls steadily for a while."""
     run = answer(turning(12.0), 1.0, output=0.02)
     found = tumbles(run).as_dict()
     assert found["tumbles"] == 1.0
@@ -136,7 +133,7 @@ def test_a_roll_that_goes_round_is_tumbling():
 
 
 def test_libration_has_the_frequency_of_the_linear_theory():
-    """w^2 = 3 n^2 (B - A)/C, with an amplitude that was given."""
+    """The frequency is w^2 = 3 n^2 (B - A)/C."""
     system, state = turning(0.0)
     run = answer((system, state.rotated(1, [0, 0, 1], 0.05)), 60.0, output=0.1)
     found = libration(run).as_dict()
@@ -150,8 +147,7 @@ def test_libration_has_the_frequency_of_the_linear_theory():
 
 
 @YEARS
-def test_means_of_an_orbit(units):
-    """A Kepler orbit has constant elements; its mean period is that of Kepler's third law."""
+def test_means_of_a_kepler_orbit_are_its_elements(units):
     system = fullbody.System(
         [fullbody.Body(fullbody.PointMass(), mass=m) for m in (0.7, 0.3)],
         G=1.0,
@@ -187,7 +183,6 @@ def test_drifts_are_the_largest_of_the_run():
 
 
 def test_fates_and_drifts_are_measures_of_a_sweep():
-    """Together, with a row that ends in a contact."""
     pytest.importorskip("xarray")
 
     def setup(across):

@@ -66,7 +66,7 @@ def compare(run, inclination):
 # Prograde, the zero of the apsidal rate (3 cos^2 i = 1), the critical inclination, polar, and retrograde.
 @pytest.mark.parametrize("inclination", [3, 30, 54.7356, 63.4349, 75, 89.9, 90, 116.5651, 120, 150, 177])
 @pytest.mark.parametrize("e", [0.02, 0.1, 0.4])
-def test_textbook_rates(inclination, e):
+def test_rates_are_the_textbooks(inclination, e):
     apart = 24 if e < 0.3 else 48
     run = satellite(inclination, e, 100, apart)
     for revolutions in (20, 50, 100):
@@ -86,8 +86,8 @@ def test_the_rates_do_not_depend_on_the_length_of_the_run(inclination):
         np.testing.assert_allclose(one.anomalistic_period, found[-1].anomalistic_period, rtol=1e-4)
 
 
-def test_an_orbit_in_the_equator():
-    """The apses move by 3/2 n J2 (R/p)^2; there is no node to count from."""
+def test_an_orbit_in_the_equator_has_an_apsidal_rate_alone():
+    """The apses move by 3/2 n J2 (R/p)^2, and there is no node to count from."""
     for inclination in (0.0, 180.0):
         run = satellite(inclination, 0.1, 100)
         found = observables.orbit_precession(run, axis=[0, 0, 1])
@@ -98,7 +98,7 @@ def test_an_orbit_in_the_equator():
 
 
 @pytest.mark.parametrize("inclination", [30, 90, 120])
-def test_relabelled_rotated_and_backwards(inclination):
+def test_rates_do_not_depend_on_labels_axes_and_direction_of_time(inclination):
     run = satellite(inclination, 0.1, 100)
     plain = observables.orbit_precession(run, axis=[0, 0, 1])
     # The other body's orbit about this one, and other axes, which the apsidal rate and the period know nothing of.
@@ -136,8 +136,8 @@ def counted(run, event):
 
 @pytest.mark.parametrize("inclination", [30.0, 120.0])
 @pytest.mark.parametrize("revolutions", [20, 100, 600])
-def test_the_sidereal_period_against_a_count_of_revolutions(inclination, revolutions):
-    """By events: from one passage of the node to the next is a whole turn and cos i times what the node moves."""
+def test_the_sidereal_period_is_that_of_a_count_of_revolutions(inclination, revolutions):
+    """From one passage of the node to the next is a whole turn and cos i times what the node moves."""
     crossing = fullbody.events.PlaneCrossing(1, 0, direction=1)
     # A nearly round orbit far out: e of some 5e-4, by which the passages are early or late as periapsis goes round.
     run = satellite(inclination, 1e-4, revolutions, size=10.0, events=[crossing])
@@ -158,7 +158,7 @@ def test_the_sidereal_period_against_a_count_of_revolutions(inclination, revolut
 
 
 @pytest.mark.parametrize("inclination", [30.0, 120.0])
-def test_the_apsidal_rate_against_a_count_of_passages(inclination):
+def test_the_apsidal_rate_is_that_of_a_count_of_passages(inclination):
     """Periapsides and nodes of the same run, counted: omega moves by what one is faster than the other."""
     watched = [fullbody.events.PlaneCrossing(1, 0, direction=1), fullbody.events.Periapsis(0, 1)]
     run = satellite(inclination, 0.1, 400, size=3.0, events=watched)
@@ -174,7 +174,6 @@ def test_the_apsidal_rate_against_a_count_of_passages(inclination):
 
 
 def test_element_rates_agree():
-    """In the axes of the system the apsidal rate is that of omega + Omega cos i, by quite other code."""
     for inclination in (30.0, 75.0, 120.0):
         run = satellite(inclination, 0.1, 300, size=3.0)
         found = observables.orbit_precession(run, axis=[0, 0, 1])
@@ -184,8 +183,7 @@ def test_element_rates_agree():
         np.testing.assert_allclose(found.argument_of_periapsis, rates["omega"], rtol=0, atol=2e-3 * scale)
 
 
-def test_an_orbit_whose_plane_turns_over():
-    """Steep to the total angular momentum, in the paper's run of 1999 KW4: |r x v|/r^2, summed by numpy."""
+def test_the_period_of_an_orbit_whose_plane_turns_over_is_found():
     system, state = fullbody.systems.kw4_ho2021()
     steep = starts.start(state, system.mu(), i=120.0)
     run = system.integrate(steep, 6000.0, output=0.5, integrator=fullbody.Verner98(1e-10, 1e-10))
@@ -200,7 +198,7 @@ def test_an_orbit_whose_plane_turns_over():
 
 @pytest.mark.parametrize("output", [0.1, 0.5, 2.0, 5.0])
 def test_angles_that_are_not_defined_have_no_rate(output):
-    """The paper's run, whose eccentricity winds about zero as often as samples happen to show it."""
+    """The eccentricity of the paper's run winds about zero as often as samples happen to show it."""
     system, state = fullbody.systems.kw4_ho2021()
     found = observables.element_rates(system.integrate(state, 480.0, output=output))
     for rates in (found.rates, found.mean_rates, pickle.loads(pickle.dumps(found)).mean_rates):
@@ -213,7 +211,6 @@ def test_angles_that_are_not_defined_have_no_rate(output):
 
 
 def test_a_node_that_is_not_defined_has_no_rate():
-    """A pair whose orbit starts in the xy-plane and is tilted by the figures; the longitude by its passages."""
     system, state = fullbody.systems.kw4()
     state = state.rotated("Alpha", [1, 0, 0], np.radians(8.0)).rotated("Beta", [1, 0, 0], np.radians(6.0))
     for output in (0.5, 2.0):
@@ -226,7 +223,6 @@ def test_a_node_that_is_not_defined_has_no_rate():
 
 
 def test_rates_do_not_depend_on_the_samples():
-    """Random satellites of an oblate body: the same rates from few samples as from many, or none."""
     rng = np.random.default_rng(4)
     kept = 0
     for _ in range(12):

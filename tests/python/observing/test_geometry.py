@@ -274,7 +274,7 @@ def test_what_a_geometry_does_not_know_is_refused_by_name():
 
 
 def test_rows_too_far_apart_for_their_spline_are_warned_of_whatever_their_number():
-    """Random planes and distances of a planet seen from another one; the error by the exact path."""
+    """The error is that of the exact path of a planet seen from another one."""
     rng = np.random.default_rng(8)
     wrong = quiet = 0
     for _ in range(400):

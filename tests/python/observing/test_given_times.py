@@ -95,7 +95,6 @@ def test_messages_show_three_values_of_a_column():
 
 
 def test_times_between_dates_of_pandas_have_their_unit():
-    """Pandas itself converts them to numbers of its own resolution."""
     data = observing.Photometry(pd.to_timedelta(["1h", "2h"]), [1, 2], 0.01, geometry=GEOMETRY)
     np.testing.assert_array_equal(data.times.to_value("h"), [1.0, 2.0])
     with pytest.raises(fullbody.errors.InvalidInput, match="complex or dates"):

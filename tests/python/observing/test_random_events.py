@@ -48,7 +48,7 @@ def ellipses(axes, states, d, *bodies):
 
 
 def overlap(axes, states, d, i, j):
-    """How far outline i is from that of j before it, by the function of Perram & Wertheim less one: (K,)."""
+    """The function of Perram & Wertheim, less one, of outline i and that of j before it: (K,)."""
     first, second = ellipses(axes, states, d, i, j)
     way = states.position[:, j] - states.position[:, i]
     r = way @ planar(d).T
@@ -68,7 +68,7 @@ def overlap(axes, states, d, i, j):
 
 
 def excess(axes, states, d, i, j):
-    """How far outline i is beyond that of j before it: the largest sqrt(x B^-1 x) of its points, less one: (K,)."""
+    """The largest sqrt(x B^-1 x) of the points of outline i, less one, with B of j before it: (K,)."""
     first, second = ellipses(axes, states, d, i, j)
     way = states.position[:, j] - states.position[:, i]
     angle = np.linspace(0, 2 * np.pi, 720, endpoint=False)

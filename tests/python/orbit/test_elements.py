@@ -13,7 +13,7 @@ from support import rot_x, rot_z, worst
 
 angles = st.floats(0.0, 6.28)
 ellipses = st.tuples(st.floats(0.1, 100.0), st.floats(0.0, 0.97), st.floats(0.0, np.pi), angles, angles, angles)
-# Rebound answers M = 0 on a hyperbola with NaN; test_hyperbola_at_periapsis_and_far_out has that.
+# Rebound answers M = 0 on a hyperbola with NaN; test_hyperbolas_are_exact_at_periapsis_and_far_out has that.
 anomalies = st.floats(0.01, 9.0).flatmap(lambda M: st.sampled_from([M, -M]))
 hyperbolas = st.tuples(st.floats(-100.0, -0.1), st.floats(1.05, 8), st.floats(0, np.pi), angles, angles, anomalies)
 
@@ -32,7 +32,7 @@ def apart(one, other):
 
 
 @given(ellipses, st.floats(0.01, 100.0))
-def test_ellipses_like_rebound(elements, mu):
+def test_elements_of_ellipses_are_rebounds(elements, mu):
     r, v = KeplerElements(*elements).to_cartesian(mu)
     r_expected, v_expected = by_rebound(*elements, mu)
     # Rebound stops Kepler's iteration at 1e-16 in E; the flattest orbits stretch that by 1 / (1 - e).
@@ -42,7 +42,7 @@ def test_ellipses_like_rebound(elements, mu):
 
 
 @given(hyperbolas, st.floats(0.01, 100.0))
-def test_hyperbolas_like_rebound(elements, mu):
+def test_elements_of_hyperbolas_are_rebounds(elements, mu):
     r, v = KeplerElements(*elements).to_cartesian(mu)
     r_expected, v_expected = by_rebound(*elements, mu)
     assert worst(r, r_expected) < 1e-12
@@ -50,8 +50,8 @@ def test_hyperbolas_like_rebound(elements, mu):
 
 
 @given(st.one_of(ellipses, hyperbolas), st.floats(0.01, 100.0))
-def test_invariants_of_the_orbit(elements, mu):
-    """Energy -mu / 2a, angular momentum sqrt(mu a (1 - e^2)) along the normal of (i, Omega)."""
+def test_energy_and_angular_momentum_are_those_of_the_elements(elements, mu):
+    """Energy is -mu / 2a, angular momentum sqrt(mu a (1 - e^2)) along the normal of (i, Omega)."""
     a, e, i, Omega, _, _ = elements
     r, v = KeplerElements(*elements).to_cartesian(mu)
     distance = np.linalg.norm(r)
@@ -63,8 +63,7 @@ def test_invariants_of_the_orbit(elements, mu):
 
 
 @given(st.one_of(ellipses, hyperbolas), st.floats(0.01, 100.0))
-def test_there_and_back(elements, mu):
-    """Elements of the Cartesian state describe it, also where an angle is undefined and comes back otherwise."""
+def test_elements_of_a_cartesian_state_describe_it(elements, mu):
     r, v = KeplerElements(*elements).to_cartesian(mu)
     back = KeplerElements.from_cartesian(r, v, mu)
     again = back.to_cartesian(mu)
@@ -90,8 +89,7 @@ def test_angles_are_reduced():
         assert apart(angle, expected) < 1e-14
 
 
-def test_circular_orbit():
-    """A circle: omega = 0 and M from the node."""
+def test_a_circle_counts_its_anomaly_from_the_node():
     mu, radius, i, Omega, u0 = 3.0, 2.0, 0.6, 0.9, 1.3
     frame = rot_z(Omega) @ rot_x(i)
     r = frame @ [radius * np.cos(u0), radius * np.sin(u0), 0]
@@ -107,8 +105,7 @@ def test_circular_orbit():
 
 
 @pytest.mark.parametrize("i", [0.0, np.pi])
-def test_equatorial_orbit(i):
-    """In the xy-plane: Omega = 0 and the periapsis from the x-axis, prograde and retrograde."""
+def test_an_equatorial_orbit_counts_its_periapsis_from_x(i):
     mu, a, e, periapsis = 1.0, 1.0, 0.4, 0.8
     sense = np.cos(i)
     frame = rot_z(sense * periapsis) @ np.diag([1.0, sense, sense])
@@ -122,13 +119,13 @@ def test_equatorial_orbit(i):
     assert worst(k.to_cartesian(mu)[0], r) < 1e-14
 
 
-def test_circular_equatorial_orbit():
+def test_a_circle_in_the_equator_counts_its_anomaly_from_x():
     k = KeplerElements.from_cartesian([0, 2, 0], [-1, 0, 0], 2.0)
     assert (k.a, k.e, k.i, k.Omega, k.omega) == (2.0, 0.0, 0.0, 0.0, 0.0)
     assert pytest.approx(np.pi / 2, rel=1e-15) == k.M
 
 
-def test_hyperbola_at_periapsis_and_far_out():
+def test_hyperbolas_are_exact_at_periapsis_and_far_out():
     r, v = KeplerElements(-1.0, 2.0, 0, 0, 0, 0).to_cartesian(1.0)
     assert r == pytest.approx([1.0, 0, 0], abs=1e-15)
     assert v == pytest.approx([0, np.sqrt(3), 0], abs=1e-15)
@@ -139,15 +136,15 @@ def test_hyperbola_at_periapsis_and_far_out():
 
 @pytest.mark.parametrize("E", [1e-6, 0.01, 1.0, 3.0])
 @pytest.mark.parametrize("e", [0.0, 0.5, 0.99, 0.999999])
-def test_keplers_equation(e, E):
-    """From the eccentric anomaly forwards, M = E - e sin E; in long double, for the cancellation near e = 1."""
+def test_keplers_equation_is_solved_to_round_off(e, E):
+    """The mean anomaly is M = E - e sin E, in long double, for the cancellation near e = 1."""
     M = float(np.longdouble(E) - np.longdouble(e) * np.sin(np.longdouble(E)))
     r, _ = KeplerElements(1.0, e, 0, 0, 0, M).to_cartesian(1.0)
     expected = [np.cos(E) - e, np.sqrt((1 - e) * (1 + e)) * np.sin(E), 0]
     assert worst(r, expected) < 1e-14 + 2e-16 / (1 - e)
 
 
-def test_period():
+def test_periods_are_keplers():
     assert KeplerElements(4.0, 0.3, 0, 0, 0, 0).period(4.0) == pytest.approx(8 * np.pi, rel=1e-15)
     period = KeplerElements([1.0, 4.0], 0.1, 0, 0, 0, 0).period(1.0)
     assert period == pytest.approx([2 * np.pi, 16 * np.pi], rel=1e-15)
@@ -155,7 +152,7 @@ def test_period():
     assert year.to_value(u.day) == pytest.approx(365.2569, abs=1e-4)
 
 
-def test_quantities():
+def test_elements_have_units():
     k = KeplerElements(2548 * u.m, 0.0004, 156.1 * u.deg, 105.4 * u.deg, 319.7 * u.deg, 0 * u.deg)
     plain = KeplerElements(2.548, 0.0004, *np.deg2rad([156.1, 105.4, 319.7, 0.0]))
     mu = 2.152
@@ -169,7 +166,7 @@ def test_quantities():
     assert not isinstance(back.e, u.Quantity)
 
 
-def test_arrays():
+def test_elements_may_be_arrays():
     a = np.array([1.0, 2.0, 3.0])
     k = KeplerElements(a, [0.1, 0.2, 0.3], 0.5, 0.0, 0.1, [0.0, 1.0, 2.0])
     r, v = k.to_cartesian(1.5)
@@ -190,8 +187,7 @@ def test_scalars_are_floats():
     assert all(isinstance(value, float) for value in (k.a, k.e, k.i, k.Omega, k.omega, k.M))
 
 
-def test_elements_of_a_run():
-    """A spherical pair keeps its elements; M runs at the mean motion."""
+def test_the_elements_of_a_spherical_pair_stay():
     bodies = [fullbody.Body(fullbody.Sphere(0.1), mass=m) for m in (1.0, 0.5)]
     system = fullbody.System(bodies, G=2.0)
     orbit = KeplerElements(1.2, 0.3, 0.4, 0.5, 0.6, 0.7)

@@ -176,7 +176,6 @@ def test_an_order_may_be_a_list_or_numbers_of_numpy():
     ],
 )
 def test_rotation_periods_of_a_component(period, words):
-    """At once, not only once a pair is made of it."""
     refused(lambda: fullbody.Component(diameter=1, rotation_period=period, name="Moon"), "_period of Moon", *words)
 
 
@@ -189,7 +188,6 @@ def test_angles_of_a_component():
 
 
 def test_options_that_do_not_exist():
-    """Named, with the nearest that does and all there are."""
     kept = "'gravty' is not an option of with_options, which keeps bodies, G and units; did you mean 'gravity'? "
     refused(lambda: SYSTEM.with_options(gravty="point"), kept + "expected some of gravity, ")
     for make in (fullbody.systems.kw4, fullbody.systems.case1, fullbody.systems.didymos):
@@ -215,7 +213,7 @@ def test_tolerances(name, value):
 
 
 def test_both_tolerances_zero():
-    """But for Verner98, to which they mean the shortest steps that are of use."""
+    """To Verner98 they mean the shortest steps that are of use."""
     refused(lambda: fullbody.Verner87(rtol=0.0, atol=0), "rtol and atol", "0", "expected")
     assert Verner98(rtol=0.0, atol=0) == Verner98.to_roundoff()
 
@@ -359,7 +357,7 @@ def test_falling_points_end_at_the_time_of_the_closed_form():
 
 
 def test_bodies_that_meet_stop_with_their_names_and_the_time():
-    """Spheres falling from rest overlap once d = 2 R: t = sqrt(d^3 / (2 G M)) (sqrt(x (1 - x)) + acos sqrt x)."""
+    """Spheres falling from rest overlap at d = 2 R after t = sqrt(d^3 / (2 G M)) (sqrt(x (1 - x)) + acos sqrt x)."""
     system = System(BODIES, G=1.0)
     state = State([[0, 0, 0], [6.0, 0, 0]], np.zeros((2, 3)))
     x = 2.0 / 6.0

@@ -25,5 +25,5 @@ def test_nothing_wrong_behind_any_door(name):
     [(door.name, path) for door in DOORS.values() for path in door.corpus()],
     ids=lambda part: getattr(part, "name", part),
 )
-def test_what_once_led_to_a_fault(name, path):
+def test_inputs_that_once_led_to_a_fault_do_no_more(name, path):
     DOORS[name].enter(path.read_bytes())

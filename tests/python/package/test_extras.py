@@ -33,7 +33,7 @@ TOML = "[system]\nG = 1.0\n[[body]]\nradius = 1.0\nmass = 1.0\n[run]\nuntil = 1.
 
 
 def said(missing, calls, folder):
-    """What a fresh interpreter without a package prints, a line a call."""
+    """The output of a fresh interpreter without a package, a line a call."""
     code = SETUP.format(missing=missing, calls=calls)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=folder)
     # A command prints to standard error and gives its code.
@@ -102,7 +102,6 @@ def test_rebound_is_in_no_extra(tmp_path):
 
 
 def test_the_error_stands_alone(tmp_path):
-    """Without the traceback of the import that failed, which is longer than the line that helps."""
     code = "import sys; sys.modules['astropy'] = None; import fullbody; fullbody.Sphere('1 km')"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path)
     assert done.stderr.count("Traceback") == 1
@@ -112,7 +111,6 @@ def test_the_error_stands_alone(tmp_path):
 
 
 def test_all_has_every_extra_for_users():
-    """With ipywidgets, without which progress bars in Jupyter are text."""
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
     (whole,) = extras.pop("all")
     assert set(whole.removeprefix("fullbody[").rstrip("]").split(",")) == set(extras) - {"test", "docs", "dev"}
@@ -132,7 +130,6 @@ def test_the_page_of_the_installation_names_the_extras():
 
 
 def test_the_readmes_snippets_run_with_what_they_say(tmp_path):
-    """The first without any optional package; the second with units and files, but without pictures and scipy."""
     snippets = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.S)
     bare = ("astropy", "xarray", "h5netcdf", "h5py", "pandas", "matplotlib", "scipy", "jinja2", "ipywidgets")
     for snippet, missing in zip(snippets, (bare, bare[5:]), strict=True):
@@ -142,7 +139,6 @@ def test_the_readmes_snippets_run_with_what_they_say(tmp_path):
 
 
 def test_a_progress_bar_in_jupyter_warns_of_nothing():
-    """With or without ipywidgets."""
     source = "import fullbody; run = fullbody.Simulation(*fullbody.systems.case1()).integrate(10.0, progress=True)"
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(source)])
     nbclient.NotebookClient(notebook, kernel_name="python3", timeout=120).execute()

@@ -47,7 +47,6 @@ def test_submodules_come_when_they_are_asked_for():
 
 
 def test_all_that_the_reference_documents_is_there():
-    """As ``.. automodule:: fullbody.plots`` and the like name it, without another import."""
     pages = (Path(__file__).parents[3] / "docs" / "reference").glob("*.md")
     documented = {name for page in pages for name in re.findall(r"auto\w+:: (fullbody\.\w+)$", page.read_text(), re.M)}
     assert {"fullbody.plots", "fullbody.view"} <= documented
@@ -66,7 +65,7 @@ def test_a_plain_run_needs_none_of_them():
 
 
 def test_little_is_imported():
-    """Beyond numpy: the package's own modules and a few of the standard library. How long it takes is in benches/."""
+    """How long it takes is in benches/."""
     code = (
         "import sys, json, numpy; before = set(sys.modules); import fullbody; "
         "print(json.dumps(len(set(sys.modules) - before)))"

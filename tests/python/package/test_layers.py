@@ -137,7 +137,6 @@ def test_no_rust_files_use_each_other():
 
 
 def test_each_subpackage_has_a_folder_of_tests():
-    """Beside them, ``package`` tests the package as a whole."""
     subpackages = {path.name for path in PACKAGE.iterdir() if (path / "__init__.py").exists()}
     folders = {path.parent.name for path in Path(__file__).parents[1].glob("*/test_*.py")}
     assert folders == subpackages | {"package"}

@@ -40,7 +40,7 @@ def numbers_of(value):
 
 
 def finite_or_refused(call):
-    """Either a FullbodyError or finite numbers."""
+    """The call raises a FullbodyError or gives finite numbers."""
     try:
         value = call()
     except fullbody.FullbodyError:
@@ -101,7 +101,7 @@ def test_energies_and_momenta_that_overflow(size):
 @pytest.mark.parametrize("gravity", ["surface", "focal", "multipole:2", "point"])
 @pytest.mark.parametrize(("radius", "distance"), [(1.0, 1e110), (1.0, 1e160), (1.0, 1e300), (1e-50, 1e60)])
 def test_separations_whose_force_would_underflow(gravity, radius, distance):
-    """The masses are such that the force itself is a plain number: zero would be wrong."""
+    """The masses are such that the force itself is an ordinary number: zero would be wrong."""
     shape = fullbody.Ellipsoid(radius, 0.9 * radius, 0.8 * radius)
     bodies = [fullbody.Body(shape, mass=1e150, name=name) for name in "AB"]
     system = fullbody.System(bodies, G=1.0, gravity=gravity)
@@ -131,7 +131,6 @@ def test_masses_whose_product_overflows(mass):
 
 @pytest.mark.parametrize("speed", [1e100, 1e200])
 def test_runs_at_absurd_speed_end(speed):
-    """Where the square of the speed overflows the run must stop with an error, not go on for ever."""
     system = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)] * 2, G=1.0)
     state = fullbody.State([[0, 0, 0], [5, 0, 0]], [[0, 0, 0], [speed, 0, 0]])
     finite_or_refused(lambda: system.integrate(state, 1.0).position)
@@ -139,7 +138,6 @@ def test_runs_at_absurd_speed_end(speed):
 
 @pytest.mark.parametrize("rtol", [1e-18, 1e-300])
 def test_tolerances_below_round_off_end(rtol):
-    """A tolerance that no arithmetic meets is raised with a warning, and the run ends."""
     system, state = fullbody.systems.case1()
 
     def run():
@@ -183,10 +181,7 @@ def test_field_of_a_body(a, b, c, mass, G, point, density):
 )
 @settings(max_examples=60)
 def test_until_and_output(until, output):
-    """Long but lawful runs are left out by the filter, and by a progress callback that stops them between steps.
-
-    Those of more samples in a step than a second takes are left out too, but for what no computer holds.
-    """
+    """Long but lawful runs are left out by the filter, and by a progress callback that stops them between steps."""
     if isinstance(output, float) and output > 0:
         assume(not 1e5 < abs(until) / output < 1e8)
     system, state = fullbody.systems.case1()

@@ -138,7 +138,6 @@ def made(units=False):
 
 
 def test_texts_of_arrays_leave_round_off_out():
-    """Six decimals of each vector's largest component: a heavy body near the origin keeps its digits."""
     state = fullbody.State([[1.25e-9, 1e-25, -1e-25], [2.5, 1e-16, -1e-12]], [[-0.0, 0, 0], [0, 1, 0]])
     text = repr(state)
     assert "[[1.25e-09 0.00e+00 0.00e+00]" in text
@@ -162,7 +161,7 @@ def classes():
     return {thing for thing in found if inspect.isclass(thing)}
 
 
-def test_none_is_left_out(tmp_path):
+def test_every_public_class_is_among_the_objects(tmp_path):
     """A class that is added to the public ones is added here."""
     plain = {kind for kind in classes() if not issubclass(kind, BaseException)}
     assert plain == {type(thing) for thing in (*made(), setup_of(tmp_path))} | {fullbody.record.Dense}
@@ -223,7 +222,7 @@ def test_plots_and_views_equal_their_copies(duplicate):
             assert picture != other
 
 
-def test_units_make_a_difference():
+def test_equal_numbers_of_other_units_are_unequal():
     for plain, united in zip(made(False), made(True), strict=True):
         text = repr(plain)
         if repr(united) != text:

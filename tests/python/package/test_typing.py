@@ -84,7 +84,7 @@ def twice(value: Scalar, elements: fullbody.KeplerElements) -> Scalar:
 """
 
 
-def test_a_script_of_a_user(tmp_path):
+def test_a_users_script_passes_mypy(tmp_path):
     (tmp_path / "script.py").write_text(SCRIPT)
     command = [sys.executable, "-m", "mypy", "--strict", "--no-color-output", "--no-error-summary", "--config-file="]
     # A cache that stays saves half a minute of the second time.
@@ -109,8 +109,7 @@ def test_types_in_annotations_are_those_of_numpy_and_python():
     assert (fullbody_typing.Array, fullbody_typing.Scalar) == (np.ndarray, float)
 
 
-def test_public_names_alone_are_offered():
-    """By ``dir`` and by the completion of IPython, which asks it."""
+def test_completion_offers_public_names_alone():
     assert dir(fullbody) == sorted(fullbody.__all__)
     assert sum(not inspect.ismodule(getattr(fullbody, name)) for name in fullbody.__all__) <= 45
     offered = {one.name for one in jedi.Interpreter("fullbody.", [{"fullbody": fullbody}]).complete()}
@@ -118,7 +117,6 @@ def test_public_names_alone_are_offered():
 
 
 def test_names_bound_in_the_package_are_public():
-    """What editors read: all names that the file binds, imported or defined."""
     tree = ast.parse((ROOT / "python/fullbody/__init__.py").read_text())
     bound = set()
     for node in ast.walk(tree):

@@ -63,7 +63,6 @@ def test_what_is_out_of_range_in_the_units_of_the_system():
 
 @pytest.mark.parametrize(("position", "speed"), [(1e60, 1.0), (3.0, 1e60), (1e60, 1e60), (-1e60, 1e60)])
 def test_the_largest_numbers_are_flown(position, speed):
-    """Nothing acts on what is so far or so fast: a straight line. Its neighbour keeps its bits."""
     system, state = fullbody.systems.kw4()
     pair = Particles([[3.0, 0.0, 0.0], [position, 0.0, 0.0]], [[0.0, 0.8, 0.0], [0.0, 0.0, speed]])
     flight = system.fly(state, pair, 1.0, output=0.5, escape=Escape(1e61))
@@ -74,7 +73,6 @@ def test_the_largest_numbers_are_flown(position, speed):
 
 @pytest.mark.parametrize("until", [1e150, 1e300])
 def test_a_particle_that_goes_beyond_all_measure_is_lost(until):
-    """Fourth powers of its distance overflow, and the search for its contact would have no end."""
     system = fullbody.System([fullbody.Body(fullbody.Ellipsoid(1.0, 0.9, 0.8), mass=1e-6, name="A")], G=1.0)
     flight = system.fly(fullbody.State([[0, 0, 0]], [[0, 0, 0]]), Particles([[4.0, 0, 0]], [[0, 0, 1e60]]), until)
     assert flight.fate.tolist() == ["lost"]
@@ -82,7 +80,7 @@ def test_a_particle_that_goes_beyond_all_measure_is_lost(until):
 
 
 def test_a_particle_that_passes_a_body_in_less_than_the_time_rounds(run):
-    """The search for its contact ends, with a straight line or an impact; places round at 1e44 there."""
+    """The search for its contact ends, with a straight line or an impact; positions round at 1e44 there."""
     head_on = Particles([[1e60, 0.0, 0.0]], [[-1e60, 0.0, 0.0]])
     flight = run.fly(head_on, 2.0, output=0.5)
     assert flight.fate[0] in ("flying", "impact")
@@ -196,7 +194,6 @@ def test_refusals_are_the_same_with_any_output(output):
 
 
 def test_light_on_particles_without_an_area_is_warned_of():
-    """Unless the source is there for the shadows."""
     system, state = fullbody.systems.didymos(units=True, sun=True)
     dark = Particles([["3 km", "0 km", "0 km"]], [["0 km/h", "0.4 km/h", "0 km/h"]])
     light = fullbody.particles.Radiation(by="Sun")

@@ -20,7 +20,7 @@ def flight():
     return system.fly(state, particles, 10.0, output=5.0, escape=Escape(8.0), events=events)
 
 
-def test_fates_and_text(flight):
+def test_flights_tell_their_fates(flight):
     assert flight.fate.tolist() == ["flying", "escape", "impact"]
     assert repr(flight) == "Flight(3 particles, 3 samples: 1 flying, 1 impact, 1 escape)"
     assert flight.counts == {"flying": 1, "impact": 1, "escape": 1}
@@ -54,7 +54,7 @@ def test_a_damaged_file_is_refused(flight, tmp_path):
         fullbody.load_flight(path)
 
 
-def test_a_dataset(flight):
+def test_a_dataset_of_a_flight_has_names_and_units(flight):
     data = flight.to_xarray()
     assert data.position.dims == ("time", "particle", "axis")
     assert data.position.attrs["units"] == "km"

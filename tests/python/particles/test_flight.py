@@ -36,7 +36,7 @@ def hundred():
     return system.integrate(state, 100.0 * TURN, output=[], integrator=fullbody.Verner98.to_roundoff(), dense=True)
 
 
-def test_jacobis_constant_over_a_hundred_orbits(hundred):
+def test_jacobis_constant_is_kept_over_a_hundred_orbits(hundred):
     x = np.array([[0.5, 0.0, 0.05], [0.0, -0.4, 0.0], [1.6, 0.3, 0.2], [-2.0, 0.0, 0.0]])
     r = np.linalg.norm(x, axis=1)[:, None]
     v = np.cross([0.0, 0.0, 1.0], x) / r * np.sqrt(1.0 / r)
@@ -47,7 +47,7 @@ def test_jacobis_constant_over_a_hundred_orbits(hundred):
     assert np.abs(last / first - 1.0).max() < 1e-12
 
 
-def test_frequencies_about_l4(hundred):
+def test_frequencies_about_l4_are_those_of_linear_theory(hundred):
     mu = 0.01
     # lambda^4 + lambda^2 + 27/4 mu (1 - mu) = 0: the two frequencies of small motions about L4.
     root = np.sqrt(1.0 - 27.0 * mu * (1.0 - mu))
@@ -94,7 +94,7 @@ def test_a_particle_flies_as_a_body_of_next_to_no_mass():
     assert np.abs(flight.velocity[-1] - expected.velocity[-1, 2:]).max() < 1e-10
 
 
-def test_particles_of_rebound():
+def test_particles_fly_as_in_rebound():
     rebound = pytest.importorskip("rebound")
     masses, x = [1.0, 0.3], [[-0.6, 0.0, 0.0], [2.0, 0.0, 0.1]]
     v = [[0.0, -0.15, 0.0], [0.0, 0.5, 0.0]]
@@ -129,7 +129,7 @@ def test_results_depend_neither_on_threads_nor_on_neighbours():
     np.testing.assert_array_equal(few.position, flights[0].position[:, 40:43])
 
 
-def test_there_and_back():
+def test_particles_return_to_their_start():
     system, state, x, v = cloud(20)
     run = system.integrate(state, 24.0, dense=True)
     there = run.fly(fullbody.Particles(x, v), output="ends")
@@ -210,7 +210,7 @@ def test_instructions_and_charts_change_round_off_alone():
         np.testing.assert_allclose(found.position, expected.position, rtol=0.0, atol=1e-9)
 
 
-def test_among_many_bodies():
+def test_particles_fly_among_many_bodies():
     angles = np.arange(5) * TURN / 5.0
     x = np.stack([10.0 * np.cos(angles), 10.0 * np.sin(angles), 0.3 * angles], axis=1)
     v = np.cross([0.0, 0.0, 0.04], x)

@@ -7,7 +7,7 @@ import pytest
 @pytest.mark.parametrize("width", [0.03, 0.01])
 @pytest.mark.parametrize("direction", [0, 1, -1])
 def test_two_zeros_near_a_minimum_are_found_for_bodies_and_particles(width, direction):
-    """(t - 5)^2 - w^2 falls through zero at 5 - w and rises at 5 + w, within one interval of the samples of a step."""
+    """The function (t - 5)^2 - w^2 falls through zero at 5 - w and rises at 5 + w, within a step."""
     expected = {0: [5.0 - width, 5.0 + width], 1: [5.0 + width], -1: [5.0 - width]}[direction]
     system, state = fullbody.systems.kw4_ho2021()
     parabola = fullbody.events.Function(lambda s: (s.time - 5.0) ** 2 - width**2, direction=direction)

@@ -24,7 +24,7 @@ def test_a_fall_from_rest_strikes_when_and_as_fast_as_kepler_says():
     assert [flight.fate_body[0], flight.longitude[0], flight.latitude[0], flight.incidence[0]] == [0, 0, 0, 0]
 
 
-def test_place_speed_and_incidence_on_a_turning_body():
+def test_impacts_on_a_rotating_body_have_the_position_speed_and_incidence_of_geometry():
     system, state = lone(spin=(0.0, 0.0, 0.5))
     flight = system.fly(state, fullbody.Particles([[0.0, 3.0, 0.0]], [[0.0, 0.0, 0.0]]), 20.0)
     time, fall, surface = flight.fate_time[0], np.sqrt(4.0 / 3.0), 0.5
@@ -50,7 +50,7 @@ def test_a_grazing_particle_is_not_missed(depth):
     assert fates == ["impact", "flying"]
 
 
-def test_a_fast_grain_through_a_rim_between_steps():
+def test_a_fast_grain_through_a_rim_between_steps_is_not_missed():
     # Faster than the body's gravity by far: a step is much longer than the body.
     system, state = lone(radius=1e-3, mass=1e-12)
     hit = fullbody.Particles([[-5.0, 0.999e-3, 0.0], [-5.0, 1.001e-3, 0.0]], [[100.0, 0.0, 0.0]] * 2)
@@ -90,8 +90,7 @@ def test_a_particle_comes_to_rest_and_turns_with_its_body():
     assert flight.velocity[1, 0] == pytest.approx([-0.3 * last[1], 0.3 * last[0], 0.0], abs=1e-11)
 
 
-def test_a_bounce_against_a_rotation_that_would_lift_what_rests_has_an_end():
-    """At rest in space it is pressed down; at rest on the body it is thrown off, with the speed of the surface."""
+def test_bounces_on_a_body_that_would_throw_off_what_rests_end():
     system, state = lone(spin=(0.0, 0.0, 1.2))
     start = fullbody.Particles([[1.001, 0.0, 0.0]], [[0.0, 0.0, 0.0]])
     flight = system.fly(state, start, 2.0, output="ends", contact=fullbody.particles.Bounce(normal=0.5, rest=1e-3))
@@ -134,7 +133,7 @@ def test_a_particle_lifts_off_when_a_passing_mass_pulls_harder():
     assert height > 1e-3
 
 
-def test_escape_by_distance_and_by_energy():
+def test_particles_escape_by_distance_or_energy():
     system, state = lone()
     particles = fullbody.Particles([[2.0, 0.0, 0.0]] * 2, [[0.95, 0.0, 0.0], [1.05, 0.0, 0.0]])
     near = system.fly(state, particles, 100.0, escape=fullbody.particles.Escape(5.0))
@@ -156,7 +155,7 @@ def test_stopped_particles_stay_and_removed_ones_are_gone():
     assert stays.fate_time == gone.fate_time == gone.last_time
 
 
-def test_events_at_periapsis():
+def test_periapses_of_particles_are_keplers():
     system, state = lone(radius=0.1)
     particles = fullbody.Particles([[1.5, 0.0, 0.0]], [[0.0, np.sqrt(2.0 / 1.5 - 1.0), 0.0]])
     flight = system.fly(state, particles, 20.0, events=[fullbody.particles.Periapsis("A")])
@@ -164,7 +163,7 @@ def test_events_at_periapsis():
     assert np.linalg.norm(flight.events[0].position) == pytest.approx(0.5, rel=1e-10)
 
 
-def test_launch_from_a_surface():
+def test_particles_are_launched_with_the_velocity_of_the_surface():
     system, state = lone(shape=fullbody.Ellipsoid(3.0, 2.0, 1.0), spin=(0.1, 0.2, 0.3))
     lon, lat = 0.7, 0.4
     up = fullbody.Particles.from_surface(
@@ -184,7 +183,7 @@ def test_launch_from_a_surface():
     assert found == pytest.approx([0.5 * np.sin(0.8), level * np.sin(0.3), level * np.cos(0.3)], rel=1e-12)
 
 
-def test_an_ejecta_cone():
+def test_ejecta_leave_on_a_cone():
     system, state = lone()
     options = {"longitude": 0.0, "latitude": 0.0, "speed": 0.2, "n": 500, "rng": 3}
     mantle = fullbody.Particles.ejecta(system, state, 0, opening_angle=1.2, **options)
@@ -198,8 +197,7 @@ def test_an_ejecta_cone():
 
 
 @pytest.mark.parametrize("speed", [1e2, 1e4, 1e7])
-def test_the_fastest_strike_too(speed):
-    """At any speed beside that of escape the search neither passes over a body nor creeps."""
+def test_the_fastest_particles_strike_too(speed):
     bodies = [
         fullbody.Body(fullbody.Ellipsoid(1, 0.6, 0.3), mass=1e-12),
         fullbody.Body(fullbody.Sphere(1e-3), mass=1e-12),

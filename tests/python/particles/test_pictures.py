@@ -74,7 +74,7 @@ def test_flights_that_cannot_be_shown_are_refused(flown):
 
 
 @pytest.mark.parametrize("name", ["c", "color"])
-def test_a_colour_of_ones_own(flown, name):
+def test_particles_may_be_coloured(flown, name):
     flight = flown[-1]
     with pytest.raises(InvalidInput, match=f"{name} is given beside colour='time'; expected colour=None"):
         fullbody.plots.impacts(flight, 1, **{name: "red"})
@@ -83,7 +83,7 @@ def test_a_colour_of_ones_own(flown, name):
 
 
 def test_trails_follow_the_orbit_and_end_on_the_ground():
-    """Between samples a sixth of a turn apart, whose chords are nearer to the body by a seventh of the distance."""
+    """Chords between samples a sixth of a turn apart are nearer to the body by a seventh of the distance."""
     body = fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name="A")
     system = fullbody.System([body], G=1.0)
     state = fullbody.State([[0, 0, 0]], [[0, 0, 0]], spin=[[0, 0, 0.1]])

@@ -34,7 +34,7 @@ def test_umbra_and_penumbra_of_a_sphere_end_on_their_cones():
                 assert ((part > 0.99) & (part < 1.0)).all() if offset < 0.0 else (part == 1.0).all()
 
 
-def test_an_annular_eclipse():
+def test_an_annular_eclipse_leaves_the_ring():
     system, state, light = lit(fullbody.Sphere(1.0))
     behind = np.array([300.0, 1e3, 1e4])
     x = np.stack([-behind, 0 * behind, 0 * behind], axis=1)
@@ -43,7 +43,7 @@ def test_an_annular_eclipse():
     assert light.visible(system, state, x) == pytest.approx(expected, rel=1e-12)
 
 
-def test_a_partial_eclipse_of_two_small_discs():
+def test_a_partial_eclipse_is_the_overlap_of_two_discs():
     system, state, light = lit(fullbody.Sphere(1.0))
     behind = 2000.0
     aside = np.linspace(0.1, 3.0, 9)
@@ -65,7 +65,7 @@ def test_a_partial_eclipse_of_two_small_discs():
     assert light.visible(system, state, x) == pytest.approx(expected, abs=1e-5)
 
 
-def test_an_ellipsoid_by_rays():
+def test_the_shadow_of_an_ellipsoid_is_that_of_rays():
     turn = np.array([0.8, 0.3, -0.4, 0.33])
     shape, axes = fullbody.Ellipsoid(2.0, 1.2, 0.7), np.array([2.0, 1.2, 0.7])
     system, state, light = lit(shape, attitude=turn / np.linalg.norm(turn))

@@ -29,7 +29,7 @@ def line_of(path, text):
 # SIANS
 
 
-def test_sians_cartesian():
+def test_a_cartesian_start_of_sians_is_read():
     system, state = fullbody.read_sians(DATA / "sians_pair.txt")
     assert system.G == 1.0
     np.testing.assert_array_equal(system.masses, [3.0, 0.25])
@@ -71,7 +71,7 @@ def test_sians_period_is_in_days(tmp_path):
         fullbody.read_sians(path)
 
 
-def test_sians_density_and_points(tmp_path):
+def test_sians_densities_and_points_are_read(tmp_path):
     path = changed(tmp_path, "sians_pair.txt", "density: 0", "density: 1")
     system, _ = fullbody.read_sians(path)
     np.testing.assert_allclose(system.masses, 4 / 3 * np.pi * np.array([3.0 * 0.4, 0.25 * 0.024]), rtol=1e-15)
@@ -121,7 +121,7 @@ def test_sians_names_are_distinct(tmp_path):
     assert fullbody.read_sians(path)[0].names == ("Twin of", "Beta")
 
 
-def test_sians_missing_section(tmp_path):
+def test_a_missing_section_of_sians_is_named(tmp_path):
     path = tmp_path / "cut.txt"
     path.write_text((DATA / "sians_pair.txt").read_text().split("@ Angular")[0])
     with pytest.raises(InvalidInput, match="no section of angular velocities"):
@@ -132,8 +132,8 @@ def test_sians_missing_section(tmp_path):
         fullbody.read_sians(DATA / "sians_pair.txt", units="km")
 
 
-def test_sians_has_no_default_meaning(tmp_path):
-    """SIANS itself stops at a file without it: "Missing parameter kepler:"."""
+def test_sians_files_without_a_kind_of_start_are_refused(tmp_path):
+    """SIANS itself stops at such a file: "Missing parameter kepler:"."""
     path = changed(tmp_path, "sians_kw4.txt", "kepler: 2\n", "")
     expected = "'kepler: 0' or 'kepler: 1' or 'kepler: 2'"
     with pytest.raises(InvalidInput, match=rf"sians_kw4\.txt: no parameter 'kepler'; expected a line {expected}"):
@@ -146,8 +146,8 @@ def test_sians_without_a_switch_has_it_off(tmp_path, name):
     assert fullbody.read_sians(path, units="kmhr") == fullbody.read_sians(DATA / "sians_kw4.txt", units="kmhr")
 
 
-def test_sians_elements_need_the_binary_ids(tmp_path):
-    """SIANS stops there too; a Cartesian start does without."""
+def test_sians_elements_without_the_ids_of_the_binary_are_refused(tmp_path):
+    """SIANS itself stops there too; a Cartesian start does without."""
     for name in ("sians_pair.txt", "sians_kw4.txt"):
         (tmp_path / name).write_text((DATA / name).read_text().split("@ BID")[0])
     assert fullbody.read_sians(tmp_path / "sians_pair.txt") == fullbody.read_sians(DATA / "sians_pair.txt")
@@ -158,7 +158,7 @@ def test_sians_elements_need_the_binary_ids(tmp_path):
 # GUBAS
 
 
-def test_gubas():
+def test_files_of_gubas_are_read():
     system, state = fullbody.read_gubas(DATA / "gubas_pair.cfg")
     assert system.bodies[0].shape == fullbody.Ellipsoid(0.4, 0.39, 0.3)
     assert system.bodies[1].shape == fullbody.Ellipsoid(0.09, 0.08, 0.06)
@@ -178,7 +178,7 @@ def test_gubas():
     np.testing.assert_allclose(state.spin, [[1e-6, 0, 7.7e-4], [2e-6, 3e-6, 1.5e-4]], atol=1e-20)
 
 
-def test_gubas_units():
+def test_units_of_gubas_are_read():
     system, state = fullbody.read_gubas(DATA / "gubas_pair.cfg", units=True, gravity="multipole:4")
     assert system.options["gravity"] == "multipole:4"
     np.testing.assert_allclose(system.bodies[0].density.to_value("kg / km3"), 2.1e12)
@@ -188,7 +188,7 @@ def test_gubas_units():
 
 
 def turned(tmp_path, comment):
-    """B into A by 10, 20, 30 about x, y, z, with a comment before the flag."""
+    """The rotation of B into A by 10, 20, 30 about x, y, z, with a comment before the flag."""
     path = changed(tmp_path, "gubas_pair.cfg", "B into A Euler Flag: 0", f"{comment}\nB into A Euler Flag: 1")
     text = path.read_text()
     for old, new in (("1 X: 0.", "1 X: 10."), ("2 Y: 0.", "2 Y: 20."), ("3 Z: 0.", "3 Z: 30.")):
@@ -197,7 +197,7 @@ def turned(tmp_path, comment):
     return path
 
 
-def test_gubas_euler_angles(tmp_path):
+def test_gubas_euler_angles_give_the_attitude(tmp_path):
     path = turned(tmp_path, "")
     _, state = fullbody.read_gubas(path, euler="degree")
     # The first row of the matrix of 1-2-3 angles, written out: c2 c3, -c2 s3, s2.
@@ -238,7 +238,7 @@ def test_gubas_euler_angles_are_as_the_comments_say(tmp_path, comment, second, w
     assert [warning in str(w.message) for w in caught] == [True] * (warning is not None)
 
 
-def test_gubas_comments_of_two_minds(tmp_path):
+def test_gubas_comments_that_contradict_are_refused(tmp_path):
     path = turned(tmp_path, "# All rotations are in degrees\n# All rotations are in radians")
     with pytest.raises(InvalidInput, match=r"gubas_pair\.cfg: comments of .* degrees and of radians"):
         fullbody.read_gubas(path)
@@ -285,7 +285,7 @@ def test_an_axis_that_underflows_in_kilometres_names_the_file(tmp_path):
         ("B into A Euler Flag: 0\n", "B into A Euler Flag"),
     ],
 )
-def test_gubas_config_without_an_entry(tmp_path, line, option):
+def test_a_missing_entry_of_gubas_is_named(tmp_path, line, option):
     path = changed(tmp_path, "gubas_pair.cfg", line, "")
     with pytest.raises(InvalidInput, match=rf"gubas_pair\.cfg: no '{option}' in the section"):
         fullbody.read_gubas(path)
@@ -299,15 +299,13 @@ def test_gubas_config_without_a_switch_has_it_off(tmp_path, line):
     assert fullbody.read_gubas(path)[1].time == 0.0
 
 
-def test_gubas_spheres_have_one_axis(tmp_path):
-    """The others of a sphere may be anything."""
+def test_further_axes_of_spheres_of_gubas_are_ignored(tmp_path):
     path = changed(tmp_path, "gubas_pair.cfg", "Secondary Shape Flag: 1", "Secondary Shape Flag: 0")
     path.write_text(path.read_text().replace("Semi-Minor Axis: 60.", "Semi-Minor Axis: 0"))
     assert fullbody.read_gubas(path)[0].bodies[1].shape == fullbody.Sphere(0.09)
 
 
-def test_files_with_a_byte_order_mark(tmp_path):
-    """As some editors write them; the mark is no part of the text."""
+def test_a_byte_order_mark_is_no_part_of_the_text(tmp_path):
     for name, read in (("gubas_pair.cfg", fullbody.read_gubas), ("sians_pair.txt", fullbody.read_sians)):
         (tmp_path / name).write_bytes(b"\xef\xbb\xbf" + (DATA / name).read_bytes())
         assert read(tmp_path / name) == read(DATA / name)
@@ -324,7 +322,7 @@ def test_numbers_that_gubas_writes_for_itself_are_refused(tmp_path):
 # REBOUND
 
 
-def test_rebound_there_and_back():
+def test_systems_go_to_rebound_and_back():
     sim = rebound.Simulation()
     sim.G = 39.5
     sim.add(m=1.0, r=0.005)
@@ -375,7 +373,6 @@ def test_rebound_refuses_what_we_lack():
 
 @pytest.mark.parametrize(("active", "first"), [(0, 0), (1, 1), (2, 2)])
 def test_rebound_test_particles_with_a_mass_are_refused(active, first):
-    """They feel the others and attract none of them, or none of each other."""
     sim = rebound.Simulation()
     for k in range(3):
         sim.add(m=1e-3**k, x=k)
@@ -440,7 +437,7 @@ def test_rebound_own_units_are_not_relabelled():
     ],
 )
 def test_rebound_units_are_those_of_astropy(length, time, mass):
-    """The sizes of rebound's own table, within what the two packages' constants differ."""
+    """The sizes are those of rebound's own table, within the differences of the two packages' constants."""
     from rebound import units as table
 
     sim = rebound.Simulation()

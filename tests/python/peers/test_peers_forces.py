@@ -119,7 +119,6 @@ def test_gubas_solar_gravity_is_a_circular_orbit(tmp_path):
 
 
 def test_gubas_tides_dissipate(tmp_path):
-    """The lag by hand, and energy that falls."""
     numbers = {
         f"{body} {name}": value
         for body in ("Primary", "Secondary")
@@ -211,7 +210,7 @@ def test_sians_sun_cartesian(tmp_path):
 
 @pytest.mark.parametrize("kepler", [1, 2])
 def test_sians_sun_kepler(tmp_path, kepler):
-    """The first row is the orbit about the Sun; mu as in that program. Periods are days."""
+    """The first row is the orbit about the Sun; mu is as in that program, and periods are days."""
     G = 6.67408e-11 * 3600.0**2 / 1e9
     orbits = ((9.57e7, 0.2, 38.9, 245.0, 192.6, 30.0), (2.548, 0.01, 10.0, 105.0, 319.0, 20.0))
     motions = []

@@ -23,8 +23,7 @@ def psi(run):
 
 
 @pytest.mark.parametrize("dense", [False, True])
-def test_a_fast_rotation_is_no_slow_drift(system_and_state, dense):
-    """Nine samples a turn made lines of dots that drift slowly backwards; now they follow each turn."""
+def test_the_curve_of_a_fast_rotation_follows_each_turn(system_and_state, dense):
     system, state = system_and_state
     run = system.integrate(state, "10 days", output="15 min", dense=dense)
     time, turns = psi(run)

@@ -21,7 +21,7 @@ def short_run():
 
 
 def outside(page):
-    """What a page would fetch: links, sources, imports, addresses."""
+    """Whatever a page would fetch: links, sources, imports, addresses."""
     page = re.sub(r'(src|href)="data:[^"]*"', "", page)
     return re.findall(r"https?://|<link|\bsrc=|\bhref=|@import|\bfetch\(|XMLHttpRequest|import\(", page)
 
@@ -47,7 +47,7 @@ def test_html_film_works_offline(short_run, tmp_path):
 
 
 @pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is not installed")
-def test_mp4_is_one(short_run, tmp_path):
+def test_mp4_is_a_film(short_run, tmp_path):
     content = short_run.animate(tmp_path / "film.mp4", **SMALL).read_bytes()
     assert content[4:8] == b"ftyp"
     assert len(content) > 1000
@@ -128,8 +128,7 @@ def test_pictures_too_far_apart_are_warned_of(short_run, tmp_path):
         system.integrate(state, 6.0, dense=True).animate(tmp_path / "a.gif", seconds=0.2, fps=10, size=(1, 1), dpi=20)
 
 
-def test_a_film_goes_on_between_samples(tmp_path):
-    """A run of two samples an hour apart: six different pictures, and their times."""
+def test_a_film_shows_moments_between_samples(tmp_path):
     system, state = fullbody.systems.kw4()
     run = system.integrate(state, 1.0, output=1.0)
     page = run.animate(tmp_path / "film.html", seconds=0.6, fps=10, size=(2, 2), dpi=40).read_text()

@@ -14,7 +14,7 @@ from matplotlib.text import Text
 
 
 def drawn(line):
-    """What a line shows, without the gaps put in where an angle jumps."""
+    """The points that a line shows, without the gaps where an angle jumps."""
     y = np.asarray(line.get_ydata(), dtype=float)
     return y[~np.isnan(y)]
 
@@ -70,7 +70,6 @@ def test_orbit_shows_the_relative_position(kw4_run):
 
 
 def test_orbit_outline_is_the_shadow_of_the_body():
-    """An ellipsoid turned by 30 degrees about z: its outline in xy is the ellipse of a and b, turned as much."""
     body = fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), mass=1.0)
     probe = fullbody.Body(fullbody.PointMass(), mass=1e-6)
     turn = np.deg2rad(30.0)
@@ -108,7 +107,6 @@ MANY_TURNS = ((0, 1000, 360), (-2000, 2000, 1080), (0, 30000, 7200), (-5e6, 5e6,
 
 
 def test_ticks_of_angles_are_parts_of_a_turn():
-    """Of any stretch a handful: multiples of 90 degrees of a full turn, of 10 of a small one."""
     from fullbody.plots._style import degrees
 
     for low, high, step in (
@@ -129,7 +127,6 @@ def test_ticks_of_angles_are_parts_of_a_turn():
 
 
 def test_eccentricities_of_round_off_are_level():
-    """A circle's: neither digits nor powers of ten beside the axis."""
     points = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (1.0, 1e-3)]
     state = fullbody.State([[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, np.sqrt(1.001), 0]])
     run = fullbody.System(points, G=1.0).integrate(state, 50.0, output=0.5)
@@ -183,8 +180,7 @@ def test_angles_are_the_states_tait_bryan_angles(case1_run):
             assert np.array_equal(drawn(line), expected[:, body, column])
 
 
-def test_librations_are_the_observables(kw4_run):
-    """Beta's long axis follows Alpha: roll, pitch, yaw. Alpha turns faster: only its z-axis' angle is told."""
+def test_librations_drawn_are_the_observables(kw4_run):
     ax = kw4_run.plot.libration()
     expected = np.rad2deg(observables.roll_pitch_yaw(kw4_run).to_value("rad")).T
     assert [line.get_label() for line in ax.lines] == ["roll", "pitch", "yaw"]
@@ -215,7 +211,6 @@ def test_long_times_are_days_and_years(until, label, end):
 
 
 def test_a_body_far_away_does_not_hide_the_pair():
-    """A star 4e7 separations away: the picture is of the pair, and says where the star is."""
     bodies = [fullbody.Body(fullbody.Sphere(r), mass=m, name=n) for r, m, n in ((0.7, 2.4, "A"), (0.2, 0.1, "B"))]
     star = fullbody.Body(fullbody.PointMass(), mass=1e-9, name="star")
     state = fullbody.State([[0, 0, 0], [2.5, 0, 0], [1e8, 0, 0]], [[0, 0, 0], [0, 1, 0], [0, 0.04, 0]])
@@ -235,7 +230,6 @@ def test_a_body_far_away_does_not_hide_the_pair():
 
 
 def test_a_page_is_shown_once_by_a_notebook(kw4_run):
-    """A figure as a cell's last value would be shown beside the figure that pyplot shows."""
     from IPython.core.interactiveshell import InteractiveShell
 
     shown = InteractiveShell.instance().display_formatter.format(kw4_run.plot())[0]
@@ -263,7 +257,6 @@ def test_energy_shows_both_drifts(kw4_run):
 
 @pytest.mark.parametrize(("dense", "close"), [(True, 1e-9), (False, 2e-5)])
 def test_scene_draws_the_ellipsoid_where_it_is(kw4_run, dense, close):
-    """Between two samples, beside an integration that ends there."""
     start = kw4_run[0]
     run = kw4_run.system.integrate(start, 50.0, output=0.5, dense=dense)
     state = kw4_run.system.integrate(start, 20.1, output=[20.1])[0]
@@ -295,7 +288,6 @@ def test_scenes_are_of_times_within_the_run(kw4_run):
 
 @pytest.mark.parametrize("until", [9.0, -9.0])
 def test_between_samples_bodies_go_their_way(until):
-    """A circle of radius 1 in the time 2 pi about a heavy body, and a ball that turns evenly: 7 samples a turn."""
     bodies = [fullbody.Body(fullbody.Sphere(0.1), mass=m) for m in (1.0, 1e-9)]
     state = fullbody.State([[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, 1, 0]], spin=[[0, 0, 0.5], [0, 0, 1.0]])
     run = fullbody.System(bodies, G=1.0).integrate(state, until, output=0.9)
@@ -309,7 +301,6 @@ def test_between_samples_bodies_go_their_way(until):
 
 
 def test_samples_far_apart_are_joined_by_straight_lines():
-    """One and a half turns between samples: a cubic with their velocities would leave the picture."""
     system, state = fullbody.systems.kw4()
     run = system.integrate(state, 52.0, output=26.0)
     centres, _ = at(run, np.linspace(0.0, 52.0, 101))
@@ -362,7 +353,6 @@ def test_scenes_are_legible(which, request):
 
 
 def test_lines_differ_in_grey(kw4_run):
-    """Each line of a panel has dashes of its own."""
     for ax in (*kw4_run.plot.spins(), kw4_run.plot.energy()):
         dashes = {str(line._unscaled_dash_pattern) for line in ax.lines}
         assert len(dashes) == len(ax.lines) == 3
@@ -389,7 +379,6 @@ def test_given_axes_are_used_and_returned(kw4_run, triple_run):
 
 @pytest.mark.parametrize("first", ["points", "ellipsoids"])
 def test_two_runs_fit_on_the_same_axes(kw4_run, first):
-    """Elements of points are level; beside them those of ellipsoids are all in view, whichever is drawn first."""
     points = kw4_run.system.with_options(gravity="point").integrate(kw4_run[0], 50.0, output=0.5)
     runs = [points, kw4_run] if first == "points" else [kw4_run, points]
     axes = runs[0].plot.elements()
@@ -402,7 +391,6 @@ def test_two_runs_fit_on_the_same_axes(kw4_run, first):
 
 
 def test_angles_do_not_stroke_across_the_pole(triple_run):
-    """A sphere that turns about y: phi and psi flip by half a turn where theta passes 90 degrees."""
     axes = triple_run.plot.angles(bodies=[1])
     phi, theta = axes[0, 0].lines
     assert np.nanmax(np.abs(np.diff(phi.get_ydata()))) < 1.0
@@ -411,7 +399,6 @@ def test_angles_do_not_stroke_across_the_pole(triple_run):
 
 
 def test_level_curves_are_shown_as_level(case1_run):
-    """Case 1 stays in its plane: the inclination's ticks do not count digits of 180 degrees."""
     low, high = case1_run.plot.elements()[1, 0].get_ylim()
     assert high - low > 1.0
 
@@ -445,7 +432,7 @@ def test_what_is_no_axes_or_figure_is_refused(kw4_run):
 
 
 def test_the_anomaly_of_a_hyperbola_is_one_line_with_few_ticks():
-    """M = n t, n = sqrt(mu/|a|^3) = 1, sampled every 400 degrees."""
+    """The mean anomaly is M = n t with n = sqrt(mu/|a|^3) = 1, sampled every 400 degrees."""
     points = [fullbody.Body(fullbody.PointMass(), mass=m) for m in (1.0, 1e-12)]
     r, v = fullbody.KeplerElements(-1.0, 3.0, 0.1, 0.2, 0.3, np.deg2rad(-2000.0)).to_cartesian(1.0 + 1e-12)
     system = fullbody.System(points, G=1.0)

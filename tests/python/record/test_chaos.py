@@ -43,7 +43,7 @@ def tumbling_moon():
     return system, state, period, run
 
 
-def test_regular_motion():
+def test_megno_of_regular_motion_tends_to_two():
     system, state, period = moon(0.01, 0.0)
     run = system.integrate(state, 200 * period, output=50 * period, integrator=FAST, chaos=True)
     assert abs(run.megno[-1] - 2.0) < 0.1
@@ -51,7 +51,7 @@ def test_regular_motion():
     assert run.fast_lyapunov[-1] < 12.0
 
 
-def test_chaotic_motion_grows(tumbling_moon):
+def test_megno_of_chaotic_motion_grows(tumbling_moon):
     _, _, period, run = tumbling_moon
     assert run.megno[-1] > 5.0
     # MEGNO is about half the exponent times the time.

@@ -8,7 +8,7 @@ from support import angle_between
 
 
 @pytest.mark.parametrize("shape", ["ellipsoid", "spheroid"])
-def test_agrees_with_quaternions_over_100_hours(shape):
+def test_angles_and_quaternions_agree_over_100_hours(shape):
     runs = []
     for chart in ("quaternion", "tait_bryan"):
         system, state = fullbody.systems.kw4_ho2021(shape, attitude_chart=chart)
@@ -24,8 +24,8 @@ def test_agrees_with_quaternions_over_100_hours(shape):
     assert (angles.position != quaternion.position).any()
 
 
-def test_pole_is_an_error_with_body_and_time():
-    """One body at rest turning about y: theta = rate * t, the pole at t = pi / 2 / rate."""
+def test_the_pole_of_the_angles_is_an_error_with_body_and_time():
+    """Theta is rate * t, which reaches the pole at t = pi / 2 / rate."""
     rate = 0.25
     body = fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), mass=1.0, name="Kleopatra")
     state = fullbody.State(position=[[0, 0, 0]], velocity=[[0, 0, 0]], spin=[[0, rate, 0]])
@@ -48,7 +48,6 @@ def test_pole_is_an_error_with_body_and_time():
 
 
 def test_pole_in_a_system_names_the_right_body():
-    """Of two spheres far apart the second turns through its pole."""
     ball = fullbody.Sphere(1.0)
     bodies = [fullbody.Body(ball, mass=1.0, name="still"), fullbody.Body(ball, mass=1.0, name="turning")]
     system = fullbody.System(bodies, G=1e-6, attitude_chart="tait_bryan")

@@ -46,7 +46,7 @@ def all_parameters(system):
     return [name for name in system.parameters if not name.startswith("density")]
 
 
-def test_other_units_of_length_and_mass():
+def test_matrices_scale_with_units_of_length_and_mass():
     # In units of length that are smaller by a factor f all places, velocities and semi-axes are f times as large, and G
     # f^3 times; in such units of mass all masses are f times as large, and G 1/f times.
     system, state = tumbling()

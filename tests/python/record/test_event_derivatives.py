@@ -19,7 +19,7 @@ EVENTS = [
 
 
 @pytest.mark.parametrize("until", [32.0, -32.0])
-def test_every_event_of_a_run(until):
+def test_derivatives_at_every_event_are_differences(until):
     system, state = tumbling()
     size = scales(system, state)
     options = {"output": "ends", "integrator": TIGHT, "events": EVENTS}
@@ -59,7 +59,7 @@ def test_every_event_of_a_run(until):
     ],
     ids=["separation", "plane", "escape"],
 )
-def test_own_parameters_of_events(event, name, changed):
+def test_derivatives_by_numbers_of_events_are_differences(event, name, changed):
     system, state = tumbling()
     if name.endswith("Escape"):
         state = state.replace(velocity=[state.velocity[0], [0.9, 0.7, 0.1]])
@@ -80,7 +80,7 @@ def test_own_parameters_of_events(event, name, changed):
     assert worst(end.sensitivity[name] / size, (4 * states[0] - states[1]) / 3 / size) < 1e-6
 
 
-def test_events_of_a_system_whose_barycentre_a_third_body_moves():
+def test_derivatives_at_events_beside_a_third_body_are_differences():
     # The pull of the third body at the event depends on how far the barycentre has gone from the nominal one.
     system, state = tumbling()
     orbit = fullbody.KeplerElements(40.0, 0.2, 0.3, 0.1, 0.2, 0.4)
@@ -101,7 +101,7 @@ def test_events_of_a_system_whose_barycentre_a_third_body_moves():
         assert worst(found / size[body], change[body] / size[body]) < 1e-8
 
 
-def test_contact_of_a_polyhedron_by_its_scale():
+def test_the_time_of_contact_changes_with_the_scale_of_a_polyhedron():
     system, state = tumbling()
     solid = octahedron(0.8, 0.6, 0.7)
 
@@ -130,7 +130,7 @@ def measures(run):
     return np.array([np.diff(times).mean(), elements.e.mean(), node, np.std(run.attitude[:, 1, 1]), run.energy[-1]])
 
 
-def test_functions_of_a_run():
+def test_derivatives_of_functions_of_a_run_are_differences():
     system, state = tumbling()
     options = {"output": 1.0, "integrator": TIGHT, "events": [EVENTS[1]]}
     names = ["mass of A", "semi-axis b of B", "G"]

@@ -59,8 +59,8 @@ def orbit(e):
 
 
 @pytest.mark.parametrize("name", ADAPTIVE)
-def test_cost_follows_the_order(name):
-    """The error of a step is of order p in its size: evaluations rise as tolerance^(-1/p), back at the start."""
+def test_evaluations_follow_the_order(name):
+    """The error of a step of order p makes evaluations rise as tolerance^(-1/p)."""
     system, state = orbit(0.3)
     tolerances = 10.0 ** -np.arange(6, 11)
     turns = 20 * np.pi
@@ -87,8 +87,8 @@ def test_cost_follows_the_order(name):
     ],
     ids=["lie", "leapfrog", "ABA864", "ABA1064"],
 )
-def test_order_of_fixed_steps(system, state, make, steps, order):
-    """Half the step, error down by 2^order. In the limit of small steps the near-integrable schemes are of order 4."""
+def test_errors_of_fixed_steps_follow_the_order(system, state, make, steps, order):
+    """Half the step makes the error smaller by 2^order; the near-integrable schemes tend to order 4."""
     expected = end(system, state, 20.0, fullbody.Verner98(1e-14, 1e-14)).position
     coarse, fine = (worst(end(system, state, 20.0, make(h)).position, expected) for h in steps)
     assert np.log2(coarse / fine) > order - 0.3
@@ -97,7 +97,7 @@ def test_order_of_fixed_steps(system, state, make, steps, order):
 
 
 def test_the_splitting_is_exact_for_two_points():
-    """Kepler's motion is one of its parts and the rest vanishes: any step gives the closed form."""
+    """Kepler's motion is one of its parts and the rest vanishes."""
     system, state = orbit(0.6)
     run = end(system, state, 2 * np.pi, fullbody.SymplecticSplitting(2 * np.pi / 3))
     assert run.statistics.steps == 3
@@ -105,7 +105,7 @@ def test_the_splitting_is_exact_for_two_points():
     assert worst(run.velocity[-1], state.velocity) < 1e-13
 
 
-def test_steps_with_units():
+def test_steps_have_units():
     from astropy import units as u
 
     system, state = fullbody.systems.kw4_ho2021("spheroid", units=True)
@@ -126,13 +126,13 @@ def test_steps_with_units():
 
 @pytest.mark.parametrize("make", [fullbody.LieGroupVariational, fullbody.SymplecticSplitting])
 @pytest.mark.parametrize("step", [0, -1.0, float("nan"), float("inf"), "a", None, [1.0, 2.0]], ids=str)
-def test_refused_steps(make, step):
+def test_bad_steps_are_refused(make, step):
     with pytest.raises(InvalidInput, match=r"^step (is|has) .*expected"):
         fullbody.Simulation(*CASE1, integrator=make(step))
 
 
 @pytest.mark.parametrize("make", [fullbody.LieGroupVariational, fullbody.SymplecticSplitting])
-def test_runs_of_more_steps_than_can_be_counted(make):
+def test_runs_of_more_steps_than_can_be_counted_are_refused(make):
     system, state = KW4
     with pytest.raises(InvalidInput, match=r"step is 1e-300; expected a longer one; until 1 takes 1.0e300"):
         system.integrate(state, 1.0, integrator=make(1e-300))
@@ -144,14 +144,14 @@ def test_runs_of_more_steps_than_can_be_counted(make):
     [-1e-9, 1.0, float("nan"), float("inf"), "tight", None, True, [1e-9], 10**400, -(10**400)],
     ids=lambda v: str(v)[:9],
 )
-def test_refused_tolerances(name, value):
+def test_bad_tolerances_are_refused(name, value):
     make = getattr(integrators, name)
     for which in ("rtol", "atol"):
         with pytest.raises(InvalidInput, match=rf"^{which} is .*; expected a number from 0 to below 1"):
             make(**{which: value})
 
 
-def test_refused_settings():
+def test_bad_settings_are_refused():
     with pytest.raises(InvalidInput, match="the larger of rtol and atol is 0; expected a number above zero"):
         fullbody.Verner65(0.0, 0.0)
     with pytest.raises(InvalidInput, match=r"scheme is 'yoshida'; expected 'ABA864', "):
@@ -211,8 +211,7 @@ def test_integrators_compare_print_and_come_back():
 
 
 @pytest.mark.parametrize("place", range(9))
-def test_there_and_back(place):
-    """Time reversal: back at the start within the error of the way out; to round-off for the symplectic ones."""
+def test_integration_back_returns_to_the_start(place):
     integrator = family(0.1, 1e-12)[place]
     system, state = CASE1
     sim = fullbody.Simulation(system, state, integrator=integrator)
@@ -224,8 +223,7 @@ def test_there_and_back(place):
 
 
 @pytest.mark.parametrize("place", range(9))
-def test_angular_momentum_of_a_system_that_travels(place):
-    """It is that of the system at rest; from the bodies' places, 1e7 km away, it would keep half of its digits."""
+def test_angular_momentum_of_a_system_that_travels_keeps_its_digits(place):
     system, state = KW4
     share = np.array([body.mass for body in system.bodies]) / sum(body.mass for body in system.bodies)
     rest = state.replace(position=state.position - share @ state.position)

@@ -32,7 +32,7 @@ def test_the_last_sample_is_the_state_at_the_end_of_the_last_step(output, deriva
     assert v**2 == pytest.approx(4.0 * (1.0 / r - 0.5), rel=1e-10)
 
 
-def test_an_interrupted_run_too():
+def test_the_last_sample_of_an_interrupted_run_is_its_last_step():
     system, state = fullbody.systems.case1()
     seen = []
 

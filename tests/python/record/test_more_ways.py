@@ -29,7 +29,7 @@ STEPS = [
 
 
 @pytest.mark.parametrize("gravity", ["multipole:2", "multipole:4", "multipole:8"])
-def test_series(gravity):
+def test_derivatives_of_the_series_are_differences(gravity):
     system, state = tumbling(gravity)
     size = scales(system, state)
     actual = system.jacobian(state)
@@ -60,7 +60,7 @@ def test_high_degree_series_equals_focal():
 
 
 @pytest.mark.parametrize("integrator", STEPS, ids=["lie", "aba864", "leapfrog"])
-def test_fixed_steps_have_their_own_tangent_map(integrator):
+def test_derivatives_of_fixed_steps_are_those_of_the_map(integrator):
     system, state = tumbling()
     size = scales(system, state)
     wanted = ["G", "mass of A", "semi-axis b of B"]
@@ -151,7 +151,7 @@ def outside():
     ]
 
 
-def test_forces_from_outside():
+def test_derivatives_with_external_forces_are_differences():
     system, state = tumbling()
     system = system.with_forces(outside())
     size = scales(system, state)
@@ -177,12 +177,12 @@ def test_forces_from_outside():
 
 
 def acceleration(system, state):
-    """Of the first body, as the interactions and the loads say."""
+    """The acceleration of the first body by the interactions and the loads."""
     force = system.interactions(state).force[0] + sum(load.force[0] for load in system.loads(state).values())
     return force / system.bodies[0].mass
 
 
-def test_radiation():
+def test_derivatives_with_radiation_are_differences():
     system, state = fullbody.systems.kw4()
     yorp = fullbody.forces.Yorp(
         on="Alpha", pole=[0.1, 0.0, 1.0], obliquity=[0.0, 0.5, 1.0, 2.0, np.pi], along=[1e9, 2e9, -1e9, 1e9, 0.5e9],
@@ -222,7 +222,7 @@ def test_what_has_no_derivatives_is_refused_by_name():
     ],
     ids=["separation", "apoapsis", "plane", "function"],
 )
-def test_times_of_events(event):
+def test_derivatives_of_times_of_events_are_differences(event):
     system, state = tumbling()
     run = system.integrate(state, 30.0, integrator=TIGHT, events=[event], derivatives=["mass of B"])
     assert run.stop_reason == "event"

@@ -85,7 +85,7 @@ def test_the_surface_rule_beside_a_polyhedron_is_the_focal_one(second):
 
 @pytest.mark.parametrize("gravity", ["multipole:2", "multipole:6"])
 @pytest.mark.parametrize(("first", "second"), [("box", "ellipsoid"), ("octahedron", "box"), ("composite", "box")])
-def test_series_of_polyhedra(first, second, gravity):
+def test_jacobians_of_the_series_of_polyhedra_are_differences(first, second, gravity):
     system, state = pair(first, second, 2.6, gravity)
     size = scales(system, state)
     actual = system.jacobian(state)
@@ -135,7 +135,7 @@ def _energy(system, state):
         ("composite", "box", "mass of part 1 of A"),
     ],
 )
-def test_by_parameters(first, second, name, distance):
+def test_derivatives_by_parameters_of_polyhedra_are_differences(first, second, name, distance):
     system, state = pair(first, second, distance)
     size = scales(system, state)
     actual = system.jacobian(state, [name]).by_parameter[name]
@@ -203,7 +203,7 @@ def test_derivatives_reach_the_tolerance_or_say_that_they_do_not():
         assert thickness > 1e-6 or 1e-13 in refused
 
 
-def test_a_third_body_pulls_a_polyhedron():
+def test_derivatives_of_polyhedra_beside_a_third_body_are_differences():
     system, state = pair("box", "octahedron", 3.0)
     orbit = fullbody.KeplerElements(40.0, 0.2, 0.3, 0.1, 0.2, 0.4)
     sun = fullbody.forces.ThirdBody(mu=30.0, orbit=orbit, of="system", name="Sun")

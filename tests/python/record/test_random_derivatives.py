@@ -11,7 +11,7 @@ FIRST = int(os.environ.get("FULLBODY_FIRST_SEED", "1"))
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + COUNT))
-def test_derivatives_of_random_systems(seed):
+def test_derivatives_of_random_systems_are_differences_of_runs(seed):
     tried = case(seed)
     for name, error in errors(tried).items():
         assert error < TOLERANCE, f"{name}: {tried.label}"

@@ -68,7 +68,6 @@ def test_drifts_count_from_the_start_whatever_is_recorded(output, until):
 
 
 def test_the_spin_of_kw4_hides_nothing():
-    """A sample at the end alone; the energies of both ends by the system itself."""
     system, state = fullbody.systems.kw4()
     run = system.integrate(state, 1000.0, output=[1000.0], integrator=fullbody.Verner98(1e-5, 1e-5))
     first, last = system.energy(state), system.energy(run[0])
@@ -120,7 +119,6 @@ def test_the_start_in_xarray_has_units():
 
 
 def test_a_simulation_tells_the_drift_of_all_its_runs():
-    """A run counts from where it began, the simulation from where it began: steps and runs, there and back."""
     sim = fullbody.Simulation(three(), START, integrator=LOOSE)
     assert drifts(sim).tolist() == [0.0, 0.0, 0.0]
     for until in (12.0, 32.0, 20.0):
@@ -143,7 +141,6 @@ def test_a_simulation_tells_the_drift_of_all_its_runs():
 
 
 def test_a_saved_simulation_knows_where_it_began(tmp_path):
-    """Its drift goes on from there, and that of its runs from where they begin."""
     sim = fullbody.Simulation(three(), START, integrator=LOOSE)
     sim.integrate(12.0)
     sim.save(tmp_path / "three.sim")
@@ -154,7 +151,6 @@ def test_a_saved_simulation_knows_where_it_began(tmp_path):
 
 
 def test_runs_cut_short_keep_the_start():
-    """By contact, by a terminal event, by an exception of a callback."""
     bodies = [fullbody.Body(fullbody.Sphere(0.5), mass=1.0)] * 2
     system = fullbody.System(bodies, G=1.0)
     state = fullbody.State([[0, 0, 0], [5, 0, 0]], [[0, 0, 0], [0, 0.1, 0]], time=1.0)

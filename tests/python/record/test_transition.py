@@ -28,7 +28,7 @@ def tumble(request):
     return system, run
 
 
-def test_begins_with_identity(tumble):
+def test_transition_matrices_begin_with_the_identity(tumble):
     _, run = tumble
     assert np.array_equal(run.transition[0], np.eye(24))
     assert not run.sensitivity["G"][0].any()
@@ -41,7 +41,7 @@ def test_the_motion_has_the_same_bits():
         assert np.array_equal(getattr(plain, name), getattr(with_them, name))
 
 
-def test_maps_rates_to_rates(tumble):
+def test_transition_matrices_map_rates_to_rates(tumble):
     # A deviation along the motion stays one.
     system, run = tumble
     for k in (1, 2):
@@ -50,7 +50,7 @@ def test_maps_rates_to_rates(tumble):
         assert worst(moved / size, rates(system, run[k]) / size) < 1e-11
 
 
-def test_keeps_energy_and_momenta(tumble):
+def test_transition_matrices_keep_energy_and_momenta(tumble):
     system, run = tumble
     size = scales(system, run[0])
     for k in (1, 2):
@@ -60,7 +60,7 @@ def test_keeps_energy_and_momenta(tumble):
         assert worst(now @ run.transition[k] * size, then * size) < 1e-11
 
 
-def test_is_symplectic(tumble):
+def test_transition_matrices_are_symplectic(tumble):
     system, run = tumble
     size = scales(system, run[0])
     for k in (1, 2):
@@ -88,7 +88,7 @@ def test_faster_motion_is_motion_in_shorter_time(tumble):
     assert worst(by_factor / size, (now + time * rates(system, end)) / size) < 1e-11
 
 
-def test_points_follow_kepler():
+def test_transition_matrices_of_points_are_keplers():
     # Kepler's equation in 40 digits, differentiated there.
     mp.dps = 40
     system, state = pair_of_points(0.3)
@@ -134,7 +134,7 @@ def kepler(start, time, mu):
 
 
 @pytest.mark.parametrize(("body", "kind", "axis"), [(0, 0, 1), (0, 1, 2), (0, 2, 0), (1, 0, 2), (1, 2, 1), (1, 3, 2)])
-def test_neighbouring_runs(tumble, body, kind, axis):
+def test_transition_matrices_are_differences_of_runs(tumble, body, kind, axis):
     system, run = tumble
     size = scales(system, run[0])
     column = 12 * body + 3 * kind + axis
@@ -146,7 +146,7 @@ def test_neighbouring_runs(tumble, body, kind, axis):
     assert worst(run.transition[2][:, column] / size, differences / size) < 1e-8
 
 
-def test_neighbouring_systems(tumble):
+def test_sensitivities_are_differences_of_runs(tumble):
     system, run = tumble
     size = scales(system, run[0])
 
@@ -166,14 +166,14 @@ def test_density_is_mass_over_volume():
     assert worst(run.sensitivity["density of B"], volume * run.sensitivity["mass of B"]) < 1e-14
 
 
-def test_matrices_follow_each_other(tumble):
+def test_matrices_between_samples_multiply(tumble):
     system, run = tumble
     rest = system.integrate(run[1], 12.0, output="ends", integrator=TIGHT, derivatives=True)
     whole = rest.transition[-1] @ run.transition[1]
     assert worst(scaled(whole, system, run[0]), scaled(run.transition[2], system, run[0])) < 1e-11
 
 
-def test_backwards_is_the_inverse(tumble):
+def test_the_transition_matrix_backwards_is_the_inverse(tumble):
     system, run = tumble
     back = system.integrate(run[2], 0.0, output="ends", integrator=TIGHT, derivatives=True)
     both = scaled(back.transition[-1] @ run.transition[2], system, run[0])
@@ -200,8 +200,7 @@ def test_files_keep_derivatives(tumble, tmp_path):
     assert run[1:].transition.shape == (2, 24, 24)
 
 
-def test_units_of_a_tangent_vector():
-    """An element of the matrix is a number of its row's unit by its column's: seen by the same run in other units."""
+def test_entries_have_the_unit_of_row_by_column():
     system, state = fullbody.systems.kw4(units=True)
     assert fullbody.systems.kw4()[0].integrate(fullbody.systems.kw4()[1], 1.0).tangent_units is None
     other = fullbody.System(system.bodies, G=system.G, units=("m", "min", "kg"))
@@ -218,7 +217,6 @@ def test_units_of_a_tangent_vector():
     "integrator", [fullbody.Verner98(rtol=1e-13, atol=1e-13), fullbody.SymplecticSplitting(step=0.02)]
 )
 def test_the_matrices_of_consecutive_runs_multiply_to_that_of_the_whole(integrator):
-    """Also beside a third body close in, whose path moves with the barycentre of the first state."""
     elements = fullbody.KeplerElements(12.0, 0.3, 0.4, 1.0, 2.0, 0.3)
     system, state = pair(forces=[fullbody.forces.ThirdBody(mu=30.0, orbit=elements, of="system", name="Sun")])
     whole = system.integrate(state, 9.0, output="ends", integrator=integrator, derivatives=True).transition[-1]

@@ -20,7 +20,7 @@ def relative(state):
     return state.position[1] - state.position[0], state.velocity[1] - state.velocity[0]
 
 
-def test_sizes():
+def test_sizes_have_their_closed_forms():
     expected = fullbody.Ellipsoid(1.0, 0.5, 0.25)
     assert Component(semi_axes=(1.0, 0.5, 0.25)).shape == expected
     assert Component(diameters=(2.0, 1.0, 0.5)).shape == expected
@@ -55,13 +55,13 @@ VOLUMES = 4 / 3 * np.pi * np.array([0.72, 0.009])
         ({}, {}, {"semi_major_axis": 4.0, "period": 8 * np.pi, "mass_ratio": 1 / 3}, [3, 1]),
     ],
 )
-def test_masses(first, second, pair, expected):
+def test_masses_have_their_closed_forms(first, second, pair, expected):
     pair = {"semi_major_axis": 4.0, "eccentricity": 0.1, "elements": "osculating", **pair}
     system, _ = binary(Component(**BIG, **first), Component(**SMALL, **second), G=1.0, **pair)
     np.testing.assert_allclose(system.masses, expected, rtol=1e-14)
 
 
-def test_period_and_semi_major_axis():
+def test_period_and_semi_major_axis_obey_keplers_law():
     first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
     for given in ({"period": 8 * np.pi}, {"semi_major_axis": 4.0}, {"period": 8 * np.pi, "semi_major_axis": 4.0}):
         with warnings.catch_warnings():
@@ -92,7 +92,7 @@ def test_contradictions_are_reported():
 @pytest.mark.parametrize("name", ["mismatch_warning", "mismatch_error"])
 @pytest.mark.parametrize("value", [NAN, -INF, -0.1, "a", None, (0.1, 0.2), 10**400, 0.1 * u.km])
 def test_tolerances_are_numbers(name, value):
-    """Whether or not anything is given twice: nan compares with nothing, and would let all pass."""
+    """Nan compares with nothing, and would let all pass."""
     first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
     expected = f"^{name} (is .*; expected a number, zero or above|has the unit km; expected pure numbers)$"
     for more in ({}, {"period": 8 * np.pi}):
@@ -101,7 +101,6 @@ def test_tolerances_are_numbers(name, value):
 
 
 def test_tolerances_of_nothing_and_of_all():
-    """A difference of a tenth of a per cent is one; one of a fifth is no error where none is asked for."""
     first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
     with pytest.raises(InvalidInput, match=r"0\.0999 %; expected agreement to mismatch_error=0$"):
         binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=4.004, mismatch_error=0)
@@ -129,7 +128,7 @@ def test_what_is_missing_or_wrong_is_named(given, what):
         binary(Component(**BIG), Component(**SMALL), period=1.0, total_mass=1.0, mass_ratio=0.1)
 
 
-def test_poles_and_pointing():
+def test_poles_and_long_axes_point_where_stated():
     lon, lat = np.radians([310.0, -84.0])
     system, state = binary(
         Component(**{**BIG, "rotation_period": 2.0}, mass=3.0, pole=(1.0, 0.5), rotation_angle=0.3),
@@ -178,7 +177,7 @@ def test_a_secondary_that_is_not_synchronous():
         binary(Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0, rotation_period=1.0), G=1.0, period=1.0)
 
 
-def test_units():
+def test_binaries_have_units():
     system, state = binary(
         Component(diameters=(1.53, 1.50, 1.35) * u.km, rotation_period=2.765 * u.hour),
         Component(diameters=(0.57, 0.46, 0.35) * u.km),
@@ -202,7 +201,7 @@ def test_units():
 
 
 def test_mean_elements_keep_the_period():
-    """Over an oblate primary; the osculating start loses 3 J2 (R/a)^2 of the period."""
+    """The osculating start loses 3 J2 (R/a)^2 of the period."""
     a, c, size = 1.0, 0.8, 5.0
     given = {"G": 1.0, "mass_ratio": 1e-6, "total_mass": 1.0, "mismatch_warning": INF}
     shapes = (Component(semi_axes=(a, a, c), rotation_period=3.0), Component(diameter=0.1))
@@ -229,7 +228,6 @@ def test_mean_elements_keep_the_period():
 
 
 def test_an_observed_period_is_a_mean():
-    """Of an eccentric, tilted orbit about an oblate primary; a semi-major axis alone is the osculating one."""
     shapes = (
         Component(semi_axes=(1.0, 0.95, 0.8), rotation_period=3.0, pole=(0.3, 1.4)),
         Component(semi_axes=(0.2, 0.17, 0.15)),
@@ -284,7 +282,6 @@ def test_an_observed_period_is_a_mean():
     ids=["eccentric", "doubly locked", "retrograde", "retrograde at the orbit's rate", "slow libration"],
 )
 def test_the_mean_period_of_regular_motion(first, second, given):
-    """Over a run longer than the one it was measured in; on circular orbits also by counting revolutions."""
     period = 16 * np.pi
     given = {"G": 1.0, "mass_ratio": 0.02, "total_mass": 1.0, **given}
     system, state = binary(Component(**first), Component(**second), period=period, **given)
@@ -296,7 +293,6 @@ def test_the_mean_period_of_regular_motion(first, second, given):
 
 
 def test_irregular_motion_has_no_mean_period_and_says_so():
-    """A long secondary on an eccentric orbit tumbles."""
     shapes = Component(semi_axes=(1, 0.95, 0.8), rotation_period=3.0), Component(semi_axes=(0.3, 0.22, 0.2))
     given = {"G": 1.0, "mass_ratio": 0.01, "total_mass": 1.0, "eccentricity": 0.3, "mean_anomaly": 2.0}
     period = 16 * np.pi
@@ -341,7 +337,6 @@ def test_a_mean_that_does_not_last_is_told():
 
 @pytest.mark.parametrize("tilt", [np.pi / 6, np.pi / 2, 2.5])
 def test_the_mean_lasts_where_the_plane_of_the_orbit_turns(tilt):
-    """Over a tilted equator, by the sum of |r x v|/r^2: no warning, and the period over twice what is looked at."""
     shapes = (
         Component(semi_axes=(0.4, 0.38, 0.31), rotation_period=2.5, tilt=tilt),
         Component(semi_axes=(0.1, 0.08, 0.07)),
@@ -361,7 +356,7 @@ def test_the_mean_lasts_where_the_plane_of_the_orbit_turns(tilt):
 
 
 def warned(e, anomaly=0.0, size=5.0, **options):
-    """A light ball about a spheroid, and what is said of its eccentricity."""
+    """A light ball about a spheroid, and the warning of its eccentricity."""
     primary = Component(semi_axes=(1.0, 1.0, 0.9), rotation_period=INF, mass=1.0)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -370,7 +365,7 @@ def warned(e, anomaly=0.0, size=5.0, **options):
     return made, [str(warning.message) for warning in caught]
 
 
-def test_an_osculating_eccentricity_below_the_forced_one():
+def test_an_osculating_eccentricity_below_the_forced_one_is_warned_of():
     """J2 R^2 = (a^2 - c^2)/5: a circle has the osculating eccentricity 3/2 J2 (R/r)^2, and a start with e at periapsis
     varies in distance as an ellipse of the difference."""
     size = 5.0
@@ -403,7 +398,6 @@ def test_an_osculating_eccentricity_below_the_forced_one():
 
 @pytest.mark.parametrize("seed", range(12))
 def test_the_mean_of_ordinary_binaries_lasts(seed):
-    """Round or nearly so, upright or nearly so: no warning, and the period over four times the revolutions."""
     random = np.random.default_rng(seed)
     primary = Component(
         diameter=2.0,
@@ -419,8 +413,7 @@ def test_the_mean_of_ordinary_binaries_lasts(seed):
     assert abs(sidereal(run, 64, period)) < 1e-4
 
 
-def test_bodies_that_meet_in_the_later_revolutions():
-    """A long body that turns into its neighbour, taken for one whose first 16 revolutions went well."""
+def test_bodies_that_meet_in_the_later_revolutions_are_named():
     ball = Component(diameter=1.0, rotation_period=INF)
     long = Component(semi_axes=(1.5, 0.5, 0.5), rotation_period=30.0, rotation_angle=np.pi / 2)
     pair = {"G": 1.0, "total_mass": 1.0, "mass_ratio": 0.1, "semi_major_axis": 1.85, "synchronous": False}
@@ -433,7 +426,6 @@ def test_bodies_that_meet_in_the_later_revolutions():
 
 
 def test_the_attraction_is_the_mean_over_a_turn():
-    """The speed on a circle over a body that turns fast is that of the mean pull, here over 48 turns of the series."""
     shapes = Component(semi_axes=(1.0, 0.8, 0.6), rotation_period=0.5), Component(diameter=0.02, rotation_period=INF)
     given = {"G": 1.0, "mass_ratio": 1e-9, "total_mass": 1.0, "elements": "mean", "semi_major_axis": 3.0}
     system, state = binary(*shapes, **given, synchronous=False)
@@ -455,8 +447,7 @@ def test_the_attraction_is_the_mean_over_a_turn():
     )
 
 
-def test_bodies_that_overlap_at_the_start():
-    """Spheres of radius 1 and 0.5 touch at 1.5."""
+def test_bodies_that_overlap_at_the_start_are_refused():
     first, second = Component(diameter=2.0, mass=3.0, rotation_period=INF), Component(diameter=1.0, mass=1.0, name="B")
     binary(first, second, G=1.0, semi_major_axis=1.5001)
     for kind in ("osculating", "mean"):
@@ -468,8 +459,8 @@ def test_bodies_that_overlap_at_the_start():
     binary(first, second, G=1.0, semi_major_axis=1.5, eccentricity=0.1, mean_anomaly=180 * u.deg)
 
 
-def test_densities_that_no_asteroid_has():
-    """A sphere of 1 km across has 0.52360 km^3; 5.2360e11 kg in it are 1000 kg/m^3."""
+def test_densities_that_no_asteroid_has_are_warned_of():
+    """A sphere of 1 km across has 0.52360 km^3, in which 5.2360e11 kg make 1000 kg/m^3."""
     ball = {"diameter": 1 * u.km, "rotation_period": INF}
 
     def weigh(mass, **options):
@@ -527,8 +518,7 @@ def test_a_tilt_is_from_the_orbits_pole():
         Component(**BIG, pole=(0.1, 0.2), tilt=0.1, name="Alpha")
 
 
-def test_published_ratios_of_a_to_c():
-    """a/b = 1.3 and a/c = 1.6 at the volume of a sphere."""
+def test_published_ratios_of_a_to_c_are_taken():
     shape = Component(diameter=2.0, axis_ratios=(1.3, 1.6 / 1.3)).shape
     np.testing.assert_allclose([shape.a / shape.b, shape.a / shape.c, shape.a * shape.b * shape.c], [1.3, 1.6, 1.0])
 
@@ -544,7 +534,7 @@ def test_poles_with_wrong_parts_name_the_part():
             binary(first, second, G=1.0, semi_major_axis=5.0, pole=pole)
 
 
-def test_texts_with_units():
+def test_texts_with_units_are_taken():
     texts = binary(
         Component(diameters=("1.53 km", "1.5 km", "1350 m"), rotation_period="2.765 hour", density="2 g/cm3"),
         Component(diameter="0.45 km", mass="1.35e11 kg"),
@@ -584,7 +574,7 @@ def test_numbers_with_units_and_a_system_without():
 
 @pytest.mark.parametrize("eccentricity", [1.2, 1.0, -0.1, NAN])
 @pytest.mark.parametrize("kind", ["mean", "osculating", None])
-def test_orbits_that_do_not_close(eccentricity, kind):
+def test_orbits_that_do_not_close_are_refused(eccentricity, kind):
     first, second = Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0)
     with pytest.raises(InvalidInput, match=f"^eccentricity is {eccentricity}; expected a number from 0 to below 1$"):
         binary(first, second, G=1.0, semi_major_axis=5.0, eccentricity=eccentricity, elements=kind)

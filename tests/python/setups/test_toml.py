@@ -65,7 +65,6 @@ def test_the_manuals_example_of_a_binary_is_that_of_the_function(tmp_path):
 
 
 def test_the_manuals_example_runs(tmp_path):
-    """Also: the barycentre rests at the origin."""
     setup = read(tmp_path, examples()[0])
     masses = setup.system.masses.value
     assert np.allclose(masses @ setup.state.position.value, 0.0, atol=1e-3)
@@ -85,7 +84,7 @@ def test_without_units_numbers_stay_numbers(tmp_path):
     assert np.array_equal(setup.state.velocity, [[0, 0, 0], [0, 0.6, 0]])
 
 
-def test_rates_periods_times_and_starts(tmp_path):
+def test_rates_periods_times_and_starts_are_read(tmp_path):
     text = KW4.replace("spin = [0, 0, 2.2728]", 'rotation_period = "2.7645 hour"')
     text = text.replace("spin = [0, 0, 0.3611]", 'spin = [0, 0, "496 deg / day"]')
     text = text.replace('output = "30 min"', 'output = [1, "90 min", 2.5]\nstart = "30 min"\nfile = "out/kw4.nc"')
@@ -193,7 +192,7 @@ def test_units_in_a_system_without_any_are_refused(tmp_path):
         fullbody.read_toml(tmp_path / "nothing.toml")
 
 
-def test_files_that_are_no_toml(tmp_path):
+def test_files_that_are_no_toml_are_refused(tmp_path):
     system, state = fullbody.systems.case1()
     system.integrate(state, 1.0).save(tmp_path / "run.nc")
     (tmp_path / "picture.png").write_bytes(b"\x89PNG\r\n")
@@ -207,7 +206,6 @@ def test_files_that_are_no_toml(tmp_path):
 
 
 def test_a_byte_order_mark_is_no_statement(tmp_path):
-    """As some editors write it; with their line ends, too."""
     plain = read(tmp_path, PAIR)
     (tmp_path / "system.toml").write_bytes(b"\xef\xbb\xbf" + PAIR.replace("\n", "\r\n").encode())
     setup = fullbody.read_toml(tmp_path / "system.toml")
@@ -225,14 +223,13 @@ def test_a_byte_order_mark_is_no_statement(tmp_path):
         ("G = 1.0", 'units = [{}, "s", "kg"]', r"system\.units: units has 9+, which is not a unit"),
     ],
 )
-def test_whole_numbers_beyond_all_doubles(tmp_path, old, new, what):
-    """TOML has them; 1e308 is about where doubles end."""
+def test_whole_numbers_beyond_all_doubles_are_refused(tmp_path, old, new, what):
     with pytest.raises(InvalidInput, match=what):
         read(tmp_path, PAIR.replace(old, new.format("9" * 400), 1))
 
 
 @pytest.mark.parametrize("value", ["9" * 5000, "[" * 3000 + "]" * 3000])
-def test_what_is_beyond_reading(tmp_path, value):
+def test_files_that_cannot_be_read_are_refused(tmp_path, value):
     with pytest.raises(InvalidInput, match=r"system\.toml: not valid TOML: "):
         read(tmp_path, PAIR.replace("until = 2.0", f"until = {value}"))
 

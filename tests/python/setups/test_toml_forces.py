@@ -77,7 +77,7 @@ def read(tmp_path, text):
 
 
 def test_every_kind_is_that_of_the_constructor(tmp_path):
-    """Numbers by hand from the texts: a second is 1/3600 hours, a newton 3600^2/1000 kg km/h^2."""
+    """Numbers are by hand from the texts: a second is 1/3600 hours, a newton 3600^2/1000 kg km/h^2."""
     setup = read(tmp_path, PAIR + SUN + MOON + TIDE + RADIATION)
     orbit = fullbody.KeplerElements(0.64 * 149597870.7, 0.69, np.radians(38.9), np.radians(245), 3.37, 0.2)
     newton, joule = 3600.0**2 / 1e3, 3600.0**2 / 1e6
@@ -172,7 +172,6 @@ def test_forces_are_no_key_of_the_system(tmp_path):
 
 
 def test_normalizations_of_radiation(tmp_path):
-    """An acceleration is one in other units, and a coefficient a pure number."""
     text = """
 [[forces]]
 kind = "Yorp"
@@ -201,7 +200,6 @@ pressure = "4.5e-6 Pa"
 
 
 def test_every_argument_of_the_kinds_is_read(tmp_path):
-    """A field that a force gains is one that the file can hold."""
     from dataclasses import fields
 
     needed = {

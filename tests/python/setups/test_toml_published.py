@@ -59,7 +59,7 @@ def elements(setup):
         (f"diameter = 2.0\nJ2 = {(1 / 4 - 16) / 5}", (0.5, 0.5, 4.0)),
     ],
 )
-def test_figures_of_a_body(tmp_path, figure, semi_axes):
+def test_figures_of_a_body_are_read(tmp_path, figure, semi_axes):
     text = HEAD + f"[[body]]\n{figure}\nmass = 1.0\n[[body]]\npoint = true\nmass = 0.1\nposition = [9, 0, 0]\n" + RUN
     shape = read(tmp_path, text).system.bodies[0].shape
     np.testing.assert_allclose(shape.semi_axes, semi_axes, rtol=1e-13)
@@ -89,7 +89,7 @@ def test_tables_that_describe_a_system_build_nothing(tmp_path):
     assert ours.state == expected.state
 
 
-def test_masses_by_gm(tmp_path):
+def test_masses_are_read_as_gm(tmp_path):
     text = (HEAD + BODIES + BINARY + RUN).replace("G = 1.0", "G = 0.5")
     by_body = text.replace("mass = 1.0", "GM = 1.0").replace("mass = 0.02", "GM = 0.02")
     np.testing.assert_allclose(read(tmp_path, by_body).system.masses, [2.0, 0.04], rtol=1e-15)

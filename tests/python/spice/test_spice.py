@@ -27,7 +27,7 @@ def system():
 
 @pytest.fixture(scope="module")
 def start():
-    """Away from the origin, and at a time that is no whole second."""
+    """A start away from the origin, and at a time that is no whole second."""
     state = fullbody.systems.kw4(units=True)[1]
     return state.replace(
         position=state.position + [30, -20, 10] * u.km,
@@ -62,13 +62,13 @@ def seconds(run, count=60):
 
 
 def angle(matrix, other):
-    """Of the turn from one rotation matrix to the other."""
+    """The angle of the rotation from one matrix to the other."""
     turn = matrix @ other.T
     return np.linalg.norm([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
 
 
 def axes():
-    """What the axes of the system are in SPICE's."""
+    """The axes of the system in those of SPICE."""
     return fullbody.frames.rotation("ecliptic", "equatorial")
 
 
@@ -108,7 +108,7 @@ def test_names_and_fixed_frames_are_known_to_spice(loaded):
     assert "fullbody" in spiceypy.dafec(spiceypy.kdata(0, "SPK")[3], 10)[1][0]
 
 
-def test_the_state_comes_back(system, run, kernels):
+def test_the_state_is_read_back_from_kernels(system, run, kernels):
     found = state_from_spice(system, IDS, CENTRE, time="11 h", kernels=kernels)
     expected = run(11.0)
     mass = system.masses.value
@@ -133,8 +133,8 @@ def test_kernels_that_are_loaded_stay_loaded(system, kernels, loaded):
     assert np.array_equal(found.attitude[0], found.attitude[1])
 
 
-def test_runs_back_in_time_and_other_units(start, tmp_path):
-    """In metres and seconds, with an epoch in UTC: 69.184 s and less than 2 ms behind."""
+def test_runs_back_in_time_and_in_other_units_are_written(start, tmp_path):
+    """The epoch in UTC is 69.184 s and less than 2 ms behind."""
     hours = fullbody.systems.kw4(units=True)[0]
     bodies = [fullbody.Body(b.shape, mass=b.mass, name=b.name) for b in hours]
     system = fullbody.System(bodies, units=("m", "s", "kg"), epoch="2025-05-25T00:00:00 UTC", frame="equatorial")
@@ -153,7 +153,7 @@ def test_runs_back_in_time_and_other_units(start, tmp_path):
 
 @pytest.mark.parametrize("way", [1, -1])
 def test_samples_alone_serve_where_they_are_dense_enough(system, start, run, way, tmp_path):
-    """In either direction; their times are rounded to 1e-7 s, in which Alpha turns by 4e-11 rad."""
+    """Times are rounded to 1e-7 s, in which Alpha rotates by 4e-11 rad."""
     there = run[0] if way == 1 else run(10.0)
     close = system.integrate(there, 10.0 if way == 1 else START, output=0.0413)
     with warnings.catch_warnings():
@@ -174,7 +174,7 @@ def test_samples_alone_serve_where_they_are_dense_enough(system, start, run, way
         spiceypy.kclear()
 
 
-def test_samples_that_are_too_far_apart(system, start, tmp_path):
+def test_samples_that_are_too_far_apart_are_refused(system, start, tmp_path):
     wide = system.integrate(start, 40.0, output=2.0)
     with pytest.warns(
         PrecisionWarning, match=r"follows from the others only to within .* km; integrate with dense=True"
@@ -201,7 +201,6 @@ def test_what_the_system_lacks_is_named(system, start, change, message, tmp_path
 
 
 def test_the_ends_of_a_run_are_within_it(system, start, tmp_path):
-    """Whichever way seconds past J2000 are rounded."""
     for until in np.linspace(0.3, 0.4, 8):
         run = system.integrate(start, until, dense=True)
         path = str(run.to_spk(tmp_path / "a.bsp", {"Beta": 5}, CENTRE))
@@ -231,13 +230,13 @@ def test_plain_numbers_have_no_kilometres(tmp_path):
         ("a.bsp", IDS, "Sun", "barycentre is 'Sun'; expected the number"),
     ],
 )
-def test_wrong_arguments(run, path, ids, barycentre, message, tmp_path):
+def test_bad_arguments_of_kernels_are_refused(run, path, ids, barycentre, message, tmp_path):
     with pytest.raises(InvalidInput, match=message):
         run.to_spk(tmp_path / path, ids, barycentre)
     assert not list(tmp_path.iterdir())
 
 
-def test_names_that_give_no_frames(system, start, tmp_path):
+def test_names_that_give_no_frames_are_refused(system, start, tmp_path):
     bodies = [fullbody.Body(b.shape, mass=b.mass, name=name) for b, name in zip(system, ("a!", "A?"), strict=True)]
     twins = fullbody.System(bodies, units=True, epoch=EPOCH, frame="icrs")
     run = twins.integrate(start, 1.0, dense=True)
@@ -278,7 +277,7 @@ def test_a_moment_is_no_run(system, start, tmp_path):
         ({"kernels": "kw4.bsp"}, "kernels is 'kw4.bsp'; expected a sequence of paths"),
     ],
 )
-def test_kernels_that_do_not_tell(system, kernels, options, message):
+def test_kernels_that_lack_a_body_or_frame_are_named(system, kernels, options, message):
     arguments = {"ids": IDS, "barycentre": CENTRE, "kernels": kernels, "time": 1.0} | options
     with pytest.raises(InvalidInput, match=message):
         state_from_spice(system, **arguments)

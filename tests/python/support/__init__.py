@@ -107,7 +107,7 @@ def with_samples(run, **arrays):
 
 
 def data_of(page):
-    """What the page of an interactive view hands to its script; and its arrays of numbers."""
+    """The data that the page of an interactive view hands to its script, and its arrays of numbers."""
     data = json.loads(re.search(r"\nshow\((.*)\);\n", page)[1])
     unpacked = {
         name: np.frombuffer(base64.b64decode(data[name]), dtype=kind)
@@ -117,7 +117,7 @@ def data_of(page):
 
 
 def forbid(monkeypatch):
-    """As in a folder where nobody may make a file; the tests may run as a user whom nothing is forbidden."""
+    """Forbid making files; the tests may run as a user whom nothing is forbidden."""
     original = os.open
 
     def refuse(path, flags, *args, **options):

@@ -41,7 +41,7 @@ def energy_gradient(system, state):
 
 
 def momentum_gradients(system, state):
-    """Of the momentum and of the angular momentum about the origin: (6, 12 N)."""
+    """Gradients of the momentum and of the angular momentum about the origin: (6, 12 N)."""
     linear, angular = [], []
     for k, body in enumerate(system):
         turn, moments = state.rotation_matrix[k], np.diag(inertia(body))
@@ -92,7 +92,7 @@ def tumbling(gravity="focal", **options):
 
 
 def scaled(matrix, system, state):
-    """In natural sizes, so that all entries compare."""
+    """Numbers in natural sizes, so that all entries compare."""
     size = scales(system, state)
     return matrix * size / size[:, np.newaxis]
 
@@ -110,7 +110,7 @@ def displaced(state, body, kind, axis, by):
 
 
 def deviation(one, other):
-    """From one state to another that is near by, in 12 N numbers."""
+    """The deviation of one state from another that is near by, in 12 N numbers."""
     rows = []
     for k in range(len(one.position)):
         turn = quaternion_product(one.attitude[k] * [1, -1, -1, -1], other.attitude[k])

@@ -16,18 +16,18 @@ def circle(mass=0.5, distance=1.0):
 
 
 def angle(run):
-    """That of the second point about the first at the end, and both places there."""
+    """The angle of the second point about the first at the end, and both positions there."""
     x, y, _ = run.position[-1, 1] - run.position[-1, 0]
     return {"angle": np.arctan2(y, x), "place": run.position[-1]}
 
 
 def expected(mass, distance, time):
-    """Kepler's third law."""
+    """The angle by Kepler's third law."""
     return np.sqrt((1.0 + mass) / distance**3) * time
 
 
 def assert_same(first, second):
-    """Bit for bit."""
+    """Two maps are equal bit for bit."""
     assert first.drop_attrs().identical(second.drop_attrs())
     for name in first.variables:
         assert first[name].dtype == second[name].dtype

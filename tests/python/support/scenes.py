@@ -25,7 +25,7 @@ def pair(mass=1e-2, small=(0.12, 0.10, 0.08), **options):
 
 
 def sun(**given):
-    """One whose tide on the pair is some 1e-4 of what holds it."""
+    """A third body whose tide on the pair is some 1e-4 of what holds it."""
     orbit = fullbody.KeplerElements(2000.0, 0.3, 0.4, 1.0, 2.0, 0.3)
     return ThirdBody(**({"mu": 1e6, "orbit": orbit, "of": "system", "name": "Sun"} | given))
 
@@ -54,13 +54,13 @@ def body_alone(shape=None, mass=1.0, spin=(0.0, 0.0, 1.0), attitude=(1.0, 0, 0, 
 
 
 def at_rest(place, mu, name="Sun", span=1e3):
-    """A third body that stands still: a table of one place."""
+    """A third body that stands still: a table of one position."""
     times = np.linspace(-span, span, 5)
     return ThirdBody(mu=mu, times=times, positions=np.tile(place, (5, 1)), of="body", name=name)
 
 
 def relative(run):
-    """Of the second body from the first, (K, 6)."""
+    """Position and velocity of the second body from the first, (K, 6)."""
     both = np.concatenate([run.position, run.velocity], axis=2)
     return both[:, 1] - both[:, 0]
 
@@ -94,7 +94,7 @@ def kepler_place(elements, mu, time):
 
 
 def differential(r, p, mu):
-    """What a point at r is accelerated relative to the origin by a mass at p: the plain difference, in longdouble."""
+    """The acceleration of a point at r relative to the origin by a mass at p: the difference, in longdouble."""
     r, p = np.asarray(r, dtype=np.longdouble), np.asarray(p, dtype=np.longdouble)
     d = p - r
     return mu * (d / np.sqrt(d @ d) ** 3 - p / np.sqrt(p @ p) ** 3)

@@ -28,7 +28,7 @@ def time_mean(time, values):
     return np.trapezoid(values, time) / (time[-1] - time[0])
 
 
-def test_semi_major_axis(year):
+def test_semi_major_axis_has_the_papers_range(year):
     run, ((lowest, highest, mean), _, _) = year
     a = run.elements().a
     assert round(a.min(), 4) == lowest
@@ -36,16 +36,13 @@ def test_semi_major_axis(year):
     assert round(time_mean(run.time, a), 4) == mean
 
 
-def test_eccentricity(year):
+def test_eccentricity_has_the_papers_range(year):
     run, (_, largest, _) = year
     assert round(run.elements().e.max(), 4) == largest
 
 
-def test_mean_period(year):
-    """A unit less in the last digit than printed for both shapes; G = 6.674e-11 in place of 6.67408e-11 makes the rest.
-
-    Here by Kepler's third law; the report on the paper runs that year.
-    """
+def test_mean_period_is_near_the_papers(year):
+    """It is one unit less in the last digit than printed; G = 6.674e-11 in place of 6.67408e-11 is the reason."""
     run, (_, _, printed) = year
     period = 2 * np.pi * np.sqrt(run.elements().a ** 3 / run.system.mu())
     mean = time_mean(run.time, period)
@@ -75,7 +72,7 @@ def test_angular_momentum_stays(year):
 
 
 def test_angular_momentum_of_the_places_drifts_by_evaluation_alone(year):
-    """The barycentre travels 437 km: r x m v about the origin loses digits there that the motion keeps."""
+    """The barycentre travels 437 km: r x m v about the origin loses digits that the motion keeps."""
     run, _ = year
     momentum = kw4.momentum_of_places(run)
     places = np.linalg.norm(momentum - momentum[0], axis=1) / np.linalg.norm(momentum[0])
@@ -83,8 +80,8 @@ def test_angular_momentum_of_the_places_drifts_by_evaluation_alone(year):
     assert 5 * run.angular_momentum_drift.max() < places.max() < 10 * np.finfo(float).eps * scale
 
 
-def test_paper_claims_for_its_errors(year):
-    """The paper's measure: energy 1e-14 from step to step, each component of the momentum below 1e-11."""
+def test_errors_of_a_step_are_within_the_papers(year):
+    """The paper claims 1e-14 of the energy from step to step, and 1e-11 in each component of the momentum."""
     run, _ = year
     assert np.abs(np.diff(run.energy) / run.energy[:-1]).max() < 1e-14
     momentum = run.angular_momentum
@@ -102,8 +99,8 @@ def test_quaternions_keep_their_length(year):
     assert np.abs(np.linalg.norm(run.attitude, axis=-1) - 1).max() < 1e-15
 
 
-def test_spin_of_beta_in_the_first_200_hours(year):
-    """What this start gives by two independent programs; the paper prints other numbers for the ellipsoids."""
+def test_spin_of_beta_in_the_first_200_hours_has_the_range_of_two_programs(year):
+    """The numbers are those of two independent programs; the paper prints others for the ellipsoids."""
     run, _ = year
     spin = run.spin[run.time <= 200.0, 1] / 3600.0
     if run.system.bodies[1].shape.b == run.system.bodies[1].shape.a:
@@ -124,7 +121,6 @@ def test_orbit_is_retrograde_to_alphas_spin(year):
 
 @pytest.mark.parametrize("shape", PRINTED)
 def test_surface_and_focal_rules_agree(shape):
-    """Two unrelated exact formulas for the same forces, 20 days; the paper's own rule is the surface one."""
     ends = []
     for rule in ("surface", "focal"):
         system, state = fullbody.systems.kw4_ho2021(shape, gravity=rule)

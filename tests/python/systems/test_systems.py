@@ -171,7 +171,7 @@ PRINTED = {
 
 
 @pytest.mark.parametrize("name", PRINTED)
-def test_numbers_are_as_printed(name):
+def test_numbers_of_systems_are_as_published(name):
     facts = systems.published(name)
     assert {what: str(facts.values[what]) for what in PRINTED[name]} == PRINTED[name]
 
@@ -198,7 +198,6 @@ def test_each_starts_at_rest_and_runs(name):
     [("didymos", 0.000044), ("didymos_after_dart", 0.0004), ("antiope", 0.0001), ("patroclus_menoetius", 0.0006)],
 )
 def test_the_published_period_is_kept(name, uncertainty):
-    """Over many more revolutions than the start is made with."""
     facts = systems.published(name)
     period = facts["orbital period"] * (24.0 if facts.values["orbital period"].unit == "day" else 1.0)
     system, state = ready(name)
@@ -233,8 +232,7 @@ def test_frames_are_turned_as_a_whole(name):
 
 
 @pytest.mark.parametrize("name", [*PUBLISHED, "kw4", "kw4_ho2021"])
-def test_systems_in_other_units(name):
-    """The same system in metres, days and tonnes: bodies, state, constant and what follows."""
+def test_systems_in_other_units_are_the_same(name):
     make = getattr(systems, name)
     wanted = (u.m, "day", "t")
     (system, state), (usual, start) = ready(name, units=wanted), ready(name, units=True)
@@ -275,8 +273,7 @@ def test_systems_in_other_units(name):
 
 
 @pytest.mark.parametrize("name", [*PUBLISHED, "kw4", "kw4_ho2021", "case1", "case2"])
-def test_epochs_of_ready_made_systems(name):
-    """Taken where the numbers hold at none, refused where they do."""
+def test_ready_made_systems_take_epochs_where_their_numbers_hold_at_none(name):
     make = getattr(systems, name)
     own = systems.published(name).epoch if name in PUBLISHED else None
     if own is None:
@@ -305,7 +302,7 @@ def test_frames_that_a_system_cannot_be_turned_to_are_refused(name):
     assert state == ready("kw4")[1]
 
 
-def test_kw4():
+def test_kw4_has_the_published_period_densities_and_poles():
     """The period in the attraction of Alpha and Beta, densities, poles and semi-major axis of the publication.
 
     To the first order of the figures the pull is G M/r^2 (1 + 3 q/r^2), q the sum of (A^2 + B^2 - 2 C^2)/20 of Alpha,
@@ -365,7 +362,7 @@ def test_the_equivalent_ellipsoids_of_kw4_are_those_of_its_radar_shapes():
         assert 0.98 < (a + b - 2 * c) / 10 / (moments[2] - (moments[0] + moments[1]) / 2) < 1.0
 
 
-def test_didymos():
+def test_didymos_has_the_published_numbers():
     system, state = ready("didymos")
     # Daly et al. (2023): a total mass of 5.6e11 kg and a density of 2400 +- 300 kg/m^3. JPL's GM: 5.23e11 kg.
     assert abs(system.masses.sum() - 5.6e11) < 0.1e11
@@ -388,7 +385,6 @@ def test_didymos():
 
 
 def test_densities_and_axes_that_the_new_pairs_are_not_built_from():
-    """Against published densities, and a by Kepler's law where the masses and the period are what is given."""
     for name, body, rel in (("dp107_2000", "2000 DP107", 0.01), ("dp107_2000", "secondary", 0.03)):
         facts = systems.published(name)
         assert ready(name)[0][body].density / 1e12 == pytest.approx(facts[f"density of {body} (not used)"], rel=rel)
@@ -406,8 +402,7 @@ def test_densities_and_axes_that_the_new_pairs_are_not_built_from():
     assert np.degrees(np.arccos(normal @ sun / np.linalg.norm(normal))) == pytest.approx(78.29, abs=0.65)
 
 
-def test_periods_of_the_triples_beyond_neptune():
-    """The mean motions of the fits, which the osculating semi-major axes of the files keep."""
+def test_periods_of_the_triples_beyond_neptune_are_published():
     for name, moons in (("haumea", ("Namaka", "Hiiaka")), ("lempo", ("Hiisi", "Paha"))):
         facts, (system, state) = systems.published(name), ready(name)
         for place, moon in enumerate(moons, 1):
@@ -462,7 +457,6 @@ def test_models_of_didymos_after_dart():
 
 @pytest.mark.parametrize("model", ["v003", "daly2023", "naidu2024"])
 def test_the_apsidal_rate_after_dart_goes_with_the_spin_of_dimorphos(model):
-    """As the documentation tells it; by the directions of periapsis, found from the distances with numpy alone."""
     lines = systems.didymos_after_dart.__doc__.splitlines()
     factors, told = (
         next(line.split()[-7:] for line in lines if line.startswith(name)) for name in ("spin by mean", model)
@@ -491,7 +485,6 @@ def test_the_apsidal_rate_after_dart_goes_with_the_spin_of_dimorphos(model):
 
 @pytest.mark.parametrize("tilt", [1e-3, 1.0005e-3])
 def test_a_tilted_dimorphos_rolls_and_keeps_facing_didymos(tilt):
-    """For a year; the angle of its long axis from the line to Didymos by plain vectors. How far it rolls is chaotic."""
     system, state = systems.didymos_after_dart(tilt=tilt)
     run = system.integrate(state, 8766.0, output=0.5)
     found = fullbody.observables.tumbles(run, limit=np.radians(30))
@@ -527,8 +520,7 @@ def test_round_orbits_keep_the_published_period(name, period):
     assert np.ptp(distance) < 0.01 * distance[0]
 
 
-def test_dimorphos_with_a_tilt():
-    """Tilted about the line to Didymos, it points there; the planar start is unstable and the tilt grows by itself."""
+def test_a_tilted_dimorphos_points_at_didymos():
     angle = 1e-3
     system, state = systems.didymos_after_dart(tilt=angle)
     upright = ready("didymos_after_dart")[1]
@@ -546,7 +538,7 @@ def test_dimorphos_with_a_tilt():
         systems.didymos_after_dart(tilt=float("nan"))
 
 
-def test_dinkinesh():
+def test_dinkinesh_has_the_published_numbers():
     system, state = ready("dinkinesh")
     # Levison et al. (2024): effective diameters of the lobes of 212 +- 21 and 234 +- 23 m; 2.8e10 kg, by Wikipedia.
     inner, outer = system["Selam"].shape.parts
@@ -563,7 +555,7 @@ def test_dinkinesh():
     assert orbit_pole(state)[1] < -80
 
 
-def test_fg3():
+def test_fg3_has_the_published_numbers():
     system, state = ready("fg3_1996")
     # Wolters et al. (2011): 2.8 (+1.7, -0.7) km. SiMDA: (4.27 +- 1.42)e12 kg.
     assert 2.1 < orbit(system, state).a < 4.5
@@ -574,7 +566,7 @@ def test_fg3():
     assert stretched.bodies[1].shape.a > 1.4 * stretched.bodies[1].shape.b
 
 
-def test_patroclus():
+def test_patroclus_has_the_published_numbers():
     system, state = ready("patroclus_menoetius")
     # Brozovic et al. (2024): 692.5 +- 4.0 km; 1.05 +- 0.21 g/cm^3.
     assert abs(orbit(system, state).a - 692.5) < 4.0
@@ -588,7 +580,7 @@ def test_patroclus():
     assert np.abs(orbit_pole(ready("patroclus_menoetius", frame="ecliptic")[1]) - [234, -62]).max() < 6
 
 
-def test_antiope():
+def test_antiope_has_the_published_numbers():
     system, state = ready("antiope")
     # Descamps et al. (2007): 1.25 +- 0.05 g/cm^3 and, for both together, 8.3e17 kg.
     assert abs(system.bodies[0].density / 1e12 - 1.25) < 0.05
@@ -599,7 +591,7 @@ def test_antiope():
     assert np.abs(orbit_pole(state) - [199, 38]).max() < 5
 
 
-def test_pluto_and_charon():
+def test_pluto_and_charon_have_the_published_numbers():
     system, state = ready("pluto_charon")
     # Nimmo et al. (2017): 1854 and 1701 kg/m^3; Brozovic & Jacobson (2024): the pole (133.0073, -6.2449) degrees.
     np.testing.assert_allclose([b.density / 1e9 for b in system.bodies], [1854, 1701], rtol=5e-3)
@@ -625,7 +617,7 @@ def relative(state, masses, body):
     return state.position[body] - share @ state.position[inner], state.velocity[body] - share @ state.velocity[inner]
 
 
-def test_the_triple():
+def test_the_triple_has_the_published_numbers():
     system, state = ready("sn263_2001")
     masses = system.masses
     # Fang et al. (2011), Table 4: i, node, argument of periapsis, mean anomaly on the equator of J2000, MJD 54509.0.
@@ -697,8 +689,7 @@ def test_the_periods_of_the_triple_are_told_as_they_are():
 
 
 @pytest.mark.parametrize(("model", "told"), [("spheres", 0.14), ("fang2011", 1.22)])
-def test_the_apses_of_gamma(model, told):
-    """As the documentation tells them: against the slope of numpy through the direction of the eccentricity vector."""
+def test_the_apses_of_gamma_precess_as_documented(model, told):
     system, state = ready("sn263_2001", model=model)
     run = system.integrate(state, 2400.0, output=0.5)
     found = np.degrees(fullbody.observables.orbit_precession(run, body="Gamma").apsidal) * 24
@@ -717,8 +708,8 @@ def test_the_apses_of_gamma(model, told):
     np.testing.assert_allclose(found, slope, atol=0.05)
 
 
-def test_the_oblate_alpha():
-    """J2 of a homogeneous spheroid is (a^2 - c^2)/(5 R^2), at the published volume."""
+def test_the_oblate_alpha_has_the_published_j2():
+    """A homogeneous spheroid has J2 = (a^2 - c^2)/(5 R^2), at the published volume."""
     system, state = ready("sn263_2001", model="fang2011")
     shape = system.bodies[0].shape
     assert shape.a == shape.b > shape.c
@@ -780,7 +771,7 @@ def test_the_search_for_a_mean_period_is_made_once(monkeypatch):
     assert len(searches) == 2
 
 
-def test_the_pole_of_pluto_beside_that_of_2024():
+def test_the_pole_of_pluto_is_near_that_of_2024():
     facts = systems.published("pluto_charon")
     ours = (
         facts["ascending node on the equator"] - np.pi / 2,
@@ -864,7 +855,6 @@ def test_functions_follow_from_the_files():
 
 @pytest.mark.parametrize("name", _files.names())
 def test_files_are_read_as_those_of_users_are(name, tmp_path):
-    """A copy of a file gives the same system and state, with units and in the frame of its numbers."""
     path = tmp_path / "mine.toml"
     content = _files.contents(name)
     path.write_text((Path(systems.__file__).parent / f"{name}.toml").read_text())

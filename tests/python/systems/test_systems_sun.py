@@ -21,8 +21,7 @@ def sun(system, time=0.0):
 
 
 @pytest.mark.parametrize("name", BINARIES)
-def test_frames_agree(name):
-    """The place of the Sun and its force along the line between the bodies, their velocity and the orbit's normal."""
+def test_the_sun_is_the_same_in_every_frame(name):
     seen = []
     for frame in ("ecliptic", "equatorial", "orbit"):
         system, state = getattr(systems, name)(frame=frame, sun=True)
@@ -36,8 +35,7 @@ def test_frames_agree(name):
 
 
 @pytest.mark.parametrize("name", BINARIES)
-def test_the_orbit_is_the_published_one(name):
-    """By rebound, from the table."""
+def test_the_orbit_about_the_sun_is_the_published_one(name):
     facts = systems.published(name)
     a, e, *degrees = facts["heliocentric orbit (a, e, i, Omega, omega, M), ecliptic"]
     i, node, argument, mean = np.radians(degrees)
@@ -50,7 +48,7 @@ def test_the_orbit_is_the_published_one(name):
 
 
 def test_didymos_at_the_impact_of_dart():
-    """1.046 au from the Sun and 0.0757 au from the Earth, 11.3 million kilometres."""
+    """It was 1.046 au from the Sun and 0.0757 au from the Earth, 11.3 million kilometres."""
     system, _ = ready("didymos", sun=True)
     assert np.linalg.norm(sun(system)) == pytest.approx(1.046, abs=1e-3)
     a, e, *degrees = systems.published("didymos")["heliocentric orbit (a, e, i, Omega, omega, M), ecliptic"]

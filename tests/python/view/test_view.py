@@ -18,7 +18,7 @@ def short_run():
 
 
 def outside(page):
-    """What a page would fetch: links, sources, imports, addresses."""
+    """Whatever a page would fetch: links, sources, imports, addresses."""
     page = re.sub(r'(src|href)="data:[^"]*"', "", page)
     return re.findall(r"https?://|<link|\bsrc=|\bhref=|@import|\bfetch\(|XMLHttpRequest|import\(", page)
 
