@@ -1,17 +1,12 @@
+import fullbody
 import numpy as np
-from fullbody import Body, Ellipsoid
 
 from reproduction.kw4_radar import study
 
 
-def test_the_equivalent_of_an_ellipsoid_is_itself():
-    body = Body(Ellipsoid(3.0, 2.0, 1.0), mass=5.0)
-    np.testing.assert_allclose(study.equivalent(body).semi_axes, [3.0, 2.0, 1.0], rtol=1e-14)
-
-
 def test_radar_shapes_conserve_and_differ_from_their_ellipsoids(tmp_path):
     path = study.write(tmp_path, draft=True, progress=False)
-    assert path.read_text().startswith("# 1999 KW4 with its radar shapes\n\nA draft")
+    assert ", a draft of 200 hours. A year of (66391) 1999 KW4" in path.read_text()
     assert (tmp_path / "libration.png").stat().st_size > 1e4
     found = {name: study.measure(run) for name, (run, _) in study.runs(100.0).items()}
     for numbers in found.values():
@@ -20,3 +15,21 @@ def test_radar_shapes_conserve_and_differ_from_their_ellipsoids(tmp_path):
     # The quadrupoles are equal: the mean period differs by less than a thousandth, but by more than errors of the runs.
     radar, smooth = (numbers["mean period, h"] for numbers in found.values())
     assert 1e-9 < abs(radar / smooth - 1.0) < 1e-3
+
+
+def test_shapes_and_their_ellipsoids_differ_from_degree_three_on():
+    radar, state = fullbody.systems.kw4(shape="radar")
+    smooth = study.with_ellipsoids(radar)
+
+    def force(system, degree):
+        return system.with_options(gravity=f"multipole:{degree}").interactions(state).force[1]
+
+    assert np.linalg.norm(force(radar, 2) - force(smooth, 2)) < 1e-13 * np.linalg.norm(force(radar, 2))
+    assert np.linalg.norm(force(radar, 3) - force(smooth, 3)) > 1e-5 * np.linalg.norm(force(radar, 3))
+
+
+def test_a_rate_that_a_run_does_not_define_is_a_dash():
+    numbers = dict.fromkeys(study.SHOWN, 1.0) | {"apsidal rate, deg/day": None}
+    found = study.tables({"year": {"radar shapes": numbers, "ellipsoids": numbers}, "degrees": {"exact": numbers}})
+    assert "| apsidal rate, deg/day | - | - |" in found["year"]
+    assert found["degrees"].endswith("| exact | 1 | 1 | 1 | 1 |")
