@@ -36,7 +36,7 @@ class Refit:
     exchanged : tuple of int
         Rows in which the components are exchanged.
     as_given : float
-        chi2 of a fit to the rows as they are in the file.
+        chi2 of the rows as they are in the file, on the fitted orbit.
     rise, p_rise : float
         How much chi2 rises where the published orbit, with its errors, is a prior, and the probability of a larger
         rise, with seven degrees of freedom. NaN where the published orbit comes out anyway.
@@ -76,7 +76,8 @@ class Refit:
         if self.exchanged:
             rows = ", ".join(str(row) for row in self.exchanged)
             text.append(
-                f"Rows {rows} of the file have the components exchanged; as given they leave chi2 {self.as_given:.0f}."
+                f"Rows {rows} of the file have the components exchanged; as given, chi2 on the fitted orbit is "
+                f"{self.as_given:.0f}."
             )
         if self.ratio < ENOUGH:
             text.append(
@@ -95,13 +96,11 @@ def within(differences: dict[str, float]) -> bool:
 
 def refit(name: str) -> Refit:
     """Fit one system; where a row fits the published orbit after an exchange of its components, they are exchanged."""
-    one = observations.catalogued(name)
+    given = observations.catalogued(name)
+    rows = exchanged(given)
+    one = observations.catalogued(name, rows) if rows else given
     found = fit(one)
-    as_given = found.chi2
-    rows = exchanged(one)
-    if rows:
-        one = observations.catalogued(name, rows)
-        found = fit(one)
+    as_given = float(np.sum(given.data.pulls(found.run) ** 2))
     refitted = Refit(one, found, rows, as_given, np.nan, np.nan)
     if refitted.holds:
         return refitted

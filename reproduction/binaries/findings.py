@@ -42,8 +42,8 @@ def _catalogue(refits: Sequence[Refit]) -> list[str]:
             text.append(
                 f"{one.catalogued.name}: the two components have nearly equal brightness, and in rows "
                 f"{', '.join(map(str, one.exchanged))} (counted from 0) their order is opposite to that in the other "
-                f"rows. As given, chi2 is {one.as_given:.0f}; with these rows reversed it is {one.fit.chi2:.1f} for "
-                f"{one.fit.dof} degrees of freedom, and all elements agree with the published ones."
+                f"rows. With these rows reversed chi2 is {one.fit.chi2:.1f} for {one.fit.dof} degrees of freedom, and "
+                f"all elements agree with the published ones. As given, chi2 on the same orbit is {one.as_given:.0f}."
             )
     lacking = [one for one in refits if one.ratio < ENOUGH]
     factor = max(max(one.ratio, 1.0 / one.ratio) for one in refits if one.ratio >= ENOUGH)

@@ -56,6 +56,11 @@ def test_exchanged_components_are_found():
         {name: (fit.values[name] - again.published[name]) / again.errors[name] for name in catalogue.SHAPE}
     )
     assert catalogue.exchanged(observations.catalogued("2001_xr254")) == ()
+    refit = catalogue.refit("2003_qy90")
+    assert refit.exchanged == rows
+    assert refit.fit.chi2 < 30.0
+    # Offsets of a tenth of a second of arc have errors of a few thousandths.
+    assert refit.as_given > 1e4
 
 
 def test_eris_comes_out_to_each_digit():
