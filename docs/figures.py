@@ -86,8 +86,8 @@ def lune() -> Any:
 
 def roll_pitch_yaw() -> Any:
     """Draw a body in the frame of its orbit, with the senses of the three angles."""
-    figure = plt.figure(figsize=(6.5, 3.4))
-    axes = figure.add_axes((-0.15, -0.35, 1.2, 1.7), projection="3d")
+    figure = plt.figure(figsize=(7.5, 3.8))
+    axes = figure.add_axes((-0.15, -0.42, 1.05, 1.6), projection="3d")
     u, v = np.mgrid[0 : 2 * np.pi : 60j, 0 : np.pi : 30j]
     axes.plot_surface(
         np.cos(u) * np.sin(v), 0.65 * np.sin(u) * np.sin(v), 0.5 * np.cos(v), color=_BODY, alpha=0.9, linewidth=0

@@ -89,7 +89,7 @@ def _j2(body: Any) -> str:
 
 
 def pictures() -> Any:
-    """Draw each system from the pole of its orbit, to scale, with the paths of a revolution about the first body."""
+    """Draw each system from the pole of its orbit, to scale, with the osculating orbits."""
     shown = names()
     figure, grid = plt.subplots(
         (len(shown) + 3) // 4, 4, figsize=(10, 2.6 * ((len(shown) + 3) // 4)), layout="constrained"
@@ -100,9 +100,16 @@ def pictures() -> Any:
         options = {} if systems.published(name).frame is None else {"frame": "orbit"}
         system, state = getattr(systems, name)(**options)
         place = state.position - state.position[0]
+        distance = np.linalg.norm(place, axis=1)
         for body in range(1, len(system)):
+            # About the barycentre of the bodies within, as the orbits of the files.
+            within = distance < distance[body]
+            shares = system.masses[within] / system.masses[within].sum()
+            centre = shares @ place[within]
             orbit = fullbody.KeplerElements.from_cartesian(
-                place[body], state.velocity[body] - state.velocity[0], mu=system.G * system.masses.sum()
+                place[body] - centre,
+                state.velocity[body] - shares @ state.velocity[within],
+                mu=system.G * (system.masses[within].sum() + system.masses[body]),
             )
             path = np.stack(
                 [
@@ -112,7 +119,7 @@ def pictures() -> Any:
                     for anomaly in np.linspace(0.0, 2.0 * np.pi, 121)
                 ]
             )
-            axes.plot(path[:, 0], path[:, 1], color="0.75", lw=0.8)
+            axes.plot(*(path + centre)[:, :2].T, color="0.75", lw=0.8)
         for body, attitude, centre in zip(system.bodies, state.rotation_matrix, place, strict=True):
             points = _surface(body) @ attitude.T + centre
             if len(points) > 1:

@@ -96,6 +96,9 @@ class Published:
             f"epoch of time zero: {self.epoch or 'arbitrary'}",
         ]
         lines += [f"assumed: {text}" for text in self.assumed]
+        exact = [name for name, value in self.values.items() if not value.uncertainty and name not in _SUN.values()]
+        if exact:
+            lines.append(f"without an uncertainty, as far as could be read: {', '.join(exact)}")
         if self.second_hand:
             lines.append(f"not confirmed against the source, quoted alike by others: {', '.join(self.second_hand)}")
         if self.unconfirmed:

@@ -65,6 +65,9 @@ def test_each_says_where_its_numbers_are_from(name):
         assert source in text
     for sentence in facts.assumed:
         assert sentence in text
+    bare = text.partition("- without an uncertainty, as far as could be read: ")[2].partition("\n")[0]
+    for key, value in facts.values.items():
+        assert value.uncertainty or "heliocentric" in key or f" {key}," in f" {bare},"
     for note in facts.second_hand + facts.unconfirmed:
         assert note.removeprefix("uncertainty of ") in facts.values
         assert note in text.partition("not confirmed against the source")[2]
