@@ -63,7 +63,7 @@ def outcomes(found: xarray.Dataset, axes_map: xarray.Dataset) -> Figure:
     axes.set_ylabel("b/c of Dimorphos")
     axes.set_xlim(1.12, 1.44)
     axes.set_ylim(1.0, 1.5)
-    axes.legend(loc="lower left", fontsize=9, title=f"Dimorphos on {ARRIVAL[:10]}")
+    figure.legend(loc="outside upper center", fontsize=9, ncols=3, title=f"Dimorphos on {ARRIVAL[:10]}")
     return figure
 
 
@@ -106,7 +106,7 @@ def night(found: dict[str, Any]) -> Figure:
     axes.set_xlabel("hours after the middle of an occultation of Dimorphos")
     axes.set_ylabel("magnitude, relative")
     axes.set_title(f"a day of {NIGHT[:10]}, as of {DATED}", fontsize=10)
-    axes.legend(loc="lower center", fontsize=8)
+    figure.legend(loc="outside lower center", fontsize=8, ncols=2)
     return figure
 
 

@@ -25,9 +25,8 @@ __all__ = [
     "inputs_with_shape",
 ]
 
-#: The day on which the statements of the study were made, and that of its first version.
+#: The day on which the statements of the study were made.
 DATED: Final = "2026-11-25"
-FIRST_DATED: Final = "2026-11-23"
 IMPACT: Final = "2022-09-26T23:14:24.183"
 #: The moment that the predictions are for, and the moments at which the state of Dimorphos is evaluated.
 ARRIVAL: Final = "2026-11-15T00:00:00"
@@ -94,6 +93,8 @@ SOURCES: Final = {
     "N24": "Naidu et al. (2024), Planet. Sci. J. 5, 74, doi:10.3847/PSJ/ad26e7 (abstract)",
     "Nk24": "Nakano et al. (2024), Planet. Sci. J. 5, 133, doi:10.3847/PSJ/ad4350 (abstract)",
     "R24": "Richardson et al. (2024), Planet. Sci. J. 5, 182, doi:10.3847/PSJ/ad62f5, arXiv:2502.14990 (abstract)",
+    "S05": "Sharma, Burns & Hui (2005), Mon. Not. R. Astron. Soc. 359, 79, doi:10.1111/j.1365-2966.2005.08864.x "
+    "(abstract)",
     "S24": "Scheirich et al. (2024), Planet. Sci. J. 5, 17, doi:10.3847/PSJ/ad12cf, arXiv:2403.02804 (abstract and "
     "beginning of the introduction)",
     "SM23": "Daly, Barnouin, Ernst et al. (2023), DART shape model bundle, NASA PDS, doi:10.26007/96fn-p578: Didymos "
@@ -217,9 +218,11 @@ ASSUMED: Final = {
     "phase": "the position of Dimorphos on its orbit at the impact is not taken from observations, so that only "
     "intervals between mutual events are predicted and not their absolute times",
     "what damps a roll": "the tide with a constant time lag alone, Q = 10 at the orbital frequency (Didymos: at its "
-    "semidiurnal one), so that k2 follows from k2/Q. The inelastic dissipation of the non-principal rotation itself, "
-    "and episodes of moving material (Ć24), are left out: both would shorten a roll",
-    "BYORP": "the mean force along the motion while Dimorphos is locked, none while it is not",
+    "semidiurnal one), so that k2 follows from k2/Q. The inelastic dissipation of the non-principal rotation itself "
+    "and episodes of moving material (Ć24) are left out: both would shorten a roll. The page estimates the first one "
+    "(S05)",
+    "BYORP": "the mean force along the motion while Dimorphos is locked (in the program of 2026-11-27 along its middle "
+    "axis, fixed in its body frame), none while it is not, and no torque",
     "Sun": "a point mass on the heliocentric orbit of JPL's elements; no planets, no thermal radiation of the bodies",
     "observed values": "period, eccentricity and precession are those of an ellipse with a constant precession, fitted "
     "to the distances of the first 67 days, to 2022-12-02, in the motion in space",

@@ -19,6 +19,7 @@ from fullbody.base import rotations
 from scipy.stats import norm
 
 from reproduction.hera2026 import (
+    damping,
     ellipse,
     inputs,
     knowledge,
@@ -44,6 +45,15 @@ def test_masses_of_the_orbit_before():
     kepler = 4 * np.pi**2 * 1189.0**3 / (6.6743e-11 * (11.921473 * 3600) ** 2)
     assert big + small == pytest.approx(kepler / (1 + 1.5 * oblateness), rel=2e-3)
     assert small == pytest.approx(2400 * np.pi / 6 * 151.5**3)
+
+
+def test_inelastic_damping_by_the_rigidity_and_radius_of_a_sphere():
+    """D mu Q/(rho R^2 omega^3), with the rigidity of a sphere of 75 m that has k2 = 1e-3 and Q = 10."""
+    density, radius, rotation = 2400.0, 75.0, 2 * np.pi / (11.3674 * 3600)
+    gravity = 6.6743e-11 * 4 / 3 * np.pi * density * radius
+    rigidity = 3 * density * gravity * radius / (19 * 1e-3)
+    seconds = 300 * rigidity * 10 / (density * radius**2 * rotation**3)
+    assert damping.years(1e-4, 300.0) == pytest.approx(seconds / 3.15576e7, rel=1e-12)
 
 
 def test_the_impact():
