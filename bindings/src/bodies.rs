@@ -1,9 +1,12 @@
 //! Shapes and bodies.
 
 use super::arrays::array;
+use super::listening::listening;
 use super::polyhedra::PyPolyhedron;
+use super::stokes::PyStokesCoefficients;
 use crate::errors::Result;
 use fullbody::error::Error;
+use fullbody::mutual::harmonics;
 use fullbody::shape::{Body, GivenPart, Shape};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
@@ -16,10 +19,11 @@ type Given<'py> = (PyShape<'py>, f64, [f64; 3], [f64; 4]);
 /// A part in the body frame: shape, mass, position, rotation matrix.
 type Placed<'py> = (PyShape<'py>, f64, [f64; 3], [[f64; 3]; 3]);
 
-/// A shape: a polyhedron, semi-axes, or none for a point.
+/// A shape: a polyhedron, Stokes coefficients, semi-axes, or none for a point.
 #[derive(FromPyObject, IntoPyObject)]
 pub enum PyShape<'py> {
     Polyhedron(Bound<'py, PyPolyhedron>),
+    Stokes(Bound<'py, PyStokesCoefficients>),
     Axes(Option<[f64; 3]>),
 }
 
@@ -28,6 +32,9 @@ impl<'py> PyShape<'py> {
         Ok(match shape {
             Shape::Ellipsoid(e) => Self::Axes(Some(e.semi_axes())),
             Shape::Polyhedron(p) => Self::Polyhedron(Bound::new(py, PyPolyhedron::from(p.clone()))?),
+            Shape::Stokes(stokes) => {
+                Self::Stokes(Bound::new(py, PyStokesCoefficients::from(stokes.clone()))?)
+            }
             Shape::Point => Self::Axes(None),
             other => return Err(Error::invalid("shape", format!("{other:?}"), "one that Python has").into()),
         })
@@ -36,6 +43,7 @@ impl<'py> PyShape<'py> {
     fn shape(self) -> Result<Shape, Error> {
         match self {
             Self::Polyhedron(p) => Ok(Shape::Polyhedron(p.get().inner.clone())),
+            Self::Stokes(stokes) => Ok(Shape::Stokes(stokes.get().inner.clone())),
             Self::Axes(axes) => axes.map_or(Ok(Shape::Point), Shape::ellipsoid),
         }
     }
@@ -131,6 +139,13 @@ impl PyBody {
     #[getter]
     fn volume(&self) -> f64 {
         self.inner.volume()
+    }
+
+    /// Returns the Stokes coefficients up to a degree in the body frame, as `StokesCoefficients` takes them; the
+    /// reference radius is the circumradius.
+    fn harmonics(&self, py: Python<'_>, degree: usize) -> Result<PyStokesCoefficients> {
+        let inner = listening(py, |interrupt| harmonics(&self.inner, degree, interrupt))?;
+        Ok(inner.into())
     }
 
     #[getter]

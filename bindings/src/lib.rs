@@ -14,6 +14,7 @@ mod orbits;
 mod particles;
 mod photometry;
 mod polyhedra;
+mod stokes;
 mod rotations;
 mod runs;
 mod systems;
@@ -46,6 +47,8 @@ mod _core {
     use super::rotations::{quaternion_of_tait_bryan, quaternion_product, rotation_matrices};
     #[pymodule_export]
     use super::runs::{PyDense, PySimulation, tolerance};
+    #[pymodule_export]
+    use super::stokes::PyStokesCoefficients;
     #[pymodule_export]
     use super::systems::{PyState, PySystem, vector_paths};
 }

@@ -22,6 +22,7 @@ from .model.composite import Composite, Part, WorkingFrame
 from .model.polyhedron import Polyhedron
 from .model.shapes import Ellipsoid, PointMass, Sphere
 from .model.state import State
+from .model.stokes import StokesCoefficients
 from .motion.loading import load_flight
 from .motion.run import Run
 from .motion.simulation import Simulation
@@ -89,6 +90,7 @@ __all__ = [
     "Simulation",
     "Sphere",
     "State",
+    "StokesCoefficients",
     "SymplecticSplitting",
     "System",
     "Verner65",

@@ -1,6 +1,6 @@
 //! The difference between the attraction of a distant point by one body and by a point mass.
 
-use super::{FarCut, FarSeries, FieldKernel, LayerAttraction, Near};
+use super::{FarCut, FarSeries, FieldKernel, HarmonicField, LayerAttraction, Near};
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
 use crate::math::difference::{STEP, steps};
@@ -167,12 +167,12 @@ pub(crate) fn point_jacobian(x: &Vec3) -> (Mat3, Mat3) {
 }
 
 /// The excess of a body's attraction over that of a point mass: that of its shape for an ordinary body, and
-/// the sum over the parts for a composite or a polyhedron.
+/// the sum over the parts for another one.
 #[derive(Debug, Clone)]
 pub enum BodyAttraction {
-    /// One shape, in the body's own frame.
+    /// An ellipsoid, in the body's own frame.
     Ordinary(Box<ExtendedAttraction>),
-    /// Several parts, or a polyhedron.
+    /// Several parts, a polyhedron, or Stokes coefficients.
     Composite(Vec<PartAttraction>),
 }
 
@@ -191,6 +191,8 @@ pub struct PartAttraction {
 enum Extended {
     Ellipsoid(Box<ExtendedAttraction>),
     Polyhedron(Box<LayerAttraction>),
+    /// The field without that of the mass at the centre.
+    Stokes(Box<HarmonicField>),
 }
 
 impl Extended {
@@ -198,6 +200,11 @@ impl Extended {
         match shape {
             Shape::Polyhedron(polyhedron) => {
                 Some(Self::Polyhedron(Box::new(LayerAttraction::new(polyhedron))))
+            }
+            Shape::Stokes(stokes) => {
+                let mut moments = stokes.moments().to_vec();
+                moments[0] = 0.0;
+                Some(Self::Stokes(Box::new(HarmonicField::new(&moments, stokes.radius()))))
             }
             _ => ExtendedAttraction::new(shape).map(|attraction| Self::Ellipsoid(Box::new(attraction))),
         }
@@ -207,6 +214,7 @@ impl Extended {
         match self {
             Self::Ellipsoid(attraction) => attraction.at(x, inverse_square, inverse_cube, 1.0),
             Self::Polyhedron(attraction) => attraction.at(x, inverse_square, inverse_cube),
+            Self::Stokes(attraction) => attraction.with_moment(x),
         }
     }
 
@@ -214,6 +222,11 @@ impl Extended {
         match self {
             Self::Ellipsoid(attraction) => attraction.jacobian(x),
             Self::Polyhedron(attraction) => attraction.jacobian(x),
+            Self::Stokes(attraction) => {
+                let excess = attraction.at(x);
+                let turning = excess.field.cross_matrix() - cross_times(x, &excess.gradient);
+                (excess.gradient + point_jacobian(x).0, turning)
+            }
         }
     }
 }
@@ -232,7 +245,7 @@ impl BodyAttraction {
     pub fn new(body: &Body) -> Option<Self> {
         if let [part] = body.parts()
             && part.place.is_none()
-            && !matches!(part.shape, Shape::Polyhedron(_))
+            && matches!(part.shape, Shape::Ellipsoid(_) | Shape::Point)
         {
             return ExtendedAttraction::new(&part.shape)
                 .map(|attraction| Self::Ordinary(Box::new(attraction)));
@@ -297,6 +310,9 @@ impl BodyAttraction {
         inverse_square: f64,
         inverse_cube: f64,
     ) -> [Vec3; 2] {
+        if let BodyChange::Moment(field) = change {
+            return field.with_moment(x).map_or([Vec3::zeros(); 2], |(excess, moment)| [excess, moment]);
+        }
         let mut sums = [Vec3::zeros(); 2];
         for (by, weight) in steps(STEP * change.size()) {
             let changed = match (change, &mut *self) {
@@ -318,7 +334,7 @@ impl BodyAttraction {
                     }
                     sum
                 }
-                (BodyChange::Part(_), Self::Ordinary(_)) => None,
+                (BodyChange::Part(_), Self::Ordinary(_)) | (BodyChange::Moment(_), _) => None,
             };
             let (excess, moment) = changed.unwrap_or_default();
             sums[0] += excess * weight;
@@ -335,13 +351,15 @@ pub enum BodyChange {
     Scale,
     /// A change of a number of a part of a composite.
     Part(PartDerivative),
+    /// A change of a harmonic moment, which changes the field by this one.
+    Moment(HarmonicField),
 }
 
 impl BodyChange {
     /// Returns the natural size of the number that changes.
     fn size(&self) -> f64 {
         match self {
-            Self::Scale => 1.0,
+            Self::Scale | Self::Moment(_) => 1.0,
             Self::Part(derivative) => derivative.size,
         }
     }

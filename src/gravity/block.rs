@@ -3,7 +3,7 @@
 //! Points that need the same form of an ellipsoid's field are grouped, and the result in a lane does not
 //! depend on the other lanes.
 
-use super::body_field::{Attractor, PartFieldKind, Polyhedral, columns};
+use super::body_field::{Attractor, PartFieldKind, Pointwise, columns};
 use super::ellipsoidal::{Ellipsoidal, Gravity, MOST_FORMS, turned};
 use crate::math::lanes::{BLOCK, Lanes, Total, dot, load_vector, minus, splat_vector};
 use crate::math::{Mat3, Vec3};
@@ -80,8 +80,8 @@ impl<const GRADIENT: bool> WithSimd for BlockGravity<'_, GRADIENT> {
                     PartFieldKind::Ellipsoidal(kind) => {
                         add_ellipsoidal::<S, GRADIENT>(simd, kind, &placed, count, fresh, workspace);
                     }
-                    PartFieldKind::Polyhedral(kind) => {
-                        add_polyhedral::<GRADIENT>(kind, &placed, points, fresh, workspace)
+                    PartFieldKind::Pointwise(kind) => {
+                        add_pointwise::<GRADIENT>(kind, &placed, points, fresh, workspace)
                     }
                 }
                 fresh = false;
@@ -102,10 +102,10 @@ impl<const GRADIENT: bool> WithSimd for BlockGravity<'_, GRADIENT> {
     }
 }
 
-/// Adds the gravity of a polyhedron point by point; the lanes are used within each point. The first part of
+/// Adds the gravity of a part point by point; the lanes are used within each point. The first part of
 /// the first body overwrites the columns.
-fn add_polyhedral<const GRADIENT: bool>(
-    polyhedral: &Polyhedral,
+fn add_pointwise<const GRADIENT: bool>(
+    part: &Pointwise,
     (position, turn): &(Vec3, Mat3),
     points: &[[f64; 3]],
     fresh: bool,
@@ -113,10 +113,10 @@ fn add_polyhedral<const GRADIENT: bool>(
 ) {
     for (k, point) in points.iter().enumerate() {
         let x = turn * (Vec3::from(*point) - position);
-        let mut f = polyhedral.at(&x);
+        let mut f = part.at(&x);
         f.field = turn.tr_mul(&f.field);
         f.gradient = turn.tr_mul(&(f.gradient * turn));
-        let all = if GRADIENT && polyhedral.is_surface(&x) { [f64::NAN; 10] } else { columns(&f) };
+        let all = if GRADIENT && part.is_surface(&x) { [f64::NAN; 10] } else { columns(&f) };
         let wanted = if GRADIENT { &all[4..] } else { &all[..4] };
         for (column, value) in workspace.out.iter_mut().zip(wanted) {
             column[k] = if fresh { *value } else { column[k] + value };

@@ -1,7 +1,7 @@
 //! The gravity of a body at points anywhere: the sum over its parts.
 
 use super::ellipsoidal::{turned, turned_back};
-use super::{Anywhere, Ellipsoidal, PolyhedralField};
+use super::{Anywhere, Ellipsoidal, HarmonicField, PolyhedralField};
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
 use crate::math::lanes::{Lanes, minus};
@@ -34,7 +34,8 @@ pub(super) struct PartField {
 pub(super) enum PartFieldKind {
     /// An ellipsoid, a sphere or a point.
     Ellipsoidal(Box<Ellipsoidal>),
-    Polyhedral(Box<Polyhedral>),
+    /// A field that is evaluated point by point.
+    Pointwise(Box<Pointwise>),
 }
 
 /// The gravity of a body at its position and attitude.
@@ -48,12 +49,17 @@ pub struct Attractor<'a> {
     pub rotation: Mat3,
 }
 
-/// The gravity of a polyhedron with its mass.
+/// The gravity of a polyhedron or of Stokes coefficients, with its mass.
 #[derive(Debug, Clone)]
-pub(super) struct Polyhedral {
+pub(super) struct Pointwise {
     gm: f64,
-    pub polyhedron: Polyhedron,
-    anywhere: Anywhere,
+    source: Source,
+}
+
+#[derive(Debug, Clone)]
+enum Source {
+    Polyhedron(Polyhedron, Anywhere),
+    Harmonics(HarmonicField),
 }
 
 impl BodyField {
@@ -81,8 +87,8 @@ impl BodyField {
         })
     }
 
-    /// Returns g at points of the body frame outside the body, without the contribution of polyhedra, which
-    /// [`Self::polyhedra_outside`] returns.
+    /// Returns g at points of the body frame outside the body, without the contributions that are evaluated
+    /// point by point, which [`Self::pointwise_outside`] returns.
     #[inline(always)]
     pub fn field_outside<S: Simd>(&self, y: [Lanes<S>; 3]) -> [Lanes<S>; 3] {
         let mut sum = [y[0].constant(0.0); 3];
@@ -96,20 +102,21 @@ impl BodyField {
         sum
     }
 
-    /// Returns the contribution of the body's polyhedra to g at a point of the body frame outside the body.
-    pub fn polyhedra_outside(&self, y: &Vec3) -> Vec3 {
+    /// Returns the contribution of the body's polyhedra and Stokes coefficients to g at a point of the body
+    /// frame outside the body.
+    pub fn pointwise_outside(&self, y: &Vec3) -> Vec3 {
         let mut sum = Vec3::zeros();
         for part in &self.parts {
-            if let PartFieldKind::Polyhedral(kind) = &part.kind {
+            if let PartFieldKind::Pointwise(kind) = &part.kind {
                 sum += part.turn.tr_mul(&kind.at(&(part.turn * (y - part.position))).field);
             }
         }
         sum
     }
 
-    /// Returns whether the body has polyhedra.
-    pub fn has_polyhedra(&self) -> bool {
-        self.parts.iter().any(|part| matches!(part.kind, PartFieldKind::Polyhedral(_)))
+    /// Returns whether parts of the body are evaluated point by point.
+    pub fn is_pointwise(&self) -> bool {
+        self.parts.iter().any(|part| matches!(part.kind, PartFieldKind::Pointwise(_)))
     }
 }
 
@@ -117,13 +124,20 @@ impl PartField {
     fn new(part: &Part, gm: f64, arch: Arch, interrupt: &mut InterruptCheck) -> Result<Self> {
         let canonical = match &part.shape {
             Shape::Ellipsoid(ellipsoid) => ellipsoid.canonical(),
-            Shape::Polyhedron(_) | Shape::Point => Mat3::identity(),
+            _ => Mat3::identity(),
         };
-        let kind = if let Shape::Polyhedron(polyhedron) = &part.shape {
-            let anywhere = Anywhere::new(polyhedron, arch, interrupt)?;
-            PartFieldKind::Polyhedral(Box::new(Polyhedral { gm, polyhedron: polyhedron.clone(), anywhere }))
-        } else {
-            PartFieldKind::Ellipsoidal(Box::new(Ellipsoidal::new(&part.shape, gm)))
+        let source = match &part.shape {
+            Shape::Polyhedron(polyhedron) => {
+                Some(Source::Polyhedron(polyhedron.clone(), Anywhere::new(polyhedron, arch, interrupt)?))
+            }
+            Shape::Stokes(stokes) => {
+                Some(Source::Harmonics(HarmonicField::new(stokes.moments(), stokes.radius())))
+            }
+            Shape::Ellipsoid(_) | Shape::Point => None,
+        };
+        let kind = match source {
+            Some(source) => PartFieldKind::Pointwise(Box::new(Pointwise { gm, source })),
+            None => PartFieldKind::Ellipsoidal(Box::new(Ellipsoidal::new(&part.shape, gm))),
         };
         let (position, turn) = (part.position(), canonical * part.rotation().transpose());
         Ok(Self { position, centred: position == Vec3::zeros(), turn, kind })
@@ -151,16 +165,40 @@ impl PartField {
 /// lying on the surface.
 const ON_SURFACE: f64 = 1e-14;
 
-impl Polyhedral {
-    /// Returns whether a point of the polyhedron's frame is on its surface, where the gradient jumps and is
-    /// infinite on edges.
+impl Pointwise {
+    /// Returns whether a point of the part's frame is on the surface of a polyhedron, where the gradient jumps
+    /// and is infinite on edges.
     pub fn is_surface(&self, x: &Vec3) -> bool {
-        self.polyhedron.distance(x) <= ON_SURFACE * self.polyhedron.circumradius()
+        match &self.source {
+            Source::Polyhedron(polyhedron, _) => {
+                polyhedron.distance(x) <= ON_SURFACE * polyhedron.circumradius()
+            }
+            Source::Harmonics(_) => false,
+        }
     }
 
-    /// Returns the field at a point of the polyhedron's frame.
+    /// Returns the least distance from the centre at which the field is known.
+    pub fn known_from(&self) -> f64 {
+        match &self.source {
+            Source::Polyhedron(..) => 0.0,
+            Source::Harmonics(field) => field.radius(),
+        }
+    }
+
+    /// Returns the work at a point, in facets of a polyhedron.
+    pub fn work(&self) -> usize {
+        match &self.source {
+            Source::Polyhedron(polyhedron, _) => polyhedron.faces().len(),
+            Source::Harmonics(field) => field.work(),
+        }
+    }
+
+    /// Returns the field at a point of the part's frame.
     pub fn at(&self, x: &Vec3) -> PolyhedralField {
-        let f = self.anywhere.at(x);
+        let f = match &self.source {
+            Source::Polyhedron(_, anywhere) => anywhere.at(x),
+            Source::Harmonics(field) => field.at(x),
+        };
         PolyhedralField {
             potential: self.gm * f.potential,
             field: self.gm * f.field,

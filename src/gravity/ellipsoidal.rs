@@ -86,19 +86,19 @@ const TERMS: [u32; 3] = [27, 9, 3];
 pub(super) const MOST_FORMS: usize = 1 + NEAR.len() + TERMS.len() + 1;
 
 impl Ellipsoidal {
-    /// Prepares the gravity of an ellipsoid, a sphere or a point; a polyhedron counts as a point.
+    /// Prepares the gravity of an ellipsoid, a sphere or a point; any other shape counts as a point.
     pub fn new(shape: &Shape, gm: f64) -> Self {
         let unit = shape.natural_unit();
         let shape = shape.scaled(1.0 / unit);
         let series = FarSeries::new(&shape);
         let forms = match &shape {
             Shape::Ellipsoid(ellipsoid) => forms(ellipsoid, &series),
-            Shape::Polyhedron(_) | Shape::Point => vec![(0.0, Form::Point)],
+            _ => vec![(0.0, Form::Point)],
         };
         let scales = [gm / unit, gm / unit / unit, gm / unit / unit / unit];
         let central = match &shape {
             Shape::Ellipsoid(ellipsoid) => ellipsoid.sorted()[0] == ellipsoid.sorted()[2],
-            Shape::Polyhedron(_) | Shape::Point => true,
+            _ => true,
         };
         Self { inverse_unit: 1.0 / unit, scales, gm, central, series, forms }
     }

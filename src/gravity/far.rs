@@ -47,8 +47,8 @@ impl FarSeries {
     pub fn new(shape: &Shape) -> Self {
         let [a, b, c] = match shape {
             Shape::Ellipsoid(e) => e.sorted(),
-            // A polyhedron has no such series; nothing evaluates it.
-            Shape::Polyhedron(_) | Shape::Point => [0.0; 3],
+            // Other shapes have no such series; nothing evaluates it.
+            _ => [0.0; 3],
         };
         // Differences of squares are formed as products, exact for nearly equal axes.
         let (ab, bc, ca) = ((a - b) * (a + b), (b - c) * (b + c), (c - a) * (c + a));

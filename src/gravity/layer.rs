@@ -13,14 +13,10 @@
 
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
-use crate::math::harmonics::HarmonicSeries;
-use crate::math::lanes::{BLOCK, Lanes, Total, dot, splat_vector, total_vector};
+use crate::math::lanes::{Lanes, Total, dot, splat_vector, total_vector};
 use crate::math::{Mat3, Vec3, harmonics};
 use crate::shape::Polyhedron;
-use gauss_quad::GaussLegendre;
 use pulp::{Arch, Simd, WithSimd};
-use std::f64::consts::TAU;
-use std::num::NonZeroUsize;
 
 /// The points of a layer; their weights add up to one.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,30 +46,8 @@ impl Layer {
 
     /// Computes the layer from the means of the solid harmonics of x / radius, at least up to the degree.
     pub fn from_moments(moments: &[f64], radius: f64, degree: usize, arch: Arch) -> Self {
-        let latitudes = NonZeroUsize::new(degree + 1).unwrap_or(NonZeroUsize::MIN);
-        let rule = GaussLegendre::new(latitudes);
-        let angles = 2 * degree + 1;
-        let (mut points, mut weights): ([Vec<f64>; 3], Vec<f64>) = Default::default();
-        for (&z, &weight) in rule.nodes().zip(rule.weights()) {
-            let ring = ((1.0 - z) * (1.0 + z)).sqrt();
-            for k in 0..angles {
-                let (sin, cos) = (TAU * (k as f64 + 0.5) / angles as f64).sin_cos();
-                points.iter_mut().zip([ring * cos, ring * sin, z]).for_each(|(p, value)| p.push(value));
-                weights.push(0.5 * weight / angles as f64);
-            }
-        }
-        let count = weights.len();
-        let length = count.next_multiple_of(BLOCK);
-        points.iter_mut().for_each(|p| p.resize(length, 0.0));
-        weights.resize(length, 0.0);
-        let coefficients: Vec<f64> = (0..=degree)
-            .flat_map(|n| moments[n * n..harmonics::count(n)].iter().map(move |m| (2 * n + 1) as f64 * m))
-            .collect();
-        let mut density = vec![0.0; length];
-        let [x, y, z] = &points;
-        let coefficients = &coefficients;
-        arch.dispatch(HarmonicSeries { points: [x, y, z], coefficients, degree, out: &mut density });
-        weights.iter_mut().zip(&density).for_each(|(weight, density)| *weight *= density);
+        let (mut points, weights) = harmonics::layer(moments, degree, arch);
+        let count = (degree + 1) * (2 * degree + 1);
         points.iter_mut().flatten().for_each(|value| *value *= radius);
         Self { points, weights, count }
     }

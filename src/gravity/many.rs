@@ -148,9 +148,15 @@ impl Points<'_> {
                         let expected = format!("one away from the point mass of {name}");
                         return Error::invalid(what, value, expected);
                     }
-                    PartFieldKind::Polyhedral(polyhedral)
-                        if polyhedral.is_surface(&(turn * (x - position))) =>
-                    {
+                    PartFieldKind::Pointwise(field) if (x - position).norm() < field.known_from() => {
+                        let expected = format!(
+                            "one at least {} from the centre of {name}, whose Stokes coefficients give the \
+                             gravity outside this sphere alone",
+                            field.known_from()
+                        );
+                        return Error::invalid(what, value, expected);
+                    }
+                    PartFieldKind::Pointwise(field) if field.is_surface(&(turn * (x - position))) => {
                         let expected = format!(
                             "one off the surface of {name}, where the gradient jumps and is infinite on edges"
                         );
@@ -186,7 +192,7 @@ impl PartField {
     fn work(&self) -> usize {
         match &self.kind {
             PartFieldKind::Ellipsoidal(_) => 4,
-            PartFieldKind::Polyhedral(polyhedral) => polyhedral.polyhedron.faces().len(),
+            PartFieldKind::Pointwise(field) => field.work(),
         }
     }
 }

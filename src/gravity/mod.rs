@@ -20,6 +20,7 @@ mod block;
 mod body_field;
 mod ellipsoidal;
 mod far;
+mod harmonic_field;
 mod layer;
 mod layer_attraction;
 mod many;
@@ -37,6 +38,8 @@ pub use body_field::{Attractor, BodyField};
 pub use ellipsoidal::{Ellipsoidal, Gravity};
 #[doc(hidden)]
 pub use far::{Far, FarCut, FarSeries};
+#[doc(hidden)]
+pub use harmonic_field::HarmonicField;
 #[doc(hidden)]
 pub use layer::Layer;
 #[doc(hidden)]

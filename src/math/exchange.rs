@@ -15,6 +15,7 @@
 //! that K has three blocks: between cosines of even l - m, between sines of odd l - m, and between sines of
 //! even l - m and cosines of odd l - m.
 
+use super::harmonics::{count, place};
 use std::f64::consts::FRAC_1_SQRT_2;
 
 /// The most orders of one parity in a degree up to [`Exchange::MAX_DEGREE`].
@@ -147,14 +148,34 @@ fn next_degree(matrix: &[Vec<f64>], l: usize) -> Vec<Vec<f64>> {
     out
 }
 
+/// Returns the derivatives of the means of S_lm over a mass where it is displaced along an axis, up to one
+/// degree more than the means.
+pub fn displaced(moments: &[f64], axis: usize) -> Vec<f64> {
+    let degree = moments.len().isqrt();
+    let mut out = vec![0.0; count(degree)];
+    for l in 1..=degree {
+        for m in -(l as isize)..=l as isize {
+            let along_z = (m.unsigned_abs() < l).then(|| (m, ((l * l) as f64 - (m * m) as f64).sqrt()));
+            let terms = match axis {
+                0 => derivative_by_x(l, m),
+                1 => derivative_by_y(l, m),
+                _ => [along_z, None],
+            };
+            out[place(l, m)] =
+                terms.iter().flatten().map(|(n, factor)| factor * moments[place(l - 1, *n)]).sum();
+        }
+    }
+    out
+}
+
 /// Returns the derivative of S_lm by y: orders of harmonics of degree l - 1 with their factors. Orders below
 /// zero are sines.
-pub fn derivative_by_y(l: usize, m: isize) -> [Option<(isize, f64)>; 2] {
+fn derivative_by_y(l: usize, m: isize) -> [Option<(isize, f64)>; 2] {
     derivative_across(l, m, true)
 }
 
 /// Returns the derivative of S_lm by x, as [`derivative_by_y`].
-pub fn derivative_by_x(l: usize, m: isize) -> [Option<(isize, f64)>; 2] {
+fn derivative_by_x(l: usize, m: isize) -> [Option<(isize, f64)>; 2] {
     derivative_across(l, m, false)
 }
 

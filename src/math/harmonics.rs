@@ -8,8 +8,12 @@
 //!   S_n,-n = sqrt((2n - 1)/(2n)) (x S_{n-1,1-n} + y S_{n-1,n-1}),
 //!   S_nm  = [(2n - 1) z S_{n-1,m} - sqrt((n-1)^2 - m^2) |x|^2 S_{n-2,m}] / sqrt(n^2 - m^2).
 
-use super::lanes::{Lanes, Total, dot};
-use pulp::{Simd, WithSimd};
+use super::Vec3;
+use super::lanes::{BLOCK, Lanes, Total, dot};
+use gauss_quad::GaussLegendre;
+use pulp::{Arch, Simd, WithSimd};
+use std::f64::consts::TAU;
+use std::num::NonZeroUsize;
 
 /// Returns the number of harmonics up to a degree.
 pub const fn count(degree: usize) -> usize {
@@ -122,15 +126,15 @@ impl WithSimd for WeightedHarmonics<'_> {
     }
 }
 
-/// Evaluates a series of harmonics, sum of coefficient times S_nm, at every point.
+/// Evaluates series of harmonics, sums of coefficients times S_nm, at every point.
 pub struct HarmonicSeries<'a> {
     /// The coordinates of the points, in whole blocks.
     pub points: [&'a [f64]; 3],
-    /// The coefficients, in the order of [`place`].
-    pub coefficients: &'a [f64],
-    /// The highest degree.
+    /// The coefficients of each series, in the order of [`place`].
+    pub series: &'a [&'a [f64]],
+    /// The highest degree of all series.
     pub degree: usize,
-    /// The values of the series, one for each point.
+    /// The values of the series: those of the first one at all points, then those of the next.
     pub out: &'a mut [f64],
 }
 
@@ -144,11 +148,58 @@ impl WithSimd for HarmonicSeries<'_> {
         let points = Lanes::blocks(simd, x).zip(Lanes::blocks(simd, y)).zip(Lanes::blocks(simd, z));
         for (index, ((x, y), z)) in points.enumerate() {
             harmonics([x, y, z], self.degree, &mut values);
-            let mut sum = x.constant(0.0);
-            for (value, coefficient) in values.iter().zip(self.coefficients) {
-                sum = value.mul_add(sum.constant(*coefficient), sum);
+            for (coefficients, out) in self.series.iter().zip(self.out.chunks_exact_mut(self.points[0].len()))
+            {
+                let mut sum = x.constant(0.0);
+                for (value, coefficient) in values.iter().zip(*coefficients) {
+                    sum = value.mul_add(sum.constant(*coefficient), sum);
+                }
+                sum.store(out, index);
             }
-            sum.store(self.out, index);
         }
     }
+}
+
+/// A layer on the unit sphere: points, padded to whole blocks, with weights.
+pub type Layer = ([Vec<f64>; 3], Vec<f64>);
+
+/// Returns the layer of the density sum of (2 n + 1) M_nm S_nm with these means M_nm, at least up to the
+/// degree: its points' means are the same up to the degree.
+pub fn layer(means: &[f64], degree: usize, arch: Arch) -> Layer {
+    let latitudes = NonZeroUsize::new(degree + 1).unwrap_or(NonZeroUsize::MIN);
+    let rule = GaussLegendre::new(latitudes);
+    let angles = 2 * degree + 1;
+    let (mut points, mut weights): Layer = Default::default();
+    for (&z, &weight) in rule.nodes().zip(rule.weights()) {
+        let ring = ((1.0 - z) * (1.0 + z)).sqrt();
+        for k in 0..angles {
+            let (sin, cos) = (TAU * (k as f64 + 0.5) / angles as f64).sin_cos();
+            points.iter_mut().zip([ring * cos, ring * sin, z]).for_each(|(p, value)| p.push(value));
+            weights.push(0.5 * weight / angles as f64);
+        }
+    }
+    let length = weights.len().next_multiple_of(BLOCK);
+    points.iter_mut().for_each(|p| p.resize(length, 0.0));
+    weights.resize(length, 0.0);
+    let degrees = (0..=degree).flat_map(|n| std::iter::repeat_n((2 * n + 1) as f64, 2 * n + 1));
+    let coefficients: Vec<f64> = means.iter().zip(degrees).map(|(mean, factor)| mean * factor).collect();
+    let mut density = vec![0.0; length];
+    let (points_of, series) = (points.each_ref().map(Vec::as_slice), &[coefficients.as_slice()]);
+    arch.dispatch(HarmonicSeries { points: points_of, series, degree, out: &mut density });
+    weights.iter_mut().zip(&density).for_each(|(weight, density)| *weight *= density);
+    (points, weights)
+}
+
+/// Returns the means of the harmonics up to a degree over a mass that a similarity has moved elsewhere, from
+/// its means before, at least up to this degree. The harmonics of the image are harmonic polynomials of the
+/// original, so that they have the same means over its layer.
+pub fn moved(means: &[f64], degree: usize, map: impl Fn(&Vec3) -> Vec3) -> Vec<f64> {
+    let ([mut x, mut y, mut z], weights) = layer(means, degree, Arch::Scalar);
+    for ((x, y), z) in x.iter_mut().zip(&mut y).zip(&mut z) {
+        [*x, *y, *z] = map(&Vec3::new(*x, *y, *z)).into();
+    }
+    let mut sums = vec![0.0; count(degree)];
+    let points: [&[f64]; 3] = [&x, &y, &z];
+    Arch::Scalar.dispatch(WeightedHarmonics { points, weights: &weights, degree, sums: &mut sums });
+    sums
 }

@@ -97,6 +97,13 @@ impl Pair {
         Ok(out)
     }
 
+    /// Returns the derivatives of the loads with respect to a harmonic moment of a body, by its index; zero
+    /// where no series is in use.
+    pub fn by_moment(&self, pose: &Pose, body: usize, index: usize) -> Interaction {
+        let Some((harmonic, truncation)) = self.series() else { return NONE };
+        self.loads_in_unit(&harmonic.by_moment(truncation, &self.scaled(pose), body, index), 0)
+    }
+
     /// Converts loads divided by a power of a length from the pair's unit of length to that of the bodies.
     pub(super) fn loads_in_unit(&self, loads: &Interaction, lengths: i32) -> Interaction {
         let inverse = self.unit.powi(-lengths) / self.unit;

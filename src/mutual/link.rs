@@ -209,6 +209,16 @@ impl Link {
         }
     }
 
+    /// Returns the contribution of this link to the derivatives of the bodies' loads as [`Pair::by_moment`].
+    pub fn by_moment(&self, pose: &Pose, body: usize, index: usize) -> Interaction {
+        match &self.offsets {
+            None => self.pair.by_moment(pose, body, index),
+            Some(offsets) => {
+                offsets.about_centres(pose, self.pair.by_moment(&offsets.pose(pose), body, index))
+            }
+        }
+    }
+
     /// Returns the indices of the parts in their bodies; `None` for two ordinary bodies.
     pub fn parts(&self) -> Option<[usize; 2]> {
         self.offsets.as_ref().map(|offsets| offsets.parts)

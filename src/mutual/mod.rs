@@ -33,6 +33,7 @@ mod surface;
 
 #[doc(hidden)]
 pub use axes::ShapeDerivatives;
+pub use harmonic::harmonics;
 #[doc(hidden)]
 pub use jacobian::Jacobian;
 #[doc(hidden)]
@@ -75,7 +76,7 @@ pub struct Interaction {
 
 impl Interaction {
     /// Returns the interaction multiplied by a factor.
-    fn times(&self, factor: f64) -> Self {
+    pub(crate) fn times(&self, factor: f64) -> Self {
         Self {
             force_on_first: self.force_on_first * factor,
             torque_first: self.torque_first * factor,

@@ -39,9 +39,10 @@ impl Multipole {
     /// degrees.
     pub fn new(first: &Shape, second: &Shape, degree: usize) -> Option<Self> {
         let squares = |s: &Shape| Vec3::from(s.semi_axes().map(|a| a * a));
-        let faceted = [first, second].iter().any(|shape| matches!(shape, Shape::Polyhedron(_)));
+        let other = |shape: &&Shape| matches!(shape, Shape::Polyhedron(_) | Shape::Stokes(_));
+        let others = [first, second].iter().any(other);
         let squares = [squares(first), squares(second)];
-        (!faceted && matches!(degree, 2 | 4)).then_some(Self { half: degree / 2, squares })
+        (!others && matches!(degree, 2 | 4)).then_some(Self { half: degree / 2, squares })
     }
 
     /// Returns the expansion to a total degree that is higher by two: the additional terms are the first that

@@ -33,7 +33,7 @@ impl PartGravity {
     pub fn new(name: &str, shape: &Shape, store: &Arc<Store>) -> Self {
         let (canonical, focal_axes) = match shape {
             Shape::Ellipsoid(e) => (e.canonical(), e.focal_axes()),
-            Shape::Polyhedron(_) | Shape::Point => (Mat3::identity(), [0.0; 2]),
+            _ => (Mat3::identity(), [0.0; 2]),
         };
         let sorted = canonical == Mat3::identity();
         let (series, store) = (store.series(shape), store.clone());
@@ -89,7 +89,7 @@ impl PartGravity {
     pub(super) fn ellipsoid(&self) -> Option<&Ellipsoid> {
         match &self.shape {
             Shape::Ellipsoid(e) => Some(e),
-            Shape::Polyhedron(_) | Shape::Point => None,
+            _ => None,
         }
     }
 

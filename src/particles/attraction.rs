@@ -21,7 +21,7 @@ pub struct ParticleAttractor {
     pub strength: f64,
     /// Whether the field depends on the attitude.
     turns: bool,
-    has_polyhedra: bool,
+    is_pointwise: bool,
 }
 
 impl ParticleAttractor {
@@ -34,8 +34,8 @@ impl ParticleAttractor {
     ) -> Result<Self> {
         let field = BodyField::new(body, gravitational_constant, arch, interrupt)?;
         let strength = gravitational_constant * body.mass_without_signs();
-        let (turns, has_polyhedra) = (!field.is_central(), field.has_polyhedra());
-        Ok(Self { field, strength, turns, has_polyhedra })
+        let (turns, is_pointwise) = (!field.is_central(), field.is_pointwise());
+        Ok(Self { field, strength, turns, is_pointwise })
     }
 
     /// Returns G times the mass.
@@ -83,16 +83,16 @@ impl ParticleAttractor {
         }
     }
 
-    /// Adds the acceleration by the body's polyhedra, which are evaluated point by point.
-    pub fn add_polyhedra(&self, columns: &[LaneBlock], x: &[LaneBlock; 3], out: &mut [LaneBlock; 3]) {
-        if !self.has_polyhedra {
+    /// Adds the acceleration by the parts that are evaluated point by point.
+    pub fn add_pointwise(&self, columns: &[LaneBlock], x: &[LaneBlock; 3], out: &mut [LaneBlock; 3]) {
+        if !self.is_pointwise {
             return;
         }
         for lane in 0..BLOCK {
             let number = |column: usize| columns[column][lane];
             let turn = matrix([3, 4, 5, 6].map(number));
             let r = Vec3::from([0, 1, 2].map(|c| x[c][lane] - number(c)));
-            let g = turned(&turn, &self.field.polyhedra_outside(&turned_back(&turn, &r)));
+            let g = turned(&turn, &self.field.pointwise_outside(&turned_back(&turn, &r)));
             (0..3).for_each(|c| out[c][lane] += g[c]);
         }
     }

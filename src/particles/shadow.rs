@@ -50,15 +50,15 @@ enum Hidden {
 }
 
 impl Occulter {
-    /// Returns the occulters of a body: its outer parts, where a polyhedron is replaced by the ellipsoid with
-    /// the same moments of inertia.
+    /// Returns the occulters of a body: its outer parts, where any shape but an ellipsoid is replaced by the
+    /// ellipsoid with the same moments of inertia.
     fn of(index: usize, body: &Body) -> Vec<Self> {
         let part = |part: &crate::shape::Part| {
             let semi_axes = match &part.shape {
                 Shape::Point => return None,
                 Shape::Ellipsoid(ellipsoid) => Vec3::from(ellipsoid.semi_axes()),
-                Shape::Polyhedron(polyhedron) => {
-                    let inertia = polyhedron.inertia_per_mass();
+                other => {
+                    let inertia = other.inertia_per_mass();
                     inertia.map(|own| (2.5 * (inertia.sum() - 2.0 * own)).max(0.0).sqrt())
                 }
             };

@@ -177,7 +177,7 @@ impl<'a> Stages<'a> {
         let ([x, y, z, ..], [_, _, _, ax, ay, az]) = (&self.trial, out);
         let (place, mut acceleration) = ([*x, *y, *z], [*ax, *ay, *az]);
         for (puller, columns) in self.model.attractors.iter().zip(by_body(&self.columns)) {
-            puller.add_polyhedra(columns, &place, &mut acceleration);
+            puller.add_pointwise(columns, &place, &mut acceleration);
         }
         if !self.external_forces.is_empty() {
             for lane in 0..BLOCK {

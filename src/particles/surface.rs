@@ -103,6 +103,11 @@ impl Surface {
         let part = |part: &Part| {
             let form = match &part.shape {
                 Shape::Point => return None,
+                // The field is known outside the sphere alone, where particles end.
+                Shape::Stokes(stokes) => {
+                    let (inverse, shortest) = (Vec3::repeat(1.0 / stokes.radius()), stokes.radius());
+                    SurfaceForm::Ellipsoid { inverse, shortest }
+                }
                 Shape::Ellipsoid(ellipsoid) => {
                     let axes = Vec3::from(ellipsoid.semi_axes());
                     SurfaceForm::Ellipsoid { inverse: axes.map(|a| 1.0 / a), shortest: axes.min() }

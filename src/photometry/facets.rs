@@ -52,7 +52,7 @@ impl Mesh {
         for (place, part) in body.outer_parts().enumerate() {
             let (position, rotation) = (part.position(), part.rotation());
             match &part.shape {
-                Shape::Point => {}
+                Shape::Point | Shape::Stokes(_) => {}
                 Shape::Polyhedron(polyhedron) => {
                     let faces = 0..polyhedron.faces().len();
                     let placed = |face| (place, polyhedron.corners(face).map(|v| position + rotation * v));

@@ -44,12 +44,13 @@ impl Scene {
     ///
     /// # Errors
     /// [`Error::InvalidInput`] if the numbers of bodies and surfaces differ, and for an albedo, a law or a
-    /// radius of the Sun out of its range.
+    /// radius of the Sun out of its range, and for a body without a known surface.
     pub fn new(bodies: Vec<Body>, surfaces: Vec<Surface>, mutual: bool, sun_radius: f64) -> Result<Self> {
         if surfaces.len() != bodies.len() {
             return Err(Error::invalid("number of surfaces", surfaces.len(), format!("{}", bodies.len())));
         }
         for (body, surface) in bodies.iter().zip(&surfaces) {
+            body.require_surface()?;
             let what = format!("albedo of {}", body.name);
             if let Some(wrong) = surface.albedo.iter().find(|a| !(**a >= 0.0 && a.is_finite())) {
                 return Err(Error::invalid(what, wrong, "a finite number, zero or above"));

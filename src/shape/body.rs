@@ -54,7 +54,9 @@ impl Body {
         require_positive(&format!("density of {name}"), density)?;
         match shape.volume() {
             volume if volume > 0.0 => Self::with_mass(name, shape, density * volume),
-            _ => Err(Error::invalid(format!("density of {name}"), density, "a mass: a point has no volume")),
+            _ => {
+                Err(Error::invalid(format!("density of {name}"), density, "a mass: its shape has no volume"))
+            }
         }
     }
 
@@ -120,14 +122,26 @@ impl Body {
     }
 
     /// Returns the semi-axes along the body frame: those of an ellipsoid, zeros for a point, and for a
-    /// composite or a polyhedron those of the homogeneous ellipsoid with the same mass and moments of
-    /// inertia.
+    /// composite, a polyhedron or Stokes coefficients those of the homogeneous ellipsoid with the same mass
+    /// and moments of inertia.
     pub fn semi_axes(&self) -> [f64; 3] {
-        if self.given.is_none() && !matches!(self.parts[0].shape, Shape::Polyhedron(_)) {
+        if self.given.is_none() && !matches!(self.parts[0].shape, Shape::Polyhedron(_) | Shape::Stokes(_)) {
             return self.parts[0].shape.semi_axes();
         }
         let all = self.inertia.sum();
         [0, 1, 2].map(|k| (2.5 * (all - 2.0 * self.inertia[k]) / self.mass).max(0.0).sqrt())
+    }
+
+    /// Returns an error for a body whose surface is not known, where one is asked for.
+    ///
+    /// # Errors
+    /// [`Error::InvalidInput`] for a body that is given by Stokes coefficients.
+    pub fn require_surface(&self) -> Result<()> {
+        if let Shape::Stokes(_) = self.parts[0].shape {
+            let expected = "a body with a surface, which contact, occultations and light need";
+            return Err(Error::invalid(&self.name, "given by its Stokes coefficients", expected));
+        }
+        Ok(())
     }
 
     /// Returns the parts of a composite as they were given, in its working frame; none for an ordinary body.
@@ -135,12 +149,13 @@ impl Body {
         self.given.as_ref().map_or(&[], |(parts, _)| parts)
     }
 
-    /// Returns where the working frame of a composite or a polyhedron lies in the body frame; `None` for
-    /// other bodies.
+    /// Returns where the working frame of a composite, a polyhedron or Stokes coefficients lies in the body
+    /// frame; `None` for other bodies.
     pub fn working_frame(&self) -> Option<WorkingFrame> {
         match (&self.given, &self.parts[0].shape) {
             (Some((_, frame)), _) => Some(*frame),
             (None, Shape::Polyhedron(polyhedron)) => Some(polyhedron.working_frame()),
+            (None, Shape::Stokes(stokes)) => Some(stokes.working_frame()),
             _ => None,
         }
     }

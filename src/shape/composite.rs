@@ -78,7 +78,7 @@ fn inertia(given: &[GivenPart], places: &[Placement], centre: &Vec3) -> (Mat3, f
 }
 
 /// Returns an error for moments of inertia that no body can have.
-fn check_inertia(name: &str, inertia: &Vec3, size: f64) -> Result<()> {
+pub(super) fn check_inertia(name: &str, inertia: &Vec3, size: f64) -> Result<()> {
     let largest = inertia.max();
     let refuse = |expected: &str| {
         let found = format!("[{}, {}, {}]", inertia.x, inertia.y, inertia.z);

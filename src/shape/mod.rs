@@ -1,5 +1,5 @@
 //! Bodies: one part or several, each a shape with a mass. Shapes are ellipsoids of any axes (spheres, oblate,
-//! prolate and triaxial ones), polyhedra and points.
+//! prolate and triaxial ones), polyhedra, points, and whatever is known by its Stokes coefficients.
 //!
 //! Takes the shapes of the parts, their masses or densities, positions and rotations; gives volume, inertia,
 //! principal axes, the focal ellipse and the overlap test. The inertia is that of the paper's section
@@ -20,6 +20,7 @@ mod part;
 mod part_derivative;
 mod plane;
 mod polyhedron;
+mod stokes;
 mod tree;
 
 pub use body::Body;
@@ -42,6 +43,7 @@ pub use plane::{across_separating_plane, normal, support};
 pub use polyhedron::Polyhedron;
 #[doc(hidden)]
 pub use proximity::Proximity;
+pub use stokes::{GivenCoefficients, StokesCoefficients, StokesNumber};
 #[doc(hidden)]
 pub use tree::{BoundingBox, Tree};
 
@@ -49,8 +51,8 @@ use crate::error::{Error, Result, require_positive};
 use crate::math::{Mat3, Vec3};
 use serde::{Deserialize, Serialize};
 
-/// The shape of a part. Its description consists of the semi-axes, of vertices and faces, or of nothing for a
-/// point.
+/// The shape of a part. Its description consists of the semi-axes, of vertices and faces, of Stokes
+/// coefficients, or of nothing for a point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "ShapeDescription", into = "ShapeDescription")]
 #[non_exhaustive]
@@ -59,6 +61,8 @@ pub enum Shape {
     Ellipsoid(Ellipsoid),
     /// A homogeneous polyhedron.
     Polyhedron(Polyhedron),
+    /// A shape that is known by its gravity, without a surface.
+    Stokes(StokesCoefficients),
     /// A point without extent. A body that is a point has no rotational dynamics.
     Point,
 }
@@ -77,6 +81,7 @@ impl TryFrom<Option<[f64; 3]>> for Shape {
 enum ShapeDescription {
     Axes(Option<[f64; 3]>),
     Mesh { vertices: Vec<[f64; 3]>, faces: Vec<[u32; 3]> },
+    Stokes(GivenCoefficients),
 }
 
 impl TryFrom<ShapeDescription> for Shape {
@@ -89,6 +94,7 @@ impl TryFrom<ShapeDescription> for Shape {
                 let vertices: Vec<Vec3> = vertices.into_iter().map(Vec3::from).collect();
                 Ok(Self::Polyhedron(Polyhedron::unchecked(&vertices, &faces)?))
             }
+            ShapeDescription::Stokes(given) => Ok(Self::Stokes(StokesCoefficients::new(given)?)),
         }
     }
 }
@@ -100,6 +106,7 @@ impl From<Shape> for ShapeDescription {
             Shape::Polyhedron(p) => {
                 Self::Mesh { vertices: p.given().map(Into::into).collect(), faces: p.faces().to_vec() }
             }
+            Shape::Stokes(stokes) => Self::Stokes(stokes.given().clone()),
             Shape::Point => Self::Axes(None),
         }
     }
@@ -130,6 +137,7 @@ impl Shape {
         match self {
             Self::Ellipsoid(e) => Self::Ellipsoid(e.scaled(factor)),
             Self::Polyhedron(p) => Self::Polyhedron(p.scaled(factor)),
+            Self::Stokes(stokes) => Self::Stokes(stokes.scaled(factor)),
             Self::Point => Self::Point,
         }
     }
@@ -138,17 +146,19 @@ impl Shape {
     /// cubes neither overflow nor underflow. It is one for a point.
     pub fn natural_unit(&self) -> f64 {
         match self {
-            Self::Ellipsoid(_) | Self::Polyhedron(_) => self.circumradius().log2().floor().exp2(),
+            Self::Ellipsoid(_) | Self::Polyhedron(_) | Self::Stokes(_) => {
+                self.circumradius().log2().floor().exp2()
+            }
             Self::Point => 1.0,
         }
     }
 
-    /// Returns the volume; zero for a point.
+    /// Returns the volume; zero for a point and for a shape without a surface.
     pub fn volume(&self) -> f64 {
         match self {
             Self::Ellipsoid(e) => e.volume(),
             Self::Polyhedron(p) => p.volume(),
-            Self::Point => 0.0,
+            Self::Stokes(_) | Self::Point => 0.0,
         }
     }
 
@@ -157,6 +167,7 @@ impl Shape {
         match self {
             Self::Ellipsoid(e) => e.inertia_per_mass(),
             Self::Polyhedron(p) => p.inertia_per_mass(),
+            Self::Stokes(stokes) => stokes.inertia_per_mass(),
             Self::Point => Vec3::zeros(),
         }
     }
@@ -167,30 +178,33 @@ impl Shape {
     }
 
     /// Returns how far from the centre an equivalent mass distribution with the same exterior field extends:
-    /// the larger semi-axis of the focal ellipse, zero for a sphere or a point, and the circumradius of a
-    /// polyhedron.
+    /// the larger semi-axis of the focal ellipse, zero for a sphere or a point, and the circumradius of any
+    /// other shape.
     pub fn focal_reach(&self) -> f64 {
         match self {
             Self::Ellipsoid(e) => e.focal_axes()[0],
             Self::Polyhedron(p) => p.circumradius(),
+            Self::Stokes(stokes) => stokes.radius(),
             Self::Point => 0.0,
         }
     }
 
-    /// Returns the largest distance of a surface point from the centre; zero for a point.
+    /// Returns the largest distance of a surface point from the centre, or an upper bound of it; zero for a
+    /// point.
     pub fn circumradius(&self) -> f64 {
         match self {
             Self::Ellipsoid(e) => e.sorted()[0],
             Self::Polyhedron(p) => p.circumradius(),
+            Self::Stokes(stokes) => stokes.radius(),
             Self::Point => 0.0,
         }
     }
 
-    /// Returns the semi-axes along the part's frame; zeros for a point and for a polyhedron, which has none.
+    /// Returns the semi-axes along the part's frame; zeros for a shape that has none.
     pub fn semi_axes(&self) -> [f64; 3] {
         match self {
             Self::Ellipsoid(e) => e.semi_axes(),
-            Self::Polyhedron(_) | Self::Point => [0.0; 3],
+            Self::Polyhedron(_) | Self::Stokes(_) | Self::Point => [0.0; 3],
         }
     }
 }

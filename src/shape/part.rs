@@ -63,7 +63,7 @@ impl GivenPart {
         if volume > 0.0 {
             Ok(density * volume)
         } else {
-            Err(Error::invalid(format!("density of {what}"), density, "a mass: a point has no volume"))
+            Err(Error::invalid(format!("density of {what}"), density, "a mass: its shape has no volume"))
         }
     }
 
@@ -72,6 +72,13 @@ impl GivenPart {
         if !(self.mass.is_finite() && self.mass != 0.0) {
             let expected = "a finite number that is not zero: above for matter, below for a void";
             return Err(Error::invalid(format!("mass of {what}"), self.mass, expected));
+        }
+        if let Shape::Stokes(_) = self.shape {
+            return Err(Error::invalid(
+                what,
+                "given by its Stokes coefficients",
+                "a shape with a surface, or a point",
+            ));
         }
         require_finite(&format!("position of {what}"), &self.position)?;
         require_finite(&format!("attitude of {what}"), &self.attitude)?;

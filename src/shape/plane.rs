@@ -121,6 +121,7 @@ fn tip(shape: &Shape, rotation: &Mat3, n: &Vec3) -> Vec3 {
     let own = rotation.tr_mul(n);
     let tip = match shape {
         Shape::Point => Vec3::zeros(),
+        Shape::Stokes(stokes) => own.normalize() * stokes.radius(),
         Shape::Ellipsoid(ellipsoid) => {
             let axes = Vec3::from(ellipsoid.semi_axes());
             axes.component_mul(&axes.component_mul(&own).normalize())

@@ -16,6 +16,7 @@ from ..errors import InvalidInput
 from ..model.composite import Composite
 from ..model.failures import explaining
 from ..model.polyhedron import Polyhedron
+from ..model.stokes import StokesCoefficients
 from ..motion.system import System
 
 __all__ = ["Array", "Pair", "Pose", "cross"]
@@ -84,7 +85,7 @@ class Pair:
     def _radius(core: _core.Body) -> float:
         """Return an upper bound of the distance of a body's points from its centre."""
         sizes = [
-            np.linalg.norm(place) + (shape.circumradius if isinstance(shape, _core.Polyhedron) else max(shape))
+            np.linalg.norm(place) + (max(shape) if isinstance(shape, tuple) else shape.circumradius)
             for shape, _, place, _ in core.parts
             if shape is not None
         ]
@@ -123,7 +124,7 @@ class Pair:
 
         An axis of symmetry has equal moments of inertia across it, and turns about it leave no torque about it.
         """
-        if isinstance(self.system.bodies[body].shape, Composite | Polyhedron):
+        if isinstance(self.system.bodies[body].shape, Composite | Polyhedron | StokesCoefficients):
             found = [axis for axis in range(3) if self._is_symmetric(body, axis, pose)]
         else:
             lengths = self.context.bodies[body].semi_axes

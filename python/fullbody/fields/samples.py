@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from ..errors import InvalidInput
 
 _Numbers = npt.NDArray[np.float64]
 
@@ -34,6 +35,8 @@ def samples(body: _core.Body, rows: int) -> Samples:
     triangle contain the last one twice.
     """
     matter = [part for part in body.parts if part[0] is not None and part[1] > 0.0]
+    if any(isinstance(shape, _core.StokesCoefficients) for shape, *_ in matter):
+        raise InvalidInput("the body is given by its Stokes coefficients; expected one with a surface")
     found = [_of_part(*part, rows) for part in matter]
     if len(matter) > 1:
         found = [

@@ -22,6 +22,7 @@ from .composite import SHOWN, Composite, Part, WorkingFrame
 from .gravity import Gravity, gravity_at, points_in
 from .polyhedron import Polyhedron
 from .shapes import Ellipsoid, PointMass, Solid, attached, core_shape, lengths_of, own_units, rebuilt, refuse_amount
+from .stokes import StokesCoefficients, harmonics_of
 
 __all__ = ["Body"]
 
@@ -31,7 +32,7 @@ class Body(Tabled):
 
     Parameters
     ----------
-    shape : Ellipsoid, Sphere, PointMass, Polyhedron or Composite
+    shape : Ellipsoid, Sphere, PointMass, Polyhedron, StokesCoefficients or Composite
     mass, density : float or Quantity
         Give one of the two; give neither for a composite, whose parts have their own.
     name : str, optional
@@ -41,8 +42,8 @@ class Body(Tabled):
     ------
     InvalidInput
         If both or neither of mass and density are given, if a value is not a finite number above zero, and for the
-        density of a point. For a composite if a mass or density is given beside those of its parts, if the sum of the
-        parts' masses is not above zero, and if no body can have its moments of inertia.
+        density of a point or of Stokes coefficients. For a composite if a mass or density is given beside those of its
+        parts, if the sum of the parts' masses is not above zero, and if no body can have its moments of inertia.
 
     Examples
     --------
@@ -64,7 +65,7 @@ class Body(Tabled):
     ) -> None:
         name = name_of(name)
         called = "the body" if name is None else name
-        expected = "an Ellipsoid, a Sphere, a PointMass, a Polyhedron or a Composite"
+        expected = "an Ellipsoid, a Sphere, a PointMass, a Polyhedron, StokesCoefficients or a Composite"
         if isinstance(instance(shape, f"shape of {called}", Solid | Composite, expected), Composite):
             if (mass, density) != (None, None):
                 given = "a mass" if density is None else "a density"
@@ -95,9 +96,9 @@ class Body(Tabled):
 
     @property
     def density(self) -> Scalar | None:
-        """Density as given, or mass by volume; ``None`` for a point, and for a composite, whose parts may overlap."""
+        """Density as given, or mass by volume; ``None`` for a shape without a volume, and for a composite."""
         density: Scalar | None = self._density
-        if density is None and not isinstance(self._shape, PointMass | Composite):
+        if density is None and not isinstance(self._shape, PointMass | StokesCoefficients | Composite):
             density = self._mass / self._own("volume", "volume")
         return density
 
@@ -117,7 +118,9 @@ class Body(Tabled):
 
     @property
     def working_frame(self) -> WorkingFrame | None:
-        """Where the working frame of a composite or a polyhedron lies in the body frame; ``None`` for other bodies.
+        """Where the working frame of a composite, a polyhedron or Stokes coefficients lies in the body frame.
+
+        ``None`` for other bodies.
 
         Examples
         --------
@@ -162,6 +165,35 @@ class Body(Tabled):
             )
         return Ellipsoid(*(units.attach(float(axis), "length") for axis in axes))
 
+    def harmonics(self, degree: int) -> StokesCoefficients:
+        """Stokes coefficients of the body in its own frame, of any shape.
+
+        Parameters
+        ----------
+        degree : int
+            The highest degree, from 2 to 60.
+
+        Returns
+        -------
+        StokesCoefficients
+            In the 4 pi normalisation, for the radius of a sphere about the centre of mass that contains the body. The
+            body that has this shape attracts as this one does but for higher degrees.
+
+        Raises
+        ------
+        InvalidInput
+            For a point, which has no radius, and for another degree.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> alpha = fullbody.Body(fullbody.Ellipsoid(0.766, 0.7475, 0.6735), mass=2.353e12)
+        >>> alpha.harmonics(4).C[2, 0].round(6)
+        np.float64(-0.018087)
+        """
+        units = self._own_units()
+        return harmonics_of(self._core(units, 0), degree, units)
+
     def _numbers(self) -> dict[str, tuple[Any, str]]:
         """Return all dimensional numbers by their names, with their dimensions."""
         if isinstance(self._shape, Composite):
@@ -191,6 +223,8 @@ class Body(Tabled):
             rows.append(("parts", str(len(self.shape.parts))))
         elif isinstance(self.shape, Polyhedron):
             rows.append(("faces", str(len(self.shape.faces))))
+        elif isinstance(self.shape, StokesCoefficients):
+            rows += [("degree", str(self.shape.degree)), ("reference radius", number(self.shape.reference_radius))]
         elif self.shape.semi_axes is not None:
             rows.append(("semi-axes", ", ".join(number(axis) for axis in self.shape.semi_axes)))
         # If only some of a body's numbers have units, only its system can compute what follows from them.

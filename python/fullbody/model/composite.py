@@ -16,7 +16,7 @@ from ..base.units import PLAIN, Units, is_quantity
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from .polyhedron import Polyhedron
-from .shapes import Ellipsoid, Solid, Sphere, attached, core_shape, lengths_of, own_units, refuse_amount
+from .shapes import Ellipsoid, PointMass, Solid, Sphere, attached, core_shape, lengths_of, own_units, refuse_amount
 
 __all__ = ["SHOWN", "Composite", "Part", "WorkingFrame"]
 
@@ -71,7 +71,8 @@ class Part(Declared):
         return f"{name} of {of or 'a part'}"
 
     def __post_init__(self) -> None:
-        instance(self.shape, "shape of a part", Solid, "an Ellipsoid, a Sphere, a PointMass or a Polyhedron")
+        solids = Ellipsoid | Sphere | PointMass | Polyhedron
+        instance(self.shape, "shape of a part", solids, "an Ellipsoid, a Sphere, a PointMass or a Polyhedron")
         refuse_amount("a part", self.shape, self.mass, self.density)
         self._check_fields()
         for name in ("position", "attitude"):

@@ -15,6 +15,7 @@ from ..base.units import Units, is_quantity, need
 from ..base.values import same
 from ..errors import InvalidInput
 from ..typing import Scalar
+from .stokes import StokesCoefficients, harmonics_of
 
 __all__ = ["Polyhedron"]
 
@@ -102,6 +103,31 @@ class Polyhedron:
         """Volume of the solid."""
         volume: Any = self._made.volume
         return volume * self._vertices.unit**3 if is_quantity(self._vertices) else volume
+
+    def harmonics(self, degree: int) -> StokesCoefficients:
+        """Stokes coefficients of the polyhedron in its body frame.
+
+        Parameters
+        ----------
+        degree : int
+            The highest degree, from 2 to 60.
+
+        Returns
+        -------
+        StokesCoefficients
+            For the circumscribed radius about the centre of mass; see :meth:`fullbody.Body.harmonics`.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> corners = [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+        >>> from scipy.spatial import ConvexHull
+        >>> box = fullbody.Polyhedron.load("box.obj")  # doctest: +SKIP
+        >>> box.harmonics(8)  # doctest: +SKIP
+        StokesCoefficients(degree 8, reference_radius=0.8660254037844386)
+        """
+        units = Units((self._vertices.unit, "s", "kg")) if is_quantity(self._vertices) else Units()
+        return harmonics_of(_core.Body("the polyhedron", self._made, mass=1.0), degree, units)
 
     @classmethod
     def load(cls, path: str | PathLike[str], unit: Any = None, *, heal: bool = False) -> Polyhedron:

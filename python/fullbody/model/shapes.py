@@ -12,6 +12,7 @@ from ..base.limits import POSITIVE
 from ..base.units import Units, gathered
 from ..errors import InvalidInput
 from .polyhedron import Polyhedron
+from .stokes import StokesCoefficients
 
 __all__ = ["Ellipsoid", "PointMass", "Sphere"]
 
@@ -124,15 +125,19 @@ class PointMass:
 
 
 #: The type of the shapes that consist of one piece.
-Solid = Ellipsoid | Sphere | PointMass | Polyhedron
+Solid = Ellipsoid | Sphere | PointMass | Polyhedron | StokesCoefficients
 #: These shapes by name.
-SOLIDS: dict[str, type[Solid]] = {shape.__name__: shape for shape in (Ellipsoid, Sphere, PointMass, Polyhedron)}
+SOLIDS: dict[str, type[Solid]] = {
+    shape.__name__: shape for shape in (Ellipsoid, Sphere, PointMass, Polyhedron, StokesCoefficients)
+}
 
 
 def lengths_of(shape: Solid) -> dict[str, Any]:
-    """Return the semi-axes by their names, or the vertices; the dictionary is empty for a point."""
+    """Return the semi-axes by their names, the vertices or the radius; the dictionary is empty for a point."""
     if isinstance(shape, Polyhedron):
         return {"vertices": shape.vertices}
+    if isinstance(shape, StokesCoefficients):
+        return {"radius": shape.radius}
     return dict(zip(_AXES, shape._lengths or (), strict=False))
 
 
@@ -152,9 +157,11 @@ def own_units(known: dict[str, tuple[Any, str]]) -> Units:
     return Units((length, u.s, first["mass"] if "mass" in first else first["density"] * length**3))
 
 
-def core_shape(shape: Solid, units: Units, name: str) -> tuple[float, float, float] | _core.Polyhedron | None:
-    """Return the core's form of a shape in a system's units: semi-axes, a polyhedron, or ``None`` for a point."""
-    if isinstance(shape, Polyhedron):
+def core_shape(
+    shape: Solid, units: Units, name: str
+) -> tuple[float, float, float] | _core.Polyhedron | _core.StokesCoefficients | None:
+    """Return the core's form of a shape in a system's units; a tuple of semi-axes, or ``None`` for a point."""
+    if isinstance(shape, Polyhedron | StokesCoefficients):
         return shape._core(units, name)
     if shape._lengths is None:
         return None
@@ -165,7 +172,7 @@ def core_shape(shape: Solid, units: Units, name: str) -> tuple[float, float, flo
 
 def attached(shape: Solid, units: Units) -> Solid:
     """Return the shape in a system with units: its plain numbers become Quantities in them."""
-    if isinstance(shape, Polyhedron):
+    if isinstance(shape, Polyhedron | StokesCoefficients):
         return shape._with(units)
     if isinstance(shape, PointMass):
         return shape
@@ -179,12 +186,13 @@ def refuse_amount(called: str, shape: Any, mass: Any, density: Any) -> None:
     if (mass is None) == (density is None):
         given = "neither mass nor density" if mass is None else "both a mass and a density"
         raise InvalidInput(f"{called} is given {given}; expected one of the two")
-    if density is not None and isinstance(shape, PointMass):
-        raise InvalidInput(f"density of {called} is {density!r}; expected a mass: a point has no volume")
+    if density is not None and isinstance(shape, PointMass | StokesCoefficients):
+        what = "a point" if isinstance(shape, PointMass) else "a shape by its Stokes coefficients"
+        raise InvalidInput(f"density of {called} is {density!r}; expected a mass: {what} has no volume")
 
 
 def rebuilt(axes: Any, kind: str | None, what: str) -> Solid:
-    """Rebuild a shape from the core's description: semi-axes, vertices with faces, or ``None`` for a point.
+    """Rebuild a shape from the core's description: semi-axes, a dictionary of numbers, or ``None`` for a point.
 
     Parameters
     ----------
@@ -194,6 +202,9 @@ def rebuilt(axes: Any, kind: str | None, what: str) -> Solid:
     what : str
         The owner of the shape, for errors.
     """
+    if isinstance(axes, dict) and "coefficients" in axes:
+        lengths = {"reference_radius": axes["reference_radius"], "radius": axes["radius"]}
+        return StokesCoefficients._rebuilt(axes["coefficients"], inertia=axes["mean_inertia"], **lengths)
     if isinstance(axes, dict):
         return Polyhedron(axes["vertices"], axes["faces"])
     made = SOLIDS[kind if kind is not None else "PointMass" if axes is None else "Ellipsoid"]

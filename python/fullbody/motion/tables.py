@@ -11,6 +11,7 @@ from ..model.composite import Composite
 from ..model.context import Context
 from ..model.force import Force
 from ..model.polyhedron import Polyhedron
+from ..model.stokes import StokesCoefficients
 
 __all__ = ["system_tables"]
 
@@ -41,6 +42,8 @@ def _table_of_bodies(context: Context, bodies: Sequence[Body]) -> Table:
             size, mass = f"{len(shape.parts)} parts", sum(part["mass"] for part in described["parts"])
         elif isinstance(shape, Polyhedron):
             size = f"{len(shape.faces)} faces"
+        elif isinstance(shape, StokesCoefficients):
+            size = f"degree {shape.degree}"
         else:
             axes = (described["semi_axes"] or ())[: len(shape.__slots__)]
             size = ", ".join(f"{value:.8g}" for value in axes)

@@ -341,7 +341,7 @@ class Surface:
 
 
 def surfaces(run: Record, body: int) -> list[Surface]:
-    """Return the surfaces of a body, without its voids; none for a point."""
+    """Return the surfaces of a body, without its voids; none for a point and for Stokes coefficients."""
     parts = run.context.bodies[body].parts
 
     def surface(shape: Any, position: Any, rotation: Any) -> Surface:
@@ -353,7 +353,7 @@ def surfaces(run: Record, body: int) -> list[Surface]:
     return [
         surface(shape, position, rotation)
         for shape, mass, position, rotation in parts
-        if shape is not None and mass > 0.0
+        if shape is not None and not isinstance(shape, _core.StokesCoefficients) and mass > 0.0
     ]
 
 

@@ -20,7 +20,8 @@ from ..errors import InvalidInput
 from ..model.bodies import Body
 from ..model.composite import Composite
 from ..model.polyhedron import Polyhedron
-from ..model.shapes import Ellipsoid
+from ..model.shapes import Ellipsoid, lengths_of
+from ..model.stokes import StokesCoefficients
 
 __all__ = ["Component"]
 
@@ -55,9 +56,9 @@ class Component(ArrayFields, Tabled):
         The ratios a/b and b/c of neighbouring axes, as in models of light curves, to be given with ``diameter``; both
         are one for a sphere. If a/b and a/c are published, b/c is the latter divided by the former:
         ``axis_ratios=(1.3, 1.6 / 1.3)`` for a/b = 1.3 and a/c = 1.6.
-    composite : Composite or Polyhedron, optional
+    composite : Composite, Polyhedron or StokesCoefficients, optional
         A body of several parts, whose masses are scaled in proportion to the body's mass, and which is not compatible
-        with a density; or a polyhedron.
+        with a density; or another shape.
     mass, density : float or Quantity, optional
         At most one of the two. Without either, the mass follows from the other values of the binary.
     rotation_period : float or Quantity, optional
@@ -91,7 +92,7 @@ class Component(ArrayFields, Tabled):
     rotation_angle: Any = 0.0
     name: str | None = None
     tilt: Any = 0.0
-    composite: Composite | Polyhedron | None = None
+    composite: Composite | Polyhedron | StokesCoefficients | None = None
 
     def __post_init__(self) -> None:
         called = self.name if self.name is not None else "a component"
@@ -100,11 +101,13 @@ class Component(ArrayFields, Tabled):
         if given != 1:
             expected = "semi_axes, diameters, diameter, composite; expected one of them"
             raise InvalidInput(f"{called} has {given} of {expected}")
-        if not isinstance(self.composite, Composite | Polyhedron | None):
-            raise InvalidInput(f"composite of {called} is {self.composite!r}; expected a Composite or a Polyhedron")
-        if isinstance(self.composite, Composite) and self.density is not None:
+        if not isinstance(self.composite, Composite | Polyhedron | StokesCoefficients | None):
+            expected = "a Composite, a Polyhedron or StokesCoefficients"
+            raise InvalidInput(f"composite of {called} is {self.composite!r}; expected {expected}")
+        if isinstance(self.composite, Composite | StokesCoefficients) and self.density is not None:
             raise InvalidInput(
-                f"{called} is given a density, and is a composite; expected a mass, or what it follows from"
+                f"{called} is given a density, and has a {type(self.composite).__name__}; "
+                "expected a mass, or what it follows from"
             )
         ratios = PLAIN.numbers(self.axis_ratios, "number", f"axis_ratios of {called}", (2,), POSITIVE)
         if self.diameter is None and not (ratios == 1.0).all():
@@ -127,7 +130,7 @@ class Component(ArrayFields, Tabled):
         for part in fields(self):
             value = getattr(self, part.name)
             if part.name != "name" and not same(value, part.default):
-                if isinstance(value, Composite | Polyhedron):
+                if isinstance(value, Composite | Polyhedron | StokesCoefficients):
                     rows.append(("composite", repr(value)))
                     continue
                 shown = [number(x) for x in value] if np.ndim(value) or isinstance(value, tuple) else [number(value)]
@@ -135,7 +138,7 @@ class Component(ArrayFields, Tabled):
         return (Table("Component" if self.name is None else f"Component {self.name}", (), rows),)
 
     @property
-    def shape(self) -> Ellipsoid | Composite | Polyhedron:
+    def shape(self) -> Ellipsoid | Composite | Polyhedron | StokesCoefficients:
         """The shape: an ellipsoid, or the composite as given."""
         if self.composite is not None:
             return self.composite
@@ -149,10 +152,10 @@ class Component(ArrayFields, Tabled):
 
 def has_units(component: Component) -> bool:
     """Return whether the sizes are Quantities."""
-    if isinstance(component.composite, Polyhedron):
-        return is_quantity(component.composite.vertices)
-    if component.composite is not None:
+    if isinstance(component.composite, Composite):
         return any(is_quantity(value) for value, _ in component.composite._numbers().values())
+    if component.composite is not None:
+        return any(map(is_quantity, lengths_of(component.composite).values()))
     return is_quantity(component.shape.semi_axes)  # type: ignore[union-attr]
 
 

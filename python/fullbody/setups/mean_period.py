@@ -10,6 +10,7 @@ from ..errors import BodiesOverlap, FullbodyError
 from ..model.composite import Composite
 from ..model.polyhedron import Polyhedron
 from ..model.state import State
+from ..model.stokes import StokesCoefficients
 from ..motion.system import System
 from ..observables import mutual_period
 from ..record.integrators import Verner98
@@ -125,6 +126,6 @@ def _of_points(system: System) -> bool:
     """Return whether the bodies attract as points do, so that a Kepler orbit is exact."""
     points = system.options["gravity"] == "point"
     return points or all(
-        len(set(core.semi_axes)) == 1 and not isinstance(body.shape, Composite | Polyhedron)
+        len(set(core.semi_axes)) == 1 and not isinstance(body.shape, Composite | Polyhedron | StokesCoefficients)
         for body, core in zip(system.bodies, system.context.bodies, strict=True)
     )

@@ -11,7 +11,8 @@ A number is in the system's own units, radians for angles; a text such as ``"2.5
     [[body]]
     name = "Alpha"
     semi_axes = [0.766, 0.7475, 0.6735]   # or radius = 0.7, or point = true, or polyhedron = "alpha.obj"
-                                          # or { vertices = [[1, 0, 0], ...], faces = [[0, 1, 2], ...] }
+                                          # or { vertices = [[1, 0, 0], ...], faces = [[0, 1, 2], ...] }, or
+                                          # stokes = { file = "alpha.gfc", inertia = "0.2 km2", radius = "0.8 km" }
     mass = 2.353e12                       # or density = "2 g/cm3"
     angles = ["3.2 deg", 0, 0]            # Tait-Bryan; or attitude = [w, x, y, z]
     spin = [0, 0, 2.2728]                 # body frame; or rotation_period = "2.7645 hour", about the body's z

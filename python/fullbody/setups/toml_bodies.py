@@ -11,6 +11,7 @@ from ..model.bodies import Body
 from ..model.composite import Composite, Part
 from ..model.polyhedron import Polyhedron
 from ..model.shapes import Ellipsoid, PointMass, Solid, Sphere
+from ..model.stokes import StokesCoefficients
 from ..orbit.elements import KeplerElements
 from .component import Component
 from .toml_attitudes import ANGLES, attitude, flag
@@ -18,7 +19,7 @@ from .toml_table import Table
 
 __all__ = ["FIGURES", "MASSES", "SHAPES", "body", "pair"]
 
-SHAPES = ("semi_axes", "radius", "point", "polyhedron", "diameters", "diameter")
+SHAPES = ("semi_axes", "radius", "point", "polyhedron", "stokes", "diameters", "diameter")
 #: The keys of the figure beside a diameter: a/b and b/c, or the two ratios of the longest axis, or J2.
 FIGURES = ("axis_ratios", "a/b", "a/c", "J2")
 MASSES = {"mass": "mass", "density": "density", "GM": "mu"}
@@ -101,7 +102,7 @@ def _component(table: Table, G: float) -> dict[str, Any]:
     match shape:
         case Ellipsoid() | Sphere():
             given["semi_axes"] = shape.semi_axes
-        case Composite() | Polyhedron():
+        case Composite() | Polyhedron() | StokesCoefficients():
             given["composite"] = shape
         case _:
             given["composite"] = Composite([Part(shape, mass=1.0)])
@@ -153,6 +154,8 @@ def _shape(table: Table) -> Solid:
                 raise table.fault(figure, f"is given beside {key}; expected it beside a diameter")
     if key == "polyhedron":
         return _polyhedron(table)
+    if key == "stokes":
+        return _stokes(table)
     with table.naming(key):
         match key:
             case "semi_axes":
@@ -201,3 +204,16 @@ def _polyhedron(table: Table) -> Polyhedron:
     mesh.take("vertices", "lists of three numbers")
     with mesh.naming(""):
         return Polyhedron(np.array(mesh.array("vertices", "length")), faces)
+
+
+def _stokes(table: Table) -> StokesCoefficients:
+    """Make a shape from Stokes coefficients, in the system's units, of a file beside this one or of the table."""
+    own = table.table("stokes").only("file", "C", "S", "reference_radius", "inertia", "radius", "normalization")
+    given: dict[str, Any] = {key: own.number(key, "length") for key in ("reference_radius", "radius") if key in own}
+    given["inertia"] = own.number("inertia", "area")
+    if "normalization" in own:
+        given["normalization"] = own.text("normalization")
+    with own.naming(""):
+        if own.one_of("file", "C") == "file":
+            return StokesCoefficients.read(table.path.parent / own.text("file"), **given)
+        return StokesCoefficients(own.content["C"], own.content.get("S", np.zeros_like(own.content["C"])), **given)

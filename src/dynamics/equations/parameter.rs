@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::forces::{Force, ForceModel, ForceParameter};
 use crate::math::Vec3;
 use crate::mutual::{Interaction, ShapeDerivatives};
-use crate::shape::{Body, Part, PartDerivative, PartNumber, Shape};
+use crate::shape::{Body, Part, PartDerivative, PartNumber, Shape, StokesCoefficients, StokesNumber};
 
 /// A parameter of the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +25,8 @@ pub enum Parameter {
     /// A parameter of a part of a composite, with the indices of the body and the part: the mass of the part,
     /// or a coordinate of its position in the working frame.
     Part(usize, usize, PartNumber),
+    /// A number of a body that is given by Stokes coefficients.
+    Stokes(usize, StokesNumber),
     /// A parameter of a force, with the index of the force.
     OfForce(usize, ForceParameter),
 }
@@ -69,6 +71,13 @@ impl Parameter {
             }
             if let [Part { shape: Shape::Polyhedron(_), place: None, .. }] = body.parts() {
                 all.push((format!("scale of {}", body.name), Self::Scale(k)));
+            }
+            if let Some(stokes) = stokes(body) {
+                all.extend(
+                    stokes
+                        .numbers()
+                        .map(|(what, number)| (format!("{what} of {}", body.name), Self::Stokes(k, number))),
+                );
             }
         }
         for (k, force) in forces.iter().enumerate() {
@@ -131,6 +140,14 @@ impl Parameter {
         }
     }
 
+    /// Returns the body of whose harmonic moments the parameter changes one, the index of this moment, and its
+    /// derivative.
+    pub(in crate::dynamics) fn of_moment(self, bodies: &[Body]) -> Option<(usize, usize, f64)> {
+        let Self::Stokes(body, StokesNumber::Coefficient(index)) = self else { return None };
+        let stokes = stokes(&bodies[body])?;
+        Some((body, index, stokes.moment_by_coefficient(index, stokes.given().reference_radius)))
+    }
+
     /// Returns the body of which the parameter is a length: a semi-axis or the scale.
     pub(in crate::dynamics) fn shaped(self) -> Option<usize> {
         match self {
@@ -157,6 +174,10 @@ impl Parameter {
     pub(in crate::dynamics) fn of_inertia(self, bodies: &[Body]) -> Option<(usize, Vec3)> {
         if let Self::Scale(body) = self {
             return Some((body, 2.0 * bodies[body].inertia()));
+        }
+        if let Self::Stokes(body, number) = self {
+            let by = stokes(&bodies[body])?.inertia_by(number);
+            return Some((body, by * bodies[body].mass));
         }
         if let Ok(Some((body, derivative))) = self.of_part(bodies) {
             return Some((body, derivative.inertia));
@@ -277,6 +298,11 @@ impl Parameter {
             }
             Self::Scale(k) => bodies[k] = bodies[k].of_shape(bodies[k].parts()[0].shape.scaled(1.0 + by))?,
             Self::Part(k, part, number) => bodies[k] = bodies[k].with_part(part, number, by)?,
+            Self::Stokes(k, number) => {
+                if let Some(stokes) = stokes(&bodies[k]) {
+                    bodies[k] = bodies[k].of_shape(Shape::Stokes(stokes.with(number, by)?))?;
+                }
+            }
             Self::OfForce(k, number) => forces[k] = forces[k].with_parameter(number, by, g),
         }
         System::new(bodies, g, *system.settings())?.with_forces(forces)
@@ -293,6 +319,8 @@ impl Parameter {
             Self::Scale(_) => 1.0,
             Self::Part(k, part, PartNumber::Mass) => bodies[k].given()[part].mass,
             Self::Part(k, part, PartNumber::Position(axis)) => bodies[k].given()[part].position[axis],
+            Self::Stokes(k, number) => stokes(&bodies[k])
+                .map_or(f64::NAN, |stokes| stokes.number(number, stokes.given().reference_radius)),
             Self::OfForce(k, number) => system.forces()[k].parameter_value(number, g),
         }
     }
@@ -301,6 +329,14 @@ impl Parameter {
     pub(in crate::dynamics) fn change(self, from: &System, to: &System) -> f64 {
         match self {
             Self::Scale(k) => to.bodies()[k].circumradius() / from.bodies()[k].circumradius() - 1.0,
+            // The reference radius may change too.
+            Self::Stokes(k, number) => match [from, to].map(|system| stokes(&system.bodies()[k])) {
+                [Some(from), Some(to)] => {
+                    let radius = from.given().reference_radius;
+                    to.number(number, radius) - from.number(number, radius)
+                }
+                _ => f64::NAN,
+            },
             Self::OfForce(k, number) => {
                 let constants = [from, to].map(System::gravitational_constant);
                 from.forces()[k].parameter_change(&to.forces()[k], number, constants)
@@ -314,6 +350,8 @@ impl Parameter {
     pub fn size(self, system: &System) -> f64 {
         match self {
             Self::Part(k, _, PartNumber::Position(_)) => system.bodies()[k].circumradius(),
+            // Coefficients of a body of density of one sign are below one.
+            Self::Stokes(_, StokesNumber::Coefficient(_)) => 0.1,
             Self::OfForce(k, number) => {
                 system.forces()[k].parameter_size(number, system.gravitational_constant())
             }
@@ -322,5 +360,13 @@ impl Parameter {
                 value => value,
             },
         }
+    }
+}
+
+/// Returns the Stokes coefficients of a body that is given by them.
+fn stokes(body: &Body) -> Option<&StokesCoefficients> {
+    match body.parts() {
+        [Part { shape: Shape::Stokes(stokes), .. }] => Some(stokes),
+        _ => None,
     }
 }

@@ -23,10 +23,12 @@ pub(super) mod tangent;
 use super::{Dynamics, Parameter};
 use crate::error::{Error, Result};
 use crate::forces::{Load, LoadJacobian};
-use crate::gravity::{BodyChange, ExtendedAttraction};
+use crate::gravity::{BodyChange, ExtendedAttraction, HarmonicField};
 use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
 use crate::math::compensated::sum;
+use crate::math::harmonics::count;
+use crate::mutual::Interaction;
 use crate::shape::PartDerivative;
 use products::DEPTH;
 
@@ -91,7 +93,12 @@ impl Variations {
         let of_change = |(k, parameter): (usize, &Parameter)| match (parameter, &by_part[k]) {
             (Parameter::Scale(body), _) => Some((k, *body, BodyChange::Scale)),
             (_, Some((body, derivative))) => Some((k, *body, BodyChange::Part(derivative.clone()))),
-            _ => None,
+            _ => parameter.of_moment(bodies).map(|(body, index, factor)| {
+                let mut moments = vec![0.0; count(index.isqrt())];
+                moments[index] = factor;
+                let radius = bodies[body].circumradius();
+                (k, body, BodyChange::Moment(HarmonicField::new(&moments, radius)))
+            }),
         };
         let changes = parameters.iter().enumerate().filter(|_| beside).filter_map(of_change).collect();
         Ok(Self {
@@ -230,6 +237,12 @@ impl Variations {
             let loads = &jacobian.loads;
             self.torque[i] += strength * loads.torque_first;
             self.torque[j] += strength * loads.torque_second;
+            let add = |forcing: &mut [[Vec3; 2]], loads: &Interaction| {
+                forcing[i][0] += loads.force_on_first * (g * masses[1]);
+                forcing[j][0] -= loads.force_on_first * (g * masses[0]);
+                forcing[i][1] += over(&(loads.torque_first * strength), &self.inertia[i]);
+                forcing[j][1] += over(&(loads.torque_second * strength), &self.inertia[j]);
+            };
             let mut by_lengths = None;
             let all = self.parameters.iter().zip(&self.by_part);
             for ((parameter, by_part), forcing) in all.zip(self.forcing.chunks_exact_mut(self.bodies)) {
@@ -240,23 +253,22 @@ impl Variations {
                     };
                     by_lengths = Some(known);
                     let Some(loads) = parameter.of_shape([i, j], &known) else { continue };
-                    forcing[i][0] += loads.force_on_first * (g * masses[1]);
-                    forcing[j][0] -= loads.force_on_first * (g * masses[0]);
-                    forcing[i][1] += over(&(loads.torque_first * strength), &self.inertia[i]);
-                    forcing[j][1] += over(&(loads.torque_second * strength), &self.inertia[j]);
+                    add(forcing, &loads);
                     continue;
                 }
                 if let Some((body, derivative)) = by_part {
                     let Some(which) = [i, j].iter().position(|other| other == body) else { continue };
                     let by = link.by_part(&pose, &parts, which, derivative);
-                    forcing[i][0] += by.force_on_first * (g * masses[1]);
-                    forcing[j][0] -= by.force_on_first * (g * masses[0]);
-                    forcing[i][1] += over(&(by.torque_first * strength), &self.inertia[i]);
-                    forcing[j][1] += over(&(by.torque_second * strength), &self.inertia[j]);
+                    add(forcing, &by);
                     // This is the effect of the body's own mass.
                     let sign = if which == 0 { 1.0 } else { -1.0 };
                     let attraction = sign * g * masses[1 - which] * derivative.mass / masses[which];
                     forcing[*body][0] -= loads.force_on_first * attraction;
+                    continue;
+                }
+                if let Some((body, index, factor)) = parameter.of_moment(dynamics.system.bodies()) {
+                    let Some(which) = [i, j].iter().position(|other| *other == body) else { continue };
+                    add(forcing, &link.by_moment(&pose, which, index).times(factor));
                     continue;
                 }
                 let by = parameter.of_pair([i, j], g, masses);

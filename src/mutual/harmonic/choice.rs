@@ -5,6 +5,7 @@ use crate::error::{Error, Result};
 use crate::interrupt::InterruptCheck;
 use crate::math::exchange::Exchange;
 use crate::mutual::{Method, Pair};
+use crate::shape::Shape;
 
 /// The fractions of the smallest predicted separation for which degrees are chosen; the second is tried where
 /// no degree suffices at the first.
@@ -31,9 +32,14 @@ impl Pair {
             Method::Multipole(degree) => Some(degree),
             _ => None,
         };
-        if total.is_none() && self.method != Method::Harmonic && !self.gains_by_series() {
+        let has = |wanted: fn(&Shape) -> bool| self.bodies.iter().any(|body| wanted(&body.shape));
+        let only_series = self.method == Method::Harmonic || has(|shape| matches!(shape, Shape::Stokes(_)));
+        if total.is_none() && !only_series && !self.gains_by_series() {
             return Ok(false);
         }
+        // The polynomials of a total degree in the semi-axes are defined wherever two ellipsoids are apart.
+        let always =
+            total.is_some() && !has(|shape| matches!(shape, Shape::Stokes(_) | Shape::Polyhedron(_)));
         if let Some(truncation) = &self.truncation {
             let kept = truncation.valid_from..KEPT_TO * truncation.valid_from;
             if kept.contains(&reach) || (self.has_fixed_degrees() && separation > truncation.valid_from) {
@@ -44,9 +50,7 @@ impl Pair {
             Some(harmonic) => harmonic,
             None => self.new_series([FIRST_DEGREE; 2], interrupt)?,
         };
-        // The polynomials of a total degree in the semi-axes are defined wherever two ellipsoids are apart.
-        let has_faces = self.bodies.iter().any(|body| body.polyhedron().is_some());
-        let from = if total.is_some() && !has_faces { 0.0 } else { harmonic.converges_from() };
+        let from = if always { 0.0 } else { harmonic.converges_from() };
         let chosen = match (total, self.fixed) {
             _ if separation <= from => None,
             (Some(total), _) => {
@@ -74,7 +78,7 @@ impl Pair {
             self.rule = None;
             return Ok(true);
         }
-        if total.is_none() && self.method != Method::Harmonic {
+        if total.is_none() && !only_series {
             return Ok(false);
         }
         let detail = if separation <= from {

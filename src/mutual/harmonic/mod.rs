@@ -23,11 +23,13 @@ use super::{Interaction, Pose};
 use crate::error::Result;
 use crate::interrupt::InterruptCheck;
 use crate::math::exchange::Exchange;
+use crate::math::harmonics::count;
 use crate::math::rotation::{turned, turned_back};
 use crate::math::{Mat3, Vec3};
 use crate::shape::Shape;
 use line::{Angle, Direction, LineMoments, Tables, orders};
 use moments::Moments;
+pub use moments::harmonics;
 use pulp::{Arch, Simd, WithSimd};
 use std::sync::Arc;
 pub(crate) use truncation::Truncation;
@@ -71,7 +73,8 @@ impl Harmonic {
     ) -> Result<Self> {
         let moments =
             [Moments::new(first, degree, arch, interrupt)?, Moments::new(second, other, arch, interrupt)?];
-        let tables = Arc::new(Tables::new(degree.max(other)));
+        let most = moments.iter().map(Moments::degree).fold(degree.max(other), usize::max);
+        let tables = Arc::new(Tables::new(most));
         Ok(Self { moments, lengths: None, tables, arch })
     }
 
@@ -120,7 +123,7 @@ impl Harmonic {
     /// [`crate::error::Error::Interrupted`].
     pub fn know(&mut self, degrees: [usize; 2], interrupt: &mut InterruptCheck) -> Result<()> {
         for (body, degree) in degrees.into_iter().enumerate() {
-            if self.moments[body].degree() < degree && !self.moments[body].is_point() {
+            if self.moments[body].degree() < degree && !self.moments[body].is_complete() {
                 self.moments[body] = self.moments[body].to_degree(degree, self.arch, interrupt)?;
             }
         }
@@ -139,6 +142,20 @@ impl Harmonic {
     pub fn interaction(&self, truncation: &Truncation, pose: &Pose) -> Interaction {
         let values = [0, 1].map(|body| self.moments[body].values.as_slice());
         self.interaction_of(values, self.radii(), truncation, pose)
+    }
+
+    /// Returns the derivatives of force and torques with respect to one of the moments of a body in use, given
+    /// by its index.
+    pub fn by_moment(&self, truncation: &Truncation, pose: &Pose, body: usize, index: usize) -> Interaction {
+        let degree = index.isqrt();
+        let mut unit = vec![0.0; count(degree)];
+        unit[index] = 1.0;
+        let mut values = [0, 1].map(|body| self.moments[body].values.as_slice());
+        values[body] = &unit;
+        let mut degrees = truncation.degrees;
+        degrees[body] = degree;
+        let truncation = Truncation::new(degrees, degrees[0] + degrees[1], truncation.valid_from);
+        self.interaction_of(values, self.radii(), &truncation, pose)
     }
 
     fn radii(&self) -> [f64; 2] {

@@ -5,13 +5,13 @@
 //! ellipse of an ellipsoid. The root mu_l of the sum of their squares in a degree does not change where the
 //! body is rotated, and is at most one.
 
-use crate::error::Result;
+use crate::error::{Error, Result, require_positive};
 use crate::interrupt::InterruptCheck;
 use crate::math::Vec3;
-use crate::math::exchange::{derivative_by_x, derivative_by_y};
-use crate::math::harmonics::{WeightedHarmonics, count, place};
+use crate::math::exchange::displaced;
+use crate::math::harmonics::{WeightedHarmonics, count, moved, place};
 use crate::math::lanes::BLOCK;
-use crate::shape::{Ellipsoid, Shape};
+use crate::shape::{Body, Ellipsoid, GivenCoefficients, Shape, StokesCoefficients};
 use gauss_quad::GaussLegendre;
 use pulp::Arch;
 use std::f64::consts::PI;
@@ -30,7 +30,7 @@ pub(super) struct Moments {
     /// The circumscribed radius, to which torques are relative.
     pub circumradius: f64,
     /// An upper bound of mu_l for all degrees above: an estimate from the last degrees of a body, and zero
-    /// for a point or a sphere.
+    /// for a point, a sphere and Stokes coefficients, which are all there is.
     pub tail: f64,
     shape: Shape,
 }
@@ -47,6 +47,7 @@ impl Moments {
     pub fn new(shape: &Shape, degree: usize, arch: Arch, interrupt: &mut InterruptCheck) -> Result<Self> {
         let values = match shape {
             Shape::Polyhedron(polyhedron) => polyhedron.harmonic_moments(degree, arch, interrupt)?,
+            Shape::Stokes(stokes) => stokes.moments().clone(),
             Shape::Ellipsoid(ellipsoid) if !is_sphere(ellipsoid) => {
                 Arc::new(of_ellipsoid(ellipsoid, degree, arch))
             }
@@ -56,7 +57,10 @@ impl Moments {
         let degrees = values.len().isqrt();
         let sizes: Vec<f64> = (0..degrees).map(|l| of(l).iter().map(|m| m * m).sum::<f64>().sqrt()).collect();
         let last = degrees.saturating_sub(ENVELOPE).max(1);
-        let tail = sizes[last.min(degrees)..].iter().fold(0.0, |a: f64, b| a.max(*b));
+        let tail = match shape {
+            Shape::Stokes(_) => 0.0,
+            _ => sizes[last.min(degrees)..].iter().fold(0.0, |a: f64, b| a.max(*b)),
+        };
         let (radius, circumradius) = (shape.focal_reach(), shape.circumradius());
         Ok(Self { values, sizes, radius, circumradius, tail, shape: shape.clone() })
     }
@@ -66,9 +70,9 @@ impl Moments {
         self.sizes.len() - 1
     }
 
-    /// Returns whether the shape attracts as a point.
-    pub fn is_point(&self) -> bool {
-        self.sizes.len() == 1
+    /// Returns whether there are no moments of higher degrees: for a point, a sphere and Stokes coefficients.
+    pub fn is_complete(&self) -> bool {
+        self.sizes.len() == 1 || matches!(self.shape, Shape::Stokes(_))
     }
 
     /// Returns the moments up to another degree.
@@ -88,9 +92,45 @@ impl Moments {
                 let degrees = (0..=self.degree()).flat_map(|l| std::iter::repeat_n(l as f64, 2 * l + 1));
                 vec![self.values.iter().zip(degrees).map(|(value, l)| value * l).collect()]
             }
-            Shape::Point => Vec::new(),
+            Shape::Stokes(_) | Shape::Point => Vec::new(),
         }
     }
+}
+
+/// Returns the Stokes coefficients of a body up to a degree from 2 to 60 in its own frame, with the
+/// circumradius as the reference radius.
+///
+/// # Errors
+/// [`Error::InvalidInput`] for another degree and for a point, and [`Error::Interrupted`].
+pub fn harmonics(body: &Body, degree: usize, interrupt: &mut InterruptCheck) -> Result<StokesCoefficients> {
+    const MAX_DEGREE: usize = 60;
+    if !(2..=MAX_DEGREE).contains(&degree) {
+        return Err(Error::invalid("degree", degree, format!("a whole number from 2 to {MAX_DEGREE}")));
+    }
+    let radius = body.circumradius();
+    require_positive(&format!("radius of {}", body.name()), radius)?;
+    let mut sums = vec![0.0; count(degree)];
+    for part in body.parts() {
+        let own = Moments::new(&part.shape, degree, Arch::Scalar, interrupt)?;
+        let mut means = own.values.to_vec();
+        means.resize(count(degree.max(own.degree())), 0.0);
+        let (centre, rotation) = (part.position() / radius, part.rotation() * (own.radius / radius));
+        let moved = moved(&means, degree, |x| centre + rotation * x);
+        sums.iter_mut().zip(moved).for_each(|(sum, mean)| *sum += part.mass / body.mass() * mean);
+    }
+    for l in 0..=degree {
+        sums[l * l..count(l)].iter_mut().for_each(|mean| *mean /= ((2 * l + 1) as f64).sqrt());
+    }
+    // Rounding would move the centre of mass and the principal axes.
+    (sums[0], sums[1], sums[2], sums[3]) = (1.0, 0.0, 0.0, 0.0);
+    (sums[4], sums[5], sums[7]) = (0.0, 0.0, 0.0);
+    let mean_inertia = body.inertia().sum() / 3.0 / body.mass();
+    StokesCoefficients::new(GivenCoefficients {
+        coefficients: sums,
+        reference_radius: radius,
+        mean_inertia,
+        radius,
+    })
 }
 
 fn is_sphere(ellipsoid: &Ellipsoid) -> bool {
@@ -185,17 +225,9 @@ fn by_semi_axes(ellipsoid: &Ellipsoid, degree: usize, arch: Arch) -> [Vec<f64>; 
             }
         }
         let lower = nodes.means(degree, arch, |_, _| false);
-        let mut derivatives = vec![0.0; count(degree)];
-        for (l, m) in all(degree).filter(|&(l, m)| l > 0 && !vanishes(l, m)) {
-            let along_z = (m.unsigned_abs() < l).then(|| (m, ((l * l) as f64 - (m * m) as f64).sqrt()));
-            let terms = match axis {
-                0 => derivative_by_x(l, m),
-                1 => derivative_by_y(l, m),
-                _ => [along_z, None],
-            };
-            let sum: f64 =
-                terms.into_iter().flatten().map(|(n, factor)| factor * lower[place(l - 1, n)]).sum();
-            derivatives[place(l, m)] = sum * 3.0 / (l + 3) as f64;
+        let mut derivatives = displaced(&lower[..degree * degree], axis);
+        for (l, m) in all(degree) {
+            derivatives[place(l, m)] *= if vanishes(l, m) { 0.0 } else { 3.0 / (l + 3) as f64 };
         }
         derivatives
     })

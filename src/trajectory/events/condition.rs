@@ -258,9 +258,11 @@ impl Condition<'_> {
                 two(*first, *second)?;
                 require_positive("distance of Escape", *distance)
             }
-            Self::Contact { first, second }
-            | Self::Periapsis { first, second }
-            | Self::Apoapsis { first, second } => two(*first, *second),
+            Self::Contact { first, second } => {
+                two(*first, *second)?;
+                bodies[*first].require_surface().and(bodies[*second].require_surface())
+            }
+            Self::Periapsis { first, second } | Self::Apoapsis { first, second } => two(*first, *second),
             Self::PlaneCrossing { body: index, reference, normal } => {
                 reference.map_or(body(*index), |other| two(*index, other))?;
                 require_finite("normal of PlaneCrossing", normal.as_slice())?;
@@ -284,6 +286,7 @@ impl Condition<'_> {
             Self::ClosestApproach { force } => equations.external_forces().expect_third_body(*force),
             Self::Occultation { body, by, toward, .. } => {
                 two(*body, *by)?;
+                bodies[*body].require_surface().and(bodies[*by].require_surface())?;
                 require_finite("slowness of Occultation", &[toward.slowness])
             }
             Self::Function(_) => Ok(()),

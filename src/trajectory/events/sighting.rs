@@ -99,7 +99,7 @@ impl<'a> Outline<'a> {
         let rotation = rotation * part.rotation();
         let own = plane.map(|axis| rotation.tr_mul(&axis));
         let form = match &part.shape {
-            Shape::Point => Form::Ellipse([Vec3::zeros(); 2]),
+            Shape::Point | Shape::Stokes(_) => Form::Ellipse([Vec3::zeros(); 2]),
             Shape::Ellipsoid(ellipsoid) => {
                 Form::Ellipse(own.map(|axis| axis.component_mul(&Vec3::from(ellipsoid.semi_axes()))))
             }
