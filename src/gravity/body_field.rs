@@ -108,7 +108,7 @@ impl BodyField {
         let mut sum = Vec3::zeros();
         for part in &self.parts {
             if let PartFieldKind::Pointwise(kind) = &part.kind {
-                sum += part.turn.tr_mul(&kind.at(&(part.turn * (y - part.position))).field);
+                sum += part.turn.tr_mul(&kind.outside(&(part.turn * (y - part.position))).field);
             }
         }
         sum
@@ -193,8 +193,18 @@ impl Pointwise {
         }
     }
 
-    /// Returns the field at a point of the part's frame.
+    /// Returns the field at a point of the part's frame; NaN where it is not known.
     pub fn at(&self, x: &Vec3) -> PolyhedralField {
+        if x.norm() < self.known_from() {
+            let (field, gradient) = (Vec3::repeat(f64::NAN), Mat3::repeat(f64::NAN));
+            return PolyhedralField { potential: f64::NAN, field, gradient, solid_angle: f64::NAN };
+        }
+        self.outside(x)
+    }
+
+    /// Returns the field at a point of the part's frame outside the body, and a continuation of it into the
+    /// sphere that contains Stokes coefficients.
+    fn outside(&self, x: &Vec3) -> PolyhedralField {
         let f = match &self.source {
             Source::Polyhedron(_, anywhere) => anywhere.at(x),
             Source::Harmonics(field) => field.at(x),

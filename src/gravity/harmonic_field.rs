@@ -11,7 +11,7 @@ use crate::math::lanes::BLOCK;
 use crate::math::{Mat3, Vec3};
 use pulp::Arch;
 
-/// The field of unit GM outside a sphere.
+/// The field of unit GM outside a sphere, as a finite series.
 #[derive(Debug, Clone)]
 pub struct HarmonicField {
     radius: f64,
@@ -49,13 +49,10 @@ impl HarmonicField {
         (x.norm() >= self.radius).then(|| (field, x.cross(&field)))
     }
 
-    /// Returns the field at a point; NaN within the sphere.
+    /// Returns the field at a point. The finite series continues it into the sphere, where it is not that of the
+    /// body.
     pub fn at(&self, x: &Vec3) -> PolyhedralField {
         let distance = x.norm();
-        if !(distance >= self.radius) {
-            let (field, gradient) = (Vec3::repeat(f64::NAN), Mat3::repeat(f64::NAN));
-            return PolyhedralField { potential: f64::NAN, field, gradient, solid_angle: 0.0 };
-        }
         let y = x * (self.radius / distance / distance);
         let points = [0, 1, 2].map(|axis| [y[axis]; BLOCK]);
         let points: [&[f64]; 3] = points.each_ref().map(|list| list.as_slice());

@@ -189,7 +189,7 @@ class Body(Tabled):
         >>> import fullbody
         >>> alpha = fullbody.Body(fullbody.Ellipsoid(0.766, 0.7475, 0.6735), mass=2.353e12)
         >>> alpha.harmonics(4).C[2, 0].round(6)
-        np.float64(-0.018087)
+        np.float64(-0.018163)
         """
         units = self._own_units()
         return harmonics_of(self._core(units, 0), degree, units)

@@ -203,8 +203,8 @@ def rebuilt(axes: Any, kind: str | None, what: str) -> Solid:
         The owner of the shape, for errors.
     """
     if isinstance(axes, dict) and "coefficients" in axes:
-        lengths = {"reference_radius": axes["reference_radius"], "radius": axes["radius"]}
-        return StokesCoefficients._rebuilt(axes["coefficients"], inertia=axes["mean_inertia"], **lengths)
+        numbers = (axes[name] for name in ("reference_radius", "mean_inertia", "radius"))
+        return StokesCoefficients._rebuilt(axes["coefficients"], *numbers)
     if isinstance(axes, dict):
         return Polyhedron(axes["vertices"], axes["faces"])
     made = SOLIDS[kind if kind is not None else "PointMass" if axes is None else "Ellipsoid"]

@@ -13,7 +13,7 @@ from .. import _core
 from ..base.arguments import refuse_mixture
 from ..base.kinds import Number, choice, united, whole
 from ..base.limits import POSITIVE
-from ..base.units import Units, is_quantity, need, numbers
+from ..base.units import Units, gathered, is_quantity, need, numbers
 from ..base.values import same
 from ..errors import InvalidInput
 
@@ -77,7 +77,7 @@ class StokesCoefficients:
     >>> shape
     StokesCoefficients(degree 2, reference_radius=0.4)
     >>> fullbody.Body(shape, mass=2.0).inertia.round(6).tolist()
-    [0.117547, 0.121387, 0.124267]
+    [0.115947, 0.119787, 0.124267]
     """
 
     __slots__ = ("_C", "_S", "_inertia", "_made", "_mu", "_radius", "_reference_radius")
@@ -104,7 +104,13 @@ class StokesCoefficients:
             self._C[0, 0] = 1.0
         self._reference_radius = Number("length", POSITIVE)(reference_radius, "reference_radius")
         self._radius = self._reference_radius if radius is None else Number("length", POSITIVE)(radius, "radius")
-        known = refuse_mixture({"reference_radius": reference_radius, "radius": radius, "inertia": inertia})
+        known = refuse_mixture(
+            {
+                "reference_radius": self._reference_radius,
+                "radius": self._radius,
+                "inertia": gathered(inertia, "inertia", "area"),
+            }
+        )
         units = _units_of(self._reference_radius) if known else Units()
         tensor = units.strip(inertia, "area", "inertia")
         if tensor.shape not in ((), (3,), (3, 3)):

@@ -69,7 +69,7 @@ impl Pair {
                         chosen = harmonic.truncation(margin * reach, self.tolerance, interrupt)?;
                     }
                 }
-                chosen
+                chosen.or_else(|| harmonic.complete())
             }
         };
         self.harmonic = Some(harmonic);

@@ -117,6 +117,16 @@ impl Harmonic {
         }
     }
 
+    /// Returns the truncation with all moments where there are no others, which is valid wherever the series
+    /// converges.
+    pub fn complete(&self) -> Option<Truncation> {
+        let degrees = self.known();
+        self.moments
+            .iter()
+            .all(Moments::is_complete)
+            .then(|| Truncation::new(degrees, degrees[0] + degrees[1], self.converges_from()))
+    }
+
     /// Makes sure that moments and constants are known to these degrees.
     ///
     /// # Errors

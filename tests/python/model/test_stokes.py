@@ -22,7 +22,7 @@ def posed(separation=3.0):
     direction = np.array([0.8, 0.5, 0.33])
     return fullbody.State(
         [[0.0, 0.0, 0.0], separation * direction / np.linalg.norm(direction)],
-        [[0.0, 0.0, 0.0], [-0.3, 0.6, 0.2]],
+        [[0.0, 0.0, 0.0], [-0.5, 0.8, 0.0]],
         attitude=attitude / np.linalg.norm(attitude, axis=1)[:, None],
         spin=[[0.1, 0.2, 0.5], [0.3, -0.1, 0.7]],
     )
@@ -48,7 +48,7 @@ def test_low_coefficients_of_an_ellipsoid_are_the_closed_forms():
     assert C[4, 0] == pytest.approx(15 / 7 * (C[2, 0] ** 2 + 2 * C[2, 2] ** 2), rel=1e-12)
     assert C[4, 2] == pytest.approx(5 / 7 * C[2, 0] * C[2, 2], rel=1e-12)
     assert C[4, 4] == pytest.approx(5 / 28 * C[2, 2] ** 2, rel=1e-12)
-    assert not S.any()
+    assert np.abs(S).max() < 1e-17
 
 
 def test_field_outside_the_sphere_is_that_of_the_ellipsoid():
@@ -126,19 +126,20 @@ def test_sensitivities_are_differences_of_runs(name):
             (C if name[0] == "C" else S)[int(name[1]), int(name[3])] += by
         changed = StokesCoefficients(C, S, reference_radius=shape.reference_radius, inertia=inertia)
         body = fullbody.Body(changed, mass=mass, name="A")
-        sun = fullbody.forces.ThirdBody("Sun", mass=5000.0, orbit=orbit)
-        system = fullbody.System([body, BETA], G=1.0, forces=[sun], rtol=1e-13)
-        return system.integrate(posed(7.0), 3.0, output=3.0, **options)
+        sun = fullbody.forces.ThirdBody(name="Sun", mass=5000.0, of="body", orbit=orbit)
+        system = fullbody.System([body, BETA], G=1.0, forces=[sun])
+        return system.integrate(posed(7.0), 3.0, output=3.0, integrator=fullbody.Verner98(rtol=1e-13), **options)
 
     def vector(run):
-        return np.concatenate([run.position[-1], run.velocity[-1], run.spin[-1]], axis=1)
+        return np.stack([run.position[-1], run.velocity[-1], run.spin[-1]], axis=1)
 
-    found = run(derivatives=[f"{name} of A"]).sensitivity(f"{name} of A")[-1]
-    step = 1e-3
+    found = run(derivatives=[f"{name} of A"]).sensitivity[f"{name} of A"][-1]
+    step = 1e-4
     expected = (8 * (vector(run(step)) - vector(run(-step))) - (vector(run(2 * step)) - vector(run(-2 * step)))) / (
         12 * step
     )
-    np.testing.assert_allclose(found[:, [0, 1, 2, 3, 4, 5, 9, 10, 11]], expected, atol=1e-8 * np.abs(expected).max())
+    found = found.reshape(2, 4, 3)[:, [0, 1, 3]]
+    np.testing.assert_allclose(found, expected, atol=1e-8 * np.abs(expected).max())
 
 
 def test_files_give_coefficients_and_gm(tmp_path):
@@ -146,8 +147,8 @@ def test_files_give_coefficients_and_gm(tmp_path):
     from astropy import units as u
 
     head = (
-        "product_type gravity_field\nmodelname test\nearth_gravity_constant 35.0\nradius 400.0\nmax_degree 2\nerrors no\n"
-        "norm fully_normalized\nend_of_head ====\n"
+        "product_type gravity_field\nmodelname test\nearth_gravity_constant 35.0\nradius 400.0\nmax_degree 2\n"
+        "errors no\nnorm fully_normalized\nend_of_head ====\n"
     )
     rows = (
         "gfc 0 0 1.0 0.0\ngfc 1 0 0.0 0.0\ngfc 1 1 0.0 0.0\ngfc 2 0 -0.02 0.0\ngfc 2 1 0.0 0.0\ngfc 2 2 0.004 0.001\n"
@@ -176,10 +177,11 @@ def test_files_give_coefficients_and_gm(tmp_path):
 def test_whatever_needs_a_surface_is_refused():
     system = fullbody.System([by_harmonics(ALPHA), BETA], G=1.0)
     run = system.integrate(posed(), 1.0)
+    geometry = observing.Geometry([0.0], to_observer=[0, 0, 1e9], to_sun=[0, 1e9, 0], light_time=False)
     lacking = "Alpha is given by its Stokes coefficients"
     for call in (
         lambda: system.integrate(posed(), 1.0, events=[fullbody.events.Contact("Alpha", "Beta")]),
-        lambda: observing.light_curve(run, [0.5], observing.Geometry([0, 0, 1e9], [0, 1e9, 0])),
+        lambda: observing.light_curve(run, [0.5], geometry),
     ):
         with pytest.raises(InvalidInput, match=lacking):
             call()
@@ -187,7 +189,7 @@ def test_whatever_needs_a_surface_is_refused():
 
 def test_gravity_inside_the_sphere_is_refused():
     body = by_harmonics(ALPHA, 8)
-    with pytest.raises(InvalidInput, match=r"point 1 is .* at least 1.0 from the centre of Alpha"):
+    with pytest.raises(InvalidInput, match=r"point 1 is .* at least 1 from the centre of Alpha"):
         body.gravity([[0.0, 0.0, 2.0], [0.0, 0.0, 0.9]], G=1.0)
     system = fullbody.System([body, BETA], G=1.0)
     with pytest.raises(NotConverged, match="series of their moments diverges"):
@@ -200,8 +202,11 @@ def test_particles_end_at_the_sphere():
         [[0, 0, 0], [100.0, 0, 0]], np.zeros((2, 3)), attitude=[[1.0, 0, 0, 0]] * 2, spin=np.zeros((2, 3))
     )
     flight = system.fly(state, fullbody.Particles([[0.0, 0.0, 3.0]], [[0.0, 0.0, 0.0]]), 100.0)
-    assert flight.body.tolist() == [0]
-    assert np.linalg.norm(flight.place[0]) == pytest.approx(1.0, rel=1e-9)
+    assert flight.fate_body.tolist() == [0]
+    assert flight.fate.tolist() == ["impact"]
+    # A free fall from 3 to 1 in the field of a point mass of 2 lasts nearly as long.
+    fall = np.sqrt(3.0**3 / 4.0) * (np.arccos(np.sqrt(1 / 3)) + np.sqrt(1 / 3 * 2 / 3))
+    assert flight.fate_time[0] == pytest.approx(fall, rel=0.03)
 
 
 @pytest.mark.parametrize(
@@ -264,9 +269,9 @@ def test_copies_files_and_units_keep_the_body(tmp_path):
 def test_a_toml_file_gives_coefficients(tmp_path):
     path = tmp_path / "a.toml"
     path.write_text(
-        'G = 1.0\n[[body]]\nname = "A"\nmass = 2.0\n'
+        '[system]\nG = 1.0\n[[body]]\nname = "A"\nmass = 2.0\n'
         "stokes = { C = [[1, 0, 0], [0, 0, 0], [-0.05, 0, 0.01]], reference_radius = 1.0, inertia = 0.3 }\n"
-        "[[body]]\nmass = 0.1\npoint = true\nposition = [5, 0, 0]\nvelocity = [0, 0.6, 0]\n"
+        "[[body]]\nmass = 0.1\npoint = true\nposition = [5, 0, 0]\nvelocity = [0, 0.6, 0]\n[run]\nuntil = 1.0\n"
     )
     shape = fullbody.read_toml(path).system.bodies[0].shape
     assert shape.C[2].tolist() == [-0.05, 0.0, 0.01]
