@@ -12,7 +12,7 @@ from ..base.limits import POSITIVE
 from ..base.units import Units, gathered
 from ..errors import InvalidInput
 from .polyhedron import Polyhedron
-from .stokes import StokesCoefficients
+from .stokes import StokesCoefficients, from_packed
 
 __all__ = ["Ellipsoid", "PointMass", "Sphere"]
 
@@ -204,7 +204,7 @@ def rebuilt(axes: Any, kind: str | None, what: str) -> Solid:
     """
     if isinstance(axes, dict) and "coefficients" in axes:
         numbers = (axes[name] for name in ("reference_radius", "mean_inertia", "radius"))
-        return StokesCoefficients._rebuilt(axes["coefficients"], *numbers)
+        return from_packed(axes["coefficients"], *numbers)
     if isinstance(axes, dict):
         return Polyhedron(axes["vertices"], axes["faces"])
     made = SOLIDS[kind if kind is not None else "PointMass" if axes is None else "Ellipsoid"]

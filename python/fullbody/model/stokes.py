@@ -316,10 +316,6 @@ class StokesCoefficients:
         inertia = united(self._inertia, "area", units)
         return StokesCoefficients(self._C, self._S, reference_radius=reference, inertia=inertia, radius=radius)
 
-    @classmethod
-    def _rebuilt(cls, packed: Any, reference: Any, inertia: Any, radius: Any) -> StokesCoefficients:
-        return cls(*_unpacked(packed), reference_radius=reference, inertia=inertia, radius=radius)
-
     def __repr__(self) -> str:
         return f"StokesCoefficients(degree {self.degree}, reference_radius={self._reference_radius})"
 
@@ -334,11 +330,12 @@ class StokesCoefficients:
 
     def __reduce__(self) -> Any:
         packed = _packed(self._C, self._S)
-        return _restored, (packed, self._reference_radius, self._inertia, self._radius, self._mu)
+        return from_packed, (packed, self._reference_radius, self._inertia, self._radius, self._mu)
 
 
-def _restored(packed: _Table, reference: Any, inertia: Any, radius: Any, mu: Any) -> StokesCoefficients:
-    made = StokesCoefficients._rebuilt(packed, reference, inertia, radius)
+def from_packed(packed: Any, reference: Any, inertia: Any, radius: Any, mu: Any = None) -> StokesCoefficients:
+    """Return the shape of coefficients in the core's order, with what the class takes beside them."""
+    made = StokesCoefficients(*_unpacked(packed), reference_radius=reference, inertia=inertia, radius=radius)
     made._mu = mu
     return made
 
@@ -347,7 +344,7 @@ def harmonics_of(body: _core.Body, degree: int, units: Units) -> StokesCoefficie
     """Return the coefficients of a body in its own frame; its lengths are in these units."""
     packed, *values = body.harmonics(whole(degree, "degree", 2, 60)).given
     lengths = map(units.attach, values, ("length", "area", "length"))
-    return StokesCoefficients._rebuilt(packed, *lengths)
+    return from_packed(packed, *lengths)
 
 
 def _units_of(length: Any) -> Units:
