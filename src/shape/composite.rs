@@ -3,7 +3,7 @@
 //! The parts are given in a working frame, which the caller chooses freely. The body frame is their principal
 //! frame: see [`super::frame`].
 
-use super::frame::{ROUNDING, WorkingFrame, principal_axes, quaternion};
+use super::frame::{WorkingFrame, check_inertia, principal_axes, quaternion};
 use super::tree::{BoundingBox, Tree};
 use super::{GivenPart, Part, Placement, Shape};
 use crate::error::{Error, Result};
@@ -75,25 +75,6 @@ fn inertia(given: &[GivenPart], places: &[Placement], centre: &Vec3) -> (Mat3, f
     }
     let tensor = Mat3::from_fn(|i, j| sum(tensors.iter().map(|t| 0.5 * (t[(i, j)] + t[(j, i)]))));
     (tensor, size)
-}
-
-/// Returns an error for moments of inertia that no body can have.
-pub(super) fn check_inertia(name: &str, inertia: &Vec3, size: f64) -> Result<()> {
-    let largest = inertia.max();
-    let refuse = |expected: &str| {
-        let found = format!("[{}, {}, {}]", inertia.x, inertia.y, inertia.z);
-        Err(Error::invalid(format!("moments of inertia of {name}"), found, expected))
-    };
-    if !inertia.iter().all(|moment| *moment > ROUNDING * size && moment.is_finite()) {
-        return refuse(
-            "finite numbers above zero: parts with extent or points that are not on one line, and no void \
-             beside them",
-        );
-    }
-    if 2.0 * largest - inertia.sum() > ROUNDING * size {
-        return refuse("none above the sum of the other two: the voids take away more than there is");
-    }
-    Ok(())
 }
 
 /// The distance, relative to the size, by which rounding may move a part that coincides with another one.

@@ -6,6 +6,7 @@
 //! inertia are equal, only the third axis is rotated, by the shortest rotation; where all are equal, nothing
 //! is rotated. A body that is given in a principal frame therefore keeps it.
 
+use crate::error::{Error, Result};
 use crate::math::{Mat3, Vec3, ascending};
 use nalgebra::{Rotation3, SymmetricEigen, UnitQuaternion};
 
@@ -78,4 +79,23 @@ pub(super) fn quaternion(rotation: &Mat3) -> [f64; 4] {
     }
     let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation));
     [q.w, q.i, q.j, q.k]
+}
+
+/// Returns an error for moments of inertia that no body can have.
+pub(super) fn check_inertia(name: &str, inertia: &Vec3, size: f64) -> Result<()> {
+    let largest = inertia.max();
+    let refuse = |expected: &str| {
+        let found = format!("[{}, {}, {}]", inertia.x, inertia.y, inertia.z);
+        Err(Error::invalid(format!("moments of inertia of {name}"), found, expected))
+    };
+    if !inertia.iter().all(|moment| *moment > ROUNDING * size && moment.is_finite()) {
+        return refuse(
+            "finite numbers above zero: parts with extent or points that are not on one line, and no void \
+             beside them",
+        );
+    }
+    if 2.0 * largest - inertia.sum() > ROUNDING * size {
+        return refuse("none above the sum of the other two: the voids take away more than there is");
+    }
+    Ok(())
 }

@@ -7,8 +7,7 @@
 //! moments is the inertia tensor: int x y = S_2,-2/sqrt 3, int x z = S_21/sqrt 3, int y z = S_2,-1/sqrt 3, int
 //! x^2 - y^2 = 2 S_22/sqrt 3, int z^2 = (T + 2 S_20)/3.
 
-use super::composite::check_inertia;
-use super::frame::{WorkingFrame, principal_axes, quaternion};
+use super::frame::{WorkingFrame, check_inertia, principal_axes, quaternion};
 use crate::error::{Error, Result, require_finite, require_positive};
 use crate::math::exchange::Exchange;
 use crate::math::harmonics::{count, moved};

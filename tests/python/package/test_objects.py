@@ -133,6 +133,8 @@ def made(units=False):
         systems.published("antiope"),
         systems.published("antiope").values["semi-major axis"],
         wedge,
+        wedge.harmonics(4),
+        fullbody.Body(wedge.harmonics(4), mass=2.0 * kg),
         fullbody.Body(wedge, density=2.0 * kg / km**3, name="wedge"),
     )
 
