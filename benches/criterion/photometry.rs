@@ -39,6 +39,7 @@ fn brightness(c: &mut Criterion) {
                 velocity: &[],
                 to_observer: Vec3::x(),
                 to_sun: Vec3::new(1.0, 0.15, 0.05),
+                distant: true,
             })
             .collect();
         group.bench_function(BenchmarkId::new("values", count), |b| {

@@ -28,7 +28,7 @@ pub enum PyCondition {
     Function { f: Py<PyAny> },
 }
 
-/// The path of a distant point, as a cubic spline.
+/// The path of a point that sees the bodies or lights them, as a cubic spline.
 #[pyclass(frozen, name = "Toward", module = "fullbody._core")]
 pub struct PyToward {
     inner: Toward,
@@ -36,12 +36,18 @@ pub struct PyToward {
 
 #[pymethods]
 impl PyToward {
-    /// Makes the path through positions (T, 3) from the barycentre at times (T,), with the time that light
-    /// takes per unit length.
+    /// Makes the path through positions (T, 3) from the barycentre at times (T,), of which only the directions
+    /// count if it is distant, with the time that light takes per unit length.
     #[new]
-    fn new(times: Vec<f64>, places: Vec<[f64; 3]>, slowness: f64, bounded: bool) -> Result<Self> {
+    fn new(
+        times: Vec<f64>,
+        places: Vec<[f64; 3]>,
+        slowness: f64,
+        distant: bool,
+        bounded: bool,
+    ) -> Result<Self> {
         let path = Spline::new("times of Occultation", &times, &places)?;
-        Ok(Self { inner: Toward { path, slowness, bounded } })
+        Ok(Self { inner: Toward { path, slowness, distant, bounded } })
     }
 }
 

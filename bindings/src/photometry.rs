@@ -41,7 +41,7 @@ pub struct PyPhotometer {
 }
 
 /// Epochs: times (K,), positions (K N, 3), attitudes (K N, 4), directions to the observer and to the Sun (K,
-/// 3), and velocities over that of light (K N, 3), or none of them.
+/// 3), velocities over that of light (K N, 3), or none of them, and whether observer and Sun are distant.
 #[derive(FromPyObject)]
 struct Epochs<'py>(
     PyReadonlyArray1<'py, f64>,
@@ -50,6 +50,7 @@ struct Epochs<'py>(
     PyReadonlyArrayDyn<'py, f64>,
     PyReadonlyArrayDyn<'py, f64>,
     PyReadonlyArrayDyn<'py, f64>,
+    bool,
 );
 
 /// The epochs in the core's types.
@@ -59,6 +60,7 @@ struct Taken {
     attitudes: Vec<[f64; 4]>,
     directions: [Vec<Vec3>; 2],
     velocities: Vec<Vec3>,
+    distant: bool,
 }
 
 impl Epochs<'_> {
@@ -69,6 +71,7 @@ impl Epochs<'_> {
             attitudes: rows::<4>("attitude", &self.2)?,
             directions: [vectors("to_observer", &self.3)?, vectors("to_sun", &self.4)?],
             velocities: vectors("velocity", &self.5)?,
+            distant: self.6,
             times,
         };
         let count = taken.times.len();
@@ -98,6 +101,7 @@ impl Taken {
             velocity: self.velocities.get(k * bodies..(k + 1) * bodies).unwrap_or_default(),
             to_observer: self.directions[0][k],
             to_sun: self.directions[1][k],
+            distant: self.distant,
         };
         self.times.iter().enumerate().map(view).collect()
     }

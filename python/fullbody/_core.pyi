@@ -81,7 +81,7 @@ class Body:
     @property
     def inertia(self) -> _Array: ...
 
-_Epochs = tuple[_Array, _Array, _Array, _Array, _Array, _Array]
+_Epochs = tuple[_Array, _Array, _Array, _Array, _Array, _Array, bool]
 
 @final
 class Photometer:
@@ -192,7 +192,7 @@ class System:
 @final
 class Toward:
     def __new__(
-        cls, times: Sequence[float], places: Sequence[Sequence[float]], slowness: float, bounded: bool
+        cls, times: Sequence[float], places: Sequence[Sequence[float]], slowness: float, distant: bool, bounded: bool
     ) -> Toward: ...
 
 @disjoint_base

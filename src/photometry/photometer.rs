@@ -24,7 +24,8 @@ use rayon::prelude::*;
 /// let toward = Vec3::new(0.0, 0.0, 1.0);
 /// let (position, attitude) = ([Vec3::zeros()], [[1.0, 0.0, 0.0, 0.0]]);
 /// let (position, attitude) = (&position, &attitude);
-/// let view = View { time: 0.0, position, attitude, velocity: &[], to_observer: toward, to_sun: toward };
+/// let (to_observer, to_sun) = (toward, toward);
+/// let view = View { time: 0.0, position, attitude, velocity: &[], to_observer, to_sun, distant: true };
 /// let brightness = photometer.brightness(&view, &mut InterruptCheck::never())?;
 /// assert!((brightness[0] - 2.0 * PI).abs() < 1e-14);
 /// # Ok::<(), fullbody::error::Error>(())
@@ -74,7 +75,7 @@ impl Photometer {
     /// Returns the errors of [`Self::brightness`].
     pub fn brightness_in(&self, views: &[View<'_>], interrupt: &mut InterruptCheck) -> Result<Vec<f64>> {
         self.many(views, interrupt, |snapshot, interrupt, all| {
-            let of = |_: &mut (), lit: &Lit<'_>, _, _: &_, interrupt: &mut InterruptCheck<'_>| {
+            let of = |_: &mut (), lit: &Lit<'_>, _, _: [&_; 2], interrupt: &mut InterruptCheck<'_>| {
                 lit.brightness(interrupt)
             };
             snapshot.each(interrupt, of, |brightness, ()| all.push(brightness))
@@ -118,11 +119,11 @@ impl Photometer {
             let of = |sums: &mut Option<Partials>,
                       lit: &Lit<'_>,
                       factor,
-                      directions: &_,
+                      directions: [&_; 2],
                       interrupt: &mut InterruptCheck<'_>| {
                 let mut part = none();
                 let brightness = lit.partials(&mut part, interrupt)?;
-                sums.get_or_insert_with(none).add(&part, factor, [&snapshot.centre, directions]);
+                sums.get_or_insert_with(none).add(&part, factor, directions);
                 Ok(brightness)
             };
             snapshot.each(interrupt, of, |value, sums| all.push((value, sums.unwrap_or_else(none))))

@@ -24,10 +24,13 @@ pub struct View<'a> {
     /// Velocities of the centres over the speed of light. Each body is then where it was when its light left
     /// it towards the observer; empty if the time of light from body to body is neglected.
     pub velocity: &'a [Vec3],
-    /// A vector of any length toward the observer.
+    /// A vector toward the observer, of any length if this is distant.
     pub to_observer: Vec3,
-    /// A vector of any length toward the Sun.
+    /// A vector toward the Sun, of any length if this is distant.
     pub to_sun: Vec3,
+    /// Whether the observer and the Sun are infinitely far. Otherwise the vectors go from the origin, each body
+    /// has its own directions, and its brightness is that with which it appears at the origin's distances.
+    pub distant: bool,
 }
 
 impl View<'_> {
@@ -81,9 +84,11 @@ pub struct Snapshot<'a> {
     view: View<'a>,
     /// The pose of each body, with semi-axes of zero for a body that is not one ellipsoid about its centre.
     placed: Vec<Placed>,
-    /// Directions to the observer and to the Sun's centre.
-    pub centre: [Vec3; 2],
-    /// Weights of the points of the Sun's disc, with the directions to the observer and to the point.
+    /// For each body, or for all if they are distant, the directions to the observer and to the Sun's centre,
+    /// and one over their distances.
+    ways: Vec<([Vec3; 2], [f64; 2])>,
+    /// Likewise the weights of the points of the Sun's disc, with the directions to the observer and to the
+    /// point.
     suns: Vec<(f64, [Vec3; 2])>,
     /// Pairs of bodies whose circumscribed spheres overlap, and for two ellipsoids the normal of a plane
     /// between them, from the first to the second.
@@ -99,16 +104,16 @@ impl<'a> Snapshot<'a> {
             velocity: &[],
             to_observer: Vec3::zeros(),
             to_sun: Vec3::zeros(),
+            distant: true,
         };
-        let (placed, suns, near) = (Vec::new(), Vec::new(), Vec::new());
-        Self { scene, view, placed, centre: [Vec3::zeros(); 2], suns, near }
+        Self { scene, view, placed: Vec::new(), ways: Vec::new(), suns: Vec::new(), near: Vec::new() }
     }
 
     /// Takes a view in place of the one before.
     pub fn look(&mut self, view: &View<'a>, interrupt: &mut InterruptCheck) -> Result<()> {
         let semi_axes = &self.scene.semi_axes;
-        let [e, s] = view.directions(semi_axes.len())?;
-        (self.view, self.centre) = (*view, [e, s]);
+        let distant = view.directions(semi_axes.len())?;
+        self.view = *view;
         self.placed.clear();
         self.placed.extend(semi_axes.iter().enumerate().map(|(body, semi_axes)| Placed {
             body,
@@ -116,10 +121,24 @@ impl<'a> Snapshot<'a> {
             position: view.position[body],
             rotation: rotation::matrix(view.attitude[body]),
         }));
+        self.ways.clear();
         self.suns.clear();
-        match self.scene.sun.as_slice() {
-            [[_, _, weight]] => self.suns.push((*weight, [e, s])),
-            _ => self.suns.extend(self.scene.suns(&s).map(|(weight, sun)| (weight, [e, sun]))),
+        let each = if view.distant { view.position.len().min(1) } else { view.position.len() };
+        for position in &view.position[..each] {
+            let vectors = [view.to_observer, view.to_sun];
+            let (directions, nearness, share) = if view.distant {
+                (distant, [0.0; 2], 1.0)
+            } else {
+                let nearness = vectors.map(|vector| (vector - position).norm().recip());
+                let share = [0, 1].map(|k| vectors[k].norm_squared() * nearness[k] * nearness[k]);
+                ([0, 1].map(|k| (vectors[k] - position) * nearness[k]), nearness, share[0] * share[1])
+            };
+            self.ways.push((directions, nearness));
+            let [e, s] = directions;
+            match self.scene.sun.as_slice() {
+                [[_, _, weight]] => self.suns.push((share * weight, directions)),
+                _ => self.suns.extend(self.scene.suns(&s).map(|(weight, sun)| (share * weight, [e, sun]))),
+            }
         }
         self.near.clear();
         if self.scene.hides() { self.look_between(interrupt) } else { Ok(()) }
@@ -127,19 +146,21 @@ impl<'a> Snapshot<'a> {
 
     /// Computes the brightness of each body by `of`, which is called for every point of the Sun's disc with a
     /// result to which it may add, the ellipsoid in the light from that point, the point's factor, and the
-    /// directions to the observer and to the point. `take` is called with the brightness and the result of
-    /// each body.
+    /// directions to the observer and to the Sun's centre, and to the observer and to the point. `take` is
+    /// called with the brightness and the result of each body.
     pub fn each<T: Default>(
         &self,
         interrupt: &mut InterruptCheck,
-        of: impl Fn(&mut T, &Lit<'_>, f64, &[Vec3; 2], &mut InterruptCheck) -> Result<f64>,
+        of: impl Fn(&mut T, &Lit<'_>, f64, [&[Vec3; 2]; 2], &mut InterruptCheck) -> Result<f64>,
         mut take: impl FnMut(f64, T),
     ) -> Result<()> {
         let Scene { bodies, surfaces, .. } = self.scene;
         let name = |index: usize| format!("brightness of {} at time {}", bodies[index].name, self.view.time);
+        let count = self.scene.sun.len();
         for (index, surface) in surfaces.iter().enumerate() {
+            let suns = &self.suns[self.way(index) * count..][..count];
             let (mut total, mut gathered) = (0.0, T::default());
-            for (weight, directions) in &self.suns {
+            for (weight, directions) in suns {
                 interrupt.charge(WORK, self.view.time)?;
                 if self.needs_facets(index, directions) {
                     total += weight * self.faceted(index, directions, interrupt)?;
@@ -148,7 +169,8 @@ impl<'a> Snapshot<'a> {
                 let factor = weight * surface.albedo[0];
                 let before = self.before(index, directions);
                 let lit = Lit::new(&self.placed[index], &surface.law, self.view.time, *directions, before);
-                let light = of(&mut gathered, &lit, factor, directions, interrupt);
+                let light =
+                    of(&mut gathered, &lit, factor, [&self.ways[self.way(index)].0, directions], interrupt);
                 total += factor
                     * light.map_err(|error| match error {
                         Error::NotConverged { detail, .. } => {
@@ -236,8 +258,8 @@ impl<'a> Snapshot<'a> {
         let all: Vec<usize> = std::iter::once(body).chain(self.others(body, directions)).collect();
         let placed = [Light::Sight, Light::Sun].map(|light| {
             let place = |k: &usize| {
-                let other = self.in_light(light, *k, body, directions);
-                (*k, &meshes[*k], other.position - centre, other.rotation)
+                let (other, growth) = self.in_light(light, *k, body, directions);
+                (*k, &meshes[*k], other.position - centre, other.rotation * growth)
             };
             all.iter().map(place).collect()
         });
@@ -264,14 +286,29 @@ impl<'a> Snapshot<'a> {
         Ok(total)
     }
 
-    /// A body as it was when the light that reached another one passed it. The observer's light left both at
-    /// the places of the view; sunlight passed the first one by D.(e + s) / c before that, D from the second.
-    fn in_light(&self, light: Light, other: usize, body: usize, [e, s]: &[Vec3; 2]) -> Placed {
-        let mut placed = self.placed[other];
+    /// The place of a body in the lists of directions.
+    fn way(&self, body: usize) -> usize {
+        if self.view.distant { 0 } else { body }
+    }
+
+    /// A body as it was when the light that reached another one passed it, grown about the other one's centre
+    /// so that it hides along one direction what it hides in the cone of a near observer or Sun; and the
+    /// factor by which it has grown. The observer's light left both at the places of the view; sunlight passed
+    /// the first one by D.(e + s) / c before that, D from the second.
+    #[inline(always)]
+    fn in_light(&self, light: Light, other: usize, body: usize, directions: &[Vec3; 2]) -> (Placed, f64) {
+        let (mut placed, [e, s], centre) = (self.placed[other], directions, self.placed[body].position);
         if let (Light::Sun, Some(velocity)) = (light, self.view.velocity.get(other)) {
-            placed.position -= velocity * (placed.position - self.placed[body].position).dot(&(e + s));
+            placed.position -= velocity * (placed.position - centre).dot(&(e + s));
         }
-        placed
+        if self.view.distant || other == body {
+            return (placed, 1.0);
+        }
+        let nearness = self.ways[body].1[light as usize];
+        let from = placed.position - centre;
+        let growth = (1.0 - from.dot(&directions[light as usize]) * nearness).recip();
+        (placed.position, placed.semi_axes) = (centre + from * growth, placed.semi_axes * growth);
+        (placed, growth)
     }
 
     /// Iterates over the ellipsoids that may hide light from a body.
@@ -284,7 +321,7 @@ impl<'a> Snapshot<'a> {
                 .placed
                 .iter()
                 .filter(move |other| other.body != body && self.is_before(other.body, body, &direction));
-            others.map(move |other| (light, self.in_light(light, other.body, body, &directions)))
+            others.map(move |other| (light, self.in_light(light, other.body, body, &directions).0))
         })
     }
 }

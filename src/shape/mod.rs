@@ -39,7 +39,7 @@ pub use part::{GivenPart, Part};
 #[doc(hidden)]
 pub use part_derivative::{PartDerivative, PartNumber};
 #[doc(hidden)]
-pub use plane::{across_separating_plane, normal, support};
+pub use plane::{across_separating_plane, normal, support, tip};
 pub use polyhedron::Polyhedron;
 #[doc(hidden)]
 pub use proximity::Proximity;

@@ -117,7 +117,7 @@ fn between_hulls(shapes: [&Shape; 2], rotations: [&Mat3; 2], separation: &Vec3) 
 }
 
 /// Returns the point of a shape, relative to its centre, that is farthest along a vector.
-fn tip(shape: &Shape, rotation: &Mat3, n: &Vec3) -> Vec3 {
+pub fn tip(shape: &Shape, rotation: &Mat3, n: &Vec3) -> Vec3 {
     let own = rotation.tr_mul(n);
     let tip = match shape {
         Shape::Point => Vec3::zeros(),

@@ -178,7 +178,15 @@ impl<'r, 'f> Recorder<'r, 'f> {
         let mut stop = None;
         if !events.is_empty() {
             let (end, equations) = ((simulation.time(), vector), &simulation.motion.equations);
-            stop = detector.scan(equations, pieces, end, contact, events, &mut record.events, interrupt)?;
+            stop = detector.scan(
+                equations,
+                (pieces, pieces),
+                end,
+                contact,
+                events,
+                &mut record.events,
+                interrupt,
+            )?;
         }
         if let Some(solution) = &mut record.dense {
             let last = match (record.events.last().filter(|_| stop.is_some()), contact) {

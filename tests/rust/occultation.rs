@@ -63,7 +63,7 @@ impl Passage {
 fn crossings(system: &System, dense: &Dense, [body, by]: [usize; 2], total: bool) -> Vec<f64> {
     let times = [-100.0, -50.0, 50.0, 100.0];
     let path = Spline::new("times", &times, &[[0.0, 0.0, 1.0]; 4]).unwrap();
-    let toward = Box::new(Toward { path, bounded: true, slowness: 0.0 });
+    let toward = Box::new(Toward { path, bounded: true, distant: true, slowness: 0.0 });
     let (from, to) = dense.range();
     let condition = Condition::Occultation { body, by, total, toward };
     let span = [from.min(to), from.max(to)];
@@ -200,7 +200,7 @@ fn order_of_centres_is_not_that_of_bodies() {
     let times = |bodies, total| {
         let toward = |sign: f64| {
             let path = Spline::new("times", &[-9.0, -5.0, 5.0, 9.0], &[[0.0, 0.0, sign]; 4]).unwrap();
-            Box::new(Toward { path, bounded: true, slowness: 0.0 })
+            Box::new(Toward { path, bounded: true, distant: true, slowness: 0.0 })
         };
         [1.0, -1.0].map(|sign| {
             let [body, by] = bodies;

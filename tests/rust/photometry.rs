@@ -44,6 +44,7 @@ impl Pair {
             velocity: &[],
             to_observer: self.to_observer,
             to_sun: self.to_sun,
+            distant: true,
         }
     }
 
@@ -429,6 +430,7 @@ impl Scene {
             velocity: &[],
             to_observer: self.directions[0],
             to_sun: self.directions[1],
+            distant: true,
         };
         photometer.brightness(&view, &mut InterruptCheck::never()).ok()
     }
@@ -531,6 +533,7 @@ fn three_bodies_hide_parts_of_the_same_one() {
             velocity: &[],
             to_observer: Vec3::x(),
             to_sun: Vec3::x(),
+            distant: true,
         };
         0.25 * PI - photometer.brightness(&view, &mut InterruptCheck::never()).unwrap()[0]
     };
@@ -674,6 +677,7 @@ fn faces_have_albedos_of_their_own() {
         velocity: &[],
         to_observer: e,
         to_sun: s,
+        distant: true,
     };
     let found = of(albedo.clone()).unwrap().brightness(&view, &mut InterruptCheck::never()).unwrap()[0];
     // The body is convex, so that no face hides another one.

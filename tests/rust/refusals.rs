@@ -197,8 +197,15 @@ fn views() {
     let surface = Surface { law: Law::LOMMEL_SEELIGER, albedo: vec![1.0] };
     let photometer = Photometer::new(vec![body("A"), body("B")], vec![surface; 2], true, 0.0).unwrap();
     let seen = |position: &[Vec3], attitude: &[[f64; 4]]| {
-        let view =
-            View { time: 0.0, position, attitude, velocity: &[], to_observer: Vec3::x(), to_sun: Vec3::x() };
+        let view = View {
+            time: 0.0,
+            position,
+            attitude,
+            velocity: &[],
+            to_observer: Vec3::x(),
+            to_sun: Vec3::x(),
+            distant: true,
+        };
         photometer.brightness(&view, &mut InterruptCheck::never())
     };
     let apart = [Vec3::zeros(), Vec3::x()];

@@ -301,11 +301,11 @@ class Function(Event):
 
 @dataclass(frozen=True, eq=False)
 class Occultation(Event):
-    """One body begins or ceases to hide another one behind it, as seen from a distant point.
+    """One body begins or ceases to hide another one behind it, as seen from a point.
 
-    If the distant point is the observer, this is an occultation; if it is the Sun, an eclipse. The function is the gap
-    between the outlines of the two bodies, or with ``total=True`` the distance by which the outline of the body behind
-    extends beyond that in front. The outline of a polyhedron is the convex hull of its vertices.
+    If the point is the observer, this is an occultation; if it is the Sun, an eclipse. The function is the gap between
+    the outlines of the two bodies, or with ``total=True`` the distance by which the outline of the body behind extends
+    beyond that in front. The outline of a polyhedron is the convex hull of its vertices.
     :func:`fullbody.observing.occultation` makes the event from a geometry, and :func:`fullbody.observing.mutual_events`
     finds all such events of a finished run.
 
@@ -314,16 +314,30 @@ class Occultation(Event):
     body, by : int or str
         The body behind and the body in front: indices in the system, or names.
     toward : array_like, (3,) or (T, 3)
-        The direction to the distant point, of any length, or its directions at ``times``, which are interpolated by a
-        cubic spline.
+        The direction to the point, of any length, or its directions at ``times``, which are interpolated by a cubic
+        spline. With ``distant=False`` vectors from the barycentre to the point.
     times : array_like or Quantity, (T,), optional
         Times of the directions, at least four. A run beyond them is refused.
+    distant : bool
+        Whether the point counts as infinitely far. Otherwise ``toward`` has a unit, or the system's unit of length, and
+        bodies are seen within cones; a run in which one of the two bodies reaches as far toward the point as it is from
+        the barycentre is refused.
+    slowness : float
+        The time that light takes for a unit of length, in the system's units, which is one over the speed of light.
+        Each body is then taken when the light left it that left the barycentre at the time of the event. A negative
+        number stands for light from the point, which passes the bodies. Zero for all bodies at one time.
     total : bool
         Whether all of the body behind must be hidden. What only several parts of the body in front hide together counts
         as visible.
     direction : {-1, 0, 1}
         -1 if it begins, 1 if it ends, 0 for both.
     terminal : bool
+
+    Notes
+    -----
+    Bodies at their own times are taken from the polynomials of the step. Where these times are not within the step,
+    positions follow from the acceleration at its end, with an error of a sixth of its rate of change times the cube of
+    the light time, and attitudes from the spin; :func:`fullbody.observing.mutual_events` has all steps.
 
     Examples
     --------
@@ -340,8 +354,17 @@ class Occultation(Event):
     toward: Any = None
     times: Any = None
     total: bool = False
+    distant: bool = True
+    slowness: float = 0.0
 
-    _kinds: ClassVar = {"body": Place(), "by": Place(), "times": Number("time", shape=("T",)), "total": flag}
+    _kinds: ClassVar = {
+        "body": Place(),
+        "by": Place(),
+        "times": Number("time", shape=("T",)),
+        "total": flag,
+        "distant": flag,
+        "slowness": Number(),
+    }
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -356,18 +379,22 @@ class Occultation(Event):
                 "(T, 3) and (T,)"
             )
         # The directions are stored as tuples, which can be compared and hashed.
-        object.__setattr__(self, "toward", _tuples(toward))
+        has_unit = is_quantity(self.toward) and not self.distant
+        object.__setattr__(self, "toward", self.toward if has_unit else _tuples(toward))
         object.__setattr__(self, "times", times if is_quantity(times) or times is None else _tuples(times))
 
     def _condition(self, context: Context) -> _core.Condition:
-        places, times = np.atleast_2d(self.toward), self.times
+        toward, times = self.toward, self.times
+        places = np.atleast_2d(
+            toward if self.distant else context.units.strip(toward, "length", "toward of Occultation")
+        )
         if times is None:
             places, when = np.repeat(places, 4, axis=0), np.arange(4.0)
         else:
             when = context.units.numbers(times, "time", "times of Occultation")
-        toward = _core.Toward(when.tolist(), places.tolist(), 0.0, times is not None)
+        path = _core.Toward(when.tolist(), places.tolist(), self.slowness, self.distant, times is not None)
         plain = self._plain(context.units, context.index)
-        return _core.Condition.Occultation(plain["body"], plain["by"], self.total, toward)
+        return _core.Condition.Occultation(plain["body"], plain["by"], self.total, path)
 
 
 def _tuples(values: Any) -> Any:

@@ -264,9 +264,10 @@ class Astrometry(Observations):
         centres = {one: retarded.centre[..., one, :] for one in (body, about)}
         if self.photocentre:
             to_sun = local_geometry(self.geometry, system).sun(retarded.times)
+            attitude = retarded.attitude(states["attitude"], states["spin"])
             for one, centre in centres.items():
-                shift = photocentre(semi_axes(system, one), states["attitude"][:, one], retarded.observer, to_sun)
-                centres[one] = centre + shift
+                ways = retarded.observer - centre, to_sun - centre
+                centres[one] = centre + photocentre(semi_axes(system, one), attitude[..., one, :], *ways)
         line = (centres[about] - retarded.observer) @ axes.T
         return offsets(line, (centres[body] - centres[about]) @ axes.T)
 

@@ -44,28 +44,28 @@ def photocentre(axes: _Array, attitude: Any, to_observer: _Array, to_sun: _Array
     ----------
     axes : ndarray, (3,)
         Semi-axes.
-    attitude : ndarray, (K, 4)
-        Unit quaternions; they may be complex.
-    to_observer, to_sun : ndarray, (K, 3)
+    attitude : ndarray, (..., 4)
+        Unit quaternions; they may be complex, as the vectors.
+    to_observer, to_sun : ndarray, (..., 3)
         Vectors from the body, inertial frame.
 
     Returns
     -------
-    ndarray, (K, 3)
+    ndarray, (..., 3)
         Offsets in the inertial frame.
     """
     if not axes.any():
-        return np.zeros((len(attitude), 3))
+        return np.zeros_like(to_observer)
     turn = _matrices(attitude)
-    e, s = (vector / np.linalg.norm(vector, axis=1)[:, None] for vector in (to_observer, to_sun))
-    p, q = (np.einsum("kij,ki->kj", turn, vector) / axes for vector in (e, s))
-    size_p, size_q = (np.sqrt(np.sum(v * v, axis=1)) for v in (p, q))
-    first = p / size_p[:, None]
-    cos_a = np.sum(first * q, axis=1) / size_q
-    across = q / size_q[:, None] - first * cos_a[:, None]
-    sin_a = np.sqrt(np.sum(across * across, axis=1))
+    e, s = (vector / np.sqrt(np.sum(vector * vector, axis=-1))[..., None] for vector in (to_observer, to_sun))
+    p, q = (np.einsum("...ij,...i->...j", turn, vector) / axes for vector in (e, s))
+    size_p, size_q = (np.sqrt(np.sum(v * v, axis=-1)) for v in (p, q))
+    first = p / size_p[..., None]
+    cos_a = np.sum(first * q, axis=-1) / size_q
+    across = q / size_q[..., None] - first * cos_a[..., None]
+    sin_a = np.sqrt(np.sum(across * across, axis=-1))
     # At zero phase there is no direction perpendicular to the line of sight, and the offset along it is zero.
-    second = across / np.where(sin_a == 0.0, 1.0, sin_a)[:, None]
+    second = across / np.where(sin_a == 0.0, 1.0, sin_a)[..., None]
     along, aside = size_p + size_q * cos_a, size_q * sin_a
     both = np.sqrt(along * along + aside * aside)
     cos_l, sin_l = along / both, aside / both
@@ -111,15 +111,15 @@ def photocentre(axes: _Array, attitude: Any, to_observer: _Array, to_sun: _Array
     if not (np.real(light) > 0.0).all():
         raise InvalidInput("the Sun is behind a body, which has no centre of light; expected a phase angle below pi")
     x, y = (4.0 / 3.0 * mean([cosine, lit, one]) / light for one in (cosine, sine))
-    return np.einsum("kij,kj->ki", turn, (first * x[:, None] + second * y[:, None]) * axes)
+    return np.einsum("...ij,...j->...i", turn, (first * x[..., None] + second * y[..., None]) * axes)
 
 
 def _matrices(attitude: Any) -> Any:
-    """Return rotation matrices (K, 3, 3) of unit quaternions (K, 4) as polynomials, which take complex numbers."""
+    """Return rotation matrices (..., 3, 3) of unit quaternions (..., 4) as polynomials, which take complex numbers."""
     w, x, y, z = np.moveaxis(attitude, -1, 0)
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
-    return np.moveaxis(np.array(rows), -1, 0)
+    return np.moveaxis(np.array(rows), [0, 1], [-2, -1])

@@ -19,7 +19,7 @@ from ..model.context import SystemLike
 from ..record.displaced import FunctionDerivatives
 from ..record.record import Record
 from .columns import Column, Rows, read_table
-from .states import RetardedStates
+from .states import RetardedStates, retarded
 from .times import in_system
 from .vectors import Vectors, local_geometry
 
@@ -254,9 +254,12 @@ class Observations(Tabled):
         return values
 
     def _residuals(self, run: Record) -> _Array:
-        system = run.system
-        states = run.states(self._emission(system), f"time of {self._what()}")
-        return self._observed(system) - self._model(system, states)
+        return self._observed(run.system) - self._model(run.system, self._states(run))
+
+    def _states(self, run: Record) -> dict[str, Any]:
+        """Return the states of a run from which predictions follow."""
+        local = local_geometry(self.geometry, run.system)
+        return retarded(run, local, self._clock(run.system), f"time of {self._what()}")[0]
 
     def predict(self, run: Record) -> Any:
         """Compute the predictions of a run at the times of the observations.
@@ -277,8 +280,7 @@ class Observations(Tabled):
         InvalidInput
             If the run, or the geometry, does not cover the times.
         """
-        states = run.states(self._emission(run.system), f"time of {self._what()}")
-        return self._attach(self._model(run.system, states), run.system)
+        return self._attach(self._model(run.system, self._states(run)), run.system)
 
     def residuals(self, run: Record) -> Any:
         """Return the observations minus the predictions, in the form of :meth:`predict`."""

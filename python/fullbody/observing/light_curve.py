@@ -12,7 +12,7 @@ from ..record.record import Record
 from ..typing import Array
 from .brightness import Photometer
 from .laws import LommelSeeliger
-from .states import RetardedStates, refuse_near
+from .states import DISTANT, refuse_near, retarded
 from .times import in_system
 from .vectors import Vectors, local_geometry
 
@@ -67,12 +67,14 @@ def light_curve(
         On Ctrl-C.
     InvalidInput
         For times outside the geometry's span or the run, a geometry without the Sun, and an observer or a Sun
-        nearer than 300 times the reach of the bodies from the barycentre.
+        nearer to a body than about 300 times its radius.
 
     Notes
     -----
-    Each body is shown as it was when its light left it towards the observer, and its shadow is cast from where it was
-    when the light passed it, as in :func:`mutual_events`; only its rotation in that time is neglected.
+    Each body is shown as it was when its light left it towards the observer, from its own direction and distance; its
+    magnitude is reduced to the barycentre's distances. A shadow is cast from where a body was when the light passed it,
+    as in :func:`mutual_events`; only its rotation in that time is neglected. All of a body's surface is seen along one
+    direction, which is wrong by up to twice its radius over the distance.
 
     Examples
     --------
@@ -94,16 +96,16 @@ def light_curve(
     found = []
     with interruptible("a light curve"):
         for part in np.array_split(when, max(1, -(-len(when) // _PART))):
-            states = run.states(local.emission(part), "time of a light curve")
-            retarded = RetardedStates(local, part, system.context.masses, states)
-            attitude = retarded.attitude(states["attitude"], states["spin"])
+            states, then = retarded(run, local, part, "time of a light curve")
+            attitude = then.attitude(states["attitude"], states["spin"])
             to_sun = local.sun(part)
-            for what, place in (("observer", retarded.observer), ("Sun", to_sun)):
-                refuse_near(system, what, place, retarded.centre, attitude, part, local.light_speed)
-            beta = retarded.velocity / retarded.light_speed
-            light = photometer.brightness(part, retarded.centre, attitude, retarded.observer, to_sun, beta)
+            for what, place in (("observer", then.observer), ("Sun", to_sun)):
+                refuse_near(system, local, what, place, then.centre, attitude, part, 1.0, DISTANT + 1.0)
+            beta = then.velocity / then.light_speed
+            ways = then.observer, to_sun, beta, local.distant
+            light = photometer.brightness(part, then.centre, attitude, *ways)
             total = light if per_body else light.sum(axis=1)
-            found.append(magnitudes(total, retarded.observer, to_sun, reduced))
+            found.append(magnitudes(total, then.observer, to_sun, reduced))
     return np.concatenate(found)
 
 

@@ -27,6 +27,8 @@ _Array = npt.NDArray[np.float64]
 KINDS = {"occultation": 1.0, "eclipse": -1.0}
 #: Rows of a table of directions, at least: with fewer the spline of a geometry would be another one.
 _ROWS = 64
+#: The number of iterations of a light time, each of which gains the digits of c over the bodies' speed.
+_ITERATIONS = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,8 +76,9 @@ def mutual_events(run: Record, geometry: Vectors) -> list[MutualEvent]:
     """All occultations and eclipses among the bodies of a run, in the order of time.
 
     Contacts are located on the continuous solution, each to the last digits of its time; between the samples of a step
-    extrema are sought, so that events that only graze are found too. Shadows take account of the time that light takes
-    from body to body.
+    extrema are sought, so that events that only graze are found too. Each body is taken at the time when its light left
+    it, and seen within its cone from the observer, or from the Sun, at any distance. Shadows take account of the time
+    that light takes from body to body.
 
     Parameters
     ----------
@@ -93,7 +96,7 @@ def mutual_events(run: Record, geometry: Vectors) -> list[MutualEvent]:
     ------
     InvalidInput
         For a run without its continuous solution, one that the geometry does not cover at any time, and an observer or
-        a Sun nearer than 300 times the reach of the bodies from the barycentre.
+        a Sun that is as near to the barycentre as the bodies reach.
 
     Notes
     -----
@@ -135,8 +138,8 @@ def mutual_events(run: Record, geometry: Vectors) -> list[MutualEvent]:
         states = run.dense.core.states(np.clip(np.array(knots), span[0], span[1]))
         centre = states["position"] - np.einsum("n,tnx->tx", weights, states["position"])[:, None]
         what = "observer" if kind == "occultation" else "Sun"
-        refuse_near(system, what, np.array(toward), centre, states["attitude"], np.array(knots), local.light_speed)
-        towards[kind] = _core.Toward(knots, toward, KINDS[kind] / local.light_speed, False)
+        refuse_near(system, local, what, np.array(toward), centre, states["attitude"], np.array(knots), 1.0, 1.0)
+        towards[kind] = _core.Toward(knots, toward, KINDS[kind] / local.light_speed, local.distant, False)
     conditions = [_core.Condition.Occultation(i, j, total, towards[kind]) for kind, i, j, total in asked]
     crossings = run.dense.core.crossings(system.context.core, conditions, span)
     intervals = {key: _intervals(*found, span, start < stop) for key, found in zip(asked, crossings, strict=True)}
@@ -167,17 +170,23 @@ def _arrivals(
     run: Record, local: SystemGeometry, times: _Array, hidden: npt.NDArray[np.intp], eclipsed: npt.NDArray[np.bool_]
 ) -> _Array:
     """Return when the observer sees contacts that conditions have at times (T,), with the indices of hidden bodies."""
-    emitted = times.copy()
-    if eclipsed.any() and np.isfinite(local.light_speed):
-        # Sunlight that passes the barycentre at that time reaches the body earlier or later, and leaves it then.
-        assert run.dense is not None
-        position = run.dense.core.states(times[eclipsed])["position"]
-        weights = run.context.masses / run.context.masses.sum()
+    found = local.arrival(times)
+    if np.isinf(local.light_speed) or not eclipsed.any():
+        return found
+    assert run.dense is not None
+    # Sunlight that passes the barycentre at that time reaches the body earlier or later, and leaves it then.
+    passing = left = times[eclipsed]
+    sun = local.sun(found[eclipsed])
+    weights = run.context.masses / run.context.masses.sum()
+    for _ in range(_ITERATIONS):
+        position = run.dense.core.states(np.clip(left, min(run.dense.core.range), max(run.dense.core.range)))[
+            "position"
+        ]
         place = position[np.arange(len(position)), hidden[eclipsed]] - np.einsum("n,tnx->tx", weights, position)
-        seen = local.arrival(times[eclipsed])
-        ways = [vector / np.linalg.norm(vector, axis=1)[:, None] for vector in (local.sun(seen), local.observer(seen))]
-        emitted[eclipsed] -= np.einsum("tx,tx->t", place, ways[0] + ways[1]) / local.light_speed
-    return local.arrival(emitted)
+        way = np.linalg.norm(sun - place, axis=1) - np.linalg.norm(sun, axis=1)
+        left = passing + way / local.light_speed
+    found[eclipsed] = local.arrival(left, place)
+    return found
 
 
 def _intervals(at_start: float, zeros: list[float], span: list[float], forward: bool) -> list[tuple[float, float]]:
@@ -239,7 +248,9 @@ def occultation(
     Returns
     -------
     fullbody.events.Occultation
-        Its times are those at the system; the time of light from body to body is left out.
+        Its times are those at which the observed light left the barycentre, or sunlight passed it. Bodies are seen, at
+        their own times and within cones, as by :func:`mutual_events`. A run in which one of the two bodies reaches as
+        far toward the observer, or the Sun, as these are from the barycentre ends in ``InvalidInput``.
 
     Examples
     --------
@@ -257,4 +268,6 @@ def occultation(
     times, toward = _table(local, kind, span)
     when = system.context.units.attach(np.array(times), "time")
     places = system.context.index(body, "body"), system.context.index(by, "by")
-    return Occultation(*places, toward=toward, times=when, total=total, direction=direction, terminal=terminal)
+    slowness = KINDS[kind] / local.light_speed
+    options: dict[str, Any] = {"direction": direction, "terminal": terminal}
+    return Occultation(*places, toward, when, total, local.distant, slowness, **options)

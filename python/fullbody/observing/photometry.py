@@ -19,7 +19,7 @@ from .columns import Column, Rows, column, jitter_of, positive_rows
 from .data import Observations
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
-from .states import RetardedStates, refuse_near
+from .states import DISTANT, RetardedStates, refuse_near
 from .vectors import Vectors, local_geometry
 
 if TYPE_CHECKING:
@@ -194,14 +194,17 @@ class Photometry(Observations):
         total = self._total(self._photometer(system).brightness(*view))
         return magnitudes(total, view[3], view[4], self.reduced)[:, None]
 
-    def _view(self, system: SystemLike, states: dict[str, _Array], retarded: RetardedStates) -> tuple[_Array, ...]:
-        """Return the arguments of a photometer: times, centres, attitudes, vectors to observer and Sun, velocities."""
+    def _view(self, system: SystemLike, states: dict[str, _Array], retarded: RetardedStates) -> tuple[Any, ...]:
+        """Return the arguments of a photometer: times, centres, attitudes, vectors to observer and Sun, velocities, and
+        whether these are distant.
+        """
         attitude = retarded.attitude(states["attitude"], states["spin"])
-        to_sun = local_geometry(self.geometry, system).sun(retarded.times)
+        local = local_geometry(self.geometry, system)
+        to_sun = local.sun(retarded.times)
         for what, place in (("observer", retarded.observer), ("Sun", to_sun)):
-            refuse_near(system, what, place, retarded.centre, attitude, retarded.times, retarded.light_speed)
+            refuse_near(system, local, what, place, retarded.centre, attitude, retarded.times, DISTANT, DISTANT)
         beta = retarded.velocity / retarded.light_speed
-        return retarded.times, retarded.centre, attitude, retarded.observer, to_sun, beta
+        return retarded.times, retarded.centre, attitude, retarded.observer, to_sun, beta, local.distant
 
     def _total(self, light: _Array) -> _Array:
         total = light.sum(axis=1)

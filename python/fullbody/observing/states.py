@@ -2,38 +2,48 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
+from .. import _core
 from ..base.rotations import matrices
 from ..errors import InvalidInput
 from ..model.context import SystemLike
+from ..record.record import Record
 from .vectors import SystemGeometry
 
-__all__ = ["RetardedStates", "refuse_near"]
+__all__ = ["DISTANT", "RetardedStates", "refuse_near", "retarded"]
 
 _Array = npt.NDArray[np.float64]
 
 
-#: An observer has to be so many times farther than any body reaches from the barycentre: each body is then seen along
-#: one direction. At that distance durations of events and brightnesses are off by about 0.3 %.
-_DISTANT = 300.0
+#: Brightnesses need an observer who is farther from a body than its radius by this factor: all of its surface is seen
+#: along one direction, and at that distance they are off by about 0.3 %.
+DISTANT = 300.0
+#: The square of an angle that counts as none.
+_ROUNDING = 1e-15
 
 
 def refuse_near(
     system: SystemLike,
+    local: SystemGeometry,
     what: str,
     place: _Array,
     centre: _Array,
     attitude: _Array,
     times: _Array,
-    light_speed: float,
+    orbits: float,
+    sizes: float,
 ) -> None:
     """Raise an error for an observer, or a Sun, that is too near, or even inside a body.
 
     Parameters
     ----------
     system : System
+    local : SystemGeometry
+        One of which only the directions count has to be outside the bodies.
     what : str
         Which of the two it is.
     place : ndarray, (K, 3)
@@ -41,36 +51,35 @@ def refuse_near(
     centre, attitude : ndarray, (K, N, 3) and (K, N, 4)
         Of the bodies at these times. Those other than ellipsoids count as ellipsoids with the same moments of inertia.
     times : ndarray, (K,)
-    light_speed : float
-        Infinite in a geometry without light time, of which only the directions count outside the bodies.
+    orbits, sizes : float
+        It has to be farther from the barycentre than each body, times the first, by the body's radius times the second.
     """
     axes = np.array([body.semi_axes for body in system.context.bodies])
     far = np.linalg.norm(place, axis=-1)
-    finite = np.isfinite(light_speed)
-    least = (_DISTANT if finite else 1.0) * np.max(
-        np.linalg.norm(centre, axis=-1) + axes.max(axis=1), axis=1, initial=0.0
-    )
+    if local.distant:
+        orbits = sizes = 1.0
+    least = np.max(orbits * np.linalg.norm(centre, axis=-1) + sizes * axes.max(axis=1), axis=1, initial=0.0)
     if np.any(far < least):
         away = np.einsum("knij,kni->knj", matrices(attitude), place[:, None] - centre)
-        sizes = np.where(axes > 0.0, axes, np.finfo(float).tiny)
-        inside = np.argwhere(np.sum((away / sizes) ** 2, axis=2) < 1.0)
+        extents = np.where(axes > 0.0, axes, np.finfo(float).tiny)
+        inside = np.argwhere(np.sum((away / extents) ** 2, axis=2) < 1.0)
         k, body = inside[0] if len(inside) else (int(np.argmin(far / least)), 0)
-        if not (finite or len(inside)):
+        if local.distant and not len(inside):
             return
         where = f"inside {system.context.names[body]}" if len(inside) else "too near"
         attach = system.context.units.attach
         raise InvalidInput(
             f"the {what} of the geometry is {where} at time {attach(float(times[k]), 'time')}, "
-            f"{attach(float(far[k]), 'length')} from the barycentre; expected a distant one, from "
-            f"{attach(float(least[k]), 'length')}, with vectors from the barycentre in the system's unit of length"
+            f"{attach(float(far[k]), 'length')} from the barycentre; expected one from "
+            f"{attach(float(least[k]), 'length')} on, with vectors from the barycentre in the system's unit of length"
         )
 
 
 class RetardedStates:
     """States of bodies at their retarded times, when the light left them that arrives at the observer at given times.
 
-    Each body is taken to move on a straight line and to rotate uniformly about its pose at the time at which the light
-    left the barycentre. The error by its acceleration is smaller by the square of the speed over that of light.
+    Each body is taken to move on a straight line and to rotate uniformly about its pose at the time of the states, up
+    to the curvature that :func:`retarded` adds to these.
 
     Attributes
     ----------
@@ -87,16 +96,29 @@ class RetardedStates:
         The speed of light in the system's units.
     """
 
-    def __init__(self, geometry: SystemGeometry, times: _Array, masses: _Array, states: dict[str, _Array]) -> None:
+    def __init__(
+        self,
+        geometry: SystemGeometry,
+        times: _Array,
+        masses: _Array,
+        states: dict[str, Any],
+        since: _Array | float = 0.0,
+    ) -> None:
         weights = masses / masses.sum()
         self.times, self.light_speed, self._geometry = times, geometry.light_speed, geometry
         self.observer = geometry.observer(times)
-        position, self.velocity = (
+        position, velocity = (
             states[name] - np.einsum("n,...nx->...x", weights, states[name])[..., None, :]
             for name in ("position", "velocity")
         )
-        self.delay = geometry.delays(self.observer, position, self.velocity)
-        self.centre = position + self.velocity * self.delay[..., None]
+        #: The time of the states minus that at which the light left the barycentre, (K,) or zero.
+        self._since = np.reshape(since, (-1, 1))
+        position = position - velocity * self._since[..., None]
+        self.delay = geometry.delays(self.observer, position, velocity)
+        curvature: tuple[Any, Any, Any] = states.get("curvature", (0.0, 0.0, 0.0))
+        bend, turn, self._twist = curvature
+        self.centre = position + velocity * self.delay[..., None] + bend
+        self.velocity = velocity + turn
 
     @property
     def observer_velocity(self) -> _Array:
@@ -104,10 +126,56 @@ class RetardedStates:
         return self._geometry.observer_velocity(self.times)
 
     def attitude(self, attitude: _Array, spin: _Array) -> _Array:
-        """Return attitudes (K, N, 4) when the light left the bodies, from those when it left the barycentre."""
-        angle = np.linalg.norm(spin, axis=-1) * self.delay
-        turn = 0.5 * self.delay * np.sinc(0.5 * angle / np.pi)
+        """Return attitudes (..., K, N, 4) when the light left the bodies, from those at the time of the states."""
+        delay = self.delay - self._since
+        angle = np.linalg.norm(spin, axis=-1) * delay
+        turn = 0.5 * delay * np.sinc(0.5 * angle / np.pi)
         w, v = np.cos(0.5 * angle)[..., None], spin * turn[..., None]
         scalar, vector = attitude[..., :1], attitude[..., 1:]
         real = scalar * w - np.sum(vector * v, axis=-1, keepdims=True)
-        return np.concatenate([real, scalar * v + w * vector + np.cross(vector, v)], axis=-1)
+        return np.concatenate([real, scalar * v + w * vector + np.cross(vector, v)], axis=-1) + self._twist
+
+
+def retarded(run: Record, local: SystemGeometry, times: _Array, what: str) -> tuple[dict[str, Any], RetardedStates]:
+    """Return the states of a run for light that arrives at times (K,), and the retarded ones that follow from them.
+
+    The former are those when the light left the barycentre, with the ``curvature`` of the motions from then until it
+    left the bodies: what straight and uniform motions lack in positions, velocities and attitudes. It is that of a
+    continuous solution, if the run has one. Otherwise positions follow from the forces of the bodies on each other,
+    with an error of a sixth of the acceleration's rate of change times the cube of the delay, and attitudes from the
+    spins.
+    """
+    emitted, masses = local.emission(times), run.context.masses
+    states: dict[str, Any] = run.states(emitted, what)
+    plain = RetardedStates(local, times, masses, states)
+    late = np.abs(plain.delay).max(initial=0.0)
+    if late == 0.0 or _is_straight(run, states, late):
+        return states, plain
+    if run.dense is None:
+        cores = (_core.State(0.0, *map(np.ascontiguousarray, rows)) for rows in zip(*states.values(), strict=True))
+        force = np.array([run.context.core.interactions(core)[0] for core in cores])
+        turn = force / masses[:, None] * plain.delay[..., None]
+        states["curvature"] = 0.5 * turn * plain.delay[..., None], turn, 0.0
+        return states, RetardedStates(local, times, masses, states)
+    twist = -plain.attitude(states["attitude"], states["spin"])
+    bend, turn = -plain.centre, -plain.velocity
+    first, last = sorted(run.dense.core.range)
+    for body in range(len(run.context)):
+        # Beyond the ends of a run its bodies go on straight.
+        inside = np.clip(emitted + plain.delay[:, body], first, last)
+        own = run.states(inside, what)
+        exact = RetardedStates(local, times, masses, own, inside - emitted)
+        bend[:, body] += exact.centre[:, body]
+        turn[:, body] += exact.velocity[:, body]
+        twist[:, body] += exact.attitude(own["attitude"], own["spin"])[:, body]
+    states["curvature"] = bend, turn, twist
+    return states, RetardedStates(local, times, masses, states)
+
+
+def _is_straight(run: Record, states: dict[str, _Array], late: float) -> bool:
+    """Return whether the curvature of the motions within a time is below rounding."""
+    place, count = states["position"], len(run.context)
+    apart = [np.sum((place[:, i] - place[:, j]) ** 2, axis=1).min() for i in range(count) for j in range(i)]
+    fall = run.context.G * run.context.masses.sum() / min(apart) ** 1.5 if apart else 0.0
+    turn = np.sum(states["spin"] ** 2, axis=-1).max()
+    return bool((fall + turn) * late**2 < _ROUNDING)

@@ -251,6 +251,8 @@ class SystemGeometry:
     ----------
     light_speed : float
         The speed of light in the system's units; infinite if the geometry has no light time.
+    distant : bool
+        Whether only directions of the vectors count, as those of plain numbers without light time.
     """
 
     def __init__(self, geometry: Vectors, system: SystemLike) -> None:
@@ -272,6 +274,7 @@ class SystemGeometry:
                 )
             self._turn = turn(geometry.frame, system.context.frame)
         self.light_speed = np.inf
+        self.distant = not geometry.light_time and geometry._km is None
         if geometry.light_time:
             what = "the light time (light_time=True of the geometry)"
             self.light_speed = LIGHT_SPEED / kilometres(system, what) * seconds(system, what)
@@ -299,8 +302,11 @@ class SystemGeometry:
             return times
         return np.asarray(times - np.linalg.norm(self.observer(times), axis=-1) / self.light_speed)
 
-    def arrival(self, times: Any) -> _Array:
-        """Return the times (...) at which light from the barycentre arrives; the inverse of `emission`."""
+    def arrival(self, times: Any, place: Any = 0.0) -> _Array:
+        """Return the times (...) at which light from the barycentre, or from places (..., 3) relative to it, arrives.
+
+        For the barycentre this is the inverse of `emission`.
+        """
         emitted = np.asarray(times, dtype=np.float64)
         if np.isinf(self.light_speed):
             return emitted
@@ -308,7 +314,7 @@ class SystemGeometry:
         found = emitted
         for _ in range(_ITERATIONS):
             # Before the iteration has converged a time may be a little outside the span.
-            way = np.linalg.norm(self.observer(np.clip(found, low, high)), axis=-1)
+            way = np.linalg.norm(self.observer(np.clip(found, low, high)) - place, axis=-1)
             found = emitted + way / self.light_speed
         return np.asarray(np.clip(found, low, high))
 

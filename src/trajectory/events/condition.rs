@@ -8,6 +8,7 @@ use crate::interrupt::InterruptCheck;
 use crate::math::spline::Spline;
 use crate::math::{Mat3, Vec3, ascending, rotation};
 use crate::shape::{Part, Proximity};
+use crate::trajectory::dense::piece_at;
 use nalgebra::Rotation3;
 use std::fmt;
 
@@ -81,9 +82,9 @@ pub enum Condition<'a> {
         /// The index of the third body among the forces.
         force: usize,
     },
-    /// A body's outline and that of another one in front of it touch, as seen from a distant point: the
-    /// observer, or the Sun. The function is the gap of the outlines, or how far the body behind reaches out
-    /// of the other's outline.
+    /// A body's outline and that of another one in front of it touch, as seen from a point: the observer, or
+    /// the Sun. The function is the gap of the outlines, or how far the body behind reaches out of the other's
+    /// outline.
     Occultation {
         /// The body behind.
         body: usize,
@@ -91,43 +92,68 @@ pub enum Condition<'a> {
         by: usize,
         /// Whether the outline of the body behind has to be inside that of the other.
         total: bool,
-        /// The path of the distant point relative to the barycentre.
+        /// The path of the point relative to the barycentre.
         toward: Box<Toward>,
     },
     /// Zeros of a function of the state.
     Function(Box<StateFunction<'a>>),
 }
 
-/// The path of a distant point, with the speed of the light between it and the bodies.
+/// The path of the point from which bodies are seen, or from which light comes, with the speed of that light.
 #[derive(Debug, Clone)]
 pub struct Toward {
-    /// The position of the point relative to the barycentre as a function of time.
+    /// The position of the point relative to the barycentre as a function of time: that of the light which
+    /// leaves, or passes, the barycentre.
     pub path: Spline<3>,
     /// Whether times outside the path are refused; otherwise the path is extrapolated.
     pub bounded: bool,
+    /// Whether only the direction to the point counts, as if it were at an infinite distance.
+    pub distant: bool,
     /// The time that light takes per unit length: positive for light to the point, which leaves nearer bodies
     /// later; negative for light from there, which passes nearer bodies earlier; zero if all bodies are taken
     /// at one time.
     pub slowness: f64,
 }
 
+/// The point of a [`Toward`] at a time.
+struct Eye {
+    /// The unit vector from the barycentre.
+    direction: Vec3,
+    /// One over the distance from the barycentre; zero for a point at infinity.
+    nearness: f64,
+}
+
+impl Eye {
+    /// Returns by how much nearer than the barycentre a place relative to it is.
+    fn nearer(&self, place: &Vec3) -> f64 {
+        let Self { direction, nearness } = self;
+        let way = (direction - place * *nearness).norm();
+        (2.0 * place.dot(direction) - nearness * place.norm_squared()) / (1.0 + way)
+    }
+}
+
 impl Toward {
-    fn direction(&self, time: f64) -> Result<(Vec3, f64)> {
+    fn eye(&self, time: f64) -> Result<Eye> {
         let (first, last) = self.path.range();
         if self.bounded && !(first..=last).contains(&time) {
-            let expected = format!("one from {first} to {last}, for which the distant point is known");
+            let expected = format!("one from {first} to {last}, for which the point is known");
             return Err(Error::invalid("time of Occultation", time, expected));
         }
-        Ok((Vec3::from(self.path.at(time).0).normalize(), self.slowness))
+        let place = Vec3::from(self.path.at(time).0);
+        let distance = place.norm();
+        Ok(Eye { direction: place / distance, nearness: if self.distant { 0.0 } else { 1.0 / distance } })
     }
 }
 
 /// The time, vector and equations at which the functions are evaluated.
+#[derive(Clone, Copy)]
 pub(super) struct EvaluationPoint<'a> {
     pub equations: &'a Dynamics,
     pub time: f64,
     pub y: &'a [f64],
     pub zeros: &'a [f64],
+    /// The continuous solution about the time, as far as it is known.
+    pub pieces: &'a [Segment],
 }
 
 impl EvaluationPoint<'_> {
@@ -149,6 +175,52 @@ impl EvaluationPoint<'_> {
 
     fn rotation(&self, body: usize) -> Mat3 {
         rotation::matrix(self.frame().attitude(body, self.y))
+    }
+
+    /// Returns the position of a body relative to the barycentre, and its velocity.
+    fn about_barycentre(&self, body: usize) -> (Vec3, Vec3) {
+        let (offset, drift) = self.frame().barycentre_offset(self.y);
+        (self.position(body) - offset, self.velocity(body) - drift)
+    }
+
+    /// Returns by how much later the light left a body, or passed it, that leaves or passes the barycentre at
+    /// this time, and where the body was then relative to the barycentre: both on a straight line.
+    fn straight(&self, body: usize, eye: &Eye, slowness: f64) -> (f64, Vec3) {
+        let (place, velocity) = self.about_barycentre(body);
+        let late = (0..4).fold(0.0, |late, _| slowness * eye.nearer(&(place + velocity * late)));
+        (late, place + velocity * late)
+    }
+
+    /// Returns the position of a body relative to the barycentre, and its rotation, when the light left it, or
+    /// passed it, from the time and the place on a straight line.
+    ///
+    /// Unless these are exact but for rounding, one step leads from there to the continuous solution, up to
+    /// the square of the speed over that of light. Beyond the pieces that are known, the position follows from
+    /// the acceleration at their end and the attitude from the spin.
+    fn seen(&self, body: usize, (late, straight): (f64, Vec3), eye: &Eye, slowness: f64) -> (Vec3, Mat3) {
+        /// The square of an angle that counts as none.
+        const STRAIGHT: f64 = 1e-16;
+        let spin = |y: &[f64]| Vec3::from_column_slice(&y[self.frame().layout.spin(body)..][..3]);
+        let velocity = self.about_barycentre(body).1;
+        let rate = spin(self.y).norm_squared() + velocity.norm_squared() / straight.norm_squared();
+        let Some(first) = self.pieces.first().filter(|_| late * late * rate > STRAIGHT) else {
+            let turn = Rotation3::from_scaled_axis(spin(self.y) * late);
+            return (straight, self.rotation(body) * turn.matrix());
+        };
+        let piece = piece_at(self.pieces, self.time + late, first.size() > 0.0);
+        let present = piece.fraction(self.time);
+        let theta = (present + late / piece.size()).clamp(0.0, 1.0);
+        let rest = late - (theta - present) * piece.size();
+        let (mut y, mut rates) = (self.y.to_vec(), vec![0.0; self.y.len()]);
+        piece.at(theta, &mut y);
+        piece.rate(theta, &mut rates);
+        let there = EvaluationPoint { y: &y, ..*self };
+        let (place, velocity) = there.about_barycentre(body);
+        let (_, acceleration) = EvaluationPoint { y: &rates, ..*self }.about_barycentre(body);
+        let place = place + (velocity + acceleration * (0.5 * rest)) * rest;
+        let left = slowness * eye.nearer(&place) - late;
+        let turn = Rotation3::from_scaled_axis(spin(&y) * (rest + left));
+        (place + (velocity + acceleration * rest) * left, there.rotation(body) * turn.matrix())
     }
 
     fn relative(&self, first: usize, second: usize) -> (Vec3, Vec3) {
@@ -200,7 +272,7 @@ impl Condition<'_> {
         const MARGIN: f64 = 1.01;
         let Self::Occultation { body, by, toward, .. } = self else { return None };
         let layout = equations.frame().layout;
-        let (mut speed, mut distance, mut turning) = (0.0, 0.0, 0.0);
+        let (mut speed, mut distance, mut turning, mut size) = (0.0, 0.0, 0.0, 0.0);
         for index in [*body, *by] {
             let position = layout.position(index);
             distance += Vec3::from_column_slice(&piece.start_vector().0[position..][..3]).norm();
@@ -217,10 +289,15 @@ impl Condition<'_> {
                 _ => body.circumradius(),
             };
             turning += rate * lever;
+            size += body.circumradius();
         }
         let (place, rate) = toward.path.at(piece.start());
-        let drift = Vec3::from(rate).norm() / Vec3::from(place).norm() * piece.size().abs();
-        Some(MARGIN * (speed + turning) + 2.0 * drift * (distance + speed))
+        let far = Vec3::from(place).norm();
+        let drift = Vec3::from(rate).norm() / far * piece.size().abs();
+        // A place x is seen at x / (1 - x.u / far) from a near point.
+        let share = if toward.distant { 0.0 } else { (distance + speed + size) / far };
+        let growth = if share < 1.0 { ((1.0 + share) / (1.0 - share)).powi(2) } else { f64::INFINITY };
+        Some(growth * (MARGIN * (speed + turning) + 2.0 * drift * (distance + speed + size)))
     }
 
     /// Returns an error for bodies that do not exist and for meaningless values.
@@ -322,9 +399,7 @@ impl Condition<'_> {
                 let (offset, offset_rate) = at.frame().barycentre_offset(at.y);
                 (position - offset).dot(&(velocity - offset_rate))
             }
-            Self::Occultation { body, by, total, toward } => {
-                occultation(at, *body, *by, *total, toward.direction(at.time)?)
-            }
+            Self::Occultation { body, by, total, toward } => occultation(at, [*body, *by], *total, toward)?,
             Self::Function(function) => function(&at.frame().state(at.time, at.y, at.zeros))?,
         })
     }
@@ -354,35 +429,38 @@ fn alignment(at: &EvaluationPoint, body: usize, other: usize) -> f64 {
     long.dot(&line) * (long_rate.dot(&line) + long.dot(&line_rate))
 }
 
-/// Evaluates the function of an occultation, where the distant point is given by its path and the slowness of
-/// light.
-fn occultation(
-    at: &EvaluationPoint,
-    body: usize,
-    by: usize,
-    total: bool,
-    (direction, slowness): (Vec3, f64),
-) -> f64 {
-    let (barycentre, drift) = at.frame().barycentre_offset(at.y);
-    let late = |index: usize| slowness * (at.position(index) - barycentre).dot(&direction);
-    let (late_behind, late_front) = (late(body), late(by));
-    let centre = |index: usize, late: f64| at.position(index) + (at.velocity(index) - drift) * late;
-    let separation = centre(by, late_front) - centre(body, late_behind);
-    let bodies = [&at.system().bodies()[body], &at.system().bodies()[by]];
+/// Evaluates the function of an occultation of the first body by the second.
+fn occultation(at: &EvaluationPoint, indices: [usize; 2], total: bool, toward: &Toward) -> Result<f64> {
+    let (eye, slowness) = (toward.eye(at.time)?, toward.slowness);
+    let Eye { direction, nearness } = eye;
+    let bodies = indices.map(|index| &at.system().bodies()[index]);
+    let straight = indices.map(|index| at.straight(index, &eye, slowness));
+    let [behind, front] = straight.map(|(_, place)| place);
+    for ((_, place), body) in straight.iter().zip(bodies) {
+        let reach = place.dot(&direction) + body.circumradius();
+        if reach * nearness >= 1.0 {
+            let what =
+                format!("distance of the observer, or the Sun, from the barycentre at time {}", at.time);
+            let expected = format!("one above {reach}, as far as {} reaches toward it", body.name);
+            return Err(Error::invalid(what, nearness.recip(), expected));
+        }
+    }
     // Far from an occultation a bound suffices.
-    let (size, behind) = (bodies[0].circumradius() + bodies[1].circumradius(), -separation.dot(&direction));
-    if behind > size {
-        return behind;
+    let size = bodies[0].circumradius() + bodies[1].circumradius();
+    let depth = (behind - front).dot(&direction);
+    if depth > size {
+        return Ok(depth);
     }
-    let across = (separation + direction * behind).norm();
-    if across > 2.0 * size {
-        return behind.max(across - size);
+    let seen =
+        |place: &Vec3| (place - direction * place.dot(&direction)) / (1.0 - place.dot(&direction) * nearness);
+    let across = (seen(&front) - seen(&behind)).norm();
+    let [near, far] = [behind, front].map(|place| 1.0 - (place.norm() + size) * nearness);
+    let size = size / (near.min(far)).powi(2);
+    if near.min(far) > 0.0 && across > 2.0 * size {
+        return Ok(depth.max(across - size));
     }
-    let rotation = |index: usize, late: f64| {
-        let spin = Vec3::from_column_slice(&at.y[at.frame().layout.spin(index)..][..3]);
-        at.rotation(index) * Rotation3::from_scaled_axis(spin * late).matrix()
-    };
-    let rotations = [&rotation(body, late_behind), &rotation(by, late_front)];
-    let sighting = Sighting { bodies, separation: &separation, rotations, direction: &direction };
-    if total { sighting.excess() } else { sighting.gap() }
+    let [(behind, first), (front, second)] = [0, 1].map(|k| at.seen(indices[k], straight[k], &eye, slowness));
+    let (centres, rotations) = ([&behind, &front], [&first, &second]);
+    let sighting = Sighting { bodies, centres, rotations, direction: &direction, nearness };
+    Ok(if total { sighting.excess() } else { sighting.gap() })
 }

@@ -44,14 +44,16 @@ impl Dense {
         let mut y = vec![0.0; equations.layout().dimension()];
         let zeros = y.clone();
         first.at(0.0, &mut y);
-        let place = EvaluationPoint { equations: &equations, time: first.start(), y: &y, zeros: &zeros };
+        let (time, y) = (first.start(), &y);
+        let place = EvaluationPoint { equations: &equations, time, y, zeros: &zeros, pieces: all };
         let start =
             |event: &mut Event| Ok(Crossings { at_start: event.condition.value(&place)?, times: Vec::new() });
         let mut found = events.iter_mut().map(start).collect::<Result<Vec<_>>>()?;
         let mut occurrences = Vec::new();
+        let mut y = zeros.clone();
         last.at(1.0, &mut y);
         let end = (last.time_at(1.0), y.as_slice());
-        detector.scan(&equations, pieces, end, None, &mut events, &mut occurrences, interrupt)?;
+        detector.scan(&equations, (pieces, all), end, None, &mut events, &mut occurrences, interrupt)?;
         // The last piece may go on beyond the event that ended the run.
         let (from, to) = self.range();
         let within = from.min(to)..=from.max(to);

@@ -146,7 +146,7 @@ impl Condition<'_> {
         let (frame, y, zeros) = BarycentricFrame::new(system.layout(), &system.masses(), state);
         let equations = &system.dynamics(&frame, interrupt)?;
         let zeros = &vec![0.0; zeros.len()];
-        self.value(&EvaluationPoint { equations, time: state.time, y: &y, zeros })
+        self.value(&EvaluationPoint { equations, time: state.time, y: &y, zeros, pieces: &[] })
     }
 }
 

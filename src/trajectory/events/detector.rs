@@ -58,7 +58,8 @@ impl EventDetector {
     }
 
     /// Appends the events within a step that ends with the time and vector `end`, in the order of the run, up
-    /// to and including the first terminal one, whose index and time are returned.
+    /// to and including the first terminal one, whose index and time are returned. The step consists of the
+    /// first list of pieces; the second one is all that is known of the continuous solution.
     ///
     /// At the ends of the pieces the functions are evaluated at the vectors through which the steps
     /// themselves pass. The values there are the same for the piece before and the piece after, and for a run
@@ -68,7 +69,7 @@ impl EventDetector {
     pub fn scan(
         &mut self,
         equations: &Dynamics,
-        pieces: &[Segment],
+        (pieces, known): (&[Segment], &[Segment]),
         end: (f64, &[f64]),
         met: Option<Contact>,
         events: &mut [Event],
@@ -92,7 +93,7 @@ impl EventDetector {
                 }
                 (None, None) => end,
             };
-            let stop = self.scan_piece(equations, piece, after, here, events, out)?;
+            let stop = self.scan_piece(equations, (piece, known), after, here, events, out)?;
             self.next = next;
             if stop.is_some() || here.is_some() {
                 return Ok(stop);
@@ -105,15 +106,15 @@ impl EventDetector {
     fn scan_piece(
         &mut self,
         equations: &Dynamics,
-        piece: &Segment,
+        (piece, known): (&Segment, &[Segment]),
         after: (f64, &[f64]),
         met: Option<Contact>,
         events: &mut [Event],
         out: &mut Vec<Occurrence>,
     ) -> Result<Option<(usize, f64)>> {
         let fractions = sample_fractions(met.map_or(1.0, |contact| contact.theta));
-        self.sample(equations, piece, &fractions, after, events)?;
-        self.find(equations, piece, &fractions, met, events)?;
+        self.sample(equations, (piece, known), &fractions, after, events)?;
+        self.find(equations, (piece, known), &fractions, met, events)?;
         (self.begun, self.given) = (true, false);
         for &(theta, index) in &self.found {
             piece.at(theta, &mut self.y);
@@ -136,7 +137,7 @@ impl EventDetector {
     fn sample(
         &mut self,
         equations: &Dynamics,
-        piece: &Segment,
+        (piece, pieces): (&Segment, &[Segment]),
         fractions: &[f64; POINTS],
         after: (f64, &[f64]),
         events: &mut [Event],
@@ -151,7 +152,7 @@ impl EventDetector {
                 piece.at(fractions[k], &mut self.y);
                 (piece.time_at(fractions[k]), self.y.as_slice())
             };
-            let place = EvaluationPoint { equations, time, y, zeros: &self.zeros };
+            let place = EvaluationPoint { equations, time, y, zeros: &self.zeros, pieces };
             for (event, values) in events.iter_mut().zip(&mut self.values) {
                 values[k] = checked(event, &place)?;
             }
@@ -163,7 +164,7 @@ impl EventDetector {
     fn find(
         &mut self,
         equations: &Dynamics,
-        piece: &Segment,
+        (piece, pieces): (&Segment, &[Segment]),
         fractions: &[f64; POINTS],
         met: Option<Contact>,
         events: &mut [Event],
@@ -191,7 +192,7 @@ impl EventDetector {
             let f = |theta: f64| {
                 piece.at(theta, y);
                 let time = piece.time_at(theta);
-                checked(event, &EvaluationPoint { equations, time, y, zeros: low })
+                checked(event, &EvaluationPoint { equations, time, y, zeros: low, pieces })
             };
             let wanted = |rises: bool| counts(direction, rises == forward);
             zeros(fractions, values, steepness, f, wanted, |theta, _| take(theta, index))?;

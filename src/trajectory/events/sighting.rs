@@ -1,4 +1,10 @@
-//! Outlines of bodies seen along a direction: how far two are apart, and whether one is inside another.
+//! Outlines of bodies seen from a point: how far two are apart, and whether one is inside another.
+//!
+//! From a point at the distance D along a unit vector u, the place x is seen where x / (1 - x.u / D) is seen
+//! along u from infinity. This map takes lines to lines, and an ellipsoid with the centre c and the matrix Q to
+//! another one. With g = 1 - c.u / D and s = g^2 - u.Q u / D^2, the outline of the latter across u has the
+//! centre (g c + Q u / D) / s, and its matrix follows from the tangent planes through the point, (n.c - w)^2 =
+//! n.Q n.
 //!
 //! An outline reaches h(n) from its centre along a unit vector n across the line of sight. That of an
 //! ellipsoid is an ellipse with h(n)^2 = n.A n, and that of a polyhedron the convex hull of its vertices. With
@@ -17,25 +23,27 @@
 //! centre when B is stretched to a circle. For polygons the normals of the sides and of the nearest or farthest
 //! corner suffice.
 //!
-//! Where two outlines overlap, the body in front is the one on the observer's side of a plane that separates the
+//! Where two outlines overlap, the body in front is the one on the point's side of a plane that separates the
 //! bodies.
 
 use crate::math::{Mat3, Vec3, perpendicular};
-use crate::shape::{Body, Part, Shape, across_separating_plane};
+use crate::shape::{Body, Part, Shape, across_separating_plane, tip};
 
 type Vec2 = nalgebra::Vector2<f64>;
 
-/// Two bodies and the direction along which they are seen.
+/// Two bodies and the point from which they are seen, farther from the origin than either body reaches toward it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sighting<'a> {
     /// The body that may be hidden, and that which may hide it.
     pub bodies: [&'a Body; 2],
-    /// The vector from the first centre to the second.
-    pub separation: &'a Vec3,
-    /// The rotations from the bodies' frames into that of the separation.
+    /// The centres.
+    pub centres: [&'a Vec3; 2],
+    /// The rotations from the bodies' frames into that of the centres.
     pub rotations: [&'a Mat3; 2],
-    /// The unit vector along the line of sight, toward the distant point.
+    /// The unit vector toward the point.
     pub direction: &'a Vec3,
+    /// One over the point's distance from the origin; zero at infinity.
+    pub nearness: f64,
 }
 
 impl Sighting<'_> {
@@ -60,10 +68,10 @@ impl Sighting<'_> {
 
     fn outlines(&self) -> [Vec<Outline<'_>>; 2] {
         let x = perpendicular(self.direction);
-        let plane = [x, self.direction.cross(&x)];
+        let frame = [x, self.direction.cross(&x), *self.direction];
         [0, 1].map(|k| {
-            let centre = if k == 0 { Vec3::zeros() } else { *self.separation };
-            let outline = |part| Outline::new(part, &centre, self.rotations[k], &plane);
+            let outline =
+                |part| Outline::new(part, self.centres[k], self.rotations[k], &frame, self.nearness);
             self.bodies[k].outer_parts().map(outline).collect()
         })
     }
@@ -71,17 +79,18 @@ impl Sighting<'_> {
     /// Returns a length that is negative where the second of two parts whose outlines overlap is in front.
     fn depth(&self, a: &Outline, b: &Outline) -> f64 {
         let r = b.centre - a.centre;
-        let across = across_separating_plane([a.shape, b.shape], [&a.rotation, &b.rotation], &r);
-        -across.dot(self.direction)
+        let n = across_separating_plane([a.shape, b.shape], [&a.rotation, &b.rotation], &r);
+        let ends = [a.centre + tip(a.shape, &a.rotation, &n), b.centre + tip(b.shape, &b.rotation, &-n)];
+        n.dot(&((ends[0] + ends[1]) * (0.5 * self.nearness) - self.direction))
     }
 }
 
-/// The outline of a part in the plane across the line of sight, and the part itself.
+/// The outline of a part in the plane across the direction to the point, and the part itself.
 struct Outline<'a> {
     shape: &'a Shape,
     centre: Vec3,
     rotation: Mat3,
-    /// The centre in the plane.
+    /// The centre of the outline.
     place: Vec2,
     form: Form,
 }
@@ -94,20 +103,37 @@ enum Form {
 }
 
 impl<'a> Outline<'a> {
-    fn new(part: &'a Part, centre: &Vec3, rotation: &Mat3, plane: &[Vec3; 2]) -> Self {
+    fn new(part: &'a Part, centre: &Vec3, rotation: &Mat3, frame: &[Vec3; 3], nearness: f64) -> Self {
         let centre = centre + rotation * part.position();
         let rotation = rotation * part.rotation();
-        let own = plane.map(|axis| rotation.tr_mul(&axis));
-        let form = match &part.shape {
-            Shape::Point | Shape::Stokes(_) => Form::Ellipse([Vec3::zeros(); 2]),
+        let own = frame.map(|axis| rotation.tr_mul(&axis));
+        let [x, y, toward] = frame.map(|axis| axis.dot(&centre));
+        let growth = 1.0 - nearness * toward;
+        let (place, form) = match &part.shape {
+            Shape::Point | Shape::Stokes(_) => (Vec2::new(x, y) / growth, Form::Ellipse([Vec3::zeros(); 2])),
             Shape::Ellipsoid(ellipsoid) => {
-                Form::Ellipse(own.map(|axis| axis.component_mul(&Vec3::from(ellipsoid.semi_axes()))))
+                let [first, second, depth] =
+                    own.map(|axis| axis.component_mul(&Vec3::from(ellipsoid.semi_axes())));
+                let square = growth * growth - nearness * nearness * depth.norm_squared();
+                let root = square.sqrt();
+                let bend = nearness * nearness / (growth + root);
+                let seen = |along: Vec3, c: f64| {
+                    along / root + depth * ((nearness * c + bend * along.dot(&depth)) / square)
+                };
+                let centre = |along: Vec3, c: f64| (growth * c + nearness * along.dot(&depth)) / square;
+                let place = Vec2::new(centre(first, x), centre(second, y));
+                (place, Form::Ellipse([seen(first, x), seen(second, y)]))
             }
-            Shape::Polyhedron(polyhedron) => Form::Polygon(hull(
-                polyhedron.vertices().map(|v| Vec2::from(own.map(|axis| axis.dot(&v)))).collect(),
-            )),
+            Shape::Polyhedron(polyhedron) => {
+                let place = Vec2::new(x, y) / growth;
+                let corner = |v: Vec3| {
+                    let [along, aside, above] = own.map(|axis| axis.dot(&v));
+                    // The difference of the corner's place and the centre's.
+                    (Vec2::new(along, aside) + place * (nearness * above)) / (growth - nearness * above)
+                };
+                (place, Form::Polygon(hull(polyhedron.vertices().map(corner).collect())))
+            }
         };
-        let place = Vec2::from(plane.map(|axis| axis.dot(&centre)));
         Self { shape: &part.shape, centre, rotation, place, form }
     }
 

@@ -9,6 +9,7 @@ import pytest
 from fullbody import Body, Ellipsoid, Part, Polyhedron, Sphere, State, System, observing
 from fullbody.errors import BodiesOverlap, InvalidInput
 from fullbody.observing.laws import Law
+from scipy.spatial.transform import Rotation
 from support.meshes import octahedron
 
 DATA = Path(__file__).parents[2] / "data"
@@ -304,3 +305,23 @@ def test_a_point_is_dark_and_hides_nothing():
     state = State([[0, 0, 0], [3, 0, 0]], np.zeros((2, 3)))
     found = observing.brightness(System(bodies, G=1.0), state, [1, 0, 0], [1, 0, 0])
     np.testing.assert_allclose(found, [np.pi / 2, 0.0], rtol=1e-12)
+
+
+def test_light_near_zero_phase_depends_on_the_orientation_of_the_scene_by_1e_11_at_most():
+    # The outlines of an occultation and of its eclipse differ by less than the rule resolves.
+    rng = np.random.default_rng(1)
+    for _ in range(60):
+        axes = [rng.uniform(0.4, 1.0, 3), rng.uniform(0.2, 1.0) * rng.uniform(0.4, 1.0, 3)]
+        bodies = [fullbody.Body(fullbody.Ellipsoid(*a), mass=1.0, name=n) for a, n in zip(axes, "AB", strict=True)]
+        system = fullbody.System(bodies, G=1.0)
+        position = np.array([[0.0, 0.0, 0.0], [rng.uniform(2.1, 4.0), *rng.uniform(-1.0, 1.0, 2)]])
+        turns, side = Rotation.random(2, rng), rng.normal(size=2)
+        found = []
+        for phase in (0.0, 1e-15, 1e-14, 1e-13, 5e-13, 1e-12):
+            for scene in (Rotation.identity(), Rotation.random(None, rng), Rotation.random(None, rng)):
+                attitude = (scene * turns).as_quat(scalar_first=True)
+                state = fullbody.State(scene.apply(position), np.zeros((2, 3)), attitude)
+                ways = scene.apply([[1.0, 0.0, 0.0], [1.0, *(phase * side / np.linalg.norm(side))]])
+                found.append(observing.brightness(system, state, *ways))
+        whole = observing.brightness(system, state, *ways, mutual=False)
+        assert (np.ptp(found, axis=0) < 3e-11 * whole).all()

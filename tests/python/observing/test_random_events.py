@@ -10,13 +10,13 @@ from support.meshes import icosphere
 KINDS = ("occultation", "eclipse")
 
 
-def binary(rng, shape=lambda axes: fullbody.Ellipsoid(*axes)):
+def binary(rng, shape=lambda axes: fullbody.Ellipsoid(*axes), **options):
     """Two bodies: thin, long, round and small ones, on any orbit, turning fast or slowly; a run, and its semi-axis."""
     axes = [[1.0, 0.7, 0.4], [1.0, 1.0, 0.05], [1.0, 0.15, 0.1], [1.0, 1.0, 1.0]]
     axes = [np.array(axes[rng.integers(4)]), 10 ** rng.uniform(-1.2, 0) * np.array(axes[rng.integers(4)])]
     mass = [1.0, rng.choice([1e-3, 0.1, 0.9])]
     bodies = [fullbody.Body(shape(a), mass=m, name=n) for a, m, n in zip(axes, mass, "AB", strict=True)]
-    system = fullbody.System(bodies, G=1.0, gravity="point")
+    system = fullbody.System(bodies, G=1.0, gravity="point", **options)
     nearest, e = (axes[0][0] + axes[1][0]) * rng.choice([1.02, 1.5, 4.0]), rng.choice([0.0, 0.3, 0.7])
     a, mu = nearest / (1 - e), sum(mass)
     r, v = fullbody.KeplerElements(a, e, 0.0, 0.0, *rng.uniform(0, 6, 2)).to_cartesian(mu)
