@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache, lru_cache
@@ -57,10 +58,14 @@ _WORDS = {
     "rad": ("radians", "rads"),
     "m": ("meters", "metre", "metres"),
     "km": ("kilometers", "kilometre", "kilometres", "kms"),
+    "cm": ("centimeters", "centimetre", "centimetres"),
+    "mm": ("millimeters", "millimetre", "millimetres"),
     "kg": ("kilograms", "kgs"),
     "g": ("grams",),
     "t": ("tonnes",),
 }
+#: Short forms that are not accepted, since they are ambiguous, with the units that they may mean.
+_MEANT = {"cc": "cm3", "ccm": "cm3", "gm": "g", "gms": "g", "gr": "g", "mtr": "m", "mtrs": "m", "kmh": "km/h"}
 
 
 @contextmanager
@@ -80,6 +85,12 @@ def read(kind: Any, text: str) -> Any:
     except (TypeError, ValueError):
         with _plain_words():
             return kind(text)
+
+
+def meant(unit: str) -> str | None:
+    """Return the unit that a text which is none may mean, or ``None``."""
+    better = re.sub(r"[A-Za-z]+", lambda word: _MEANT.get(word[0].lower(), word[0]), unit)
+    return better if better != unit else None
 
 
 @cache

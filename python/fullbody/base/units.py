@@ -18,7 +18,8 @@ from ..errors import InvalidInput
 from ..typing import Scalar
 from .foreign import plain_or_quantity, shown
 from .limits import FINITE, Limits
-from .unit_names import derived, factor, read, usable_unit
+from .printed import error_of, printed, with_error
+from .unit_names import derived, factor, meant, usable_unit
 
 #: The unit of each dimension that error messages use in examples of text.
 _EXAMPLES = {
@@ -92,7 +93,7 @@ def _has_text(value: Any) -> bool:
     return any(part is None or isinstance(part, str | bytes) for part in np.asarray(value).flat)
 
 
-def gathered(value: Any, what: str, dimension: str = "length", expected: str = "numbers") -> Any:
+def gathered(value: Any, what: str, dimension: str = "any", expected: str = "numbers") -> Any:
     """Return text such as ``"1 day"``, a list of texts and Quantities, or another library's value, as one Quantity.
 
     Values without a unit are returned as they are. A mixture with plain numbers is refused, since numpy would take the
@@ -115,9 +116,12 @@ def gathered(value: Any, what: str, dimension: str = "length", expected: str = "
     from astropy import units as u
 
     try:
-        return u.Quantity(parts)
+        found = u.Quantity(parts)
     except (u.UnitConversionError, ValueError, TypeError) as error:
         raise InvalidInput(f"{what} has parts that do not go together: {error}") from error
+    if any(error_of(part) is not None for part in parts):
+        with_error(found, [(error_of(part) or 0.0) * part.unit.to(found.unit) for part in parts])
+    return found
 
 
 def refuse_masked(value: Any, what: str) -> None:
@@ -137,20 +141,32 @@ def refuse_masked(value: Any, what: str) -> None:
         raise InvalidInput(f"{what} {many}; expected numbers throughout")
 
 
-def from_text(text: str, what: str, dimension: str = "length", expected: str = "numbers") -> Any:
+def from_text(text: str, what: str, dimension: str = "any", expected: str = "numbers") -> Any:
     """Return the Quantity of a text with a unit."""
     with need("units", "text with a unit"):
         from astropy import units as u
 
-    unit = _EXAMPLES.get(dimension, "km")
-    wanted = f"{expected}, or text with a unit, such as '2.5 {unit}'" if unit else expected
+    unit = _EXAMPLES.get(dimension)
+    example = f", such as '2.5 {unit}'" if unit else ""
+    wanted = expected if dimension == "number" else f"{expected}, or text with a unit{example}"
     try:
-        quantity = read(u.Quantity, text)
+        quantity = printed(text, what)
+    except InvalidInput:
+        # This error is a ValueError as well, and says more.
+        raise
     except (TypeError, ValueError) as error:
-        number = _NUMBER.match(text)
-        unknown = f", whose unit {text[number.end() :]!r} is not known" if number else ""
-        raise InvalidInput(f"{what} is {text!r}{unknown}; expected {wanted}") from error
+        unknown, number = "", _NUMBER.match(text)
+        if number:
+            given = text[number.end() :]
+            better = meant(given)
+            guess = f"; did you mean '{number[0].strip()} {better}'?" if better else ";"
+            unknown = f", whose unit {given!r} is not known{guess}"
+        raise InvalidInput(f"{what} is {text!r}{unknown or ';'} expected {wanted}") from error
     if quantity.unit == u.dimensionless_unscaled:
+        if dimension == "number":
+            if error_of(quantity) is not None:
+                return quantity
+            raise InvalidInput(f"{what} is {text!r}, which is text; expected plain {expected}")
         wanted = f"text such as '{text} {unit}', or a number" if unit else expected
         raise InvalidInput(f"{what} is {text!r}, which has no unit; expected {wanted}")
     return quantity
@@ -242,7 +258,7 @@ class Units:
             )
         else:
             unit = self.unit(dimension)
-        if dimension == "spin":
+        if dimension in ("spin", "angular acceleration"):
             refuse_cycles(value.unit, what)  # type: ignore[attr-defined]
         return strip_to(value, unit, what)
 

@@ -68,7 +68,7 @@ def solar_pressure(semi_major_axis: Any, eccentricity: float = 0.0) -> Any:
         from astropy import constants
         from astropy import units as u
 
-    distance = gathered(semi_major_axis, "semi_major_axis")
+    distance = gathered(semi_major_axis, "semi_major_axis", "length")
     if not hasattr(distance, "unit"):
         raise InvalidInput(f"semi_major_axis is {semi_major_axis!r}; expected a Quantity or text such as '0.64 au'")
     Number("length", POSITIVE)(distance, "semi_major_axis")

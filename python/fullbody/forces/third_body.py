@@ -49,8 +49,8 @@ class ThirdBody(Force):
     ----------
     mass : float or Quantity
         Mass of the third body; either this or ``mu`` is given.
-    mu : float or Quantity
-        G times the mass of the third body.
+    mu, GM : float or Quantity
+        G times the mass of the third body; the two are one.
     orbit : KeplerElements
         The path as an orbit; its mu is that of the third body and the system together. Elements with a frame are turned
         into the frame of the system, and others are taken to be in it.
@@ -100,12 +100,14 @@ class ThirdBody(Force):
     positions: Any = None
     frame: Any = None
     date: Any = None
+    GM: Any = None
 
     depends_on_velocity: ClassVar[bool] = False
 
     _kinds: ClassVar = {
         "mass": Number("mass", POSITIVE),
         "mu": Number("mu", POSITIVE),
+        "GM": Number("mu", POSITIVE),
         "orbit": partial(instance, kind=KeplerElements, expected="KeplerElements"),
         "time": Number("time"),
         "times": Number("time", shape=("T",)),
@@ -114,6 +116,11 @@ class ThirdBody(Force):
 
     def _check(self) -> None:
         name = self.name
+        if self.GM is not None and self.mu is None:
+            object.__setattr__(self, "mu", self.GM)
+            object.__setattr__(self, "GM", None)
+        if self.GM is not None:
+            raise InvalidInput(f"GM and mu of {name} are {self.GM!r} and {self.mu!r}; expected one of the two")
         if (self.mass is None) == (self.mu is None):
             raise InvalidInput(f"mass and mu of {name} are {self.mass!r} and {self.mu!r}; expected one of the two")
         table = (self.times is not None, self.positions is not None)

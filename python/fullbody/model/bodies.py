@@ -21,7 +21,18 @@ from ..typing import Scalar
 from .composite import SHOWN, Composite, Part, WorkingFrame
 from .gravity import Gravity, gravity_at, points_in
 from .polyhedron import Polyhedron
-from .shapes import Ellipsoid, PointMass, Solid, attached, core_shape, lengths_of, own_units, rebuilt, refuse_amount
+from .shapes import (
+    Ellipsoid,
+    PointMass,
+    Solid,
+    amounts,
+    attached,
+    core_shape,
+    lengths_of,
+    own_units,
+    rebuilt,
+    refuse_amount,
+)
 from .stokes import StokesCoefficients, harmonics_of
 
 __all__ = ["Body"]
@@ -34,14 +45,16 @@ class Body(Tabled):
     ----------
     shape : Ellipsoid, Sphere, PointMass, Polyhedron, StokesCoefficients or Composite
     mass, density : float or Quantity
-        Give one of the two; give neither for a composite, whose parts have their own.
+        Give one of the two, or ``GM``; give none for a composite, whose parts have their own.
     name : str, optional
         The name in errors, tables and plots. A body without a name is named after its index in the system.
+    GM : float or Quantity, optional
+        G times the mass. A system divides it by its own G, and a body with units by itself by that of astropy.
 
     Raises
     ------
     InvalidInput
-        If both or neither of mass and density are given, if a value is not a finite number above zero, and for the
+        If none or several of mass, density and GM are given, if a value is not a finite number above zero, and for the
         density of a point or of Stokes coefficients. For a composite if a mass or density is given beside those of its
         parts, if the sum of the parts' masses is not above zero, and if no body can have its moments of inertia.
 
@@ -53,7 +66,7 @@ class Body(Tabled):
     Body(Ellipsoid(a=0.766, b=0.7475, c=0.6735), mass=2353000000000.0, name='Alpha')
     """
 
-    __slots__ = ("_attraction", "_density", "_mass", "_name", "_shape")
+    __slots__ = ("_GM", "_attraction", "_density", "_mass", "_name", "_shape")
 
     def __init__(
         self,
@@ -62,21 +75,22 @@ class Body(Tabled):
         mass: Any = None,
         density: Any = None,
         name: str | None = None,
+        GM: Any = None,
     ) -> None:
         name = name_of(name)
         called = "the body" if name is None else name
         expected = "an Ellipsoid, a Sphere, a PointMass, a Polyhedron, StokesCoefficients or a Composite"
         if isinstance(instance(shape, f"shape of {called}", Solid | Composite, expected), Composite):
-            if (mass, density) != (None, None):
-                given = "a mass" if density is None else "a density"
+            if given := amounts(mass=mass, density=density, GM=GM):
                 expected = "expected none beside those of its parts; Composite.with_mass scales them"
-                raise InvalidInput(f"{called} is given {given}, and is a composite; {expected}")
+                raise InvalidInput(f"{called} is given {given[0]}, and is a composite; {expected}")
         else:
-            refuse_amount(called, shape, mass, density)
+            refuse_amount(called, shape, mass=mass, density=density, GM=GM)
         self._attraction: tuple[Any, _core.Attraction] | None = None
         self._shape = shape
         self._mass = None if mass is None else Number("mass", POSITIVE)(mass, f"mass of {called}")
         self._density = None if density is None else Number("density", POSITIVE)(density, f"density of {called}")
+        self._GM = None if GM is None else Number("mu", POSITIVE)(GM, f"GM of {called}")
         self._name = name
         united = {is_quantity(value) for value, _ in self._numbers().values()}
         if isinstance(shape, Composite) and len(united) == 1:
@@ -91,7 +105,7 @@ class Body(Tabled):
 
     @property
     def mass(self) -> Scalar:
-        """Mass as given, or density times volume; for a composite the sum of the masses of its parts."""
+        """Mass as given, density times volume, or GM by G; for a composite the sum of the masses of its parts."""
         return self._mass if self._mass is not None else self._own("mass", "mass")
 
     @property
@@ -99,7 +113,7 @@ class Body(Tabled):
         """Density as given, or mass by volume; ``None`` for a shape without a volume, and for a composite."""
         density: Scalar | None = self._density
         if density is None and not isinstance(self._shape, PointMass | StokesCoefficients | Composite):
-            density = self._mass / self._own("volume", "volume")
+            density = self.mass / self._own("volume", "volume")
         return density
 
     @property
@@ -160,9 +174,7 @@ class Body(Tabled):
         axes = np.array(self._core(units, 0).semi_axes)
         if not axes.all():
             expected = "expected one with extent in three directions"
-            raise InvalidInput(
-                f"{'the body' if self._name is None else self._name} has no fitted ellipsoid; {expected}"
-            )
+            raise InvalidInput(f"{self._called} has no fitted ellipsoid; {expected}")
         return Ellipsoid(*(units.attach(float(axis), "length") for axis in axes))
 
     def harmonics(self, degree: int) -> StokesCoefficients:
@@ -198,10 +210,15 @@ class Body(Tabled):
         """Return all dimensional numbers by their names, with their dimensions."""
         if isinstance(self._shape, Composite):
             return self._shape._numbers()
-        what, amount = ("mass", self._mass) if self._density is None else ("density", self._density)
-        called = self._name if self._name is not None else "the body"
+        given = {"mass": (self._mass, "mass"), "density": (self._density, "density"), "GM": (self._GM, "mu")}
+        called = self._called
         lengths = {label: (value, "length") for label, value in lengths_of(self._shape).items()}
-        return {**lengths, f"{what} of {called}": (amount, what)}
+        return lengths | {f"{name} of {called}": one for name, one in given.items() if one[0] is not None}
+
+    @property
+    def _called(self) -> str:
+        """The name in errors."""
+        return "the body" if self._name is None else self._name
 
     def _own_units(self) -> Units:
         return own_units(self._numbers())
@@ -235,7 +252,7 @@ class Body(Tabled):
         return (whole, _table_of_parts(self.shape.parts)) if isinstance(self.shape, Composite) else (whole,)
 
     def __repr__(self) -> str:
-        values = (("mass", self._mass), ("density", self._density), ("name", self._name))
+        values = (("mass", self._mass), ("density", self._density), ("GM", self._GM), ("name", self._name))
         given = [f"{name}={value!r}" for name, value in values if value is not None]
         return f"Body({', '.join([repr(self._shape), *given])})"
 
@@ -243,16 +260,20 @@ class Body(Tabled):
         return isinstance(other, Body) and same(self._parts(), other._parts())
 
     def __reduce__(self) -> Any:
-        return partial(Body, self._shape, mass=self._mass, density=self._density, name=self._name), ()
+        return partial(Body, self._shape, mass=self._mass, density=self._density, name=self._name, GM=self._GM), ()
 
     def __hash__(self) -> int:
         return hash(tuple(map(hashed, self._parts())))
 
     def _parts(self) -> tuple[object, ...]:
-        return (self._shape, self._mass, self._density, self._name)
+        return (self._shape, self._mass, self._density, self._GM, self._name)
 
-    def _with(self, units: Units) -> Body:
-        """Return the body in a system with these units: its plain numbers become Quantities in them."""
+    def _with(self, units: Units, G: float) -> Body:
+        """Return the body in a system with these units and G: its plain numbers become Quantities, and GM a mass."""
+        if self._GM is not None:
+            mu = units.number(self._GM, "mu", f"GM of {self._called}", POSITIVE)
+            shape: Any = self._shape
+            return Body(attached(shape, units), mass=units.attach(mu / G, "mass"), name=self._name)
         if not units.known or all(is_quantity(value) for value, _ in self._numbers().values()):
             return self
         if isinstance(self._shape, Composite):
@@ -262,6 +283,12 @@ class Body(Tabled):
 
     def _core(self, units: Units, index: int) -> _core.Body:
         """The body in a system's units."""
+        if self._GM is not None:
+            if not units.known:
+                raise InvalidInput(
+                    f"mass of {self._called} follows from its GM and the G of a system; expected its system's"
+                )
+            return self._with(units, units.gravitational_constant)._core(units, index)
         name = self._name if self._name is not None else f"body {index}"
         if isinstance(self._shape, Composite):
             return self._shape._core(units, name)
@@ -342,7 +369,7 @@ class Body(Tabled):
         >>> earth.gravity([0.0, 0.0, 6371.0] * u.km).field[2].to(u.m / u.s**2).round(2)
         <Quantity -9.82 m / s2>
         """
-        points, G = gathered(points, "points"), gathered(G, "G")
+        points, G = gathered(points, "points", "length"), gathered(G, "G", "G")
         if G is None:
             if not is_quantity(points):
                 raise InvalidInput("G is not given; expected a number, or points and a body with units")
@@ -357,7 +384,7 @@ class Body(Tabled):
         key = (units.names, constant)
         if self._attraction is None or self._attraction[0] != key:
             # It is kept, since the sums of a polyhedron take long to prepare.
-            self._attraction = key, _core.Attraction([self._core(units, 0)], constant, "auto")
+            self._attraction = key, _core.Attraction([self._with(units, constant)._core(units, 0)], constant, "auto")
         origin, unturned = np.zeros((1, 1, 3)), np.array([[[1.0, 0.0, 0.0, 0.0]]])
         return gravity_at(self._attraction[1], origin, unturned, array, units)
 

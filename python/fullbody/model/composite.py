@@ -73,7 +73,7 @@ class Part(Declared):
     def __post_init__(self) -> None:
         solids = Ellipsoid | Sphere | PointMass | Polyhedron
         instance(self.shape, "shape of a part", solids, "an Ellipsoid, a Sphere, a PointMass or a Polyhedron")
-        refuse_amount("a part", self.shape, self.mass, self.density)
+        refuse_amount("a part", self.shape, mass=self.mass, density=self.density)
         self._check_fields()
         for name in ("position", "attitude"):
             value = getattr(self, name)

@@ -154,7 +154,8 @@ def own_units(known: dict[str, tuple[Any, str]]) -> Units:
     for value, dimension in known.values():
         first.setdefault(dimension, value.unit)
     length = first.get("length", u.m)
-    return Units((length, u.s, first["mass"] if "mass" in first else first["density"] * length**3))
+    mass = first["density"] * length**3 if "density" in first else u.kg
+    return Units((length, u.s, first.get("mass", mass)))
 
 
 def core_shape(
@@ -181,12 +182,18 @@ def attached(shape: Solid, units: Units) -> Solid:
     )
 
 
-def refuse_amount(called: str, shape: Any, mass: Any, density: Any) -> None:
-    """Raise an error unless a mass or a density is given, or if a density is given for a point."""
-    if (mass is None) == (density is None):
-        given = "neither mass nor density" if mass is None else "both a mass and a density"
-        raise InvalidInput(f"{called} is given {given}; expected one of the two")
-    if density is not None and isinstance(shape, PointMass | StokesCoefficients):
+def amounts(**given: Any) -> list[str]:
+    """Return those of a mass, a density and a GM that are given, with an article."""
+    return [f"a {name}" for name, value in given.items() if value is not None]
+
+
+def refuse_amount(called: str, shape: Any, **given: Any) -> None:
+    """Raise an error unless one of a mass, a density and a GM is given, or if a density is given for a point."""
+    found = amounts(**given)
+    if len(found) != 1:
+        amount = f"both {' and '.join(found)}" if found else f"neither {' nor '.join(given)}"
+        raise InvalidInput(f"{called} is given {amount}; expected one of them")
+    if (density := given["density"]) is not None and isinstance(shape, PointMass | StokesCoefficients):
         what = "a point" if isinstance(shape, PointMass) else "a shape by its Stokes coefficients"
         raise InvalidInput(f"density of {called} is {density!r}; expected a mass: {what} has no volume")
 

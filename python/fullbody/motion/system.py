@@ -115,10 +115,11 @@ class System(Tabled):
     ) -> None:
         own = Units(units)
         several = "a sequence of Body"
-        self._bodies = tuple(body._with(own) for body in sequence(bodies, Body, "bodies", several, several))
+        given = sequence(bodies, Body, "bodies", several, several)
         if G is None and not own.known:
             raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
         constant = own.gravitational_constant if G is None else scalar(own.strip(G, "G", "G"), "G")
+        self._bodies = tuple(body._with(own, constant) for body in given)
         if frame is not None and not isinstance(frame, str):
             raise InvalidInput(f"frame is {frame!r}; expected a name, such as 'ecliptic'")
         texts = {"attitude_chart": attitude_chart, "vector_path": vector_path}

@@ -97,7 +97,7 @@ class Geometry(Vectors):
         <Quantity [-87. , -40.4,   8.6] AU>
         """
         lon, lat = (Units().strip(value, "angle", what) for value, what in ((ra, "ra"), (dec, "dec")))
-        length = gathered(distance, "distance")
+        length = gathered(distance, "distance", "length")
         far = np.asarray(length.value if is_quantity(length) else numbers(length, "distance"), dtype=np.float64)
         try:
             lon, lat, far = np.broadcast_arrays(np.atleast_1d(lon), lat, far)

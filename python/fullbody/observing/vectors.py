@@ -54,9 +54,9 @@ class Vectors:
         self._times = axis[order]
         if (twice := np.flatnonzero(np.diff(self._times) == 0.0)).size:
             raise InvalidInput(f"times has {self._said(self._times[twice[0]])} twice; expected distinct times")
-        given = {"to_observer": gathered(to_observer, "to_observer")}
+        given = {"to_observer": gathered(to_observer, "to_observer", "length")}
         if to_sun is not None:
-            given["to_sun"] = gathered(to_sun, "to_sun")
+            given["to_sun"] = gathered(to_sun, "to_sun", "length")
         self._km = 1.0 if refuse_mixture(given) else None
         self._observer = self._vectors(given["to_observer"], "to_observer", order)
         self._sun = self._vectors(given["to_sun"], "to_sun", order) if to_sun is not None else None

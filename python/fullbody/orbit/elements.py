@@ -184,7 +184,7 @@ class KeplerElements(Generic[_T], Tabled):
         >>> fullbody.KeplerElements.from_cartesian([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], mu=1.0).a
         1.0
         """
-        r, v = gathered(r, "r"), gathered(v, "v")
+        r, v = gathered(r, "r", "length"), gathered(v, "v", "velocity")
         mu, length, rate = _mu_and_units(r, mu, "r")
         refuse_mixture({"r": r, "v": v})
         r, v = _in(length, r, "r"), _in(None if length is None else length * rate, v, "v")
@@ -341,7 +341,7 @@ def _length_number(a: Any) -> Any:
 
 def _mu_and_units(length: Any, mu: Any, what: str) -> tuple[float, Any, Any]:
     """Return mu as a number, and its units of length and of inverse time, which are ``None`` for plain numbers."""
-    mu = gathered(mu, "mu")
+    mu = gathered(mu, "mu", "mu")
     system = units_of(mu)
     if not is_quantity(length) and system is not None:
         # Plain numbers are in the units of the system to which mu belongs.

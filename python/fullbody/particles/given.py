@@ -54,7 +54,7 @@ class Particles:
 
     def __init__(self, position: Any, velocity: Any, *, area_to_mass: Any = 0.0, time: Any = None) -> None:
         self._given = {
-            "position": gathered(position, "position"),
+            "position": gathered(position, "position", "length"),
             "velocity": gathered(velocity, "velocity", "velocity"),
             "area_to_mass": gathered(area_to_mass, "area_to_mass", "area to mass"),
         }

@@ -5,15 +5,16 @@ from __future__ import annotations
 import pickle
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
 
-from ..base.arguments import options_of, refuse_unknown
-from ..base.kinds import choice
+from ..base.arguments import generator, options_of, refuse_unknown
+from ..base.kinds import choice, whole
 from ..base.limits import Limits
+from ..base.printed import error_of
 from ..base.units import PLAIN, USUAL, Units, gathered, is_quantity
-from ..errors import InvalidInput, caution
+from ..errors import InvalidInput, caution, once
 from ..model.bodies import Body
 from ..model.state import State, from_numbers
 from ..motion.system import System
@@ -24,11 +25,98 @@ from .masses import Found, Known, known_from, solve
 from .mean_period import start_with_period
 from .start import Orbit, Start
 
-__all__ = ["binary"]
+__all__ = ["Binary", "binary"]
 
 #: Fields of a component that may have units of length, time and mass.
 _TOLERANCE = Limits(least=0.0, infinite=True, text="a number, zero or above")
-_WITH_UNITS = ("semi_axes", "diameters", "diameter", "mass", "density", "rotation_period")
+_WITH_UNITS = ("semi_axes", "diameters", "diameter", "mass", "density", "GM", "rotation_period")
+
+
+class Binary(tuple[System, State]):
+    """The system and the state of :func:`binary`, as a pair that also knows the standard errors of its arguments."""
+
+    _arguments: dict[str, Any]
+
+    def __new__(cls, system: System, state: State, arguments: dict[str, Any]) -> Self:
+        """Make the pair, with the arguments from which it follows."""
+        pair = super().__new__(cls, (system, state))
+        pair._arguments = arguments
+        return pair
+
+    def __reduce__(self) -> Any:
+        return Binary, (*self, self._arguments)
+
+    def draw(self, n: int, rng: Any) -> list[Binary]:
+        """Draw binaries whose arguments are distributed as their standard errors say.
+
+        Parameters
+        ----------
+        n : int
+            Number of draws.
+        rng : int or numpy.random.Generator
+
+        Returns
+        -------
+        list of Binary
+            Pairs of a system and a state, as :func:`fullbody.integrate_many` takes them.
+
+        Raises
+        ------
+        InvalidInput
+            If no argument has a standard error, and for a drawn binary that :func:`binary` refuses.
+
+        Notes
+        -----
+        Numbers with an error, such as ``"(5.4 ± 0.4)e11 kg"``, follow normal distributions that are independent of each
+        other; but for angles they keep their sign. Draws that contradict each other by Kepler's third law are not
+        refused: masses have priority, as in :func:`binary`. A ``start_period`` is searched anew.
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> pair = fullbody.binary(
+        ...     fullbody.Component(diameter="780 m", rotation_period="2.26 h"),
+        ...     fullbody.Component(diameter="151 m"),
+        ...     total_mass="(5.4 ± 0.4)e11 kg", equal_density=True, semi_major_axis="1.19 ± 0.03 km", units=True)
+        >>> [f"{system.masses.sum():.3g}" for system, state in pair.draw(2, rng=1)]
+        ['5.54e+11 kg', '5.53e+11 kg']
+        """
+        source, found = generator(rng), []
+        with once():
+            for _ in range(whole(n, "n")):
+                drawn = {name: _drawn(value, name, source) for name, value in self._arguments.items()}
+                if all(drawn[name] is value for name, value in self._arguments.items()):
+                    raise InvalidInput("no argument has a standard error; expected one such as '11.92 ± 0.01 h'")
+                free = {"mismatch_warning": np.inf, "mismatch_error": np.inf, "start_period": None}
+                found.append(binary(**(drawn | free)))
+        return found
+
+
+def _drawn(value: Any, what: str, source: np.random.Generator) -> Any:
+    """Return a value drawn from the normal distribution of its standard error, and others unchanged."""
+    if isinstance(value, Component):
+        fields = {name: getattr(value, name) for name in value.__slots__}
+        changed = {name: _drawn(given, name, source) for name, given in fields.items()}
+        same = all(changed[name] is given for name, given in fields.items())
+        return value if same else replace(value, **changed)
+    if isinstance(value, tuple | list):
+        parts = [_drawn(part, what, source) for part in value]
+        if all(new is old for new, old in zip(parts, value, strict=True)):
+            return value
+        if what != "pole":
+            return parts
+        # A latitude beyond a pole is that of a direction on the other side.
+        longitude, latitude = (PLAIN.number(part, "angle", what) for part in parts)
+        return longitude + (np.pi if np.cos(latitude) < 0.0 else 0.0), float(np.arcsin(np.sin(latitude)))
+    if isinstance(value, str) and value[:1] in "+-.(\N{MINUS SIGN}0123456789":
+        value = gathered(value, what, "number")
+    if (error := error_of(value)) is None:
+        return value
+    signed = value.unit.is_equivalent("rad")
+    while True:
+        found = source.normal(value.value, error)
+        if signed or ((found < 0.0) == (value.value < 0.0)).all():
+            return found * value.unit
 
 
 def binary(
@@ -36,7 +124,8 @@ def binary(
     secondary: Component,
     *,
     total_mass: Any = None,
-    mass_ratio: float | None = None,
+    GM: Any = None,
+    mass_ratio: Any = None,
     equal_density: bool = False,
     period: Any = None,
     semi_major_axis: Any = None,
@@ -55,7 +144,7 @@ def binary(
     units: tuple[object, object, object] | bool | None = None,
     time: Any = 0.0,
     **options: Any,
-) -> tuple[System, State]:
+) -> Binary:
     """Set up a binary from published numbers: its system and its state.
 
     The masses, the period and the semi-major axis obey Kepler's third law, G (m1 + m2) P^2 = 4 pi^2 a^3. Give what is
@@ -67,6 +156,8 @@ def binary(
     ----------
     primary, secondary : Component
     total_mass : float or Quantity, optional
+    GM : float or Quantity, optional
+        G times the total mass, in place of ``total_mass``.
     mass_ratio : float, optional
         The secondary's mass divided by the primary's.
     equal_density : bool
@@ -107,6 +198,8 @@ def binary(
     -------
     system : System
     state : State
+        The two are a pair with a method :meth:`~fullbody.setups.binary.Binary.draw`, which returns binaries within the
+        standard errors of numbers such as ``"11.92 ± 0.01 h"``.
 
     Raises
     ------
@@ -162,6 +255,8 @@ def binary(
     >>> print(f"{fullbody.observables.mutual_period(run).mean:.4f}")
     17.4200 h
     """
+    given = {**locals()}
+    given |= given.pop("options")
     components = (primary, secondary)
     _refuse_choices(components, at_rest, elements, options)
     if elements is None:
@@ -169,9 +264,9 @@ def binary(
     if start_period is not None and (elements != "mean" or period is None):
         raise InvalidInput(f"start_period is {start_period!r}; expected it beside a period of mean elements only")
     swing = _libration(secondary, synchronous, libration)
-    convert, gravity = _units_and_gravity(units, G, (total_mass, period, start_period, semi_major_axis), components)
+    convert, gravity = _units_and_gravity(units, G, (total_mass, GM, period, start_period, semi_major_axis), components)
     orbit = Orbit.published(eccentricity, pole, argument_of_periapsis, mean_anomaly)
-    known = known_from(convert, gravity, components, total_mass, mass_ratio, equal_density, period, semi_major_axis)
+    known = known_from(convert, gravity, components, total_mass, GM, mass_ratio, equal_density, period, semi_major_axis)
     warn_above = convert.number(mismatch_warning, "number", "mismatch_warning", _TOLERANCE)
     found = _found(known, warn_above, convert.number(mismatch_error, "number", "mismatch_error", _TOLERANCE))
     system = System(_bodies(components, found.masses, convert), G=gravity, units=convert.names, **options)
@@ -188,7 +283,8 @@ def binary(
     if warning is not None:
         caution(warning)
     begin = convert.number(time, "time", "time")
-    return system, from_numbers(system.context, plain.position, plain.velocity, start.attitudes, plain.spin, begin)
+    state = from_numbers(system.context, plain.position, plain.velocity, start.attitudes, plain.spin, begin)
+    return Binary(system, state, given)
 
 
 def _refuse_choices(

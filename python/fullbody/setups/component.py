@@ -20,7 +20,7 @@ from ..errors import InvalidInput
 from ..model.bodies import Body
 from ..model.composite import Composite
 from ..model.polyhedron import Polyhedron
-from ..model.shapes import Ellipsoid, lengths_of
+from ..model.shapes import Ellipsoid, amounts, lengths_of
 from ..model.stokes import StokesCoefficients
 
 __all__ = ["Component"]
@@ -33,6 +33,7 @@ _KINDS = {
     "diameter": Number("length", POSITIVE),
     "mass": Number("mass", POSITIVE),
     "density": Number("density", POSITIVE),
+    "GM": Number("mu", POSITIVE),
     "rotation_period": Number("time", Limits(nonzero=True, infinite=True, text="a time other than zero")),
     "rotation_angle": Number("angle"),
     "tilt": Number("angle"),
@@ -93,6 +94,7 @@ class Component(ArrayFields, Tabled):
     name: str | None = None
     tilt: Any = 0.0
     composite: Composite | Polyhedron | StokesCoefficients | None = None
+    GM: Any = None
 
     def __post_init__(self) -> None:
         called = self.name if self.name is not None else "a component"
@@ -121,8 +123,9 @@ class Component(ArrayFields, Tabled):
         warn_if_degrees(self.rotation_angle, f"rotation_angle of {called}")
         if self.pole is not None:
             longitude_latitude(self.pole, f"pole of {called}")
-        if self.mass is not None and self.density is not None:
-            raise InvalidInput(f"{called} is given both a mass and a density; expected at most one of the two")
+        given_amounts = amounts(mass=self.mass, density=self.density, GM=self.GM)
+        if len(given_amounts) > 1:
+            raise InvalidInput(f"{called} is given both {' and '.join(given_amounts)}; expected at most one of them")
 
     def _tables(self) -> tuple[Table, ...]:
         """Return the given parameters of one body, without defaults."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -63,6 +64,7 @@ def known_from(
     gravity: float,
     components: tuple[Component, Component],
     total_mass: Any,
+    GM: Any,
     mass_ratio: Any,
     equal_density: bool,
     period: Any,
@@ -82,7 +84,8 @@ def known_from(
             volume = Body(component.shape, density=1.0, name=component.name)._core(convert, 0).volume
         density = plain(component.density, "density", f"density of {called}")
         volumes.append(volume)
-        masses.append(plain(component.mass, "mass", f"mass of {called}") if density is None else density * volume)
+        mass = _mass(plain, gravity, component.mass, component.GM, f"mass of {called}", f"GM of {called}")
+        masses.append(mass if density is None else density * volume)
     if equal_density and mass_ratio is not None:
         raise InvalidInput("both mass_ratio and equal_density are given; expected one of the two")
     ratio = volumes[1] / volumes[0] if equal_density else None
@@ -91,11 +94,21 @@ def known_from(
     return Known(
         gravity,
         (masses[0], masses[1]),
-        plain(total_mass, "mass", "total_mass"),
+        _mass(plain, gravity, total_mass, GM, "total_mass", "GM"),
         ratio,
         plain(period, "time", "period"),
         plain(semi_major_axis, "length", "semi_major_axis"),
     )
+
+
+def _mass(
+    plain: Callable[[Any, str, str], float | None], gravity: float, mass: Any, GM: Any, what: str, of_GM: str
+) -> float | None:
+    """Return a mass in plain numbers, as it is given or by its GM; ``None`` if neither is."""
+    if mass is not None and GM is not None:
+        raise InvalidInput(f"both {what} and {of_GM} are given; expected one of the two")
+    mu = plain(GM, "mu", of_GM)
+    return plain(mass, "mass", what) if mu is None else mu / gravity
 
 
 def _volume(composite: Composite, convert: Units, called: str) -> float:

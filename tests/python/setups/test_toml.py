@@ -100,7 +100,7 @@ def test_rates_periods_times_and_starts_are_read(tmp_path):
     ("old", "new", "message"),
     [
         ("mass = 0.135e12", "mass = -1.0", r"body\[1\]\.mass: .*expected a finite number above zero"),
-        ("mass = 0.135e12", "", r"body\[1\]: Beta is given neither mass nor density; expected one of the two"),
+        ("mass = 0.135e12", "", r"body\[1\]: Beta is given neither mass nor density nor GM; expected one of them"),
         ("mass = 0.135e12", 'mass = "3 km"', r"body\[1\]\.mass: .*unit km; expected a unit such as kg"),
         ("mass = 0.135e12", 'mass = "heavy"', r"body\[1\]\.mass: is 'heavy'; expected numbers, or .* such as '2.5 kg'"),
         ("mass = 0.135e12", "mass = true", r"body\[1\]\.mass: is True; expected a number, or text with a unit"),
