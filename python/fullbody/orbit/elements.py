@@ -14,6 +14,7 @@ from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to
 from ..base.values import brief, same
 from ..errors import InvalidInput
 from ..typing import Array, Scalar
+from .anomalies import one_of, usual_angles
 
 __all__ = ["KeplerElements"]
 
@@ -40,6 +41,14 @@ class KeplerElements(Generic[_T], Tabled):
         Eccentricity: 0 <= e < 1 with a > 0, or e > 1 with a < 0. Parabolas have no semi-major axis and are refused.
     i, Omega, omega, M : float, array_like or Quantity
         Inclination, longitude of the ascending node, argument of periapsis and mean anomaly; floats are radians.
+    pomega : float, array_like or Quantity, optional
+        Longitude of periapsis, in place of ``omega``.
+    f, l, theta : float, array_like or Quantity, optional
+        True anomaly, mean longitude or true longitude, one of them in place of ``M``.
+    T : float, array_like or Quantity, optional
+        Time of the passage through periapsis, in place of ``M``; it needs ``mu``, as for :meth:`to_cartesian`.
+    mu, time : float or Quantity, optional
+        With ``T`` the gravitational parameter, and the time at which the elements hold.
     frame : str or astropy frame, optional
         Reference frame of the angles, such as ``"ecliptic"``; see :mod:`fullbody.frames`. Third bodies, geometries and
         :meth:`to_frame` use it; :meth:`to_cartesian` gives components along its axes.
@@ -74,16 +83,25 @@ class KeplerElements(Generic[_T], Tabled):
 
     Notes
     -----
+    The words for other angles are those of REBOUND. On a retrograde orbit longitudes are counted against the motion:
+    pomega = Omega - omega, theta = pomega - f, l = pomega - M.
+
     Circular orbits have omega = 0 and M counted from the node; equatorial ones have Omega = 0 and angles counted from
     the x-axis.
 
     Examples
     --------
-    >>> import fullbody
+    >>> import fullbody, numpy as np
     >>> orbit = fullbody.KeplerElements(a=2.0, e=0.5, i=0.0, Omega=0.0, omega=0.0, M=0.0)
     >>> r, v = orbit.to_cartesian(mu=1.0)
     >>> float(r[0]), round(float(v[1]), 6)
     (1.0, 1.224745)
+
+    A quarter of the period after its passage through periapsis the mean anomaly is a right angle:
+
+    >>> orbit = fullbody.KeplerElements(4.0, 0.1, 0.0, 0.0, pomega=0.3, T=2.0, mu=1.0, time=2.0 + 4.0 * np.pi)
+    >>> orbit.omega, round(orbit.M, 12) == round(np.pi / 2, 12)
+    (0.3, True)
     """
 
     __slots__ = ("M", "Omega", "a", "e", "frame", "i", "omega")
@@ -103,17 +121,63 @@ class KeplerElements(Generic[_T], Tabled):
         e: float,
         i: float,
         Omega: float,
-        omega: float,
-        M: float,
+        omega: float | None = None,
+        M: float | None = None,
         *,
         frame: Any = None,
+        f: float | None = None,
+        T: float | None = None,
+        l: float | None = None,
+        pomega: float | None = None,
+        theta: float | None = None,
+        mu: Any = None,
+        time: Any = 0.0,
     ) -> None: ...
     @overload
     def __init__(
-        self: KeplerElements[Any], a: Any, e: Any, i: Any, Omega: Any, omega: Any, M: Any, *, frame: Any = None
+        self: KeplerElements[Any],
+        a: Any,
+        e: Any,
+        i: Any,
+        Omega: Any,
+        omega: Any = None,
+        M: Any = None,
+        *,
+        frame: Any = None,
+        f: Any = None,
+        T: Any = None,
+        l: Any = None,
+        pomega: Any = None,
+        theta: Any = None,
+        mu: Any = None,
+        time: Any = 0.0,
     ) -> None: ...
-    def __init__(self, a: Any, e: Any, i: Any, Omega: Any, omega: Any, M: Any, *, frame: Any = None) -> None:
+    def __init__(
+        self,
+        a: Any,
+        e: Any,
+        i: Any,
+        Omega: Any,
+        omega: Any = None,
+        M: Any = None,
+        *,
+        frame: Any = None,
+        f: Any = None,
+        T: Any = None,
+        l: Any = None,
+        pomega: Any = None,
+        theta: Any = None,
+        mu: Any = None,
+        time: Any = 0.0,
+    ) -> None:
         object.__setattr__(self, "frame", frame)
+        if one_of({"M": M, "f": f, "T": T, "l": l, "theta": theta}) == "T":
+            M = _since_periapsis(a, T, mu, time)
+        elif mu is not None:
+            raise InvalidInput(f"mu is {mu!r} without T; expected it beside a time of the passage through periapsis")
+        omega, M = usual_angles(
+            e, i, Omega, {"omega": omega, "pomega": pomega}, {"M": M, "f": f, "l": l, "theta": theta}
+        )
         for name, value in zip(("a", "e", *_ANGLES), (a, e, i, Omega, omega, M), strict=True):
             value = gathered(value, name, {"a": "length", "e": "number"}.get(name, "angle"))
             plain = isinstance(value, list | tuple | np.ndarray) and not is_quantity(value)
@@ -361,6 +425,21 @@ def _mu_and_units(length: Any, mu: Any, what: str) -> tuple[float, Any, Any]:
     ]
     rate = 1 / (times[0] if times else u.s)
     return scalar(strip_to(mu, length.unit**3 * rate**2, "mu"), "mu"), length.unit, rate
+
+
+def _since_periapsis(a: Any, T: Any, mu: Any, time: Any) -> Any:
+    """Return the mean anomaly at a time after a passage through periapsis: that of the mean motion, of either sign."""
+    if mu is None:
+        raise InvalidInput(f"mu is not given beside T, which is {T!r}; expected G times the sum of the masses")
+    a = gathered(a, "a", "length")
+    mu, length, rate = _mu_and_units(a, mu, "a")
+    since = []
+    for name, value in (("time", time), ("T", T)):
+        value = gathered(value, name, "time")
+        if is_quantity(value) and rate is None:
+            raise InvalidInput(f"{name} has the unit {value.unit}, but mu has none; expected both or neither")
+        since.append(_in(None if rate is None else 1 / rate, value, name))
+    return np.sqrt(mu / np.abs(_in(length, a, "a")) ** 3) * (since[0] - since[1])
 
 
 def _in(unit: Any, value: Any, what: str) -> Any:

@@ -13,14 +13,16 @@ from .toml_table import Table
 
 __all__ = ["ELEMENTS", "elements", "force"]
 
-#: The elements of an orbit with their dimensions.
-ELEMENTS = {"a": "length", "e": "number", "i": "angle", "Omega": "angle", "omega": "angle", "M": "angle"}
+#: The elements of an orbit with their dimensions, and the words for angles in place of the last two.
+_ELEMENTS = {"a": "length", "e": "number", "i": "angle", "Omega": "angle"}
+ELEMENTS = {**_ELEMENTS, **dict.fromkeys(("omega", "M", "f", "l", "pomega", "theta"), "angle")}
 _KINDS: dict[str, type[Force]] = {kind.__name__: kind for kind in (ThirdBody, Tide, Yorp, Byorp)}
 
 
 def elements(table: Table) -> KeplerElements[Any]:
     """Make the orbit of a table, in its units."""
-    numbers = {name: table.number(name, dimension) for name, dimension in ELEMENTS.items()}
+    given = [name for name in ELEMENTS if name in table or name in _ELEMENTS]
+    numbers = {name: table.number(name, ELEMENTS[name]) for name in given}
     with table.naming(""):
         return KeplerElements(**numbers)
 

@@ -1,0 +1,106 @@
+"""Orbits given by other angles than omega and M: REBOUND's words, against REBOUND and Kepler's equation."""
+
+import fullbody
+import numpy as np
+import pytest
+from astropy import units as u
+from fullbody import KeplerElements
+from fullbody.errors import InconsistentInput, InvalidInput
+
+rebound = pytest.importorskip("rebound")
+
+
+def ours_and_rebounds(a, e, inc, Omega, given, time=0.3):
+    """Return position and velocity (6,) by both programs."""
+    simulation = rebound.Simulation()
+    simulation.add(m=1.0)
+    simulation.t = time
+    simulation.add(a=a, e=e, inc=inc, Omega=Omega, **given)
+    body = simulation.particles[1]
+    given = given | ({"mu": 1.0, "time": time} if "T" in given else {})
+    r, v = KeplerElements(a, e, inc, Omega, **given).to_cartesian(1.0)
+    return np.array([*r, *v]), np.array([body.x, body.y, body.z, body.vx, body.vy, body.vz])
+
+
+@pytest.mark.parametrize("anomaly", ["M", "f", "T", "l", "theta"])
+@pytest.mark.parametrize("periapsis", ["omega", "pomega"])
+def test_each_word_means_what_it_means_in_rebound(anomaly, periapsis):
+    """Of 100 orbits with e up to 0.95, every second one is retrograde, and every fourth one is a hyperbola."""
+    rng = np.random.default_rng([len(anomaly), ord(anomaly[0]), len(periapsis)])
+    for k in range(100):
+        bound = k % 4 > 0
+        e = rng.uniform(0.01, 0.95) if bound else rng.uniform(1.05, 3.0)
+        a = rng.uniform(0.5, 3.0) * (1.0 if bound else -1.0)
+        inc = rng.uniform(0.05, 1.5) if k % 2 else rng.uniform(1.65, 3.1)
+        Omega, angle = rng.uniform(-6.0, 6.0, 2)
+        value = rng.uniform(-6.0, 6.0) if bound else rng.uniform(-0.9, 0.9) * np.arccos(-1.0 / e)
+        if not bound and anomaly == "theta":
+            sense = 1.0 if inc < np.pi / 2 else -1.0
+            value = Omega + sense * (value + (angle if periapsis == "omega" else sense * (angle - Omega)))
+        found, expected = ours_and_rebounds(a, e, inc, Omega, {periapsis: angle, anomaly: value})
+        for part in (slice(3), slice(3, 6)):
+            assert np.abs(found[part] - expected[part]).max() < 3e-13 * np.abs(expected[part]).max(), (k, e)
+
+
+def test_arrays_and_units_go_in():
+    """At e = 1/2 a true anomaly of 120 degrees is E = 90 degrees, as cos E = (e + cos f)/(1 + e cos f) = 0."""
+    orbit = KeplerElements("2 km", 0.5, 0.0, 0.0, "10 deg", f=[0.0, 120.0, 240.0] * u.deg)
+    np.testing.assert_allclose(orbit.M, [0.0, np.pi / 2 - 0.5, 1.5 * np.pi + 0.5], rtol=1e-15)
+    late = KeplerElements("1 au", 0.2, 0.0, 0.0, 0.0, T="-25 d", mu="1 au3/yr2", time="0 d")
+    np.testing.assert_allclose(late.M, 25.0 / 365.25, rtol=1e-14)
+    system, _ = fullbody.systems.kw4(units=True)
+    own = KeplerElements(2.5, 0.0, 0.0, 0.0, 0.0, T=-1.0, mu=system.mu())
+    np.testing.assert_allclose(own.M, np.sqrt(system.mu().value / 2.5**3), rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"omega": 0.0}, "the elements have no M; expected one of M, f, T, l, theta"),
+        ({"omega": 0.0, "M": 0.0, "f": 0.0}, "both M and f; expected one of"),
+        ({"M": 0.0}, "the elements have no omega; expected one of omega, pomega"),
+        ({"M": 0.0, "omega": 0.0, "pomega": 0.0}, "both omega and pomega"),
+        ({"omega": 0.0, "T": 1.0}, "mu is not given beside T, which is 1.0"),
+        ({"omega": 0.0, "M": 1.0, "mu": 1.0}, "mu is 1.0 without T"),
+        ({"omega": 0.0, "T": "1 d", "mu": 1.0}, "T has the unit d, but mu has none"),
+        ({"omega": 0.0, "f": "1 km"}, "f has the unit km"),
+    ],
+)
+def test_an_orbit_without_exactly_one_anomaly_is_refused(given, message):
+    with pytest.raises(InvalidInput, match=message):
+        KeplerElements(1.0, 0.1, 0.2, 0.3, **given)
+
+
+def test_a_true_anomaly_beyond_the_asymptote_is_refused():
+    with pytest.raises(InvalidInput, match=r"true anomaly is 2\.5 on a hyperbola of e = 2; expected below 2\.0944"):
+        KeplerElements(-1.0, 2.0, 0.0, 0.0, 0.0, f=2.5)
+
+
+def test_degrees_without_a_unit_are_told_in_the_words_given():
+    with pytest.warns(InconsistentInput, match="theta is 245 radians"):
+        KeplerElements(1.0, 0.1, 0.0, 0.0, 0.0, theta=245.0)
+
+
+def test_a_file_takes_the_same_words(tmp_path):
+    text = """
+[system]
+G = 1.0
+[[body]]
+point = true
+mass = 1.0
+[[body]]
+point = true
+mass = 0.1
+orbit = { about = "body 0", a = 2.0, e = 0.5, i = 0, Omega = 0, pomega = "10 deg", f = "120 deg" }
+[run]
+until = 1
+"""
+    path = tmp_path / "system.toml"
+    path.write_text(
+        text.replace('about = "body 0"', 'about = "A"').replace("point = true", 'name = "A"\npoint = true', 1)
+    )
+    orbit = KeplerElements(2.0, 0.5, 0.0, 0.0, np.radians(10.0), np.pi / 2 - 0.5)
+    assert fullbody.read_toml(path).state.position[1] == pytest.approx(orbit.to_cartesian(1.1)[0], rel=1e-14)
+    path.write_text(path.read_text().replace('f = "120 deg"', 'f = "120 deg", M = 0'))
+    with pytest.raises(InvalidInput, match=r"body\[1\]\.orbit: the elements have both M and f"):
+        fullbody.read_toml(path)
