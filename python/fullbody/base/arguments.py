@@ -6,7 +6,7 @@ import inspect
 import operator
 import re
 import unicodedata
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -55,6 +55,19 @@ _SYNONYMS: dict[str, tuple[str, ...]] = {
 }
 
 
+def normal(text: Any) -> Any:
+    """Return a text in the normal form NFC, and others unchanged.
+
+    Keyboards and files write an accent as one character or as two.
+    """
+    return unicodedata.normalize("NFC", text) if isinstance(text, str) else text
+
+
+def argument_names(given: Mapping[Any, _T]) -> dict[Any, _T]:
+    """Return a dictionary with the names of arguments in the normal form of Python's identifiers, NFKC."""
+    return {unicodedata.normalize("NFKC", k) if isinstance(k, str) else k: value for k, value in given.items()}
+
+
 def integer(value: object) -> int | None:
     """Return the value as an ``int`` if it is a whole number of Python or numpy, else ``None``."""
     try:
@@ -79,11 +92,10 @@ def seed_of(value: object, what: str = "seed") -> int:
 def place(value: object, names: Sequence[str], what: str) -> int:
     """Return the place of a body from its place or name, or raise an error that lists what is known."""
     if isinstance(value, str):
-        # Keyboards and files write an accent as one character or as two.
-        value = unicodedata.normalize("NFC", value)
+        value = normal(value)
         if value in names:
             return names.index(value)
-        raise InvalidInput(f"{what} is {value!r}; {suggestion(value, names, 'one')}")
+        raise InvalidInput(f"{what} is {value!r}; {suggestion(str(value), names, 'one')}")
     index = integer(value)
     if index is None or not 0 <= index < len(names):
         places = "0, the only body" if len(names) == 1 else f"0 to {len(names) - 1}, one of the {len(names)} bodies"
@@ -108,7 +120,7 @@ def names_of(given: Any, what: str) -> list[str]:
     expected = "a list of names such as ['G', 'mass of Alpha']"
     if isinstance(given, str):
         raise InvalidInput(f"{what} is {given!r}, which is text; expected {expected}")
-    return list(sequence(given, str, what, expected, "names"))
+    return [normal(name) for name in sequence(given, str, what, expected, "names")]
 
 
 def name_of(value: object) -> str | None:
@@ -118,7 +130,8 @@ def name_of(value: object) -> str | None:
     # Files and pictures cannot hold control characters (Cc) and unpaired surrogates (Cs).
     if value is not None and any(unicodedata.category(letter) in ("Cc", "Cs") for letter in value):
         raise InvalidInput(f"name is {value!r}; expected text without control characters")
-    return value if value is None else unicodedata.normalize("NFC", value)
+    found: str | None = normal(value)
+    return found
 
 
 def refuse_mixture(values: dict[str, Any]) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import unicodedata
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -9,6 +10,16 @@ import numpy as np
 
 from ..errors import InvalidInput
 from .units import is_quantity
+
+
+class ByName(dict[str, Any]):
+    """A dictionary that finds a name in another normal form of Unicode too."""
+
+    def __missing__(self, name: Any) -> Any:
+        for form in ("NFC", "NFKC") if isinstance(name, str) else ():
+            if (other := unicodedata.normalize(form, name)) in self:
+                return self[other]
+        raise KeyError(name)
 
 
 def brief(value: Any) -> str:

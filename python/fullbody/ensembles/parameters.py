@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.arguments import argument_names
 from ..base.foreign import plain_or_quantity
 from ..base.kinds import whole
 from ..base.units import gathered, is_quantity, need, refuse_masked
@@ -240,13 +241,13 @@ def tabulated(parameters: Any, seed: int | None) -> Table:
         match _kind(part):
             case Draws() as drawn:
                 table.add_dimension("draw", drawn.n)
-                random |= drawn.distributions
-                for name in drawn.distributions:
+                random |= argument_names(drawn.distributions)
+                for name in argument_names(drawn.distributions):
                     table.add(name, Column(None, ()))
             case Paired() as pairs:
                 _add_pairs(table, pairs)
             case grid:
-                for name, values in grid.items():
+                for name, values in argument_names(grid).items():
                     column = _column(values, name, (name,))
                     # The name is checked before it becomes that of a dimension.
                     table.add(name, column)
@@ -262,7 +263,8 @@ def tabulated(parameters: Any, seed: int | None) -> Table:
 
 
 def _add_pairs(table: Table, pairs: Paired) -> None:
-    columns = {name: _column(values, name, (pairs.dimension,)) for name, values in pairs.columns.items()}
+    given = argument_names(pairs.columns)
+    columns = {name: _column(values, name, (pairs.dimension,)) for name, values in given.items()}
     sizes = {name: len(column.values) if column.dimensions else None for name, column in columns.items()}
     lengths = set(sizes.values()) - {None}
     if len(lengths) != 1:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import observables
-from ..base.arguments import seed_of, suggestion
+from ..base.arguments import normal, seed_of, suggestion
 from ..base.kinds import function, whole
 from ..base.progress import Progress, Report
 from ..base.units import need
@@ -205,7 +205,7 @@ def sweep(
         if store is None:
             return _warned(_computed(job, table, {}, notes, size, executor, report, None))
         manifest = {
-            "key": str(key),
+            "key": normal(str(key)),
             "version of fullbody": version(),
             "version of numpy": np.__version__,
             "version of Python": ".".join(map(str, sys.version_info[:2])),

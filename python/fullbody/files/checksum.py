@@ -64,8 +64,6 @@ def _end(file: IO[bytes]) -> int:
     begin = file.read(64)
     if not begin:
         raise InvalidInput("the file is empty")
-    if begin.startswith(b"FULLBODY"):
-        raise InvalidInput("the file is a simulation; fullbody.Simulation.load reads it")
     if begin.startswith(b"CDF"):
         raise InvalidInput("the file is NetCDF of the classic kind; runs are NetCDF-4")
     if not begin.startswith(_SIGNATURE):

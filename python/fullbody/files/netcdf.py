@@ -245,8 +245,6 @@ def write(dataset: xarray.Dataset, path: Any) -> None:
 
 def check_format(content: Content) -> None:
     """Raise an error for a file that is not a run, or one of another format."""
-    if content.has_attribute("fullbody_flight"):
-        raise InvalidInput("the file is a flight (fullbody.load_flight)")
     content.check_format("fullbody_format", _FORMAT)
 
 

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ..base.arguments import integer
 from ..base.atomic import as_path
+from ..base.readers import other_reader
 from ..base.units import need
 from ..errors import InvalidInput, UncheckedFile, caution
 from . import checksum
@@ -67,7 +68,8 @@ def read(path: Any, kind: str, build: Callable[[Content], _Built]) -> _Built:
             # This is the open file that was checked, even if another file has its name by now.
             found = build(Content(_dataset(xr, file, size)))
     except InvalidInput as error:
-        raise InvalidInput(f"{path} is not a readable {kind} of fullbody: {error}") from error
+        other = other_reader(path, "fullbody.load_flight" if kind == "flight" else "fullbody.load")
+        raise InvalidInput(f"{path} is not a readable {kind} of fullbody: {error}{other}") from error
     if not checked:
         text = "another program wrote it, and damage may go unseen"
         caution(f"{path} has no checksum of the whole file: {text}", UncheckedFile)

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arguments import suggestion
+from ..base.arguments import argument_names, suggestion
 from ..base.limits import LARGEST, SMALLEST, Limits
 from ..base.units import PLAIN, gathered, is_quantity, refuse_booleans, strip_to
+from ..base.values import ByName
 from ..errors import InvalidInput
 
 __all__ = ["Free", "Parameters"]
@@ -68,6 +69,7 @@ class Parameters:
     def __init__(self, given: Any) -> None:
         if not isinstance(given, Mapping) or not given:
             raise InvalidInput(f"parameters is {given!r}; expected a dict of names to starts, one or more")
+        given = argument_names(given)
         for name in given:
             if not isinstance(name, str) or not name.isidentifier():
                 raise InvalidInput(
@@ -125,10 +127,8 @@ class Parameters:
     def named(self, values: _Array) -> dict[str, Any]:
         """Return values (P,), or columns (P, n), by their names with their units."""
         plain = (float(value) if np.ndim(value) == 0 else value for value in values)
-        return {
-            name: value if unit is None else value * unit
-            for name, unit, value in zip(self.names, self.units, plain, strict=True)
-        }
+        parts = zip(self.names, self.units, plain, strict=True)
+        return ByName({name: value if unit is None else value * unit for name, unit, value in parts})
 
     def numbers(self, values: Any) -> _Array:
         """Return the plain numbers (P,) of values by their names, or of an array in the order of the names."""

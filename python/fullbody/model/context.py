@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.arguments import place, suggestion
+from ..base.arguments import normal, place, suggestion
 from ..base.tables import Table
 from ..base.units import Units
 from ..errors import InvalidInput
@@ -90,7 +90,7 @@ class Context:
 
     def third_body(self, name: object, what: str) -> int:
         """Return the index of a third body among the forces by its name, or raise an error that lists them."""
-        names = [name for name, kind in self.forces.items() if kind == "ThirdBody"]
+        name, names = normal(name), [name for name, kind in self.forces.items() if kind == "ThirdBody"]
         if name not in names:
             is_other = f", a {self.forces[name]}" if isinstance(name, str) and name in self.forces else ""
             expected = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, TypeVar, cast
 
-from ..base.arguments import refuse_unknown
+from ..base.arguments import normal, refuse_unknown
 from ..base.units import Units
 from ..errors import InvalidInput
 from .bodies import Body
@@ -80,7 +80,7 @@ def changed(system: _System, parameter: str, by: float) -> _System:
     >>> float(system.changed("mass of Beta", 1e9)["Beta"].mass)
     136000000000.0
     """
-    context = system.context
+    context, parameter = system.context, normal(parameter)
     bodies, forces, G, _ = context.core.changed(parameter, by)
     described = context.describe() | {"bodies": bodies, "forces": forces, "G": G}
     notes = [dict(note) for note in described["notes"]["bodies"]]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.values import ArrayFields, block
+from ..base.values import ArrayFields, ByName, block
 from ..typing import Array
 from .context import SystemLike
 from .failures import explaining
@@ -63,10 +63,8 @@ def loads(system: SystemLike, state: State) -> dict[str, Loads]:
     core, attach = strip(state, context), context.units.attach
     with explaining(context, core):
         forces, torques = context.core.external_loads(core)
-    return {
-        name: Loads(attach(force, "force"), attach(torque, "torque"))
-        for name, force, torque in zip(context.forces, forces, torques, strict=True)
-    }
+    both = zip(context.forces, forces, torques, strict=True)
+    return ByName({name: Loads(attach(force, "force"), attach(torque, "torque")) for name, force, torque in both})
 
 
 def third_body(system: SystemLike, name: str, time: Any) -> tuple[Array, Array]:

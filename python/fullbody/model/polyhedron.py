@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.arguments import vectors
+from ..base.readers import other_reader
 from ..base.units import Units, is_quantity, need
 from ..base.values import same
 from ..errors import InvalidInput
@@ -161,7 +162,8 @@ class Polyhedron:
         except FileNotFoundError:
             raise FileNotFoundError(f"no file {path}") from None
         except (ValueError, IndexError, KeyError, TypeError, AttributeError, EOFError, gzip.BadGzipFile) as error:
-            raise InvalidInput(f"{path} is not a shape that can be read: {error}") from error
+            other = other_reader(path, "fullbody.Polyhedron.load")
+            raise InvalidInput(f"{path} is not a shape that can be read: {error}{other}") from error
         if unit is not None:
             with need("units", "a unit"):
                 from astropy import units as u

@@ -11,6 +11,7 @@ import numpy as np
 
 from .. import _core
 from ..base.atomic import as_path, content
+from ..base.readers import other_reader
 from ..base.units import scalar
 from ..errors import FullbodyError, InvalidInput
 from ..events import Event
@@ -289,7 +290,8 @@ class Simulation:
         try:
             return cls._from_bytes(content(path), forces_of(forces))
         except InvalidInput as error:
-            raise InvalidInput(f"{path} is not a readable simulation of fullbody: {error}") from error
+            other = other_reader(path, "fullbody.Simulation.load")
+            raise InvalidInput(f"{path} is not a readable simulation of fullbody: {error}{other}") from error
 
     @classmethod
     def _from_bytes(cls, data: bytes, forces: tuple[Force, ...] = ()) -> Simulation:

@@ -8,7 +8,7 @@ from typing import Any, Literal, Self
 
 from .. import _core
 from ..base import epochs
-from ..base.arguments import refuse_unknown, sequence
+from ..base.arguments import normal, refuse_unknown, sequence
 from ..base.tables import Table, Tabled
 from ..base.units import Units, scalar
 from ..errors import InvalidInput, caution
@@ -233,7 +233,7 @@ class System(Tabled):
         return iter(self._bodies)
 
     def __contains__(self, body: object) -> bool:
-        return body in self.names if isinstance(body, str) else body in self._bodies
+        return normal(body) in self.names if isinstance(body, str) else body in self._bodies
 
     def with_options(self, **options: Any) -> Self:
         """Return a system of the same bodies and G with other settings.

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.arguments import directions, suggestion
+from ..base.arguments import directions, normal, suggestion
 from ..base.kinds import flag, instance
 from ..base.units import Units, numbers
 from ..base.values import ArrayFields
@@ -354,6 +354,7 @@ def _by_name(value: Any, names: tuple[str, ...], what: str) -> list[Any]:
     """Return a list of values, one for each body, from one value for all or a dict by names."""
     if not isinstance(value, dict):
         return [value] * len(names)
+    value = {normal(name): one for name, one in value.items()}
     for name in value:
         if name not in names:
             raise InvalidInput(f"{what} names {name!r}; {suggestion(str(name), names, 'all')}")

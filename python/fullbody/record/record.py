@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.tables import Tabled
+from ..base.values import ByName
 from ..errors import FullbodyError, InvalidInput
 from ..events import Occurrence
 from ..model.context import Context, S
@@ -292,7 +293,8 @@ class Record(Tabled, Generic[S]):
 
     def _by_force(self, name: str, dimension: str) -> dict[str, Array]:
         attach = self.context.units.attach
-        return {force: attach(self.arrays[name][:, k], dimension) for k, force in enumerate(self.context.forces)}
+        values = self.arrays[name]
+        return ByName({force: attach(values[:, k], dimension) for k, force in enumerate(self.context.forces)})
 
     @property
     def start(self) -> Invariants:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..base.values import ByName
 from .columns import Attribute, Column, Numbers, array
 
 __all__ = ["fast_lyapunov", "lyapunov", "megno", "sensitivity", "tangent_labels", "tangent_units", "transition"]
@@ -85,7 +86,7 @@ def sensitivity(record: Any) -> dict[str, _Array]:
     """
     array(record, "transition")
     values = record.arrays.get("sensitivity")
-    return {} if values is None else {name: values[:, k] for k, name in enumerate(record.parameters)}
+    return ByName({} if values is None else {name: values[:, k] for k, name in enumerate(record.parameters)})
 
 
 megno = Numbers(

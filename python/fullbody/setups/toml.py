@@ -98,7 +98,9 @@ from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any
 
+from ..base.arguments import normal
 from ..base.atomic import as_path, check_suffix, content
+from ..base.readers import other_reader
 from ..base.units import Units
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
@@ -258,14 +260,14 @@ def toml_content(path: Path) -> dict[str, Any]:
 
     try:
         # The byte order mark that some editors write is accepted.
-        return tomllib.loads(written.decode("utf-8-sig"))
+        return tomllib.loads(normal(written.decode("utf-8-sig")))
     except UnicodeDecodeError as error:
-        is_run = written[:4] in (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
-        what = "NetCDF, as runs are recorded; fullbody.load reads those" if is_run else "not text"
-        raise InvalidInput(f"{path}: is {what}; expected a file of TOML") from error
+        other = other_reader(path, "fullbody.read_toml")
+        raise InvalidInput(f"{path}: is not text; expected a file of TOML{other}") from error
     except (ValueError, RecursionError) as error:
         # Python's limits on the digits of a number and on nested brackets raise these errors.
-        raise InvalidInput(f"{path}: not valid TOML: {error}") from error
+        other = other_reader(path, "fullbody.read_toml")
+        raise InvalidInput(f"{path}: not valid TOML: {error}{other}") from error
 
 
 def _units(system: Table) -> Units:

@@ -1,9 +1,12 @@
 """Every argument that takes a body's index also takes its name, and errors list the known names."""
 
+import unicodedata
+
 import fullbody
 import numpy as np
 import pytest
 from fullbody import Body, PointMass, State, System, events, observables
+from fullbody.base.arguments import argument_names
 from fullbody.errors import InvalidInput
 
 
@@ -145,3 +148,44 @@ def test_bodies_without_names_have_those_of_their_places():
     assert unnamed.mu("body 0", "body 1") == 2.0
     run = unnamed.integrate(start, 0.5, events=[events.Separation("body 0", "body 1", 0.9)])
     assert len(run.events) == 1
+
+
+NAMES = {
+    "body": unicodedata.normalize("NFD", "Äpyän"),
+    "other": "B",
+    "force": unicodedata.normalize("NFD", "Jättiläinen"),
+}
+
+
+def test_names_are_found_in_another_normal_form(tmp_path):
+    """The same letters as one character or as two name the same body, force, parameter and file."""
+    sphere, (body, other, force) = fullbody.Sphere(1.0), NAMES.values()
+    far = fullbody.KeplerElements(100.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    third = fullbody.forces.ThirdBody(mass=1.0, orbit=far, of="body", name=force)
+    bodies = [fullbody.Body(sphere, mass=1.0, name=body), fullbody.Body(sphere, mass=1.0, name=other)]
+    system = fullbody.System(bodies, G=1.0, forces=[third])
+    state = fullbody.State([[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]], [[0.0, 0.0, 0.0], [0.0, 0.6, 0.0]])
+    mass = f"mass of {body}"
+    assert system.names[0] != body
+    assert body in system
+    run = system.integrate(state, 1.0, output="ends", derivatives=[mass])
+    assert run.sensitivity[mass].shape == (2, 24)
+    assert run.work[force].shape == (2,)
+    assert system.changed(mass, 1.0)[body].mass == 2.0
+    assert system.third_body(force, 0.0)[0].shape == (3,)
+    assert system.loads(state)[force].force.shape == (2, 3)
+    albedo = {body: 0.5, other: 1.0}
+    light = fullbody.observing.brightness(system, state, [0, 0, 1], [0, 0, 1], albedo=albedo)
+    assert light[0] == pytest.approx(light[1] / 2, rel=1e-14)
+    with pytest.raises(KeyError):
+        _ = run.work["Sun"]
+
+
+def test_the_arguments_of_a_setup_are_found_as_python_writes_them():
+    """Python turns the micro sign of a keyboard into the Greek letter in names of arguments."""
+    system, state = fullbody.systems.case1()
+    found = fullbody.sweep(
+        lambda μ: (system, state), {"\N{MICRO SIGN}": [1.0, 2.0]}, 0.1, measure=lambda run: {"a": 1.0}
+    )
+    assert list(found["\N{GREEK SMALL LETTER MU}"].values) == [1.0, 2.0]
+    assert argument_names({"\N{MICRO SIGN}": 1}) == {"\N{GREEK SMALL LETTER MU}": 1}

@@ -41,7 +41,7 @@ def classic(path):
         (classic, "the file is NetCDF of the classic kind; runs are NetCDF-4"),
         (
             lambda path: fullbody.Simulation(*fullbody.systems.case1()).save(path),
-            r"the file is a simulation; fullbody\.Simulation\.load reads it",
+            r"the file is not a NetCDF file; it is a simulation, which fullbody\.Simulation\.load reads",
         ),
     ],
     ids=["empty", "text", "foreign", "classic", "simulation"],

@@ -196,12 +196,8 @@ def test_files_that_are_no_toml_are_refused(tmp_path):
     system, state = fullbody.systems.case1()
     system.integrate(state, 1.0).save(tmp_path / "run.nc")
     (tmp_path / "picture.png").write_bytes(b"\x89PNG\r\n")
-    for name, what in (
-        ("run.nc", "is NetCDF, as runs are recorded"),
-        ("picture.png", "is not text"),
-        ("", "is a folder"),
-    ):
-        with pytest.raises(InvalidInput, match=f"{what}.*; expected a file of TOML"):
+    for name, what in (("run.nc", "is not text"), ("picture.png", "is not text"), ("", "is a folder")):
+        with pytest.raises(InvalidInput, match=f"{what}; expected a file of TOML"):
             fullbody.read_toml(tmp_path / name)
 
 
