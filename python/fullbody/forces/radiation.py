@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import pi, sqrt
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -18,6 +18,7 @@ from ..model.context import Context
 from ..model.force import Force
 
 if TYPE_CHECKING:
+    from .. import _core
     from ..base.units import Units
 
 __all__ = ["Byorp", "Yorp", "solar_pressure"]
@@ -31,6 +32,9 @@ _BYORP = {
 }
 #: Torque divided by pressure and cubed radius, for a coefficient of one.
 _YORP = {"quillen_2022": 1.0, "steinberg_sari_2011": 2.0 * pi / 3.0}
+#: The pressure of sunlight at 1 au, and the torques by it and the cubed radius, from the roundest body to the least
+#: round one near the Sun, that cause no warning.
+_SUNLIGHT, _COEFFICIENTS = "4.54e-6 Pa", (1e-6, 10.0)
 #: Normalisations of YORP that are rates of the spin, either directly or through pressure times radius over mass.
 _RATES = ("acceleration", "rossi_2009")
 
@@ -192,6 +196,22 @@ class Yorp(Force):
         if self.normalization == "rossi_2009":
             return float(inertia * 2.0 / 3.0 * pressure * radius / body.mass)
         return float(_YORP[self.normalization] * pressure * radius**3)
+
+    @classmethod
+    def _input_warnings(cls, described: dict[str, Any], start: _core.State, context: Context) -> Iterator[str]:
+        """Yield a warning of a torque that sunlight cannot exert, or that has no effect."""
+        volume = context.bodies[context.names.index(described["on"])].volume
+        if not context.units.known or volume == 0.0:
+            return
+        unit = context.units.number(_SUNLIGHT, "pressure", "pressure") * 0.75 * volume / pi
+        size = float(np.abs([described["along"], described["across"]]).max()) / unit
+        if 0.0 < size < _COEFFICIENTS[0] or size > _COEFFICIENTS[1]:
+            least, most = _COEFFICIENTS
+            yield (
+                f"the torque of {described['name']} is {size:.2g} times the pressure of sunlight at 1 au and the cube "
+                f"of the body's radius; expected {least:g} to {most:g}: check its unit; a coefficient has a "
+                "normalization, and the rate of a spin normalization='acceleration'"
+            )
 
     def _summary(self, described: dict[str, Any], units: Units) -> str:
         if described["obliquity"]:

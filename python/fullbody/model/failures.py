@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import _core
 from ..base.tables import number
-from ..errors import BodiesOverlap, ForceFailed, FullbodyError
+from ..errors import BodiesOverlap, ForceFailed, FullbodyError, Interrupted
 from .context import Context
 
 __all__ = ["explained", "explaining"]
@@ -50,16 +50,16 @@ def _overlap(error: BodiesOverlap, context: Context, state: _core.State | None, 
 
 
 def _caused(error: ForceFailed, context: Context) -> BaseException:
-    """Return the error with the exception of the force's function as its cause; Ctrl-C and an exit are returned as
-    such.
-    """
+    """Return the error with the exception of the force's function as its cause; an exit is returned as such."""
     call = context.calls.get(error.force)
     if call is None:
         return error
     raised = call.raised(error.answer)
     if raised is None:
-        return KeyboardInterrupt() if call.is_lost(error.answer) else error
-    if not isinstance(raised, Exception):
+        raised = KeyboardInterrupt() if call.is_lost(error.answer) else error
+    if isinstance(raised, KeyboardInterrupt):
+        return Interrupted(f"interrupted in force {error.force} at time {error.time}")
+    if raised is error or not isinstance(raised, Exception):
         return raised
     what = f"{raised}" if isinstance(raised, FullbodyError) else f"{type(raised).__name__}: {raised}"
     caused = ForceFailed(f"force {error.force} at time {error.time}: {what}", error.force, error.time)

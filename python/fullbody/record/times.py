@@ -7,10 +7,13 @@ from typing import Any
 import numpy as np
 
 from ..base.tables import number
-from ..base.units import Units, scalar
+from ..base.units import Units, gathered, scalar
 from ..errors import InvalidInput, caution
 
 __all__ = ["end_of_run", "given_end", "sampling", "spacing_warning"]
+
+#: Julian dates of 1858 to 2132, and calendar years.
+_JULIAN, _YEARS = (2.4e6, 2.5e6), (1900.0, 2100.0)
 
 
 def given_end(until: Any, duration: Any) -> dict[str, Any]:
@@ -27,11 +30,12 @@ def end_of_run(until: Any, duration: Any, start: float, units: Units) -> float:
     Warns
     -----
     InconsistentInput
-        For a text that is a time before the start.
+        For a text that is a time before the start, and for a time since the epoch that looks like a date.
     """
     if "duration" in given_end(until, duration):
         return start + units.number(duration, "time", "duration")
     end = scalar(units.strip(until, "time", "until"), "until")
+    _warn_of_date(until, end, start, units)
     if isinstance(until, str) and end < start:
         begin, length = (number(units.attach(np.float64(value), "time")) for value in (start, start - end))
         caution(
@@ -39,6 +43,22 @@ def end_of_run(until: Any, duration: Any, start: float, units: Units) -> float:
             f"of that length has duration={until!r}"
         )
     return end
+
+
+def _warn_of_date(until: Any, end: float, start: float, units: Units) -> None:
+    """Warn of an end that looks like a Julian date, or like a calendar year, as no run from the start goes so far."""
+    unit = str(getattr(gathered(until, "until", "time"), "unit", ""))
+    ranges = {"": _JULIAN, "d": _JULIAN, "yr": _YEARS, "a": _YEARS}
+    if unit not in ranges:
+        return
+    factor = units.unit("time").to(unit) if unit else 1.0
+    first, last = ranges[unit]
+    if first <= end * factor <= last and not first <= start * factor <= last:
+        length = number(units.attach(np.float64(end - start), "time"))
+        caution(
+            f"until is {until}, which looks like a date, and is taken as a time since time zero: the run is {length} "
+            "long; expected the time of a date since the system's epoch, such as date - system.epoch"
+        )
 
 
 def sampling(output: Any, units: Units) -> Any:

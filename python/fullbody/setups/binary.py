@@ -14,7 +14,7 @@ from ..base.kinds import choice, whole
 from ..base.limits import Limits
 from ..base.printed import error_of
 from ..base.units import PLAIN, USUAL, Units, gathered, is_quantity
-from ..errors import InvalidInput, caution, once
+from ..errors import InvalidInput, caution, interruptible, once
 from ..model.bodies import Body
 from ..model.state import State, from_numbers
 from ..motion.system import System
@@ -82,7 +82,7 @@ class Binary(tuple[System, State]):
         ['5.54e+11 kg', '5.53e+11 kg']
         """
         source, found = generator(rng), []
-        with once():
+        with once(), interruptible("draws of a binary"):
             for _ in range(whole(n, "n")):
                 drawn = {name: _drawn(value, name, source) for name, value in self._arguments.items()}
                 if all(drawn[name] is value for name, value in self._arguments.items()):

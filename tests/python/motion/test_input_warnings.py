@@ -304,7 +304,24 @@ def test_numbers_of_another_unit_are_warned_of():
         third = fullbody.forces.ThirdBody(mass=mass, orbit=orbit, of="system", name="Sun")
         return system.with_forces([third]).integrate(state, 0.1, output="ends")
 
+    def yorp(along, **given):
+        torque = fullbody.forces.Yorp("Didymos", along=along, **given)
+        return system.with_forces([torque]).integrate(state, 0.01, output="ends")
+
+    slow = System([Body(PointMass(), mass=1.0), Body(PointMass(), mass=1.0)], units=("km", "s", "kg"))
+
+    def end(until, start=0.0):
+        begin = State([[0.0, 0, 0], [1e6, 0, 0]], np.zeros((2, 3)), time=start)
+        return slow.integrate(begin, until, output="ends")
+
+    coefficient = {"normalization": "quillen_2022", "pressure": "4e-6 Pa"}
+    date = "which looks like a date, and is taken as a time since time zero"
     for call, wrong, right, message in (
+        (lambda given: yorp(1e-3, **given), [{}], [coefficient], "the torque of YORP on Didymos is 3.4e-07 times"),
+        (yorp, ["1e4 N m"], ["0.2 N m"], "the torque of YORP on Didymos is 44 times the pressure of sunlight at 1 au"),
+        (end, [2460000.5], [2460000.5, 2459999.5], f"until is 2460000.5, {date}: the run is 2460000.5 s long"),
+        (end, ["2460000.5 d"], ["2022 d"], f"until is 2460000.5 d, {date}"),
+        (end, ["2022.7 yr"], ["20 yr"], f"until is 2022.7 yr, {date}"),
         (astrometry, [0.5], [0.5, u.arcsec], "offsets of Astrometry have values up to 0.5 radians, 28.6 degrees"),
         (light, [0.27], ["0.27 deg"], "sun_radius is 0.27 radians, 15.5 degrees"),
         (fly, [0.01], ["0.01 m2/kg"], "area_to_mass of particles has values up to 1e[+]04 m2 / kg"),
