@@ -12,7 +12,7 @@ from ..base.kinds import flag
 from ..errors import InvalidInput, caution
 from ..model.context import SystemLike
 from .centre_of_light import photocentre, semi_axes
-from .columns import Column, Rows, column, jitter_of, positive_rows
+from .columns import Column, Rows, column, jitter_of, positive_rows, refuse_rounded
 from .data import Observations
 from .vectors import Vectors, local_geometry, turn
 
@@ -109,6 +109,8 @@ class Astrometry(Observations):
                 f"{plain[0]} has no unit, but others of east, north and sigma have; expected all or none"
             )
         numbers = {name: values for name, (values, _) in given.items()}
+        for name, value in (("east", east), ("north", north)):
+            refuse_rounded(value, numbers[name], numbers["sigma"], f"{name} of Astrometry")
         numbers["correlation"], without = column(correlation, "correlation", "")
         if without is not None and not without.is_equivalent(""):
             raise InvalidInput(f"correlation has the unit {without}; expected plain numbers")

@@ -25,9 +25,11 @@ from ..base.units import (
 )
 from ..errors import InconsistentInput, InvalidInput, caution
 
-__all__ = ["Column", "Rows", "column", "jitter_of", "positive_rows", "read_table"]
+__all__ = ["Column", "Rows", "column", "jitter_of", "positive_rows", "read_table", "refuse_rounded"]
 
 _Array = npt.NDArray[np.float64]
+#: The spacing of a type's numbers relative to their standard error above which they are refused.
+_ROUNDED = 0.1
 
 
 def column(given: Any, what: str, unit: Any = None) -> tuple[_Array, Any]:
@@ -60,6 +62,36 @@ def column(given: Any, what: str, unit: Any = None) -> tuple[_Array, Any]:
             f"{what} has the value {float(beyond[0])}; expected numbers of at most {LARGEST} in size, or masked ones"
         )
     return found, own
+
+
+def refuse_rounded(given: Any, values: _Array, sigma: _Array, what: str) -> None:
+    """Raise an error for numbers whose type rounds them to more than a tenth of their standard errors.
+
+    Parameters
+    ----------
+    given : array_like
+        The numbers as they were given.
+    values, sigma : ndarray
+        The same numbers of 64 bits, and their standard errors, in one unit.
+    """
+    if (kind := _short(given)) is None:
+        return
+    values, sigma = np.atleast_1d(values), sigma.min(axis=-1) if sigma.ndim > values.ndim else sigma
+    apart = np.abs(values) * float(np.finfo(kind).eps)
+    if sigma.shape in ((), values.shape) and (bad := apart > _ROUNDED * sigma).any():
+        k = int(np.argmax(bad))
+        error = np.broadcast_to(sigma, apart.shape)[k]
+        raise InvalidInput(
+            f"{what} are numbers of the type {kind}, which near {values[k]:.6g} are {apart[k]:.2g} apart, with a "
+            f"standard error of {error:.2g}; expected float64, in which the data have to be read"
+        )
+
+
+def _short(given: Any) -> Any:
+    """Return the type of floats of less than 64 bits, or ``None`` for other values."""
+    kind = getattr(given, "dtype", None)
+    short = getattr(kind, "kind", "") == "f" and kind.itemsize < 8  # type: ignore[union-attr]
+    return np.dtype(f"f{kind.itemsize}") if short else None  # type: ignore[union-attr]
 
 
 def _unmasked(given: Any) -> tuple[Any, Any]:
@@ -246,7 +278,9 @@ def read_table(
             own = _unit_of(own, argument) if kind == "values" else None
             pairs = [column(part, what) for part in parts]
             units = [had if had is not None else own for _, had in pairs]
-            scaled = [values if one is None else values * one for (values, _), one in zip(pairs, units, strict=True)]
+            # Numbers keep a short type, which may be too coarse for their errors.
+            short = [values.astype(_short(part) or float) for (values, _), part in zip(pairs, parts, strict=True)]
+            scaled = [values if one is None else values * one for values, one in zip(short, units, strict=True)]
             arguments[argument] = scaled[0] if isinstance(named, str) else _stacked(scaled, what)
     return arguments
 

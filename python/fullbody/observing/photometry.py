@@ -15,7 +15,7 @@ from ..base.units import PLAIN, is_quantity
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from .brightness import Photometer
-from .columns import Column, Rows, column, jitter_of, positive_rows
+from .columns import Column, Rows, column, jitter_of, positive_rows, refuse_rounded
 from .data import Observations
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
@@ -101,6 +101,7 @@ class Photometry(Observations):
     ) -> None:
         given = (("magnitude", magnitude), ("sigma", sigma))
         numbers = {name: column(value, name, "mag")[0] for name, value in given}
+        refuse_rounded(magnitude, numbers["magnitude"], numbers["sigma"], "magnitude of Photometry")
         rows = Rows(times, numbers, ("magnitude",), "Photometry")
         super().__init__(rows, geometry)
         if not geometry.has_sun:

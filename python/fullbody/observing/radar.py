@@ -11,7 +11,7 @@ from ..base.unit_names import unit_named
 from ..base.units import is_quantity
 from ..errors import InvalidInput
 from ..model.context import SystemLike
-from .columns import Column, Rows, column, jitter_of, positive_rows
+from .columns import Column, Rows, column, jitter_of, positive_rows, refuse_rounded
 from .data import Observations
 from .vectors import Vectors
 
@@ -100,6 +100,7 @@ class RadarAstrometry(Observations):
             spread, own = column(error, f"sigma of {name} of RadarAstrometry", _KINDS[name][1])
             if (unit is None) != (own is None):
                 raise InvalidInput(f"only one of {name} and its sigma has a unit; expected both or neither")
+            refuse_rounded(value, values, spread, f"{name} of RadarAstrometry")
             self._units[name] = unit
             numbers |= {name: values, f"sigma_{name}": spread}
         rows = Rows(times, numbers, tuple(given), "RadarAstrometry")

@@ -166,3 +166,28 @@ def test_magnitudes_of_xarray_keep_their_unit():
 def test_no_module_has_the_name_of_a_function_that_one_expects():
     assert not hasattr(fullbody.observables, "tumbling")
     assert not hasattr(observing, "photocentre")
+
+
+def test_values_that_their_type_rounds_beyond_their_errors_are_refused():
+    """Near 1.5e7 km float32 is spaced by 1 km; near 14 mag by 1e-6 mag, which matters to no error of 1e-3 mag."""
+    times, ranges = [1.0, 2.0] * u.h, np.array([1.5e7, 1.6e7], dtype=np.float32)
+    expected = "range of RadarAstrometry are numbers of the type float32, which near 1.5e.07 are 1.8 apart"
+    for given in (ranges * u.km, ranges):
+        unit = u.km if hasattr(given, "unit") else 1.0
+        with pytest.raises(fullbody.errors.InvalidInput, match=expected):
+            observing.RadarAstrometry(times, range=given, sigma=0.15 * unit, geometry=GEOMETRY)
+        observing.RadarAstrometry(times, range=given, sigma=100.0 * unit, geometry=GEOMETRY)
+    light = {"magnitude": np.array([14.1, 14.2], dtype=np.float32), "sigma": np.array([1e-3, 1e-3], dtype=np.float32)}
+    assert len(observing.Photometry(times, **light, geometry=GEOMETRY)) == 2
+    for sigma in (1e-6, [1e-6, 1e-3]):
+        with pytest.raises(
+            fullbody.errors.InvalidInput, match="magnitude of Photometry are numbers of the type float32"
+        ):
+            observing.Photometry(times, light["magnitude"], sigma, geometry=GEOMETRY)
+    rows = pd.DataFrame({"times": [f"{text}Z" for text in TEXTS], "range": ranges, "sigma_range": 0.15})
+    with pytest.raises(fullbody.errors.InvalidInput, match=expected):
+        observing.RadarAstrometry.from_table(rows, unit={"range": "km", "sigma_range": "km"}, geometry=GEOMETRY)
+    offsets = np.array([0.5, 0.6], dtype=np.float32) * u.arcsec
+    assert len(observing.Astrometry(times, offsets, offsets, 1e-3 * u.arcsec, geometry=GEOMETRY)) == 2
+    with pytest.raises(fullbody.errors.InvalidInput, match="east of Astrometry are numbers of the type float32"):
+        observing.Astrometry(times, offsets, offsets, [[1e-7, 1e-3]] * 2 * u.arcsec, geometry=GEOMETRY)
