@@ -14,7 +14,7 @@ from .astrometry import Astrometry
 from .brightness import BrightnessDerivatives, brightness, brightness_derivatives
 from .geometry import Geometry
 from .laws import HG, HG1G2, Hapke, Lambert, LommelSeeliger, LommelSeeligerLambert
-from .light_curve import light_curve
+from .light_curve import light_curve, zero_point
 from .measured import Measured
 from .mutual import MutualEvent, mutual_events, occultation
 from .photometry import Photometry
@@ -40,6 +40,7 @@ __all__ = [
     "light_curve",
     "mutual_events",
     "occultation",
+    "zero_point",
 ]
 
 

@@ -19,7 +19,7 @@ from ..model.state import State, strip
 from ..typing import Array
 from .laws import Law, LommelSeeliger
 
-__all__ = ["BrightnessDerivatives", "Photometer", "brightness", "brightness_derivatives"]
+__all__ = ["BrightnessDerivatives", "Photometer", "brightness", "brightness_derivatives", "of_unit_sphere"]
 
 _Array = npt.NDArray[np.float64]
 
@@ -240,6 +240,14 @@ def brightness(
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
     found = photometer.brightness(*_at(system, state, to_observer, to_sun))
     return system.context.units.attach(found[0], "area")
+
+
+def of_unit_sphere(law: Law) -> float:
+    """Return the brightness of a sphere of radius one and albedo one at phase angle zero."""
+    ball = _core.Photometer([_core.Body("sphere", (1.0, 1.0, 1.0), 1.0, None)], [law._describe()], [[1.0]], False, 0.0)
+    toward = np.array([[1.0, 0.0, 0.0]])
+    at = _epochs(np.zeros(1), np.zeros((1, 3)), np.eye(1, 4), toward, toward, None)
+    return float(ball.brightness(at)[0, 0] * law._phase(np.zeros(1))[0])
 
 
 def brightness_derivatives(

@@ -7,21 +7,26 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..base.limits import FINITE, POSITIVE
+from ..base.units import PLAIN
 from ..errors import InvalidInput, interruptible
+from ..model.context import SystemLike
 from ..record.record import Record
 from ..typing import Array
-from .brightness import Photometer
+from .brightness import Photometer, of_unit_sphere
 from .laws import LommelSeeliger
 from .states import DISTANT, refuse_near, retarded
-from .times import in_system
+from .times import in_system, kilometres
 from .vectors import Vectors, local_geometry
 
 if TYPE_CHECKING:
     from .laws import Law
 
-__all__ = ["light_curve"]
+__all__ = ["light_curve", "zero_point"]
 
 _Array = npt.NDArray[np.float64]
+#: The diameter in km of a white sphere of absolute magnitude zero, and the astronomical unit in km.
+_WHITE, _AU = 1329.0, 149597870.7
 #: The number of times between two looks at Ctrl-C: a few milliseconds of two ellipsoids.
 _PART = 2048
 
@@ -107,6 +112,81 @@ def light_curve(
             total = light if per_body else light.sum(axis=1)
             found.append(magnitudes(total, then.observer, to_sun, reduced))
     return np.concatenate(found)
+
+
+def zero_point(
+    system: SystemLike,
+    *,
+    geometric_albedo: Any = None,
+    H: Any = None,
+    law: Law | dict[str, Law] = LommelSeeliger(),  # noqa: B008
+    albedo: float | dict[str, Any] = 1.0,
+    reduced: bool = True,
+) -> float:
+    """Compute the zero point that makes the magnitudes of :func:`light_curve` absolute.
+
+    Parameters
+    ----------
+    system : System
+    geometric_albedo : float
+        The geometric albedo of a body whose ``albedo`` is one. Either this or ``H`` is given.
+    H : float
+        The absolute magnitude of all bodies together.
+    law, albedo
+        Options of the same light curve; with a geometric albedo one law for all bodies.
+    reduced : bool
+        Whether the light curve is reduced to unit distances. For one that is not, with ``reduced=False``, the sum is
+        the magnitude as observed.
+
+    Returns
+    -------
+    float
+        What is added to the magnitudes, as ``zero=`` of :class:`Photometry` does it.
+
+    Raises
+    ------
+    InvalidInput
+        If not exactly one of the two is given, and for a system without units that needs them.
+
+    Notes
+    -----
+    A sphere of diameter D and geometric albedo p, at phase angle zero and at 1 au from the Sun and from the observer,
+    has the magnitude H of D = 1329 km p^(-1/2) 10^(-H/5) (Fowler & Chillemi 1992; Pravec & Harris 2007, Icarus 190,
+    250, doi:10.1016/j.icarus.2007.02.023). For ``H`` each body counts as the sphere of its volume.
+
+    Examples
+    --------
+    The magnitude of (1) Ceres, of diameter 939.4 km and albedo 0.09, is 3.37 by this formula:
+
+    >>> import fullbody, numpy as np
+    >>> from fullbody import observing
+    >>> ceres = fullbody.System([fullbody.Body(fullbody.Sphere("469.7 km"), mass="9.38e20 kg")], units=True)
+    >>> at_rest = fullbody.State(np.zeros((1, 3)), np.zeros((1, 3)))
+    >>> light = observing.brightness(ceres, at_rest, [1, 0, 0], [1, 0, 0])[0].value
+    >>> round(float(observing.zero_point(ceres, geometric_albedo=0.09) - 2.5 * np.log10(light)), 2)
+    3.37
+    """
+    if (geometric_albedo is None) == (H is None):
+        raise InvalidInput(f"geometric_albedo and H are {geometric_albedo!r} and {H!r}; expected one of the two")
+    if any(map(np.ndim, albedo.values() if isinstance(albedo, dict) else [albedo])):
+        raise InvalidInput("albedo is an array over faces; expected one number for each body beside a zero point")
+    photometer = Photometer(system, law, albedo, False, 0.0)
+    if H is None:
+        p = PLAIN.number(geometric_albedo, "number", "geometric_albedo", POSITIVE)
+        if any(one != photometer.laws[0] for one in photometer.laws):
+            raise InvalidInput("law differs between bodies beside a geometric_albedo; expected one law for all, or H")
+        unit = kilometres(system, "a geometric albedo")
+        zero = 5.0 * np.log10(_WHITE / unit) - 2.5 * np.log10(4.0 * p / of_unit_sphere(photometer.laws[0]))
+    else:
+        radii = np.cbrt([0.75 * body.volume / np.pi for body in system.context.bodies])
+        whole = sum(
+            share * of_unit_sphere(one) * radius**2
+            for share, one, radius in zip(photometer.albedo, photometer.laws, radii, strict=True)
+        )
+        if not whole > 0.0:
+            raise InvalidInput("the bodies have no size or no albedo; expected light from one or more")
+        zero = PLAIN.number(H, "number", "H", FINITE) + 2.5 * np.log10(whole)
+    return float(zero if reduced else zero - 10.0 * np.log10(_AU / kilometres(system, "a magnitude as observed")))
 
 
 def magnitudes(light: _Array, to_observer: _Array, to_sun: _Array, reduced: bool) -> _Array:
