@@ -60,15 +60,18 @@ def read(path: Any, kind: str, build: Callable[[Content], _Built]) -> _Built:
     xr, path = netcdf(), as_path(path)
     if not path.exists():
         raise FileNotFoundError(f"no file {path}")
+    attributes = None
     try:
         if path.is_dir():
             raise InvalidInput("the file is a folder")
         with path.open("rb") as file:
             checked, size = checksum.check(file), file.seek(0, 2)
             # This is the open file that was checked, even if another file has its name by now.
-            found = build(Content(_dataset(xr, file, size)))
+            dataset = _dataset(xr, file, size)
+            attributes = dataset.attrs
+            found = build(Content(dataset))
     except InvalidInput as error:
-        other = other_reader(path, "fullbody.load_flight" if kind == "flight" else "fullbody.load")
+        other = other_reader(path, "fullbody.load_flight" if kind == "flight" else "fullbody.load", attributes)
         raise InvalidInput(f"{path} is not a readable {kind} of fullbody: {error}{other}") from error
     if not checked:
         text = "another program wrote it, and damage may go unseen"

@@ -28,23 +28,27 @@ def made(system, state, folder):
     (folder / "system.toml").write_text("[system]\nG = 1.0\n")
     (folder / "alpha.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
     return {
-        "run": ("run.nc", "fullbody.load"),
-        "flight": ("flight.nc", "fullbody.load_flight"),
-        "simulation": ("simulation.fb", "fullbody.Simulation.load"),
-        "fit": ("fit.nc", "fullbody.load"),
-        "map": ("map.nc", "xarray.load_dataset"),
-        "system as text": ("system.toml", "fullbody.read_toml"),
-        "shape": ("alpha.obj", "fullbody.Polyhedron.load"),
+        "a run": ("run.nc", "fullbody.load"),
+        "a flight": ("flight.nc", "fullbody.load_flight"),
+        "a simulation": ("simulation.fb", "fullbody.Simulation.load"),
+        "a fit": ("fit.nc", "fullbody.load"),
+        "a map": ("map.nc", "xarray.load_dataset"),
+        "a system as text": ("system.toml", "fullbody.read_toml"),
+        "a shape": ("alpha.obj", "fullbody.Polyhedron.load"),
     }
 
 
 def test_every_reader_names_the_right_one_for_every_other_file(tmp_path):
-    for what, (name, right) in made(*fullbody.systems.case1(), tmp_path).items():
+    for kind, (name, reader_of_kind) in made(*fullbody.systems.case1(), tmp_path).items():
         for reader, read in READERS.items():
+            what, right = kind, reader_of_kind
             if reader != right:
                 with pytest.raises(InvalidInput) as caught:
                     read(tmp_path / name)
-                assert str(caught.value).endswith(f"; it is a {what}, which {right} reads"), (name, reader)
+                if name.endswith(".nc") and not reader.startswith("fullbody.load"):
+                    # HDF5 is not to open what may be damaged.
+                    what, right = "NetCDF, as of runs, fits and flights", "fullbody.load or fullbody.load_flight"
+                assert str(caught.value).endswith(f"; it is {what}, which {right} reads"), (name, reader)
 
 
 def test_a_damaged_file_is_not_said_to_be_for_another_reader(tmp_path):
