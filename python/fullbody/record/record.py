@@ -293,8 +293,8 @@ class Record(Tabled, Generic[S]):
 
     def _by_force(self, name: str, dimension: str) -> dict[str, Array]:
         attach = self.context.units.attach
-        values = self.arrays[name]
-        return ByName({force: attach(values[:, k], dimension) for k, force in enumerate(self.context.forces)})
+        forces = enumerate(self.context.forces)
+        return ByName({force: attach(self.arrays[name][:, k], dimension) for k, force in forces})
 
     @property
     def start(self) -> Invariants:
