@@ -1,4 +1,4 @@
-"""Atomic writing of files: a name refers to the old file or to the new one, never to a part of it."""
+"""Names of files, what reads them, and atomic writing: a name refers to the old file or the new one, to no part."""
 
 from __future__ import annotations
 
@@ -6,17 +6,28 @@ import errno
 import os
 import stat
 import uuid
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from ..errors import InvalidInput
 
-__all__ = ["as_path", "check_place", "check_suffix", "content", "replacing"]
+__all__ = ["as_path", "check_place", "check_suffix", "content", "other_reader", "replacing"]
 
 #: The errors by which a system says that it cannot flush a file of this kind, or cannot open a folder.
 _NO_FLUSH = (errno.EINVAL, errno.ENOTSUP, errno.ENOSYS, errno.EACCES, errno.EPERM)
+
+#: The attributes of NetCDF files of this package, with what they are and their readers.
+_CONTENTS = {
+    "fullbody_format": ("a run", "fullbody.load"),
+    "fullbody_fit": ("a fit", "fullbody.load"),
+    "fullbody_flight": ("a flight", "fullbody.load_flight"),
+}
+_SUFFIXES = {
+    ".toml": ("a system as text", "fullbody.read_toml"),
+    **dict.fromkeys((".obj", ".ply", ".stl"), ("a shape", "fullbody.Polyhedron.load")),
+}
 
 
 def as_path(path: Any, what: str = "path") -> Path:
@@ -171,3 +182,31 @@ def _about(error: OSError, path: Path, mark: str) -> OSError:
         return OSError(f"{path} cannot be written: {type(error).__name__}")
     # Python chooses the class of the error by its number.
     return OSError(error.errno, os.strerror(error.errno), str(path))
+
+
+def other_reader(path: Path, own: str, attributes: Mapping[str, Any] | None = None) -> str:
+    """Return a phrase about what a file is and which function reads it; it is empty if that is ``own`` or not known.
+
+    Parameters
+    ----------
+    path : Path
+    own : str
+        The reader that was called.
+    attributes : mapping, optional
+        Those of a file of NetCDF that could be read. Here it is not opened, since HDF5 trusts what it reads.
+    """
+    found = None
+    if attributes is not None:
+        found = next((entry for name, entry in _CONTENTS.items() if name in attributes), None)
+        if str(attributes.get("title", "")).startswith("fullbody sweep"):
+            found = ("a map", "xarray.load_dataset")
+    elif path.is_file():
+        with path.open("rb") as file:
+            begin = file.read(8)
+        if begin == b"FULLBODY":
+            found = ("a simulation", "fullbody.Simulation.load")
+        elif not begin.startswith(b"\x89HDF"):
+            found = _SUFFIXES.get(path.suffix.lower())
+        elif not own.startswith("fullbody.load"):
+            found = ("NetCDF, as of runs, fits and flights", "fullbody.load or fullbody.load_flight")
+    return "" if found is None or found[1] == own else f"; it is {found[0]}, which {found[1]} reads"

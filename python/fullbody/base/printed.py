@@ -1,6 +1,6 @@
 """Quantities as papers print them: with a standard error, or as a sum such as ``"11 h 55.3 min"``.
 
-The standard error of a text is kept beside the Quantity until it is computed with; see :func:`error_of`.
+The standard error of a text is kept beside the Quantity until it is computed with.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from math import hypot
 from typing import Any
 
 from ..errors import InvalidInput
-from .unit_names import read
+from .unit_names import error_of, read, with_error
 
-__all__ = ["error_of", "printed", "with_error"]
+__all__ = ["printed"]
 
 _DIGITS, _POWER = r"(?:\d+\.?\d*|\.\d+)", r"(?:[eE][+-]?\d+)"
 _BESIDE = rf"\s*(?:±|\+/?-)\s*(?P<error>{_DIGITS}{_POWER}?)\s*"
@@ -32,17 +32,6 @@ _TERM = re.compile(
 #: Two numbers, the second of which astropy would take as a factor of the unit.
 _TWO = re.compile(rf"[+-]?{_DIGITS}{_POWER}?(?:\s*[+-]|\s+(?!1\s*/)[\d.])")
 _TIMES_TEN = re.compile(r"\s*(?:\u00d7|\bx|\*)\s*10\s*(?:\^|\*\*)?\s*([+-]?\d+)")
-
-
-def with_error(quantity: Any, error: Any) -> Any:
-    """Return a Quantity that knows its standard error, in its own unit, until it is computed with."""
-    quantity._standard_error = error
-    return quantity
-
-
-def error_of(value: Any) -> Any:
-    """Return the standard error of a value, in its own unit, or ``None`` if it was given without one."""
-    return getattr(value, "_standard_error", None)
 
 
 def printed(text: str, what: str) -> Any:

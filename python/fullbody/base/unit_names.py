@@ -142,3 +142,14 @@ def usable_unit(given: Any) -> Any:
     if not SMALLEST <= abs(scale) <= LARGEST:
         raise ValueError(f"its scale is {scale}; expected 1e-60 to 1e60 in units of the SI")
     return unit
+
+
+def with_error(quantity: Any, error: Any) -> Any:
+    """Return a Quantity that knows its standard error, in its own unit, until it is computed with."""
+    quantity._standard_error = error
+    return quantity
+
+
+def error_of(value: Any) -> Any:
+    """Return the standard error of a value, in its own unit, or ``None`` if it was given without one."""
+    return getattr(value, "_standard_error", None)

@@ -18,8 +18,7 @@ from ..errors import InvalidInput
 from ..typing import Scalar
 from .foreign import plain_or_quantity, shown
 from .limits import FINITE, Limits
-from .printed import error_of, printed, with_error
-from .unit_names import derived, factor, meant, usable_unit
+from .unit_names import derived, error_of, factor, meant, usable_unit, with_error
 
 #: The unit of each dimension that error messages use in examples of text.
 _EXAMPLES = {
@@ -145,6 +144,8 @@ def from_text(text: str, what: str, dimension: str = "any", expected: str = "num
     """Return the Quantity of a text with a unit."""
     with need("units", "text with a unit"):
         from astropy import units as u
+
+    from .printed import printed
 
     unit = _EXAMPLES.get(dimension)
     example = f", such as '2.5 {unit}'" if unit else ""

@@ -10,8 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.arguments import integer
-from ..base.atomic import as_path
-from ..base.readers import other_reader
+from ..base.atomic import as_path, other_reader
 from ..base.units import need
 from ..errors import InvalidInput, UncheckedFile, caution
 from . import checksum

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base.arguments import vectors
-from ..base.readers import other_reader
+from ..base.atomic import other_reader
 from ..base.units import Units, is_quantity, need
 from ..base.values import same
 from ..errors import InvalidInput

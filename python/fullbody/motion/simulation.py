@@ -10,8 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from .. import _core
-from ..base.atomic import as_path, content
-from ..base.readers import other_reader
+from ..base.atomic import as_path, content, other_reader
 from ..base.units import scalar
 from ..errors import FullbodyError, InvalidInput
 from ..events import Event

@@ -12,7 +12,7 @@ import numpy as np
 from ..base.arguments import generator, options_of, refuse_unknown
 from ..base.kinds import choice, whole
 from ..base.limits import Limits
-from ..base.printed import error_of
+from ..base.unit_names import error_of
 from ..base.units import PLAIN, USUAL, Units, gathered, is_quantity
 from ..errors import InvalidInput, caution, interruptible, once
 from ..model.bodies import Body

@@ -99,8 +99,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.arguments import normal
-from ..base.atomic import as_path, check_suffix, content
-from ..base.readers import other_reader
+from ..base.atomic import as_path, check_suffix, content, other_reader
 from ..base.units import Units
 from ..base.values import ArrayFields
 from ..errors import InvalidInput

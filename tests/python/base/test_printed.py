@@ -5,7 +5,7 @@ import re
 import fullbody
 import pytest
 from astropy import units as u
-from fullbody.base.printed import error_of
+from fullbody.base.unit_names import error_of
 from fullbody.base.units import gathered
 from fullbody.errors import InvalidInput
 
