@@ -13,7 +13,7 @@ A number is in the system's own units, radians for angles; a text such as ``"2.5
     semi_axes = [0.766, 0.7475, 0.6735]   # or radius = 0.7, or point = true, or polyhedron = "alpha.obj"
                                           # or { vertices = [[1, 0, 0], ...], faces = [[0, 1, 2], ...] }, or
                                           # stokes = { file = "alpha.gfc", inertia = "0.2 km2", radius = "0.8 km" }
-    mass = 2.353e12                       # or density = "2 g/cm3"
+    mass = 2.353e12                       # or density = "2 g/cm3" or GM = "157 m3/s2"
     angles = ["3.2 deg", 0, 0]            # Tait-Bryan; or attitude = [w, x, y, z]
     spin = [0, 0, 2.2728]                 # body frame; or rotation_period = "2.7645 hour", about the body's z
 
@@ -22,7 +22,7 @@ A number is in the system's own units, radians for angles; a text such as ``"2.5
     semi_axes = [0.285, 0.2315, 0.1745]
     mass = 0.135e12
     orbit = { about = "Alpha", a = 2.548, e = 0.0004, i = 0, Omega = 0, omega = 0, M = 0 }
-    # or position = [2.5, 0, 0] and velocity = [0, 0.9, 0]
+    # with pomega in place of omega, and f, l or theta in place of M, or position = [2.5, 0, 0] and velocity = [0, 0.9, 0]
     spin = [0, 0, 0.3611]
     # a body of several parts has, in place of semi_axes and mass, for each of them, in a frame of their own:
     #   [[body.part]]
