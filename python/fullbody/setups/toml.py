@@ -22,7 +22,7 @@ A number is in the system's own units, radians for angles; a text such as ``"2.5
     semi_axes = [0.285, 0.2315, 0.1745]
     mass = 0.135e12
     orbit = { about = "Alpha", a = 2.548, e = 0.0004, i = 0, Omega = 0, omega = 0, M = 0 }
-    # with pomega in place of omega, and f, l or theta in place of M, or position = [2.5, 0, 0] and velocity = [0, 0.9, 0]
+    # with pomega for omega, and f, l or theta for M; or position = [2.5, 0, 0] and velocity = [0, 0.9, 0]
     spin = [0, 0, 0.3611]
     # a body of several parts has, in place of semi_axes and mass, for each of them, in a frame of their own:
     #   [[body.part]]
