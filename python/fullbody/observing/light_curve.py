@@ -31,6 +31,7 @@ _WHITE, _AU = 1329.0, 149597870.7
 _PART = 2048
 
 
+@interruptible("a light curve")
 def light_curve(
     run: Record,
     times: Any,
@@ -99,18 +100,17 @@ def light_curve(
         raise InvalidInput(f"times has shape {when.shape}; expected (K,)")
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
     found = []
-    with interruptible("a light curve"):
-        for part in np.array_split(when, max(1, -(-len(when) // _PART))):
-            states, then = retarded(run, local, part, "time of a light curve")
-            attitude = then.attitude(states["attitude"], states["spin"])
-            to_sun = local.sun(part)
-            for what, place in (("observer", then.observer), ("Sun", to_sun)):
-                refuse_near(system, local, what, place, then.centre, attitude, part, 1.0, DISTANT + 1.0)
-            beta = then.velocity / then.light_speed
-            ways = then.observer, to_sun, beta, local.distant
-            light = photometer.brightness(part, then.centre, attitude, *ways)
-            total = light if per_body else light.sum(axis=1)
-            found.append(magnitudes(total, then.observer, to_sun, reduced))
+    for part in np.array_split(when, max(1, -(-len(when) // _PART))):
+        states, then = retarded(run, local, part, "time of a light curve")
+        attitude = then.attitude(states["attitude"], states["spin"])
+        to_sun = local.sun(part)
+        for what, place in (("observer", then.observer), ("Sun", to_sun)):
+            refuse_near(system, local, what, place, then.centre, attitude, part, 1.0, DISTANT + 1.0)
+        beta = then.velocity / then.light_speed
+        ways = then.observer, to_sun, beta, local.distant
+        light = photometer.brightness(part, then.centre, attitude, *ways)
+        total = light if per_body else light.sum(axis=1)
+        found.append(magnitudes(total, then.observer, to_sun, reduced))
     return np.concatenate(found)
 
 
