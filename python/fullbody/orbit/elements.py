@@ -14,7 +14,6 @@ from ..base.units import Units, gathered, is_quantity, numbers, scalar, strip_to
 from ..base.values import brief, same
 from ..errors import InvalidInput
 from ..typing import Array, Scalar
-from .anomalies import one_of, usual_angles
 
 __all__ = ["KeplerElements"]
 
@@ -171,13 +170,17 @@ class KeplerElements(Generic[_T], Tabled):
         time: Any = 0.0,
     ) -> None:
         object.__setattr__(self, "frame", frame)
-        if one_of({"M": M, "f": f, "T": T, "l": l, "theta": theta}) == "T":
-            M = _since_periapsis(a, T, mu, time)
-        elif mu is not None:
-            raise InvalidInput(f"mu is {mu!r} without T; expected it beside a time of the passage through periapsis")
-        omega, M = usual_angles(
-            e, i, Omega, {"omega": omega, "pomega": pomega}, {"M": M, "f": f, "l": l, "theta": theta}
-        )
+        if omega is None or M is None or any(other is not None for other in (f, T, l, pomega, theta, mu)):
+            from .anomalies import one_of, usual_angles
+
+            if one_of({"M": M, "f": f, "T": T, "l": l, "theta": theta}) == "T":
+                M = _since_periapsis(a, T, mu, time)
+            elif mu is not None:
+                raise InvalidInput(
+                    f"mu is {mu!r} without T; expected it beside a time of the passage through periapsis"
+                )
+            anomaly = {"M": M, "f": f, "l": l, "theta": theta}
+            omega, M = usual_angles(e, i, Omega, {"omega": omega, "pomega": pomega}, anomaly)
         for name, value in zip(("a", "e", *_ANGLES), (a, e, i, Omega, omega, M), strict=True):
             value = gathered(value, name, {"a": "length", "e": "number"}.get(name, "angle"))
             plain = isinstance(value, list | tuple | np.ndarray) and not is_quantity(value)
