@@ -220,7 +220,7 @@ BALL = Part(Sphere(1.0), mass=1.0)
         (lambda: Part(Sphere(1.0), mass=1.0, position=(0, 0, np.inf)), "position of a part is"),
         (lambda: Part(Sphere(1.0), mass=1.0, attitude=(0, 0, 0, 0)), "attitude of a part is"),
         (lambda: Body(Composite([BALL]), mass=2.0), "is given a mass, and is a composite"),
-        (lambda: Body(Composite([BALL]), density=2.0), "is given a density, and has a Composite"),
+        (lambda: Body(Composite([BALL]), density=2.0), "is given a density, and is a composite"),
         (
             lambda: Body(Composite([BALL, Part(Sphere(0.5), mass=-1.0)]), name="shell"),
             "mass of body 0|mass of shell, the sum of its parts', is 0; expected a finite sum above zero",
@@ -400,7 +400,7 @@ def test_a_locked_dumbbell_librates_at_the_rate_of_its_moments():
     for make, match in (
         (lambda: fullbody.Component(composite=parts), "composite of a component is"),
         (lambda: fullbody.Component(composite=Composite(parts), diameter=1.0), "has 2 of semi_axes, diameters"),
-        (lambda: fullbody.Component(composite=Composite(parts), density=1.0), "is given a density, and has a Composite"),
+        (lambda: fullbody.Component(composite=Composite(parts), density=1.0), "given a density, and has a Composite"),
         (
             lambda: fullbody.binary(
                 primary, fullbody.Component(composite=Composite(parts), name="B"), total_mass=1e12, period=60.0, G=1.0,
