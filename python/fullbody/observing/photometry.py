@@ -246,8 +246,9 @@ class Photometry(Observations):
             for place, body in enumerate(system.context.names)
             for k, axis in enumerate("abc")
         }
-        # Masses move the barycentre, and with it all bodies alike, while light depends on their relative positions.
-        axes |= {f"mass of {body}": np.zeros((len(self), 1)) for body in system.context.names}
+        # A mass moves the barycentre, relative to which the directions and distances of observer and Sun are given.
+        pull = np.einsum("kx,knx->kn", place.sum(axis=1), retarded.centre) / system.context.masses.sum()
+        axes |= {f"mass of {body}": -pull[:, [k]] for k, body in enumerate(system.context.names)}
         direct = {name: axes[name] if name in axes else self._partial(system, states, name) for name in parameters}
         return np.concatenate(parts, axis=-1).reshape(len(self), 1, -1), direct
 

@@ -102,7 +102,7 @@ class RetardedStates:
         times: _Array,
         masses: _Array,
         states: dict[str, Any],
-        since: _Array | float = 0.0,
+        since: _Array | None = None,
     ) -> None:
         weights = masses / masses.sum()
         self.times, self.light_speed, self._geometry = times, geometry.light_speed, geometry
@@ -111,14 +111,16 @@ class RetardedStates:
             states[name] - np.einsum("n,...nx->...x", weights, states[name])[..., None, :]
             for name in ("position", "velocity")
         )
-        #: The time of the states minus that at which the light left the barycentre, (K,) or zero.
-        self._since = np.reshape(since, (-1, 1))
-        position = position - velocity * self._since[..., None]
+        #: The time of the states minus that at which the light left the barycentre, (K, 1) or zero.
+        self._since: Any = 0.0 if since is None else since[:, None]
+        if since is not None:
+            position = position - velocity * since[:, None, None]
         self.delay = geometry.delays(self.observer, position, velocity)
-        curvature: tuple[Any, Any, Any] = states.get("curvature", (0.0, 0.0, 0.0))
-        bend, turn, self._twist = curvature
-        self.centre = position + velocity * self.delay[..., None] + bend
-        self.velocity = velocity + turn
+        self.centre, self.velocity = position + velocity * self.delay[..., None], velocity
+        self._twist: Any = None
+        if "curvature" in states:
+            bend, turn, self._twist = states["curvature"]
+            self.centre, self.velocity = self.centre + bend, velocity + turn
 
     @property
     def observer_velocity(self) -> _Array:
@@ -133,7 +135,8 @@ class RetardedStates:
         w, v = np.cos(0.5 * angle)[..., None], spin * turn[..., None]
         scalar, vector = attitude[..., :1], attitude[..., 1:]
         real = scalar * w - np.sum(vector * v, axis=-1, keepdims=True)
-        return np.concatenate([real, scalar * v + w * vector + np.cross(vector, v)], axis=-1) + self._twist
+        turned = np.concatenate([real, scalar * v + w * vector + np.cross(vector, v)], axis=-1)
+        return turned if self._twist is None else turned + self._twist
 
 
 def retarded(run: Record, local: SystemGeometry, times: _Array, what: str) -> tuple[dict[str, Any], RetardedStates]:
@@ -175,7 +178,8 @@ def retarded(run: Record, local: SystemGeometry, times: _Array, what: str) -> tu
 def _is_straight(run: Record, states: dict[str, _Array], late: float) -> bool:
     """Return whether the curvature of the motions within a time is below rounding."""
     place, count = states["position"], len(run.context)
-    apart = [np.sum((place[:, i] - place[:, j]) ** 2, axis=1).min() for i in range(count) for j in range(i)]
+    pairs = (place[:, i] - place[:, j] for i in range(count) for j in range(i))
+    apart = [np.einsum("kx,kx->k", way, way).min() for way in pairs]
     fall = run.context.G * run.context.masses.sum() / min(apart) ** 1.5 if apart else 0.0
-    turn = np.sum(states["spin"] ** 2, axis=-1).max()
+    turn = np.einsum("knx,knx->kn", states["spin"], states["spin"]).max()
     return bool((fall + turn) * late**2 < _ROUNDING)

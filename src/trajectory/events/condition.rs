@@ -184,22 +184,24 @@ impl EvaluationPoint<'_> {
     }
 
     /// Returns by how much later the light left a body, or passed it, that leaves or passes the barycentre at
-    /// this time, and where the body was then relative to the barycentre: both on a straight line.
-    fn straight(&self, body: usize, eye: &Eye, slowness: f64) -> (f64, Vec3) {
+    /// this time, and where the body was then relative to the barycentre: both on a straight line. Each
+    /// iteration gains the digits of the speed of light over the body's.
+    fn straight(&self, body: usize, eye: &Eye, slowness: f64, iterations: usize) -> (f64, Vec3) {
         let (place, velocity) = self.about_barycentre(body);
-        let late = (0..4).fold(0.0, |late, _| slowness * eye.nearer(&(place + velocity * late)));
+        let late = (0..iterations).fold(0.0, |late, _| slowness * eye.nearer(&(place + velocity * late)));
         (late, place + velocity * late)
     }
 
     /// Returns the position of a body relative to the barycentre, and its rotation, when the light left it, or
-    /// passed it, from the time and the place on a straight line.
+    /// passed it.
     ///
-    /// Unless these are exact but for rounding, one step leads from there to the continuous solution, up to
-    /// the square of the speed over that of light. Beyond the pieces that are known, the position follows from
+    /// Unless a straight line is exact but for rounding, one step leads from there to the continuous solution,
+    /// up to the square of the speed over that of light. Beyond the pieces that are known, the position follows from
     /// the acceleration at their end and the attitude from the spin.
-    fn seen(&self, body: usize, (late, straight): (f64, Vec3), eye: &Eye, slowness: f64) -> (Vec3, Mat3) {
+    fn seen(&self, body: usize, eye: &Eye, slowness: f64) -> (Vec3, Mat3) {
         /// The square of an angle that counts as none.
         const STRAIGHT: f64 = 1e-16;
+        let (late, straight) = self.straight(body, eye, slowness, 4);
         let spin = |y: &[f64]| Vec3::from_column_slice(&y[self.frame().layout.spin(body)..][..3]);
         let velocity = self.about_barycentre(body).1;
         let rate = spin(self.y).norm_squared() + velocity.norm_squared() / straight.norm_squared();
@@ -434,9 +436,8 @@ fn occultation(at: &EvaluationPoint, indices: [usize; 2], total: bool, toward: &
     let (eye, slowness) = (toward.eye(at.time)?, toward.slowness);
     let Eye { direction, nearness } = eye;
     let bodies = indices.map(|index| &at.system().bodies()[index]);
-    let straight = indices.map(|index| at.straight(index, &eye, slowness));
-    let [behind, front] = straight.map(|(_, place)| place);
-    for ((_, place), body) in straight.iter().zip(bodies) {
+    let [behind, front] = indices.map(|index| at.straight(index, &eye, slowness, 1).1);
+    for (place, body) in [behind, front].iter().zip(bodies) {
         let reach = place.dot(&direction) + body.circumradius();
         if reach * nearness >= 1.0 {
             let what =
@@ -459,7 +460,7 @@ fn occultation(at: &EvaluationPoint, indices: [usize; 2], total: bool, toward: &
     if near.min(far) > 0.0 && across > 2.0 * size {
         return Ok(depth.max(across - size));
     }
-    let [(behind, first), (front, second)] = [0, 1].map(|k| at.seen(indices[k], straight[k], &eye, slowness));
+    let [(behind, first), (front, second)] = indices.map(|index| at.seen(index, &eye, slowness));
     let (centres, rotations) = ([&behind, &front], [&first, &second]);
     let sighting = Sighting { bodies, centres, rotations, direction: &direction, nearness };
     Ok(if total { sighting.excess() } else { sighting.gap() })
