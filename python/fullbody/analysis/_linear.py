@@ -35,14 +35,8 @@ def complement(vectors: Array) -> Array:
 class Rotation:
     """A pose that turns uniformly about z, and the additional spins s_k of bodies about their axes of symmetry.
 
-    Attributes
-    ----------
-    axes : tuple of int or None
-        For each body its axis of symmetry, 3 for a sphere or a point, and ``None`` for a body without one.
-    spin : ndarray, (2,)
-        The additional spins s_k, which are zero for locked bodies.
-    free : tuple of bool
-        For each body whether it is free, which means not locked.
+    ``axes`` has for each body its axis of symmetry, 3 for a sphere or a point, and ``None`` for a body without one;
+    ``spin`` (2,) the s_k, which are zero for locked bodies; ``free`` whether each body is not locked.
     """
 
     pair: Pair

@@ -37,12 +37,8 @@ class Condition:
 class Problem:
     """The equations of uniform rotation, with the choice of locked bodies and the spins of the free ones.
 
-    Attributes
-    ----------
-    axes : tuple of int or None
-        Axes of symmetry, as in :class:`Rotation`.
-    spin : dict of float
-        The total spin about its axis of each body that is not locked.
+    ``axes`` are those of :class:`Rotation`, and ``spin`` has the total spin about its axis of each body that is not
+    locked.
     """
 
     pair: Pair

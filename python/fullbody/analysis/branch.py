@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from ..base.attributes import WithUnit
 from ..base.kinds import choice, instance, whole
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, number
@@ -49,6 +50,16 @@ class Fold:
         return f"Fold({self.quantity}={value} at a separation of {number(self.equilibrium.separation)})"
 
 
+def _column(text: str, name: str, dimension: str) -> WithUnit[Floats]:
+    """Return a property of branches: a number of each equilibrium (K,)."""
+
+    def numbers(branch: Any) -> Any:
+        values = (getattr(one, name) for one in branch.equilibria)
+        return np.array([float(getattr(value, "value", value)) for value in values])
+
+    return WithUnit(text, numbers, dimension)
+
+
 class Branch(Tabled):
     """A family of relative equilibria, made by :func:`branch`; ``branch[k]`` is its k-th equilibrium.
 
@@ -66,39 +77,20 @@ class Branch(Tabled):
 
     def __init__(self, equilibria: list[RelativeEquilibrium], folds: list[Fold], end: str) -> None:
         self.equilibria = tuple(equilibria)
+        self.system = equilibria[0].system
         self.folds = tuple(folds)
         self.end = end
 
-    def _column(self, name: str, dimension: str) -> Any:
-        values = [getattr(one, name) for one in self.equilibria]
-        plain = np.array([float(getattr(value, "value", value)) for value in values])
-        return self.equilibria[0].system.context.units.attach(plain, dimension)
-
-    @cached_property
-    def separation(self) -> Floats:
-        """Distances (K,) between the centres."""
-        return self._column("separation", "length")
-
-    @cached_property
-    def rate(self) -> Floats:
-        """Rates (K,) at which the pair turns."""
-        return self._column("rate", "spin")
-
-    @cached_property
-    def angular_momentum(self) -> Floats:
-        """Total angular momenta (K,)."""
-        return self._column("angular_momentum", "angular momentum")
-
-    @cached_property
-    def energy(self) -> Floats:
-        """Total energies (K,)."""
-        return self._column("energy", "energy")
+    separation = _column("Distances (K,) between the centres.", "separation", "length")
+    rate = _column("Rates (K,) at which the pair turns.", "rate", "spin")
+    angular_momentum = _column("Total angular momenta (K,).", "angular_momentum", "angular momentum")
+    energy = _column("Total energies (K,).", "energy", "energy")
 
     @cached_property
     def frequency(self) -> Floats:
         """Frequencies (K, M) of the modes, ascending; zero for modes that grow without oscillating."""
         plain = [np.asarray(getattr(f, "value", f)) for f in (one.modes.frequency for one in self.equilibria)]
-        return self.equilibria[0].system.context.units.attach(np.array(plain), "spin")
+        return self.system.context.units.attach(np.array(plain), "spin")
 
     @cached_property
     def linearly_stable(self) -> npt.NDArray[np.bool_]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..base import rotations
+from ..base.attributes import WithUnit
 from ..base.kinds import instance, whole
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, number, tables_of
@@ -54,15 +55,8 @@ class RelativeEquilibrium(Tabled):
         self.system: System = problem.pair.system
         self.state: State = displaced(self.rotation, np.zeros(18))
 
-    @property
-    def separation(self) -> Scalar:
-        """Distance between the centres."""
-        return self.system.context.units.attach(self.rotation.pose.distance, "length")
-
-    @property
-    def rate(self) -> Scalar:
-        """Rate Omega at which the pair turns, in radians per unit of time."""
-        return self.system.context.units.attach(self.rotation.rate, "spin")
+    separation = WithUnit[Scalar]("Distance between the centres.", "rotation.pose.distance", "length")
+    rate = WithUnit[Scalar]("Rate Omega at which the pair turns, in radians per unit of time.", "rotation.rate", "spin")
 
     @property
     def period(self) -> Scalar:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..base.attributes import WithUnit
 from ..base.kinds import instance, whole
 from ..base.limits import NONZERO, POSITIVE
 from ..base.tables import Table, Tabled, number
@@ -56,10 +57,7 @@ class PeriodicOrbit(Tabled):
         for _, part in ends:
             self._transition = part @ self._transition
 
-    @property
-    def period(self) -> Scalar:
-        """The time after which the motion repeats."""
-        return self.system.context.units.attach(self._shooting.period, "time")
+    period = WithUnit[Scalar]("The time after which the motion repeats.", "_shooting.period", "time")
 
     @property
     def turn(self) -> Scalar:

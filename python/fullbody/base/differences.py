@@ -159,18 +159,9 @@ class Differences:
 class _Trial:
     """Differences over a step, from both sides or from the one that the function accepts.
 
-    Attributes
-    ----------
-    length : float
-    derivative : ndarray, (M,)
-    error : ndarray, (M,)
-        The largest difference of the formulas for any component of the same quantity.
-    smooth : bool
-        Whether the formulas agree.
-    signal : float
-        The largest change over the step that is linear in it, in units of noise.
-    changed : bool
-        Whether anything changes.
+    Beside the ``derivative`` (M,) there are ``error`` (M,), the largest difference of the formulas for any component of
+    the same quantity, ``smooth``, whether the formulas agree, ``signal``, the largest change over the step that is
+    linear in it, in units of noise, and ``changed``, whether anything changes.
     """
 
     def __init__(

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -307,9 +307,14 @@ class AnyUnits(Units):
         """Return a value as numbers in its own units."""
         value = gathered(value, what, dimension, expected)
         if is_quantity(value) and dimension not in ("angle", "number"):
-            Units(("m", "s", "kg")).strip(value, dimension, what)
+            _si().strip(value, dimension, what)
             value = value.value  # type: ignore[attr-defined]
         return super().strip(value, dimension, what, expected)
+
+
+@cache
+def _si() -> Units:
+    return Units(("m", "s", "kg"))
 
 
 #: Units for pure numbers and angles, and for numbers of a system that is not yet known.

@@ -22,20 +22,10 @@ _STEADY = 1e-3
 class Frame:
     """The frame that turns with a pair of bodies, in numbers of the units of its system.
 
-    Attributes
-    ----------
-    rate, distance : float
-        The angular velocity of the frame, and the distance between the bodies' centres.
-    origin, drift : ndarray, (3,)
-        Position and velocity of the barycentre, inertial.
-    turn : ndarray, (3, 3)
-        The matrix from the rotating frame to the inertial frame.
-    centres : ndarray, (2, 3)
-        The bodies' centres in the rotating frame.
-    attitudes : ndarray, (2, 3, 3)
-        The matrices from the body frames to the inertial frame.
-    primary : int
-        The index of the heavier body.
+    It has an angular velocity, the ``rate``, and the ``distance`` between the bodies' centres, which are at ``centres``
+    (2, 3) in it; ``origin`` and ``drift`` (3,) are position and velocity of the barycentre, inertial. The matrices
+    ``turn`` (3, 3) and ``attitudes`` (2, 3, 3) lead from the rotating frame and from the body frames to the inertial
+    frame, and ``primary`` is the index of the heavier body.
     """
 
     def __init__(self, context: Context, core: _core.State) -> None:

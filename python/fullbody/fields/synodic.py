@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..base.arguments import place
+from ..base.attributes import WithUnit
 from ..base.kinds import whole
 from ..base.tables import number
 from ..base.units import need
@@ -70,20 +71,9 @@ class Synodic:
         #: The frame in plain numbers.
         self.frame = Frame(system.context, strip(state, system.context))
 
-    @property
-    def rate(self) -> Scalar:
-        """Angular velocity of the frame."""
-        return self._units.attach(self.frame.rate, "spin")
-
-    @property
-    def separation(self) -> Scalar:
-        """Distance between the centres."""
-        return self._units.attach(self.frame.distance, "length")
-
-    @property
-    def position(self) -> Array:
-        """Positions (2, 3) of the bodies' centres in the frame."""
-        return self._units.attach(self.frame.centres, "length")
+    rate = WithUnit[Scalar]("Angular velocity of the frame.", "frame.rate", "spin")
+    separation = WithUnit[Scalar]("Distance between the centres.", "frame.distance", "length")
+    position = WithUnit[Array]("Positions (2, 3) of the bodies' centres in the frame.", "frame.centres", "length")
 
     def to_inertial(self, points: Any, velocity: Any = None) -> tuple[Array, Array]:
         """Convert points of the frame, with velocities relative to it or at rest, to inertial positions and velocities.

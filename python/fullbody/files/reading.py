@@ -146,15 +146,8 @@ class Content:
     ) -> npt.NDArray[Any]:
         """Return a variable after checking its type, dimensions, shape and values.
 
-        Parameters
-        ----------
-        name : str
-        sizes : dict
-            Names and lengths of its dimensions, with ``None`` for any length.
-        whole : bool
-            Whether its numbers are integers; otherwise they are finite floats.
-        missing : bool
-            Whether NaN is accepted for missing values.
+        The names of its dimensions have their lengths, with ``None`` for any length. The numbers are integers
+        (``whole``) or finite floats; with ``missing`` NaN is accepted for missing values.
         """
         if name not in self:
             raise InvalidInput(f"the file has no variable {name}")

@@ -32,13 +32,7 @@ _ROUNDING = 1e-13
 
 
 class SetupResult:
-    """A system and a state that a setup has made.
-
-    Attributes
-    ----------
-    system : System
-    state : State
-    """
+    """A system and a state that a setup has made."""
 
     def __init__(self, system: System, state: State) -> None:
         self.system, self.state = system, state
@@ -99,14 +93,9 @@ class SetupResult:
 class SetupDerivatives:
     """Derivatives of the system and state of a setup with respect to P parameters.
 
-    Attributes
-    ----------
-    start : ndarray, (12 N, P)
-        Derivatives of the start of the run, as tangent vectors, at the time of the start.
-    system : dict of ndarray, (P,)
-        Derivatives of the parameters of the system that change, by their names.
-    undifferentiable : dict of str
-        The parameters that change something by which motions cannot be differentiated, with what that is.
+    Those of the ``start`` (12 N, P) are tangent vectors at the time of the start, those of the ``system`` are (P,) for
+    each of its parameters that change; ``undifferentiable`` has the parameters that change something by which motions
+    cannot be differentiated, with what that is.
     """
 
     start: _Array
@@ -117,11 +106,7 @@ class SetupDerivatives:
 class Chain:
     """The derivatives of a setup, wherever they are computed in a fit; the steps of differences are kept.
 
-    Parameters
-    ----------
-    make : callable
-        A function that takes values (P,) and returns the :class:`SetupResult` of the setup.
-    parameters : Parameters
+    The function ``make`` takes values (P,) and returns the :class:`SetupResult` of the setup.
     """
 
     def __init__(self, make: Callable[[_Array], SetupResult], parameters: Parameters) -> None:
@@ -129,12 +114,8 @@ class Chain:
         self.differences = [Differences() for _ in parameters.names]
 
     def at(self, base: SetupResult, values: _Array) -> SetupDerivatives:
-        """Differentiate at values (P,), for which the setup returns ``base``.
-
-        Raises
-        ------
-        InvalidInput
-            For a setup whose results are not smooth in a parameter.
+        """Differentiate at values (P,), for which the setup returns ``base``, or raise an error where it is not
+        smooth.
         """
         tangent = len(base.core.position) * 12
         columns = np.zeros((tangent + 1 + len(base.parameters), len(values)))

@@ -22,12 +22,8 @@ _Array = npt.NDArray[np.float64]
 class NoiseDerivatives(NamedTuple):
     """Derivatives with respect to P parameters of the errors of K rows of C numbers.
 
-    Attributes
-    ----------
-    pulls : ndarray, (P, K, C)
-    log_determinant : ndarray, (P,)
-    information : ndarray, (P, P)
-        The expected information about the parameters.
+    They are those of the pulls (P, K, C) and of the logarithm of the determinant (P,), with the expected information
+    (P, P) about the parameters.
     """
 
     pulls: _Array

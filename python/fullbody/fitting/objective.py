@@ -20,19 +20,10 @@ _Array = npt.NDArray[np.float64]
 class Linearised:
     """The objective near values of the parameters.
 
-    Attributes
-    ----------
-    point : Point
-    jacobian : Jacobian
-    vector : ndarray, (R,)
-        The components whose squares are minimised.
-    matrix : ndarray, (R, P)
-        A matrix J with the gradient J^T ``vector`` of half the sum, and the expected information J^T J for a linear
-        loss.
-    rows : ndarray, (2 P, P)
-        Those rows of the matrix that hold priors and the information about parameters of errors.
-    norms : ndarray, (P,)
-        The inverse of each parameter's natural length: of its error if it alone were free, as far as it has one.
+    The squares of the ``vector`` (R,) are minimised. The ``matrix`` J (R, P) has the gradient J^T ``vector`` of half
+    the sum, and the expected information J^T J for a linear loss; ``rows`` (2 P, P) are those of its rows that hold
+    priors and the information about parameters of errors. ``norms`` (P,) are the inverse of each parameter's natural
+    length: of its error if it alone were free, as far as it has one.
     """
 
     point: Point
@@ -49,12 +40,8 @@ class Linearised:
 
 
 class Objective:
-    """The sum of the losses of pulls, of the squares of priors' pulls, and of the logarithms of determinants of errors.
-
-    Parameters
-    ----------
-    problem : Problem
-    loss : Loss
+    """The sum of the losses of pulls, of the squares of priors' pulls, and of the logarithms of determinants of
+    errors.
     """
 
     def __init__(self, problem: Problem, loss: Loss) -> None:

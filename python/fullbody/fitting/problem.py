@@ -56,17 +56,8 @@ class Refused(Exception):
 class Point:
     """Predictions at values (P,) of the parameters.
 
-    Attributes
-    ----------
-    values : ndarray, (P,)
-    made : SetupResult
-    run : Run
-        The samples at all times that the observations need.
-    observations : list of Observed
-    pulls : list of ndarray
-        The pulls of each of the observations.
-    errors : dict of Errors
-        The errors of those observations that are functions of parameters, by their index.
+    The run has samples at all times that the observations need; there are the pulls of each of the observations, and
+    the errors of those observations that are functions of parameters, by their index.
     """
 
     values: _Array
@@ -109,12 +100,8 @@ class Jacobian:
 class Problem:
     """The setup, the parameters and the observations of a fit.
 
-    Attributes
-    ----------
-    runs, differentiated : int
-        The number of runs without and with derivatives.
-    refused : int
-        The number of proposals that were refused; ``reason`` is why the last of them was.
+    It counts the ``runs`` without and with derivatives, and the proposals that were ``refused``; ``reason`` is why the
+    last of them was.
     """
 
     def __init__(
@@ -184,19 +171,11 @@ class Problem:
         return found
 
     def point(self, values: _Array, differentiated: bool = False) -> Point:
-        """Integrate a run and compute the predictions.
+        """Integrate a run and compute the predictions at values (P,).
 
-        Parameters
-        ----------
-        values : ndarray, (P,)
-        differentiated : bool
-            Whether the run includes the derivatives that the last Jacobian needed, so that :meth:`jacobian` needs no
-            other run.
-
-        Raises
-        ------
-        Refused
-            If the setup refuses the values, the run ends with an error, or a prediction is not finite.
+        If it is to be ``differentiated``, the run includes the derivatives that the last Jacobian needed, so that
+        :meth:`jacobian` needs no other run. :class:`Refused` is raised if the setup refuses the values, the run ends
+        with an error, or a prediction is not finite.
         """
         try:
             return self._point(values, self._needed if differentiated else None)

@@ -18,9 +18,8 @@ import numpy.typing as npt
 
 from ..base import rotations
 from ..base.arguments import directions, longitude_latitude, warn_if_degrees
-from ..base.arguments import vectors as _vectors
 from ..base.kinds import instance
-from ..base.units import Units, is_quantity, need
+from ..base.units import PLAIN, Units, gathered, is_quantity, need
 from ..errors import InvalidInput
 from ..model.state import State
 from ..typing import Array
@@ -105,7 +104,9 @@ def rotate(vectors: Any, origin: Any, target: Any) -> Array:
     >>> fullbody.frames.rotate([0.0, 0.0, 1.0], "ecliptic", "equatorial")[1:].round(6)
     array([-0.397777,  0.917482])
     """
-    return _vectors(vectors, "vectors") @ rotation(origin, target).T
+    given = gathered(vectors, "vectors")
+    PLAIN.numbers(getattr(given, "value", given), "number", "vectors", ("...", 3))
+    return given @ rotation(origin, target).T
 
 
 def rotate_state(state: State, origin: Any, target: Any) -> State:

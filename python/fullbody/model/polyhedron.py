@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.arguments import vectors
+from ..base.kinds import Number
 from ..base.units import Units, is_quantity, need
 from ..base.values import same
 from ..errors import InvalidInput
@@ -70,7 +70,7 @@ class Polyhedron:
     __slots__ = ("_faces", "_made", "_vertices")
 
     def __init__(self, vertices: Any, faces: Any) -> None:
-        points: Any = vectors(vertices, "vertices")
+        points = Number("length", shape=("V", 3))(vertices, "vertices")
         self._vertices: Any = points if is_quantity(points) else np.array(points, dtype=np.float64)
         expected = "expected whole numbers (F, 3)"
         try:
@@ -83,8 +83,8 @@ class Polyhedron:
         if given.ndim != 2 or given.shape[1] != 3 or given.dtype.kind == "b" or not np.all(found == given):
             raise InvalidInput(f"faces is of shape {given.shape} and type {given.dtype}; {expected}")
         self._faces: npt.NDArray[np.int64] = found
-        plain = points.value if is_quantity(points) else points
-        self._made = _core.Polyhedron(np.ascontiguousarray(plain, dtype=np.float64), np.ascontiguousarray(found))
+        plain = np.ascontiguousarray(getattr(self._vertices, "value", self._vertices), dtype=np.float64)
+        self._made = _core.Polyhedron(plain, np.ascontiguousarray(found))
         for array in (self._vertices, self._faces):
             array.flags.writeable = False
 
@@ -208,11 +208,8 @@ class Polyhedron:
         if is_quantity(self._vertices):
             return self
         other = object.__new__(Polyhedron)
-        other._vertices, other._faces, other._made = (
-            units.attach(self._vertices, "length"),
-            self._faces,
-            self._made,
-        )
+        other._vertices = units.attach(self._vertices, "length")
+        other._faces, other._made = self._faces, self._made
         return other
 
     def __repr__(self) -> str:

@@ -34,14 +34,8 @@ def check_run(run: object, what: str) -> None:
 class RelativeMotion:
     """The numbers of a run that observables need, and the units of their results.
 
-    Parameters
-    ----------
-    about : int, str or None
-        The orbited body; ``None`` for the first other body.
-    least : int
-        The least number of samples that the observable needs.
-    revolutions : int
-        The least number of revolutions that the observable needs.
+    The orbited body ``about`` may be ``None``, for the first other body; ``least`` and ``revolutions`` are the least
+    numbers of samples and of revolutions that the observable needs.
     """
 
     def __init__(

@@ -33,26 +33,15 @@ def semi_axes(system: SystemLike, body: int) -> _Array:
 
 
 def photocentre(axes: _Array, attitude: Any, to_observer: _Array, to_sun: _Array) -> Any:
-    """Return the offset of a body's centre of light from its centre, by Lommel-Seeliger's law, without mutual events.
+    """Return the offset (K, 3) of a body's centre of light from its centre, by Lommel-Seeliger's law, without events.
 
     Let p = A^-1 e and q = A^-1 s in body axes with A = diag(a, b, c), the pole of the unit sphere along p x q, and l
     the longitude from p toward q. The light from longitude l and latitude b is g(l) cos(b)^2 db dl with g proportional
     to cos l cos(l - alpha) / cos(l - L), alpha the angle from p to q and L that from p to p + q. The mean of A u has
     closed forms: the integrals over b are pi/2 and 4/3, and those over l are elementary.
 
-    Parameters
-    ----------
-    axes : ndarray, (3,)
-        Semi-axes.
-    attitude : ndarray, (K, 4)
-        Unit quaternions; they may be complex.
-    to_observer, to_sun : ndarray, (K, 3)
-        Vectors from the body, inertial frame.
-
-    Returns
-    -------
-    ndarray, (K, 3)
-        Offsets in the inertial frame.
+    The semi-axes (3,) may be zero; attitudes are unit quaternions (K, 4), which may be complex; offsets and the vectors
+    from the body (K, 3) are in the inertial frame.
     """
     if not axes.any():
         return np.zeros((len(attitude), 3))

@@ -14,15 +14,7 @@ from ..base.epochs import refuse_coarse
 from ..base.foreign import are_dates, plain_or_quantity
 from ..base.limits import LARGEST, SMALLEST, Limits
 from ..base.unit_names import unit_named, usable_unit
-from ..base.units import (
-    PLAIN,
-    gathered,
-    is_quantity,
-    need,
-    numbers,
-    refuse_booleans,
-    strip_to,
-)
+from ..base.units import PLAIN, gathered, is_quantity, need, numbers, refuse_booleans, strip_to
 from ..errors import InconsistentInput, InvalidInput, caution
 
 __all__ = ["Column", "Rows", "column", "jitter_of", "positive_rows", "read_table"]
@@ -170,19 +162,11 @@ def jitter_of(given: Any, unit: Any) -> float:
 class Column(NamedTuple):
     """A column that a class of observations reads from a table.
 
-    Attributes
-    ----------
-    name : str
-        The argument of the class, which is also the name of the column unless the user names another one.
-    parts : tuple of str
-        The names of the columns that are the argument together, if they are several.
-    errors : str
-        The name of the column of its standard errors, if they are not an argument that is declared by itself.
-    required : bool
-        Whether each table has the column. Without any such column a table has one of the others or several.
-    kind : "values", "numbers" or "labels"
-        Values may have a unit, and numbers have none. Labels may be anything, and are read only if the user names their
-        column.
+    The name is that of the argument, and of the column unless the user names another one; ``parts`` are the names of
+    several columns that are the argument together. ``errors`` is the column of its standard errors, if they are not an
+    argument that is declared by itself. Each table has the ``required`` columns; without any such column it has one of
+    the others or several. Values may have a unit, and numbers have none. Labels may be anything, and are read only if
+    the user names their column.
     """
 
     name: str
@@ -202,20 +186,10 @@ def read_table(
 ) -> dict[str, Any]:
     """Return arguments of a class of observations from the columns of an astropy ``Table`` or a pandas ``DataFrame``.
 
-    Parameters
-    ----------
-    table : Table, QTable or DataFrame
-    declared : sequence of Column
-        The columns of the class besides ``times``.
-    columns : dict
-        The name of the column of each argument, or the names of several columns that are one argument, where they
-        differ from the declared ones.
-    unit : dict or unit
-        Units of values without a unit, one for all or by the argument.
-    dates : (format, scale), optional
-        The format and the scale of columns that hold dates as numbers or texts, as in astropy's ``Time``:
-        ``("jd", "utc")``.
-    owner : str
+    The ``declared`` columns are those of the class besides ``times``, and ``columns`` the names of the columns of
+    arguments, one or several for each, where they differ from these. The ``unit`` of values without one is one for all
+    or by the argument. ``dates`` has the format and the scale of columns that hold dates as numbers or texts, as in
+    astropy's ``Time``: ``("jd", "utc")``.
     """
     found = getattr(table, "colnames", getattr(table, "columns", None))
     if found is None:

@@ -36,12 +36,8 @@ def in_system(times: Any, system: SystemLike, what: str) -> _Array:
     times = epochs.dates(times, what)
     if are_dates(times):
         since = (times.tdb - system_epoch(system, f"a date in {what}")).to_value("s")
-        numbers = np.asarray(since, dtype=np.float64) / seconds(system, f"a date in {what}")
-    else:
-        numbers = system.context.units.strip(times, "time", what)
-    if not np.isfinite(numbers).all():
-        raise InvalidInput(f"{what} has times that are not finite; expected finite numbers or dates")
-    return numbers
+        times = np.asarray(since, dtype=np.float64) / seconds(system, f"a date in {what}")
+    return system.context.units.numbers(times, "time", what)
 
 
 def seconds(system: SystemLike, what: str) -> float:

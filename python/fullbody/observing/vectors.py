@@ -9,12 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base import values
-from ..base.arguments import directions, refuse_mixture, vectors
+from ..base.arguments import directions, refuse_mixture
 from ..base.epochs import dates, refuse_coarse
 from ..base.foreign import are_dates, shown
 from ..base.kinds import flag
 from ..base.splines import relative_error
-from ..base.units import gathered, is_quantity, need, numbers, refuse_booleans, strip_to
+from ..base.units import PLAIN, Units, gathered, is_quantity, need, strip_to
 from ..errors import InvalidInput, caution
 from ..frames import rotation
 from ..model.context import SystemLike
@@ -74,36 +74,25 @@ class Vectors:
             elif self._origin is None:
                 raise InvalidInput("time is a date, but the geometry has times since an epoch; expected such a time")
             return np.asarray((times.tdb - self._origin).to_value("s"), dtype=np.float64)
-        refuse_booleans(times, "times")
         refuse_coarse(times, None, "times of the geometry")
         times = gathered(times, "times", "time")
         if self._origin is not None:
             raise InvalidInput(f"time is {shown(times)}; expected a date (an astropy Time), as the geometry has them")
-        if is_quantity(times):
-            from astropy import units as u
-
-            found = strip_to(times, u.s, "times")
-            if first:
-                self._second = 1.0
-        else:
-            found = numbers(times, "times")
-        if not first and is_quantity(times) != (self._second is not None):
+        if first:
+            self._second = 1.0 if is_quantity(times) else None
+        elif is_quantity(times) != (self._second is not None):
             wanted = "a plain number" if self._second is None else "a Quantity"
             raise InvalidInput(f"time is {shown(times)}; expected {wanted}, as the geometry has them")
-        if not np.isfinite(found).all():
-            raise InvalidInput(f"times is {shown(times)}; expected finite numbers")
-        return found
+        return (PLAIN if self._second is None else Units(("km", "s", "kg"))).numbers(times, "time", "times")
 
     def _vectors(self, given: Any, what: str, order: Any) -> _Array:
-        refuse_booleans(given, what)
-        rows = vectors(given, what)
+        rows = directions(given, what)
         if rows.ndim > 2 or (rows.ndim == 2 and len(rows) != len(order)):
             raise InvalidInput(f"{what} has shape {rows.shape}; expected ({len(order)}, 3), a row for each of times")
-        if is_quantity(rows):
+        if is_quantity(given):
             from astropy import units as u
 
-            rows = strip_to(rows, u.km, what)
-        directions(rows, what)
+            rows = strip_to(given, u.km, what)
         return np.array(np.broadcast_to(rows, (len(order), 3))[order], dtype=np.float64)
 
     @property
@@ -247,10 +236,7 @@ def local_geometry(geometry: Vectors, system: SystemLike) -> SystemGeometry:
 class SystemGeometry:
     """A geometry in the time, units and axes of a system, all in plain numbers.
 
-    Attributes
-    ----------
-    light_speed : float
-        The speed of light in the system's units; infinite if the geometry has no light time.
+    Its speed of light is infinite if the geometry has no light time.
     """
 
     def __init__(self, geometry: Vectors, system: SystemLike) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.units import need, scalar
+from ..base.units import need
 from ..errors import InvalidInput
 from ..particles.rules import FATES
 from ..record.record import Record
@@ -29,7 +29,7 @@ def moment(run: Record, time: Any) -> float:
     known = run.arrays["time"]
     if time is None:
         return float(known[-1])
-    wanted = scalar(run.context.units.strip(time, "time", "time"), "time")
+    wanted = run.context.units.number(time, "time", "time")
     span = (known.min(), known.max(), *(() if run.dense is None else run.dense.core.range))
     if not min(span) <= wanted <= max(span):
         raise InvalidInput(f"time is {time}; expected one within the run, from {min(span):.8g} to {max(span):.8g}")
@@ -73,17 +73,10 @@ def at(run: Record, times: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Trails:
-    """Particles of a flight at times within a run, for pictures.
+    """Particles of a flight at times (T,) within a run, for pictures.
 
-    Attributes
-    ----------
-    time : ndarray, (T,)
-    position : ndarray, (P, T, 3)
-        Positions from the barycentre; NaN if a particle is gone.
-    landed : ndarray, (P,)
-        Time at which a particle came to lie on a body; NaN for other particles.
-    parts : int
-        The number of times for each sample of the flight.
+    Positions (P, T, 3) are from the barycentre, and NaN if a particle is gone; ``landed`` (P,) has the times at which
+    particles came to lie on a body, NaN for others; ``parts`` is the number of times for each sample of the flight.
     """
 
     time: Array

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .columns import Attribute, Column, Numbers, array
+from ..base.attributes import Attribute
+from .columns import Column, Numbers, array
 
 __all__ = ["fast_lyapunov", "lyapunov", "megno", "sensitivity", "tangent_labels", "tangent_units", "transition"]
 

@@ -29,14 +29,8 @@ def spiceypy() -> Any:
 class Conventions:
     """The conversions of a system's times and vectors to SPICE's.
 
-    Attributes
-    ----------
-    km, second : float
-        The system's units of length in km and of time in s.
-    axes : ndarray, (3, 3)
-        The matrix from the system's axes to those of J2000.
-    epoch : float
-        Time zero in seconds of TDB past J2000.
+    The system's units of length in km and of time in s are ``km`` and ``second``, ``axes`` (3, 3) is the matrix from
+    the system's axes to those of J2000, and ``epoch`` is time zero in seconds of TDB past J2000.
     """
 
     def __init__(self, system: SystemLike, what: str) -> None:
