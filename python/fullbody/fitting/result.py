@@ -20,9 +20,8 @@ from ..errors import InvalidInput, once
 from ..model.state import strip
 from ..motion.simulation import Simulation
 from . import files
-from .covariance import Covariance
-from .derived import Derived, derived
 from .problem import Refused
+from .uncertainty import Covariance, Derived, derived, sample
 
 if TYPE_CHECKING:
     import xarray
@@ -332,8 +331,6 @@ class Fit(Tabled):
             Parameters and ``log_posterior`` over ``chain`` (the walkers) and ``draw``, as arviz takes them, from the
             first step on.
         """
-        from .posterior import sample
-
         with once():
             return sample(self, sampler, steps, walkers, rng, progress)
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.kinds import choice
-from ..fields.samples import samples
+from ..fields.surface import samples
 from ._style import LINES, check_axes, colour_bar, grid, matplotlib, numbers, plain, single, unit_of, world
 
 if TYPE_CHECKING:
