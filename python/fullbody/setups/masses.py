@@ -7,12 +7,38 @@ from typing import Any
 
 import numpy as np
 
-from ..base.limits import POSITIVE
+from ..base.kinds import Number
+from ..base.limits import POSITIVE, Limits
 from ..base.units import Units
 from ..errors import InvalidInput
 from ..model.bodies import Body
 from ..model.composite import Composite
+from .component import KINDS as OF_COMPONENTS
 from .component import Component
+
+_TOLERANCE = Number(limits=Limits(least=0.0, infinite=True, text="a number, zero or above"))
+#: The kinds of the numbers among the arguments of :func:`binary`.
+KINDS = {
+    "total_mass": Number("mass", POSITIVE),
+    "mass_ratio": Number(limits=POSITIVE),
+    "period": Number("time", POSITIVE),
+    "start_period": Number("time"),
+    "semi_major_axis": Number("length", POSITIVE),
+    "eccentricity": Number(limits=Limits(least=0.0, below=1.0)),
+    "argument_of_periapsis": Number("angle"),
+    "mean_anomaly": Number("angle"),
+    "libration": Number(
+        "angle", Limits(least=-2 * np.pi, most=2 * np.pi, text="radians, a turn at most, or a Quantity")
+    ),
+    "mismatch_warning": _TOLERANCE,
+    "mismatch_error": _TOLERANCE,
+}
+_OPTIONAL = ("total_mass", "period", "start_period", "semi_major_axis")
+
+
+def plain(name: str, value: Any, units: Units) -> Any:
+    """Return an argument of :func:`binary` as a number in a system's units; ``None`` for one that is not given."""
+    return None if value is None and name in _OPTIONAL else KINDS[name].plain(value, name, units)
 
 
 @dataclass(frozen=True)
@@ -69,10 +95,6 @@ def known_from(
     semi_major_axis: Any,
 ) -> Known:
     """Convert the arguments of :func:`binary` to plain numbers in one set of units."""
-
-    def plain(value: Any, dimension: str, what: str) -> float | None:
-        return None if value is None else convert.number(value, dimension, what, POSITIVE)
-
     volumes, masses = [], []
     for place, component in enumerate(components):
         called = component.name if component.name is not None else f"body {place}"
@@ -80,21 +102,25 @@ def known_from(
             volume = _volume(component.shape, convert, called) if equal_density else np.nan
         else:
             volume = Body(component.shape, density=1.0, name=component.name)._core(convert, 0).volume
-        density = plain(component.density, "density", f"density of {called}")
+        given = {name: getattr(component, name) for name in ("mass", "density")}
+        mass, density = (
+            None if value is None else OF_COMPONENTS[name].plain(value, f"{name} of {called}", convert)
+            for name, value in given.items()
+        )
         volumes.append(volume)
-        masses.append(plain(component.mass, "mass", f"mass of {called}") if density is None else density * volume)
+        masses.append(mass if density is None else density * volume)
     if equal_density and mass_ratio is not None:
         raise InvalidInput("both mass_ratio and equal_density are given; expected one of the two")
     ratio = volumes[1] / volumes[0] if equal_density else None
     if mass_ratio is not None:
-        ratio = convert.number(mass_ratio, "number", "mass_ratio", POSITIVE)
+        ratio = plain("mass_ratio", mass_ratio, convert)
     return Known(
         gravity,
         (masses[0], masses[1]),
-        plain(total_mass, "mass", "total_mass"),
+        plain("total_mass", total_mass, convert),
         ratio,
-        plain(period, "time", "period"),
-        plain(semi_major_axis, "length", "semi_major_axis"),
+        plain("period", period, convert),
+        plain("semi_major_axis", semi_major_axis, convert),
     )
 
 

@@ -10,14 +10,13 @@ import numpy.typing as npt
 
 from ..base import rotations
 from ..base.arguments import longitude_latitude, warn_if_degrees
-from ..base.limits import Limits
 from ..base.units import PLAIN
 from ..model.failures import explaining
 from ..model.state import State, strip
 from ..motion.system import System
 from ..orbit.elements import KeplerElements
 from .component import Component, attitude, pointing, rate
-from .masses import Found
+from .masses import Found, plain
 
 _Array = npt.NDArray[np.float64]
 
@@ -35,13 +34,15 @@ class Orbit:
     @classmethod
     def published(cls, eccentricity: Any, pole: Any, periapsis: Any, anomaly: Any) -> Orbit:
         """Make an orbit from the arguments of :func:`binary` after checking each."""
-        e = PLAIN.number(eccentricity, "number", "eccentricity", Limits(least=0.0, below=1.0))
+        e = plain("eccentricity", eccentricity, PLAIN)
         node, inclination = 0.0, 0.0
         if pole is not None:
             longitude, latitude = longitude_latitude(pole, "pole")
             node, inclination = longitude + np.pi / 2, np.pi / 2 - latitude
-        angles = (_angle(periapsis, "argument_of_periapsis"), _angle(anomaly, "mean_anomaly"))
-        return cls(e, inclination, node, *angles)
+        angles = {"argument_of_periapsis": periapsis, "mean_anomaly": anomaly}
+        for name, value in angles.items():
+            warn_if_degrees(value, name)
+        return cls(e, inclination, node, *(plain(name, value, PLAIN) for name, value in angles.items()))
 
     def cartesian(self, semi_major_axis: float, mu: float) -> tuple[_Array, _Array]:
         """Return the secondary's position and velocity relative to the primary."""
@@ -132,8 +133,3 @@ class Start:
         state = strip(State([np.zeros(3), separation], np.zeros((2, 3)), self.attitudes), system.context)
         with explaining(system.context, state, " at the start"):
             system.context.core.energy(state)
-
-
-def _angle(value: Any, what: str) -> float:
-    warn_if_degrees(value, what)
-    return PLAIN.number(value, "angle", what)
