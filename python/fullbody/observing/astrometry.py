@@ -254,11 +254,7 @@ class Astrometry(Observations):
             raise InvalidInput(
                 "astrometry needs to know the axes of the system; give fullbody.System(..., frame='ecliptic')"
             )
-        body, about = system.context.index(self.body, "body"), system.context.index(self.about, "about")
-        if body == about:
-            raise InvalidInput(
-                f"body and about of Astrometry are both {system.context.names[body]}; expected two bodies"
-            )
+        body, about = system.context.pair(self.body, self.about, " of Astrometry")
         retarded = self._retarded(system, states, masses)
         axes = turn(system.context.frame, self.frame)
         centres = {one: retarded.centre[..., one, :] for one in (body, about)}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,7 @@ from ..model.state import State, strip
 from ..typing import Array
 from .laws import Law, LommelSeeliger
 
-__all__ = ["BrightnessDerivatives", "Photometer", "brightness", "brightness_derivatives"]
+__all__ = ["BrightnessDerivatives", "Epochs", "Photometer", "brightness", "brightness_derivatives"]
 
 _Array = npt.NDArray[np.float64]
 
@@ -58,14 +58,41 @@ class BrightnessDerivatives(ArrayFields):
     to_sun: Any
 
 
+class Epochs(NamedTuple):
+    """K epochs as a photometer takes them, in numbers of the system's units.
+
+    Times (K,), positions (K, N, 3), attitudes (K, N, 4), vectors to the observer and the Sun (K, 3), and velocities
+    (K, N, 3) in units of the speed of light, or ``None`` without light time.
+    """
+
+    times: _Array
+    position: _Array
+    attitude: _Array
+    to_observer: _Array
+    to_sun: _Array
+    velocity: _Array | None = None
+
+    def core(self) -> tuple[_Array, _Array, _Array, _Array, _Array, _Array]:
+        """Return the epochs in the form that the core takes, body after body."""
+        return (
+            np.ascontiguousarray(self.times, dtype=np.float64),
+            np.reshape(self.position, (-1, 3)),
+            np.reshape(self.attitude, (-1, 4)),
+            np.asarray(self.to_observer),
+            np.asarray(self.to_sun),
+            np.empty((0, 3)) if self.velocity is None else np.reshape(self.velocity, (-1, 3)),
+        )
+
+    def phase_angle(self) -> _Array:
+        """Return the angles (K,) between the directions to the observer and to the Sun."""
+        across = np.linalg.norm(np.cross(self.to_observer, self.to_sun), axis=-1)
+        return np.arctan2(across, np.sum(self.to_observer * self.to_sun, axis=-1))
+
+
 class Photometer:
     """The bodies of a system with their surfaces, for any number of epochs, in numbers of the system's units.
 
-    Parameters
-    ----------
-    system : System
-    law, albedo, mutual, sun_radius
-        Options of :func:`brightness`.
+    The options are those of :func:`brightness`.
     """
 
     def __init__(
@@ -95,38 +122,19 @@ class Photometer:
             )
         self._core = _core.Photometer(list(system.context.bodies), described, faces, bool(mutual), radius)
 
-    def brightness(
-        self,
-        times: _Array,
-        position: _Array,
-        attitude: _Array,
-        to_observer: _Array,
-        to_sun: _Array,
-        velocity: _Array | None = None,
-    ) -> _Array:
-        """Return the brightness (K, N) for times (K,), positions (K, N, 3), attitudes (K, N, 4), vectors (K, 3).
-
-        With velocities over that of light, (K, N, 3), shadows include the time of light from body to body.
-        """
-        plain: _Array = self._core.brightness(_epochs(times, position, attitude, to_observer, to_sun, velocity))
+    def brightness(self, epochs: Epochs) -> _Array:
+        """Return the brightness (K, N) at epochs."""
+        plain: _Array = self._core.brightness(epochs.core())
         plain *= self.albedo
         if any(law.phase_function is not None for law in self.laws):
-            angle = _phase_angle(to_observer, to_sun)
+            angle = epochs.phase_angle()
             plain *= np.stack([law._phase(angle) for law in self.laws], axis=-1)
         return plain
 
-    def derivatives(
-        self,
-        times: _Array,
-        position: _Array,
-        attitude: _Array,
-        to_observer: _Array,
-        to_sun: _Array,
-        velocity: _Array | None = None,
-    ) -> BrightnessDerivatives:
+    def derivatives(self, epochs: Epochs) -> BrightnessDerivatives:
         """Return the brightness with its derivatives, each with a first axis of K epochs."""
-        plain, bodies, light = self._core.partials(_epochs(times, position, attitude, to_observer, to_sun, velocity))
-        angle = _phase_angle(to_observer, to_sun)
+        plain, bodies, light = self._core.partials(epochs.core())
+        angle = epochs.phase_angle()
         factor = np.stack([law._phase(angle) for law in self.laws], axis=-1)
         step = np.maximum(_STEP * np.minimum(angle, np.pi - angle), _LEAST)
         middle = np.clip(angle, 2.0 * step, np.pi - 2.0 * step)
@@ -136,7 +144,8 @@ class Photometer:
             return (8.0 * near - far) / (12.0 * step)
 
         slope = np.stack([slope_of(law) for law in self.laws], axis=-1)
-        units = [vector / np.linalg.norm(vector, axis=-1, keepdims=True) for vector in (to_observer, to_sun)]
+        both = (epochs.to_observer, epochs.to_sun)
+        units = [vector / np.linalg.norm(vector, axis=-1, keepdims=True) for vector in both]
         light = light * factor[..., None, None]
         for k, (own, other) in enumerate((units, units[::-1])):
             across = other - own * np.sum(own * other, axis=-1, keepdims=True)
@@ -223,7 +232,7 @@ def brightness(
     True
     """
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
-    found = photometer.brightness(*_at(system, state, to_observer, to_sun))
+    found = photometer.brightness(_at(system, state, to_observer, to_sun))
     return system.context.units.attach(found[0], "area")
 
 
@@ -262,7 +271,7 @@ def brightness_derivatives(
     ((2, 2, 3), (2, 2, 3), (2, 3))
     """
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
-    found = photometer.derivatives(*_at(system, state, to_observer, to_sun))
+    found = photometer.derivatives(_at(system, state, to_observer, to_sun))
     dimensions = {"position": "length", "semi_axes": "length"}
     names = BrightnessDerivatives.__dataclass_fields__
     return BrightnessDerivatives(
@@ -270,32 +279,13 @@ def brightness_derivatives(
     )
 
 
-def _at(system: SystemLike, state: State, to_observer: Any, to_sun: Any) -> tuple[_Array, ...]:
-    """Return the arguments of a photometer for one epoch."""
+def _at(system: SystemLike, state: State, to_observer: Any, to_sun: Any) -> Epochs:
+    """Return the epoch of a state."""
     core = strip(state, system.context)
     if len(core.position) != len(system.context):
         raise InvalidInput(f"state has {len(core.position)} bodies; expected {len(system.context)}, as in the system")
     rows = (np.array([core.time]), core.position[None], core.attitude[None])
-    return (*rows, _direction(to_observer, "to_observer"), _direction(to_sun, "to_sun"))
-
-
-def _epochs(
-    times: _Array, position: _Array, attitude: _Array, to_observer: _Array, to_sun: _Array, velocity: _Array | None
-) -> tuple[_Array, _Array, _Array, _Array, _Array, _Array]:
-    """Return times, positions, attitudes, vectors and velocities of epochs in the form that the core takes."""
-    return (
-        np.ascontiguousarray(times, dtype=np.float64),
-        np.reshape(position, (-1, 3)),
-        np.reshape(attitude, (-1, 4)),
-        np.asarray(to_observer),
-        np.asarray(to_sun),
-        np.empty((0, 3)) if velocity is None else np.reshape(velocity, (-1, 3)),
-    )
-
-
-def _phase_angle(to_observer: _Array, to_sun: _Array) -> _Array:
-    across = np.linalg.norm(np.cross(to_observer, to_sun), axis=-1)
-    return np.arctan2(across, np.sum(to_observer * to_sun, axis=-1))
+    return Epochs(*rows, _direction(to_observer, "to_observer"), _direction(to_sun, "to_sun"))
 
 
 def _albedos(albedo: Any, names: tuple[str, ...]) -> tuple[_Array, list[list[float]]]:

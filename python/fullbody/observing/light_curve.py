@@ -10,9 +10,9 @@ import numpy.typing as npt
 from ..errors import InvalidInput, interruptible
 from ..record.record import Record
 from ..typing import Array
-from .brightness import Photometer
+from .brightness import Epochs, Photometer
 from .laws import LommelSeeliger
-from .states import RetardedStates, refuse_near
+from .states import RetardedStates
 from .times import in_system
 from .vectors import Vectors, local_geometry
 
@@ -96,22 +96,17 @@ def light_curve(
         for part in np.array_split(when, max(1, -(-len(when) // _PART))):
             states = run.states(local.emission(part), "time of a light curve")
             retarded = RetardedStates(local, part, system.context.masses, states)
-            attitude = retarded.attitude(states["attitude"], states["spin"])
-            to_sun = local.sun(part)
-            for what, place in (("observer", retarded.observer), ("Sun", to_sun)):
-                refuse_near(system, what, place, retarded.centre, attitude, part, local.light_speed)
-            beta = retarded.velocity / retarded.light_speed
-            light = photometer.brightness(part, retarded.centre, attitude, retarded.observer, to_sun, beta)
-            total = light if per_body else light.sum(axis=1)
-            found.append(magnitudes(total, retarded.observer, to_sun, reduced))
+            epochs = retarded.epochs(system, states)
+            light = photometer.brightness(epochs)
+            found.append(magnitudes(light if per_body else light.sum(axis=1), epochs, reduced))
     return np.concatenate(found)
 
 
-def magnitudes(light: _Array, to_observer: _Array, to_sun: _Array, reduced: bool) -> _Array:
+def magnitudes(light: _Array, epochs: Epochs, reduced: bool) -> _Array:
     """Return the magnitudes (K,) or (K, N) of brightnesses in squared length."""
     with np.errstate(divide="ignore"):
         found = -2.5 * np.log10(light)
     if not reduced:
-        far = 5.0 * np.log10(np.linalg.norm(to_observer, axis=1) * np.linalg.norm(to_sun, axis=1))
+        far = 5.0 * np.log10(np.prod(np.linalg.norm([epochs.to_observer, epochs.to_sun], axis=-1), axis=0))
         found = found + (far if found.ndim == 1 else far[:, None])
     return np.asarray(found)

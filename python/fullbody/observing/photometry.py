@@ -19,8 +19,7 @@ from .columns import Column, Rows, column, jitter_of, positive_rows
 from .data import Observations
 from .laws import LommelSeeliger
 from .light_curve import magnitudes
-from .states import RetardedStates, refuse_near
-from .vectors import Vectors, local_geometry
+from .vectors import Vectors
 
 if TYPE_CHECKING:
     from .laws import Law
@@ -190,18 +189,9 @@ class Photometry(Observations):
 
     def _model(self, system: SystemLike, states: dict[str, _Array], masses: Any = None) -> _Array:
         retarded = self._retarded(system, states, masses)
-        view = self._view(system, states, retarded)
-        total = self._total(self._photometer(system).brightness(*view))
-        return magnitudes(total, view[3], view[4], self.reduced)[:, None]
-
-    def _view(self, system: SystemLike, states: dict[str, _Array], retarded: RetardedStates) -> tuple[_Array, ...]:
-        """Return the arguments of a photometer: times, centres, attitudes, vectors to observer and Sun, velocities."""
-        attitude = retarded.attitude(states["attitude"], states["spin"])
-        to_sun = local_geometry(self.geometry, system).sun(retarded.times)
-        for what, place in (("observer", retarded.observer), ("Sun", to_sun)):
-            refuse_near(system, what, place, retarded.centre, attitude, retarded.times, retarded.light_speed)
-        beta = retarded.velocity / retarded.light_speed
-        return retarded.times, retarded.centre, attitude, retarded.observer, to_sun, beta
+        epochs = retarded.epochs(system, states)
+        total = self._total(self._photometer(system).brightness(epochs))
+        return magnitudes(total, epochs, self.reduced)[:, None]
 
     def _total(self, light: _Array) -> _Array:
         total = light.sum(axis=1)
@@ -221,7 +211,7 @@ class Photometry(Observations):
         position, which also changes the time at which the light left.
         """
         retarded = self._retarded(system, states)
-        found = self._photometer(system).derivatives(*self._view(system, states, retarded))
+        found = self._photometer(system).derivatives(retarded.epochs(system, states))
         factor = -2.5 / np.log(10.0) / self._total(found.brightness)
         place, rotation = (factor[:, None, None] * part.sum(axis=1) for part in (found.position, found.rotation))
         way = retarded.observer[:, None] - retarded.centre

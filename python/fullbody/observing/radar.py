@@ -168,12 +168,10 @@ class RadarAstrometry(Observations):
         return RangeAndRate(**found)
 
     def _model(self, system: SystemLike, states: dict[str, _Array], masses: Any = None) -> _Array:
-        body = system.context.index(self.body, "body")
-        about = None if self.about is None else system.context.index(self.about, "about")
-        if body == about:
-            raise InvalidInput(
-                f"body and about of RadarAstrometry are both {system.context.names[body]}; expected two bodies"
-            )
+        if self.about is None:
+            body, about = system.context.index(self.body, "body"), None
+        else:
+            body, about = system.context.pair(self.body, self.about, " of RadarAstrometry")
         retarded = self._retarded(system, states, masses)
         way = retarded.observer[:, None] - retarded.centre
         distance = np.sqrt(np.einsum("...x,...x->...", way, way))

@@ -8,6 +8,7 @@ import numpy.typing as npt
 from ..base.rotations import matrices
 from ..errors import InvalidInput
 from ..model.context import SystemLike
+from .brightness import Epochs
 from .vectors import SystemGeometry
 
 __all__ = ["RetardedStates", "refuse_near"]
@@ -29,20 +30,11 @@ def refuse_near(
     times: _Array,
     light_speed: float,
 ) -> None:
-    """Raise an error for an observer, or a Sun, that is too near, or even inside a body.
+    """Raise an error for an observer, or a Sun, at places (K, 3) that are too near, or even inside a body.
 
-    Parameters
-    ----------
-    system : System
-    what : str
-        Which of the two it is.
-    place : ndarray, (K, 3)
-        Where it is.
-    centre, attitude : ndarray, (K, N, 3) and (K, N, 4)
-        Of the bodies at these times. Those other than ellipsoids count as ellipsoids with the same moments of inertia.
-    times : ndarray, (K,)
-    light_speed : float
-        Infinite in a geometry without light time, of which only the directions count outside the bodies.
+    The centres (K, N, 3) and attitudes (K, N, 4) are those of the bodies, which count as ellipsoids with the same
+    moments of inertia. The speed of light is infinite in a geometry without light time, of which only the directions
+    count outside the bodies.
     """
     axes = np.array([body.semi_axes for body in system.context.bodies])
     far = np.linalg.norm(place, axis=-1)
@@ -67,24 +59,15 @@ def refuse_near(
 
 
 class RetardedStates:
-    """States of bodies at their retarded times, when the light left them that arrives at the observer at given times.
+    """States of bodies at their retarded times, when the light left them that arrives at the observer at given times
+    (K,).
 
     Each body is taken to move on a straight line and to rotate uniformly about its pose at the time at which the light
     left the barycentre. The error by its acceleration is smaller by the square of the speed over that of light.
 
-    Attributes
-    ----------
-    times : ndarray, (K,)
-        Times when the light arrives.
-    observer : ndarray, (K, 3)
-        Vectors from the system's barycentre to the observer.
-    centre, velocity : ndarray, (..., K, N, 3)
-        Positions and velocities of the bodies relative to the system's barycentre. They may be complex, and several for
-        each time.
-    delay : ndarray, (..., K, N)
-        The time at which the light left each body, minus the time at which it left the barycentre.
-    light_speed : float
-        The speed of light in the system's units.
+    Vectors to the ``observer`` (K, 3), and ``centre`` and ``velocity`` (..., K, N, 3) of the bodies, are relative to
+    the system's barycentre; the latter may be complex, and several for each time. The ``delay`` (..., K, N) is the time
+    at which the light left each body, minus the time at which it left the barycentre.
     """
 
     def __init__(self, geometry: SystemGeometry, times: _Array, masses: _Array, states: dict[str, _Array]) -> None:
@@ -102,6 +85,13 @@ class RetardedStates:
     def observer_velocity(self) -> _Array:
         """Velocity (K, 3) of the observer from the system's barycentre, which needs rows that are dense in time."""
         return self._geometry.observer_velocity(self.times)
+
+    def epochs(self, system: SystemLike, states: dict[str, _Array]) -> Epochs:
+        """Return the bodies as observer and Sun see them, after checking that both are far away."""
+        attitude, to_sun = self.attitude(states["attitude"], states["spin"]), self._geometry.sun(self.times)
+        for what, place in (("observer", self.observer), ("Sun", to_sun)):
+            refuse_near(system, what, place, self.centre, attitude, self.times, self.light_speed)
+        return Epochs(self.times, self.centre, attitude, self.observer, to_sun, self.velocity / self.light_speed)
 
     def attitude(self, attitude: _Array, spin: _Array) -> _Array:
         """Return attitudes (K, N, 4) when the light left the bodies, from those when it left the barycentre."""
