@@ -16,10 +16,9 @@ from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, number
 from ..base.units import need
 from ..errors import BodiesOverlap, NotConverged
-from ..typing import Array as Floats
+from ..typing import Array, Floats
 from ._linear import Rotation
 from ._newton import Condition, Problem, converged, corrected
-from ._pair import Array
 from .equilibrium import RelativeEquilibrium
 
 __all__ = ["Branch", "Fold", "branch"]
@@ -50,7 +49,7 @@ class Fold:
         return f"Fold({self.quantity}={value} at a separation of {number(self.equilibrium.separation)})"
 
 
-def _column(text: str, name: str, dimension: str) -> WithUnit[Floats]:
+def _column(text: str, name: str, dimension: str) -> WithUnit[Array]:
     """Return a property of branches: a number of each equilibrium (K,)."""
 
     def numbers(branch: Any) -> Any:
@@ -87,7 +86,7 @@ class Branch(Tabled):
     energy = _column("Total energies (K,).", "energy", "energy")
 
     @cached_property
-    def frequency(self) -> Floats:
+    def frequency(self) -> Array:
         """Frequencies (K, M) of the modes, ascending; zero for modes that grow without oscillating."""
         plain = [np.asarray(getattr(f, "value", f)) for f in (one.modes.frequency for one in self.equilibria)]
         return self.system.context.units.attach(np.array(plain), "spin")
@@ -226,17 +225,17 @@ def branch(
     return Branch(found, folds, end)
 
 
-def _tangent(problem: Problem, rotation: Rotation) -> Array:
+def _tangent(problem: Problem, rotation: Rotation) -> Floats:
     """Return the unit vector (10,) along which the equilibria continue, in the units of :meth:`Problem.scales`."""
     return np.linalg.svd(problem.equations(rotation)[0])[2][-1]
 
 
-def _slope(problem: Problem, rotation: Rotation, tangent: Array, quantity: Any) -> float:
+def _slope(problem: Problem, rotation: Rotation, tangent: Floats, quantity: Any) -> float:
     """Return the derivative of a quantity along a direction."""
     return float(problem.quantity_gradient(quantity, rotation) @ (tangent * problem.scales(rotation)[1]))
 
 
-def _fold(problem: Problem, rotation: Rotation, tangent: Array, length: float, quantity: Any) -> Rotation:
+def _fold(problem: Problem, rotation: Rotation, tangent: Floats, length: float, quantity: Any) -> Rotation:
     """Find the extreme of a quantity within a step."""
     with need("analysis", "a branch of equilibria"):
         from scipy.optimize import brentq

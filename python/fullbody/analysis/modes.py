@@ -14,10 +14,8 @@ from ..base.units import PLAIN
 from ..errors import InvalidInput
 from ..model.state import State, wrap
 from ..motion.system import System
-from ..typing import Array as Floats
-from ..typing import Scalar
+from ..typing import Array, Floats, Scalar
 from ._linear import Rotation
-from ._pair import Array
 
 __all__ = ["Modes", "displaced", "modes_of"]
 
@@ -57,8 +55,8 @@ class Modes(Tabled):
 
     system: System
     rate: Scalar
-    frequency: Floats
-    growth: Floats
+    frequency: Array
+    growth: Array
     position: _Complex
     rotation: _Complex
     energy_sign: npt.NDArray[np.int64]
@@ -67,7 +65,7 @@ class Modes(Tabled):
     _deviations: _Complex
 
     @property
-    def period(self) -> Floats:
+    def period(self) -> Array:
         """Periods (M,) of the modes, 2 pi divided by the frequency; infinite where the frequency is zero."""
         with np.errstate(divide="ignore"):
             plain = 2 * np.pi / np.asarray(getattr(self.frequency, "value", self.frequency))
@@ -150,7 +148,7 @@ class Modes(Tabled):
         return f"Modes({len(self)}, frequency={frequency}{unit}, {growing or 'none'} growing)"
 
 
-def displaced(rotation: Rotation, deviation: Array) -> State:
+def displaced(rotation: Rotation, deviation: Floats) -> State:
     """Return the state of a uniform rotation displaced by a tangent vector (18,)."""
     pair = rotation.pair
     velocity = rotation.velocity + deviation[9:12] / pair.mass

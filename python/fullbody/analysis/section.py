@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.kinds import function, instance, whole
 from ..base.tables import Table, Tabled
@@ -19,7 +18,7 @@ from ..model.state import State
 from ..motion.system import System
 from ..observables._signal import lines
 from ..record.record import Record
-from ..typing import Array as Floats
+from ..typing import Array, Floats
 
 __all__ = ["Frequencies", "Section", "frequencies", "section"]
 
@@ -164,8 +163,8 @@ class Frequencies(ArrayFields):
         Half of the peak-to-peak size of each term, in the unit of the quantity.
     """
 
-    frequency: Floats
-    amplitude: Floats
+    frequency: Array
+    amplitude: Array
 
     def __repr__(self) -> str:
         return block("Frequencies(", frequency=self.frequency, amplitude=self.amplitude)
@@ -203,7 +202,7 @@ def frequencies(run: Record, quantity: Any, *, n: int = 3) -> Frequencies:
     values = quantity(run) if callable(quantity) else quantity
     unit = getattr(values, "unit", None)
     plain = np.asarray(getattr(values, "value", values), dtype=np.float64)
-    time: npt.NDArray[np.float64] = run.arrays["time"]
+    time: Floats = run.arrays["time"]
     if plain.shape != time.shape or not np.isfinite(plain).all():
         raise InvalidInput(f"quantity has shape {plain.shape}; expected {time.shape}, finite numbers, one for a sample")
     if len(time) < 8:

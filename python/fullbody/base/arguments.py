@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from ..errors import InvalidInput, caution
+from ..typing import Floats
 from .units import PLAIN, close_to, gathered, is_quantity, numbers
 
 _T = TypeVar("_T")
@@ -132,7 +132,7 @@ def refuse_mixture(values: dict[str, Any]) -> bool:
     return bool(united)
 
 
-def directions(value: Any, what: str, one: bool = False) -> npt.NDArray[np.float64]:
+def directions(value: Any, what: str, one: bool = False) -> Floats:
     """Return vectors (..., 3), or one (3,), of any length above zero and in any unit as numbers."""
     value = gathered(value, what)
     plain = PLAIN.numbers(getattr(value, "value", value), "number", what, (3,) if one else ("...", 3))

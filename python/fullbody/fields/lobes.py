@@ -10,13 +10,12 @@ import numpy.typing as npt
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..model.polyhedron import Polyhedron
-from ..typing import Array, Scalar
+from ..typing import Array, Floats, Scalar
 from .equilibria import inner_point
 from .frame import Frame
 
 __all__ = ["RocheLobe", "roche_lobe"]
 
-_Numbers = npt.NDArray[np.float64]
 #: The number of steps in which a ray searches for the surface, and of halvings of the last one.
 _STEPS, _HALVINGS = 200, 50
 
@@ -84,7 +83,7 @@ def roche_lobe(frame: Frame, body: int, rows: int) -> RocheLobe:
     )
 
 
-def _crossings(frame: Frame, centre: _Numbers, rays: _Numbers, level: float, reach: float) -> _Numbers:
+def _crossings(frame: Frame, centre: Floats, rays: Floats, level: float, reach: float) -> Floats:
     """Return the distance on each ray where Jacobi's constant first falls below the level, or else the reach."""
     low, high = np.zeros(len(rays)), np.full(len(rays), reach)
     going = np.arange(len(rays))

@@ -18,10 +18,9 @@ from ..model.gravity import gravity_at
 from ..model.interactions import interactions
 from ..model.state import State, strip
 from ..record.record import Record
-from ..typing import Array
+from ..typing import Array, Floats
 
 __all__ = ["SurfaceField", "SurfaceRange", "surface", "surface_along"]
-_Numbers = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -50,7 +49,7 @@ class SurfaceField(ArrayFields):
 
     name: str
     point: Array
-    normal: npt.NDArray[np.float64]
+    normal: Floats
     area: Array
     cells: Array
     longitude: Array
@@ -79,7 +78,7 @@ class SurfaceRange(ArrayFields):
 
     name: str
     point: Array
-    normal: npt.NDArray[np.float64]
+    normal: Floats
     area: Array
     cells: Array
     longitude: Array
@@ -227,9 +226,9 @@ def surface(system: SystemLike, state: State, body: int | str = 0, *, rows: int 
 class Samples:
     """Sample points (S, 3), unit normals (S, 3) and the corners of cells (S, 4, 3), in the body frame."""
 
-    points: _Numbers
-    normals: _Numbers
-    cells: _Numbers
+    points: Floats
+    normals: Floats
+    cells: Floats
 
     def chosen(self, which: npt.NDArray[np.bool_]) -> Samples:
         """Return the samples that a mask selects."""
@@ -274,14 +273,14 @@ def _of_part(shape: Any, mass: float, position: Any, rotation: Any, rows: int) -
     return Samples(points @ turn.T + position, normals @ turn.T, cells @ turn.T + position)
 
 
-def _ball(row: Any, column: Any, rows: int) -> _Numbers:
+def _ball(row: Any, column: Any, rows: int) -> Floats:
     """Return unit vectors of a grid, with rows from the pole on and columns in longitude."""
     polar, longitude = np.meshgrid(np.pi * row / rows, np.pi * column / rows - np.pi, indexing="ij")
     ring = np.sin(polar)
     return np.stack([ring * np.cos(longitude), ring * np.sin(longitude), np.cos(polar)], axis=-1)
 
 
-def _within(part: Any, points: _Numbers) -> npt.NDArray[np.bool_]:
+def _within(part: Any, points: Floats) -> npt.NDArray[np.bool_]:
     """Return whether each point lies inside a part, where the divergence of its gravity is not zero."""
     shape, mass, position, rotation = part
     alone = _core.Attraction([_core.Body("part", shape, mass)], 1.0, "auto")

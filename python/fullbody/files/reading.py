@@ -13,6 +13,7 @@ from ..base.arguments import integer
 from ..base.atomic import as_path
 from ..base.units import need
 from ..errors import InvalidInput, UncheckedFile, caution
+from ..typing import Floats
 from . import checksum
 
 __all__ = ["Content", "check_order", "check_unit", "netcdf", "read"]
@@ -169,7 +170,7 @@ class Content:
         return values
 
 
-def check_order(times: npt.NDArray[np.float64], name: str, repeated: bool) -> None:
+def check_order(times: Floats, name: str, repeated: bool) -> None:
     """Raise an error for times that are not in order; ``repeated`` says whether some may be equal."""
     before, after = times[:-1], times[1:]
     forward = len(after) > 0 and times[-1] > times[0]
@@ -180,7 +181,7 @@ def check_order(times: npt.NDArray[np.float64], name: str, repeated: bool) -> No
         raise InvalidInput(f"{name}[{k + 1}] is {after[k]}, after {before[k]}; expected {expected}")
 
 
-def check_unit(attitudes: npt.NDArray[np.float64], name: str) -> None:
+def check_unit(attitudes: Floats, name: str) -> None:
     """Raise an error for quaternions that are not of length one to single precision."""
     lengths = np.hypot.reduce(attitudes, axis=-1)
     wrong = np.abs(lengths - 1.0) > 1e-6

@@ -13,7 +13,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import rotations
 from ..base.differences import Differences
@@ -21,11 +20,11 @@ from ..errors import InvalidInput
 from ..model.description import functions
 from ..model.state import State, strip
 from ..motion.system import System
+from ..typing import Floats
 from .free import Parameters
 
 __all__ = ["Chain", "SetupDerivatives", "SetupResult"]
 
-_Array = npt.NDArray[np.float64]
 
 #: The relative rounding error of numbers.
 _ROUNDING = 1e-13
@@ -60,7 +59,7 @@ class SetupResult:
             **{f"the function of the force {force.name}": force for force in functions(self.system).values()},
         }
 
-    def moved(self, other: SetupResult) -> _Array:
+    def moved(self, other: SetupResult) -> Floats:
         """Return the tangent vector from this state to another one with as many bodies, and the change of time.
 
         The array has the shape (12 N + 1,).
@@ -73,13 +72,13 @@ class SetupResult:
         ]
         return np.append(np.stack(parts, axis=1).ravel(), other.core.time - self.core.time)
 
-    def sizes(self) -> _Array:
+    def sizes(self) -> Floats:
         """Return sizes (12 N + 1,) of the components of the start, to which their rounding errors are relative."""
         core = self.core
         largest = [np.abs(core.position).max(), np.abs(core.velocity).max(), 1.0, np.abs(core.spin).max()]
         return np.append(np.tile(np.repeat(largest, 3), len(core.position)), abs(core.time))
 
-    def changes(self, other: SetupResult) -> tuple[_Array, str | None]:
+    def changes(self, other: SetupResult) -> tuple[Floats, str | None]:
         """Return the changes (P,) of the parameters to another system, and what of it they leave unexplained."""
         changed, unexplained = self.system.context.core.parameter_changes(other.system.context.core)
         if unexplained is None:
@@ -98,8 +97,8 @@ class SetupDerivatives:
     cannot be differentiated, with what that is.
     """
 
-    start: _Array
-    system: dict[str, _Array]
+    start: Floats
+    system: dict[str, Floats]
     undifferentiable: dict[str, str]
 
 
@@ -109,11 +108,11 @@ class Chain:
     The function ``make`` takes values (P,) and returns the :class:`SetupResult` of the setup.
     """
 
-    def __init__(self, make: Callable[[_Array], SetupResult], parameters: Parameters) -> None:
+    def __init__(self, make: Callable[[Floats], SetupResult], parameters: Parameters) -> None:
         self._make, self._parameters = make, parameters
         self.differences = [Differences() for _ in parameters.names]
 
-    def at(self, base: SetupResult, values: _Array) -> SetupDerivatives:
+    def at(self, base: SetupResult, values: Floats) -> SetupDerivatives:
         """Differentiate at values (P,), for which the setup returns ``base``, or raise an error where it is not
         smooth.
         """
@@ -148,14 +147,14 @@ class Chain:
         rows = zip(base.parameters, columns[tangent + 1 :], strict=True)
         return SetupDerivatives(start, {name: row for name, row in rows if row.any()}, undifferentiable)
 
-    def _column(self, base: SetupResult, values: _Array, k: int, other: list[str]) -> _Array | None:
+    def _column(self, base: SetupResult, values: Floats, k: int, other: list[str]) -> Floats | None:
         """Return derivatives of start, time and parameters of the system; ``other`` receives all other changes."""
         parameters = np.abs(list(base.parameters.values()))
         noise = _ROUNDING * np.concatenate([base.sizes(), parameters])
         start = np.append(np.tile(np.repeat(np.arange(4), 3), len(base.core.position)), 4)
         groups = np.concatenate([start, np.arange(len(parameters)) + 5])
 
-        def shifted(by: float) -> _Array:
+        def shifted(by: float) -> Floats:
             made = self._make(self._parameters.shifted(values, k, by))
             changes, unexplained = base.changes(made)
             if unexplained is not None:

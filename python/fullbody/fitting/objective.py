@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from ..typing import Floats
 from . import noise
 from .losses import Loss
 from .problem import Jacobian, Point, Problem
 
 __all__ = ["Linearised", "Objective"]
-
-_Array = npt.NDArray[np.float64]
 
 
 @dataclass
@@ -28,10 +26,10 @@ class Linearised:
 
     point: Point
     jacobian: Jacobian
-    vector: _Array
-    matrix: _Array
-    rows: _Array
-    norms: _Array
+    vector: Floats
+    matrix: Floats
+    rows: Floats
+    norms: Floats
 
     @property
     def cost(self) -> float:
@@ -48,7 +46,7 @@ class Objective:
         self.problem, self.loss, self.parameters = problem, loss, problem.parameters
         self._weights = np.diag(np.where(np.isfinite(self.parameters.sigma), 1.0 / self.parameters.sigma, 0.0))
 
-    def vector(self, point: Point) -> _Array:
+    def vector(self, point: Point) -> Floats:
         """Return the components (R,): of pulls, errors and priors, and P zeros in the rows of the information."""
         prior = self._weights @ (point.values - self.parameters.mean)
         parts = [self.loss.roots(point.rows)[0], np.sqrt(point.log_determinants), prior, np.zeros(len(prior))]
@@ -71,7 +69,7 @@ class Objective:
         matrix += np.outer(vector, gradient) / max(float(vector @ vector), 1e-300)
         return Linearised(point, jacobian, vector, matrix, own, norms)
 
-    def _noise(self, point: Point, jacobian: Jacobian, by_pulls: _Array) -> tuple[_Array, _Array, _Array]:
+    def _noise(self, point: Point, jacobian: Jacobian, by_pulls: Floats) -> tuple[Floats, Floats, Floats]:
         """Return gradient (P,), information (P, P) and inverse squared lengths (P,) of the parameters of errors."""
         gradient, information, widths = (
             np.zeros_like(point.values),

@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.arguments import generator
 from ..base.kinds import whole
@@ -19,6 +18,7 @@ from ..ensembles.parameters import Paired, paired
 from ..errors import InvalidInput, once
 from ..model.state import strip
 from ..motion.simulation import Simulation
+from ..typing import Floats
 from . import files
 from .problem import Refused
 from .uncertainty import Covariance, Derived, derived, sample
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Derived", "Fit", "Minimum", "fit_in"]
 
-_Array = npt.NDArray[np.float64]
 
 #: The largest number of draws for each requested one; more are an error, since hardly any are within the bounds.
 _MOST_DRAWS = 1000
@@ -169,7 +168,7 @@ class Fit(Tabled):
         return self.parameters.named(np.sqrt(np.diag(self.covariance)))
 
     @property
-    def correlation(self) -> _Array:
+    def correlation(self) -> Floats:
         """The correlation (P, P) of the parameters."""
         errors = np.sqrt(np.diag(self.covariance))
         finite = np.where(np.isfinite(errors) & (errors > 0.0), errors, 1.0)
@@ -228,7 +227,7 @@ class Fit(Tabled):
         columns = self.parameters.named(self.draws_as_array(n, rng).T)
         return paired(**{name: columns[name] for name in self._of_setup})
 
-    def draws_as_array(self, n: Any, rng: Any) -> _Array:
+    def draws_as_array(self, n: Any, rng: Any) -> Floats:
         """Draw numbers (n, P) in the order of ``names`` and the units of ``values``; see :meth:`draw`."""
         count = whole(n, "n")
         random = generator(rng)

@@ -6,12 +6,12 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.arguments import generator
 from ..base.kinds import choice, whole
 from ..base.units import need
 from ..observing.measured import Measured
+from ..typing import Floats
 from .free import Parameters
 from .problem import Problem
 
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Covariance", "Derived", "derived", "sample"]
 
-_Array = npt.NDArray[np.float64]
 
 #: The ratio of singular values below which a combination of parameters counts as unconstrained.
 _SINGULAR = 1e-9
@@ -37,7 +36,7 @@ class Covariance:
     least, and ``unconstrained`` that combination as text, if it is not constrained at all.
     """
 
-    def __init__(self, matrix: _Array, parameters: Parameters) -> None:
+    def __init__(self, matrix: Floats, parameters: Parameters) -> None:
         norms = np.linalg.norm(matrix, axis=0)
         scale = np.divide(1.0, norms, out=np.zeros_like(norms), where=norms > 0.0)
         _, sizes, vectors = np.linalg.svd(matrix * scale, full_matrices=False)
@@ -52,7 +51,7 @@ class Covariance:
         self.matrix[lost, lost] = np.inf
 
 
-def _combination(vector: _Array, norms: _Array, parameters: Parameters) -> str:
+def _combination(vector: Floats, norms: Floats, parameters: Parameters) -> str:
     """Return the combination of parameters along a unit vector of scaled ones as text."""
     parts = []
     for k in np.argsort(-np.abs(vector), kind="stable"):
@@ -75,8 +74,8 @@ class Derived(NamedTuple):
 
 def derived(
     problem: Problem,
-    values: npt.NDArray[np.float64],
-    covariance: npt.NDArray[np.float64],
+    values: Floats,
+    covariance: Floats,
     function: Callable[[Any], Any],
     times: Any,
 ) -> Derived:

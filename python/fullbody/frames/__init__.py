@@ -14,7 +14,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import rotations
 from ..base.arguments import directions, longitude_latitude, warn_if_degrees
@@ -22,11 +21,10 @@ from ..base.kinds import instance
 from ..base.units import PLAIN, Units, gathered, is_quantity, need
 from ..errors import InvalidInput
 from ..model.state import State
-from ..typing import Array
+from ..typing import Array, Floats
 
 __all__ = ["attitude", "pole_angles", "pole_vector", "rotate", "rotate_pole", "rotate_state", "rotation"]
 
-_Array = npt.NDArray[np.float64]
 _NAMES = {"ecliptic": "barycentricmeanecliptic", "equatorial": "icrs", "icrf": "icrs"}
 #: The matrix from the ICRF to SPICE's ECLIPJ2000.
 _ECLIPJ2000 = rotations.matrices(rotations.turn(0, -np.deg2rad(84381.448 / 3600.0)))
@@ -37,7 +35,7 @@ _EXPECTED = (
 )
 
 
-def rotation(origin: Any, target: Any) -> _Array:
+def rotation(origin: Any, target: Any) -> Floats:
     """Return the matrix that converts components in one frame to components in another.
 
     Parameters
@@ -138,7 +136,7 @@ def rotate_state(state: State, origin: Any, target: Any) -> State:
     )
 
 
-def pole_vector(longitude: Any, latitude: Any) -> _Array:
+def pole_vector(longitude: Any, latitude: Any) -> Floats:
     """Return the unit vector of a longitude and latitude (or right ascension and declination).
 
     Parameters
@@ -212,7 +210,7 @@ def rotate_pole(longitude: Any, latitude: Any, origin: Any, target: Any) -> tupl
     return result[0] * u.rad, result[1] * u.rad
 
 
-def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> _Array:
+def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> Floats:
     """Return the attitude of a body from the longitude and latitude of its pole (its z-axis).
 
     Parameters

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, Literal, Protocol, Self, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..base import rotations
@@ -15,11 +14,10 @@ from ..base.limits import LATITUDE, POSITIVE
 from ..base.tables import number
 from ..base.units import Units, is_quantity, strip_to
 from ..errors import InvalidInput
+from ..typing import Floats
 from .context import SystemLike
 
 __all__ = ["impact", "kick", "rotated"]
-
-_Array = npt.NDArray[np.float64]
 
 
 class StateLike(Protocol):
@@ -283,7 +281,7 @@ def _place(state: StateLike, body: object, what: str) -> int:
     return place(body, state.names or [f"body {k}" for k in range(len(state.core.position))], what)
 
 
-def _axes(state: StateLike, index: int, along: str, about: int | str | None, what: str) -> _Array:
+def _axes(state: StateLike, index: int, along: str, about: int | str | None, what: str) -> Floats:
     """Return as columns (3, 3) the axes in which vectors of a body are given."""
     if choice(along, f"along of {what}", ("inertial", "body", "orbit")) != "orbit":
         if about is not None:

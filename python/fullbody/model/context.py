@@ -7,14 +7,12 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
-import numpy as np
-import numpy.typing as npt
-
 from .. import _core
 from ..base.arguments import place, suggestion
 from ..base.tables import Table
 from ..base.units import Units
 from ..errors import InvalidInput
+from ..typing import Floats
 from .calls import Call
 
 __all__ = ["Context", "S", "SystemLike"]
@@ -45,7 +43,7 @@ class Context:
         return len(self.names)
 
     @property
-    def masses(self) -> npt.NDArray[np.float64]:
+    def masses(self) -> Floats:
         """Masses (N,)."""
         return self.core.masses
 

@@ -14,12 +14,11 @@ from ..base.kinds import Number
 from ..base.units import Units, is_quantity, need
 from ..base.values import same
 from ..errors import InvalidInput
-from ..typing import Scalar
+from ..typing import Floats, Scalar
 from .stokes import StokesCoefficients, harmonics_of
 
 __all__ = ["Polyhedron"]
 
-_Numbers = npt.NDArray[np.float64]
 _Indices = npt.NDArray[np.signedinteger[Any]]
 
 
@@ -227,7 +226,7 @@ class Polyhedron:
         return Polyhedron, (self._vertices, self._faces)
 
 
-def _read(path: Path) -> tuple[_Numbers, _Indices]:
+def _read(path: Path) -> tuple[Floats, _Indices]:
     import gzip
 
     kind = path.suffix.lower().removeprefix(".")
@@ -244,7 +243,7 @@ def _read(path: Path) -> tuple[_Numbers, _Indices]:
     return _table(rows)
 
 
-def _table(rows: list[list[str]]) -> tuple[_Numbers, _Indices]:
+def _table(rows: list[list[str]]) -> tuple[Floats, _Indices]:
     """Return vertices and faces from rows that follow their numbers; the number of faces may precede the faces."""
     if not rows or not 1 <= len(rows[0]) <= 2 or not all(number.isdigit() for number in rows[0]):
         raise ValueError(
@@ -264,7 +263,7 @@ def _table(rows: list[list[str]]) -> tuple[_Numbers, _Indices]:
     return vertices, indices - 1 if indices.min() > 0 else indices
 
 
-def _by_trimesh(path: Path, kind: str) -> tuple[_Numbers, _Indices]:
+def _by_trimesh(path: Path, kind: str) -> tuple[Floats, _Indices]:
     with need("shapes", f"a shape from {path.suffix.upper().removeprefix('.')}"):
         import trimesh
 
@@ -278,7 +277,7 @@ def _by_trimesh(path: Path, kind: str) -> tuple[_Numbers, _Indices]:
     return vertices, faces
 
 
-def _healed(vertices: _Numbers, faces: _Indices) -> tuple[_Numbers, _Indices]:
+def _healed(vertices: Floats, faces: _Indices) -> tuple[Floats, _Indices]:
     with need("shapes", "healing a shape"):
         # Trimesh needs networkx to fill holes and to turn faces.
         import networkx  # noqa: F401

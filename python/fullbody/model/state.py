@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..base.arguments import refuse_unknown, warn_if_degrees
@@ -14,13 +13,12 @@ from ..base.tables import Table, Tabled, head, number, vector
 from ..base.units import ANY, Units, gathered, is_quantity, numbers, scalar
 from ..base.values import block
 from ..errors import InvalidInput, caution
-from ..typing import Array, Scalar
+from ..typing import Array, Floats, Scalar
 from .changes import impact, kick, rotated
 from .context import Context
 
 __all__ = ["State", "from_numbers", "strip", "wrap"]
 
-_Array = npt.NDArray[np.float64]
 _PARTS = ("position", "velocity", "attitude", "spin")
 _FIELDS = {"time": "time", "position": "length", "velocity": "velocity", "spin": "spin"}
 
@@ -193,14 +191,14 @@ class State(Tabled):
     time: Attribute[Scalar] = _part("time", "Time of the state.")
     position: Attribute[Array] = _part("position", "Positions of the centres (N, 3), inertial frame.")
     velocity: Attribute[Array] = _part("velocity", "Velocities of the centres (N, 3), inertial frame.")
-    attitude: Attribute[_Array] = _part(
+    attitude: Attribute[Floats] = _part(
         "attitude", "Unit quaternions (N, 4), ``[w, x, y, z]``, body frame to inertial."
     )
     spin: Attribute[Array] = _part("spin", "Angular velocities (N, 3), body frames.")
-    rotation_matrix: Attribute[_Array] = _part(
+    rotation_matrix: Attribute[Floats] = _part(
         "rotation_matrix", "Rotation matrices (N, 3, 3), body frame to inertial."
     )
-    tait_bryan: Attribute[_Array] = _part(
+    tait_bryan: Attribute[Floats] = _part(
         "tait_bryan", "The paper's angles (N, 3): phi and psi in (-pi, pi], theta in [-pi/2, pi/2], radians."
     )
 

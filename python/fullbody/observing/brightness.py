@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..base.arguments import directions, suggestion
@@ -16,12 +15,11 @@ from ..base.values import ArrayFields
 from ..errors import InvalidInput, caution
 from ..model.context import SystemLike
 from ..model.state import State, strip
-from ..typing import Array
+from ..typing import Array, Floats
 from .laws import Law, LommelSeeliger
 
 __all__ = ["BrightnessDerivatives", "Epochs", "Photometer", "brightness", "brightness_derivatives"]
 
-_Array = npt.NDArray[np.float64]
 
 #: The step in the difference of a phase function: as a share of the angle to 0 and 180 degrees, and at least, radians.
 _STEP, _LEAST = 2e-4, 1e-7
@@ -65,14 +63,14 @@ class Epochs(NamedTuple):
     (K, N, 3) in units of the speed of light, or ``None`` without light time.
     """
 
-    times: _Array
-    position: _Array
-    attitude: _Array
-    to_observer: _Array
-    to_sun: _Array
-    velocity: _Array | None = None
+    times: Floats
+    position: Floats
+    attitude: Floats
+    to_observer: Floats
+    to_sun: Floats
+    velocity: Floats | None = None
 
-    def core(self) -> tuple[_Array, _Array, _Array, _Array, _Array, _Array]:
+    def core(self) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
         """Return the epochs in the form that the core takes, body after body."""
         return (
             np.ascontiguousarray(self.times, dtype=np.float64),
@@ -83,7 +81,7 @@ class Epochs(NamedTuple):
             np.empty((0, 3)) if self.velocity is None else np.reshape(self.velocity, (-1, 3)),
         )
 
-    def phase_angle(self) -> _Array:
+    def phase_angle(self) -> Floats:
         """Return the angles (K,) between the directions to the observer and to the Sun."""
         across = np.linalg.norm(np.cross(self.to_observer, self.to_sun), axis=-1)
         return np.arctan2(across, np.sum(self.to_observer * self.to_sun, axis=-1))
@@ -122,9 +120,9 @@ class Photometer:
             )
         self._core = _core.Photometer(list(system.context.bodies), described, faces, bool(mutual), radius)
 
-    def brightness(self, epochs: Epochs) -> _Array:
+    def brightness(self, epochs: Epochs) -> Floats:
         """Return the brightness (K, N) at epochs."""
-        plain: _Array = self._core.brightness(epochs.core())
+        plain: Floats = self._core.brightness(epochs.core())
         plain *= self.albedo
         if any(law.phase_function is not None for law in self.laws):
             angle = epochs.phase_angle()
@@ -288,7 +286,7 @@ def _at(system: SystemLike, state: State, to_observer: Any, to_sun: Any) -> Epoc
     return Epochs(*rows, _direction(to_observer, "to_observer"), _direction(to_sun, "to_sun"))
 
 
-def _albedos(albedo: Any, names: tuple[str, ...]) -> tuple[_Array, list[list[float]]]:
+def _albedos(albedo: Any, names: tuple[str, ...]) -> tuple[Floats, list[list[float]]]:
     """Return one albedo for each body, and for the core one for each of its faces, or a single one."""
     if not isinstance(albedo, dict) and np.ndim(albedo) and len(names) > 1:
         raise InvalidInput(
@@ -305,10 +303,10 @@ def _albedos(albedo: Any, names: tuple[str, ...]) -> tuple[_Array, list[list[flo
     return factors, faces
 
 
-def _direction(value: Any, what: str) -> _Array:
+def _direction(value: Any, what: str) -> Floats:
     """Return a vector (1, 3) of any length above zero; the core checks an array of numbers itself."""
     plain = type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (3,)
-    found: _Array = (value if plain else directions(value, what, True))[None]
+    found: Floats = (value if plain else directions(value, what, True))[None]
     return found
 
 

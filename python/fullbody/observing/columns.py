@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.arguments import refuse_unknown
 from ..base.epochs import dates as dates_of
@@ -16,13 +15,12 @@ from ..base.limits import LARGEST, SMALLEST, Limits
 from ..base.unit_names import unit_named, usable_unit
 from ..base.units import PLAIN, gathered, is_quantity, need, numbers, refuse_booleans, strip_to
 from ..errors import InconsistentInput, InvalidInput, caution
+from ..typing import Floats
 
 __all__ = ["Column", "Rows", "column", "jitter_of", "positive_rows", "read_table"]
 
-_Array = npt.NDArray[np.float64]
 
-
-def column(given: Any, what: str, unit: Any = None) -> tuple[_Array, Any]:
+def column(given: Any, what: str, unit: Any = None) -> tuple[Floats, Any]:
     """Return the numbers of a column, with NaN for masked or missing values, and the unit that it came with.
 
     Values with a unit are converted to ``unit``; plain numbers are taken to be in it.
@@ -84,7 +82,7 @@ class Rows:
         The number of rows of the table.
     """
 
-    def __init__(self, times: Any, given: dict[str, _Array], observed: Sequence[str], owner: str) -> None:
+    def __init__(self, times: Any, given: dict[str, Floats], observed: Sequence[str], owner: str) -> None:
         for name in observed:
             if given[name].ndim != 1:
                 # One number in place of a column is accepted for errors and correlations only.
@@ -130,7 +128,7 @@ class Rows:
         self.given = len(axis)
         self._owner, self._columns = owner, given
 
-    def of(self, name: str, *shape: int) -> _Array:
+    def of(self, name: str, *shape: int) -> Floats:
         """Return the kept rows (K, C) or (K,) of a column, whose values are (), (K,) or (K, C)."""
         values, what = self._columns[name], f"{name} of {self._owner}"
         had = values.shape
@@ -145,7 +143,7 @@ class Rows:
             raise InvalidInput(f"{what} has shape {had}; expected {wanted}, or one number") from error
 
 
-def positive_rows(values: _Array, what: str) -> _Array:
+def positive_rows(values: Floats, what: str) -> Floats:
     """Return standard errors after checking that they are positive, and that their squares are too."""
     if not (values >= SMALLEST).all():
         least = f" and not below {SMALLEST}" if (values > 0.0).all() else ""

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..errors import InvalidInput, interruptible
 from ..record.record import Record
-from ..typing import Array
+from ..typing import Array, Floats
 from .brightness import Epochs, Photometer
 from .laws import LommelSeeliger
 from .states import RetardedStates
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
 
 __all__ = ["light_curve"]
 
-_Array = npt.NDArray[np.float64]
 #: The number of times between two looks at Ctrl-C: a few milliseconds of two ellipsoids.
 _PART = 2048
 
@@ -37,7 +35,7 @@ def light_curve(
     sun_radius: Any = 0.0,
     reduced: bool = True,
     per_body: bool = False,
-) -> _Array:
+) -> Floats:
     """Compute the magnitudes of the bodies of a run, with their mutual occultations and eclipses.
 
     Parameters
@@ -102,7 +100,7 @@ def light_curve(
     return np.concatenate(found)
 
 
-def magnitudes(light: _Array, epochs: Epochs, reduced: bool) -> _Array:
+def magnitudes(light: Floats, epochs: Epochs, reduced: bool) -> Floats:
     """Return the magnitudes (K,) or (K, N) of brightnesses in squared length."""
     with np.errstate(divide="ignore"):
         found = -2.5 * np.log10(light)

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import kinds
 from ..base.kinds import instance
@@ -16,11 +15,10 @@ from ..base.units import PLAIN, gathered, is_quantity, strip_to
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..record.record import Record
+from ..typing import Floats
 from .times import in_system
 
 __all__ = ["Measured"]
-
-_Array = npt.NDArray[np.float64]
 
 
 class Measured(Tabled):
@@ -70,7 +68,7 @@ class Measured(Tabled):
         except ValueError as error:
             raise InvalidInput(f"sigma of {name} has shape {np.shape(sigma)}; expected {self._value.shape}") from error
 
-    def _plain(self, value: Any, what: str, limits: Limits = FINITE) -> _Array:
+    def _plain(self, value: Any, what: str, limits: Limits = FINITE) -> Floats:
         """Return numbers in the unit of the measured value."""
         value = gathered(value, f"{what} of {self.name}")
         if is_quantity(value) != (self.unit is not None):
@@ -103,10 +101,10 @@ class Measured(Tabled):
         """The standard errors (C,) of the measured values."""
         return self._united(self._sigma)
 
-    def _united(self, values: _Array) -> Any:
+    def _united(self, values: Floats) -> Any:
         return values if self.unit is None else values * self.unit
 
-    def _prediction(self, run: Record) -> _Array:
+    def _prediction(self, run: Record) -> Floats:
         found = np.atleast_1d(self._plain(self.function(run), "the function's result"))
         if found.shape != self._value.shape:
             raise InvalidInput(f"the function of {self.name} gave shape {found.shape}; expected {self._value.shape}")
@@ -120,7 +118,7 @@ class Measured(Tabled):
         """Return the measured values minus the predictions (C,)."""
         return self._united(self._value - self._prediction(run))
 
-    def pulls(self, run: Record) -> _Array:
+    def pulls(self, run: Record) -> Floats:
         """Return the residuals (C,) divided by the standard errors."""
         return np.asarray((self._value - self._prediction(run)) / self._sigma)
 

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.rotations import matrices
 from ..errors import InvalidInput
 from ..model.context import SystemLike
+from ..typing import Floats
 from .brightness import Epochs
 from .vectors import SystemGeometry
 
 __all__ = ["RetardedStates", "refuse_near"]
-
-_Array = npt.NDArray[np.float64]
 
 
 #: An observer has to be so many times farther than any body reaches from the barycentre: each body is then seen along
@@ -24,10 +22,10 @@ _DISTANT = 300.0
 def refuse_near(
     system: SystemLike,
     what: str,
-    place: _Array,
-    centre: _Array,
-    attitude: _Array,
-    times: _Array,
+    place: Floats,
+    centre: Floats,
+    attitude: Floats,
+    times: Floats,
     light_speed: float,
 ) -> None:
     """Raise an error for an observer, or a Sun, at places (K, 3) that are too near, or even inside a body.
@@ -70,7 +68,7 @@ class RetardedStates:
     at which the light left each body, minus the time at which it left the barycentre.
     """
 
-    def __init__(self, geometry: SystemGeometry, times: _Array, masses: _Array, states: dict[str, _Array]) -> None:
+    def __init__(self, geometry: SystemGeometry, times: Floats, masses: Floats, states: dict[str, Floats]) -> None:
         weights = masses / masses.sum()
         self.times, self.light_speed, self._geometry = times, geometry.light_speed, geometry
         self.observer = geometry.observer(times)
@@ -82,18 +80,18 @@ class RetardedStates:
         self.centre = position + self.velocity * self.delay[..., None]
 
     @property
-    def observer_velocity(self) -> _Array:
+    def observer_velocity(self) -> Floats:
         """Velocity (K, 3) of the observer from the system's barycentre, which needs rows that are dense in time."""
         return self._geometry.observer_velocity(self.times)
 
-    def epochs(self, system: SystemLike, states: dict[str, _Array]) -> Epochs:
+    def epochs(self, system: SystemLike, states: dict[str, Floats]) -> Epochs:
         """Return the bodies as observer and Sun see them, after checking that both are far away."""
         attitude, to_sun = self.attitude(states["attitude"], states["spin"]), self._geometry.sun(self.times)
         for what, place in (("observer", self.observer), ("Sun", to_sun)):
             refuse_near(system, what, place, self.centre, attitude, self.times, self.light_speed)
         return Epochs(self.times, self.centre, attitude, self.observer, to_sun, self.velocity / self.light_speed)
 
-    def attitude(self, attitude: _Array, spin: _Array) -> _Array:
+    def attitude(self, attitude: Floats, spin: Floats) -> Floats:
         """Return attitudes (K, N, 4) when the light left the bodies, from those when it left the barycentre."""
         angle = np.linalg.norm(spin, axis=-1) * self.delay
         turn = 0.5 * self.delay * np.sinc(0.5 * angle / np.pi)

@@ -5,16 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import epochs
 from ..base.foreign import are_dates
 from ..errors import InvalidInput
 from ..model.context import SystemLike
+from ..typing import Floats
 
 __all__ = ["LIGHT_SPEED", "in_system", "kilometres", "seconds", "system_epoch"]
 
-_Array = npt.NDArray[np.float64]
 #: The speed of light in km/s.
 LIGHT_SPEED = 299792.458
 
@@ -28,7 +27,7 @@ def system_epoch(system: SystemLike, what: str) -> Any:
     return epochs.to_time(system.context.epoch).tdb
 
 
-def in_system(times: Any, system: SystemLike, what: str) -> _Array:
+def in_system(times: Any, system: SystemLike, what: str) -> Floats:
     """Return times as numbers in a system's unit of time since its epoch, in the shape given.
 
     Dates are converted to TDB, which is the time scale of a system.

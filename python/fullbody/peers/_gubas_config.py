@@ -24,6 +24,7 @@ from ..forces import Force, ThirdBody, Tide
 from ..model.polyhedron import Polyhedron
 from ..model.shapes import Ellipsoid, Sphere
 from ..orbit.elements import KeplerElements
+from ..typing import Floats
 from ._text import NOT_NEGATIVE, NUMBER, POSITIVE, Text, naming
 
 __all__ = ["BODIES", "START", "Config", "Deformed", "Orbit", "Outside", "outside_of", "rotations_of", "shape_of"]
@@ -36,7 +37,6 @@ _DISPLACED = (
     "GUBAS puts the secondary at 1 - nu r instead of (1 - nu) r from the barycentre, so that its pull is one across a "
     "fixed vector (GUBAS-RS does not)"
 )
-_Array = npt.NDArray[np.float64]
 _Shape = Ellipsoid | Sphere | Polyhedron
 #: The names of sections.
 START, BODIES = "Initial Conditions", "Body Model Definitions"
@@ -143,7 +143,7 @@ class Config(Text):
         """Return whether there is an option of this name."""
         return self._parser.has_option(section, option)
 
-    def vector(self, section: str, name: str) -> _Array:
+    def vector(self, section: str, name: str) -> Floats:
         """Return the three numbers of a vector."""
         return np.array([self.value(section, f"{name} {axis}") for axis in "XYZ"])
 
@@ -173,7 +173,7 @@ class Config(Text):
         return self._angles.get(section, set())
 
 
-def rotations_of(cfg: Config, euler: str | None) -> tuple[list[_Array], str | None]:
+def rotations_of(cfg: Config, euler: str | None) -> tuple[list[Floats], str | None]:
     """Return the rotations A into N and B into A, and a warning about the unit of their angles, if there is one."""
     turns = [_turn(cfg, name) for name in ("A into N", "B into A")]
     warning = None
@@ -255,7 +255,7 @@ def _mesh(cfg: Config, faces: tuple[int, str], vertices: tuple[int, str]) -> Pol
         cfg.fail(faces[0], f"{faces[1]}: {error}")
 
 
-def _turn(cfg: Config, name: str) -> _Array:
+def _turn(cfg: Config, name: str) -> Floats:
     """Return a rotation matrix (3, 3), or Euler angles (3,)."""
     if cfg.flag(START, f"{name} Euler Flag", (0, 1)):
         return np.array([cfg.value(START, f"{name} Euler {i} {axis}") for i, axis in ((1, "X"), (2, "Y"), (3, "Z"))])
@@ -280,7 +280,7 @@ def _unit_of_angles(cfg: Config) -> tuple[str, str | None]:
     return "radian", f"taken in radians as GUBAS takes them; no comment of the file says what they are in: {ask}"
 
 
-def _from_angles(angles: _Array, unit: str | None) -> _Array:
+def _from_angles(angles: Floats, unit: str | None) -> Floats:
     """Return the rotation by angles about x, then about the new y, then about the new z."""
     x, y, z = np.radians(angles) if unit == "degree" else angles
     turns = [rotations.turn(axis, angle) for axis, angle in enumerate((x, y, z))]

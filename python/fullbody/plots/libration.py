@@ -9,8 +9,9 @@ import numpy as np
 from ..errors import InvalidInput
 from ..observables import roll_pitch_yaw
 from ..record.record import Record
+from ..typing import Floats
 from . import _style
-from ._style import Array, RunPlots
+from ._style import RunPlots
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -76,7 +77,7 @@ def _angles(run: Record, body: int, about: int) -> dict[str, Any]:
     return {"tilt": np.arctan2(across, np.sum(normal * axis, axis=1))}
 
 
-def _normal(run: Record, body: int, about: int) -> Array:
+def _normal(run: Record, body: int, about: int) -> Floats:
     """Return normals (K, 3) of the orbit, of any length; zero if the motion is along a line."""
     r, v = (run.arrays[name][:, body] - run.arrays[name][:, about] for name in ("position", "velocity"))
     return np.asarray(np.cross(r, v))

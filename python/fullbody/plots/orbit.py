@@ -8,8 +8,9 @@ import numpy as np
 
 from ..base.kinds import choice
 from ..record.record import Record
+from ..typing import Floats
 from . import _style
-from ._style import LINES, Array, RunPlots
+from ._style import LINES, RunPlots
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,7 +70,7 @@ def orbit(
     return ax
 
 
-def _outline(ax: Any, run: Record, body: int, centre: Array, plane: list[int]) -> None:
+def _outline(ax: Any, run: Record, body: int, centre: Floats, plane: list[int]) -> None:
     """Draw the outline of each part as seen along the third axis: the ellipse of P R diag(a^2) R^T P^T."""
     drawn = _style.surfaces(run, body)
     if not drawn:

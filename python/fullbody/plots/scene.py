@@ -8,8 +8,9 @@ import numpy as np
 
 from ..base import rotations
 from ..record.record import Record
+from ..typing import Floats
 from . import _style
-from ._style import LINES, Array, RunPlots
+from ._style import LINES, RunPlots
 from .between import at, moment, track
 from .sunlight import Sunlight, directions
 
@@ -123,8 +124,8 @@ def draw_body(
     ax: Any,
     run: Record,
     body: int,
-    centre: Array,
-    attitude: Array,
+    centre: Floats,
+    attitude: Floats,
     name: str,
     kwargs: dict[str, Any],
     mesh: tuple[int, int] = (37, 19),
@@ -169,14 +170,14 @@ def draw_body(
     return artists
 
 
-def _colours(style: dict[str, Any], shades: Array) -> Array:
+def _colours(style: dict[str, Any], shades: Floats) -> Floats:
     """Return colours (..., 4) of a style scaled by shades (...), in place of the style's own colour and edges."""
     colour = np.array(_style.matplotlib("colors").to_rgb(style.pop("color")))
     style.update(edgecolor="none", linewidth=0.0)
     return np.concatenate([colour * shades[..., None], np.ones((*shades.shape, 1))], axis=-1)
 
 
-def _facets(corners: Array, style: dict[str, Any]) -> Any:
+def _facets(corners: Floats, style: dict[str, Any]) -> Any:
     """Make triangles (F, 3, 3) in 3D, with the options of a surface."""
     colour = style.pop("color", None)
     style = {name: value for name, value in style.items() if name not in ("rstride", "cstride", "cmap")}
@@ -187,7 +188,7 @@ def _facets(corners: Array, style: dict[str, Any]) -> Any:
     return Poly3DCollection(corners, shade=np.ndim(style["facecolors"]) < 2, **style)
 
 
-def frame(ax: Any, run: Record, centres: Array, bodies: list[int]) -> None:
+def frame(ax: Any, run: Record, centres: Floats, bodies: list[int]) -> None:
     """Set equal scales on all axes, wide enough for the whole paths (T, n, 3) of some bodies, and labels with units."""
     sizes = [_REACH * _style.reach(run, body) for body in bodies]
     low = (centres - np.array(sizes)[:, None]).min(axis=(0, 1))

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
 from ..base.attributes import Attribute, WithUnit
 from ..errors import InvalidInput
-from ..typing import Array
+from ..typing import Array, Floats
 
 __all__ = ["Column", "Numbers", "array"]
 
@@ -20,15 +17,15 @@ _OPTIONS = {
 }
 
 
-def array(record: Any, name: str, part: int | None = None) -> npt.NDArray[np.float64]:
+def array(record: Any, name: str, part: int | None = None) -> Floats:
     """Return an array of a record or a column of it, or raise an error that says with which option a run keeps it."""
     if name in _OPTIONS and name not in record.arrays:
         raise InvalidInput(f"this run keeps no {_OPTIONS[name]}")
-    values: npt.NDArray[np.float64] = record.arrays[name]
+    values: Floats = record.arrays[name]
     return values if part is None else values[:, part]
 
 
-class Numbers(Attribute[npt.NDArray[np.float64]]):
+class Numbers(Attribute[Floats]):
     """A property of a record: pure numbers, an array of the record or a column of it.
 
     Parameters

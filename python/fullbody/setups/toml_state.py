@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import rotations
 from ..frames import attitude as attitude_of_pole
@@ -13,12 +12,12 @@ from ..frames import rotate_pole
 from ..model.state import State, from_numbers
 from ..motion.system import System
 from ..orbit.elements import KeplerElements
+from ..typing import Floats
 from .toml_forces import ELEMENTS, elements
 from .toml_table import Table
 
 __all__ = ["ANGLES", "attitude", "flag", "spin", "state_of"]
 
-_Array = npt.NDArray[np.float64]
 #: The keys of an attitude.
 ANGLES = ("attitude", "angles", "pole", "pole_frame", "rotation_angle")
 
@@ -30,8 +29,8 @@ class _Orbit:
     about: list[int]
     shape: KeplerElements
     mu: float
-    position: _Array
-    velocity: _Array
+    position: Floats
+    velocity: Floats
 
 
 def state_of(run: Table, system: System, rows: list[Table]) -> State:
@@ -71,7 +70,7 @@ def _order(rows: list[Table], orbits: list[_Orbit | None], names: list[str]) -> 
     return order
 
 
-def _orbit(table: Table, names: list[str], masses: _Array, G: float, k: int) -> _Orbit | None:
+def _orbit(table: Table, names: list[str], masses: Floats, G: float, k: int) -> _Orbit | None:
     """Return the orbit of a body, or ``None`` if its table has none."""
     if "orbit" not in table:
         return None
@@ -92,7 +91,7 @@ def _orbit(table: Table, names: list[str], masses: _Array, G: float, k: int) -> 
         return _Orbit(indices, shape, mu, *shape.to_cartesian(mu))
 
 
-def _place(table: Table, k: int) -> tuple[_Array, _Array]:
+def _place(table: Table, k: int) -> tuple[Floats, Floats]:
     """Return the position and the velocity of a body without an orbit."""
     if k > 0 and "position" not in table:
         raise table.fault("", "has no position and no orbit; expected one of them")
@@ -100,7 +99,7 @@ def _place(table: Table, k: int) -> tuple[_Array, _Array]:
     return position, table.vector("velocity", "velocity", 3) if "velocity" in table else np.zeros(3)
 
 
-def _rotation(table: Table, orbit: _Orbit | None, frame: str | None) -> tuple[_Array, _Array]:
+def _rotation(table: Table, orbit: _Orbit | None, frame: str | None) -> tuple[Floats, Floats]:
     """Return the attitude and the spin of a body.
 
     With ``pole = "orbit"`` the z-axis is the orbit's pole and the x-axis its node. A synchronous body also points its
@@ -121,7 +120,7 @@ def _rotation(table: Table, orbit: _Orbit | None, frame: str | None) -> tuple[_A
     return rotations.product(plane, rotations.turn(2, float(np.arctan2(y, x)))), np.array([0.0, 0.0, rate])
 
 
-def attitude(table: Table, frame: str | None = None) -> _Array:
+def attitude(table: Table, frame: str | None = None) -> Floats:
     """Return the attitude of a body in a frame, or of a part, as a quaternion: none by default."""
     for key in ("rotation_angle", "pole_frame"):
         if key in table and "pole" not in table:
@@ -155,7 +154,7 @@ def flag(table: Table, key: str) -> bool:
     return value
 
 
-def spin(table: Table) -> _Array:
+def spin(table: Table) -> Floats:
     """Return the spin of a body in its own frame: none by default."""
     match table.one_of("spin", "rotation_period"):
         case "spin":

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.arguments import suggestion
 from ..base.kinds import Number
 from ..base.units import Units
 from ..errors import FullbodyError, InvalidInput
+from ..typing import Floats
 
 __all__ = ["Table"]
 
@@ -92,7 +92,7 @@ class Table:
         """Return those numbers of some kinds that are given, by their keys."""
         return {key: self.number(key, kind.dimension) for key, kind in kinds.items() if key in self}
 
-    def vector(self, key: str, dimension: str, count: int | None = None) -> npt.NDArray[np.float64]:
+    def vector(self, key: str, dimension: str, count: int | None = None) -> Floats:
         """Return a list of such numbers, of any length unless a count is given."""
         what = f"{count or 'a list of'} numbers"
         items = self.take(key, _expected(what, dimension))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import epochs
 from ..base.arguments import integer, suggestion
@@ -15,8 +14,6 @@ from ..frames import rotation
 from ..model.context import SystemLike
 
 __all__ = ["Conventions", "body_numbers", "number", "spiceypy"]
-
-_Array = npt.NDArray[np.float64]
 
 
 def spiceypy() -> Any:

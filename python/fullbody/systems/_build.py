@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import rotations
 from ..base.arguments import options_of, refuse_unknown
@@ -22,6 +21,7 @@ from ..orbit.elements import KeplerElements
 from ..setups.toml import build
 from ..setups.toml_published import METADATA, plain, replaced
 from ..setups.toml_table import Table
+from ..typing import Floats
 from . import _files
 
 __all__ = ["FRAMES", "ready", "with_sun"]
@@ -118,13 +118,13 @@ def _plane(described: dict[str, Any]) -> tuple[float, float]:
     return orbits[0]["Omega"], orbits[0]["i"]
 
 
-def _into(plane: tuple[float, float]) -> npt.NDArray[np.float64]:
+def _into(plane: tuple[float, float]) -> Floats:
     """Return the quaternion that turns vectors into the axes of a plane: x towards its node, z its pole."""
     node, inclination = plane
     return rotations.product(rotations.turn(0, -inclination), rotations.turn(2, -node))
 
 
-def _rotated(state: State, quaternion: npt.NDArray[np.float64]) -> State:
+def _rotated(state: State, quaternion: Floats) -> State:
     """Return a state with positions, velocities and attitudes turned by a quaternion."""
     matrix = rotations.matrices(quaternion)
     return state.replace(
@@ -150,9 +150,7 @@ def _in_units(system: System, state: State, units: Any) -> tuple[System, State]:
     return final, wrap(state.in_units(wanted), final.context)
 
 
-def with_sun(
-    system: System, table: dict[str, Any] | None, sun: Any, axes: tuple[str | None, npt.NDArray[np.float64] | None]
-) -> System:
+def with_sun(system: System, table: dict[str, Any] | None, sun: Any, axes: tuple[str | None, Floats | None]) -> System:
     """Add the Sun's gravity to a system if it is requested.
 
     Parameters
