@@ -17,6 +17,7 @@ from ..base.tables import Table, Tabled, number
 from ..base.units import need
 from ..errors import BodiesOverlap, NotConverged
 from ..typing import Array, Floats
+from . import pictures
 from ._linear import Rotation
 from ._newton import Condition, Problem, converged, corrected
 from .equilibrium import RelativeEquilibrium
@@ -101,31 +102,7 @@ class Branch(Tabled):
         """Whether each equilibrium (K,) is energetically stable: the energy has a minimum there."""
         return np.array([one.energetically_stable for one in self.equilibria])
 
-    def plot(
-        self,
-        ax: Any = None,
-        *,
-        x: Literal["separation", "angular_momentum", "rate", "energy"] = "separation",
-        y: Literal["separation", "angular_momentum", "rate", "energy", "frequency"] = "angular_momentum",
-        **kwargs: Any,
-    ) -> Any:
-        """Draw one quantity against another, with stable parts as full lines and the folds marked.
-
-        Parameters
-        ----------
-        ax : matplotlib axes, optional
-        x, y : str
-            Names of attributes; ``y="frequency"`` draws all modes.
-        **kwargs
-            Passed to ``Axes.plot``.
-
-        Returns
-        -------
-        matplotlib axes
-        """
-        from .pictures import branch
-
-        return branch(self, ax, x, y, **kwargs)
+    plot = pictures.branch
 
     def __len__(self) -> int:
         return len(self.equilibria)

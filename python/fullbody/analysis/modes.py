@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +14,7 @@ from ..errors import InvalidInput
 from ..model.state import State, wrap
 from ..motion.system import System
 from ..typing import Array, Floats, Scalar
+from . import pictures
 from ._linear import Rotation
 
 __all__ = ["Modes", "displaced", "modes_of"]
@@ -103,21 +103,7 @@ class Modes(Tabled):
         size, turn = PLAIN.number(amplitude, "number", "amplitude"), PLAIN.number(phase, "number", "phase")
         return displaced(self._rotation, np.real(size * np.exp(1j * turn) * self._deviations[:, place]))
 
-    def plot(self, axes: Any = None) -> npt.NDArray[np.object_]:
-        """Draw in one panel for each mode how far the separation and the bodies oscillate.
-
-        Parameters
-        ----------
-        axes : array of matplotlib axes, optional
-            As many axes as there are modes.
-
-        Returns
-        -------
-        ndarray of matplotlib axes
-        """
-        from .pictures import modes
-
-        return np.asarray(modes(self, axes), dtype=object)
+    plot = pictures.modes
 
     def __len__(self) -> int:
         return len(self.in_plane)

@@ -19,6 +19,7 @@ from ..motion.system import System
 from ..observables._signal import lines
 from ..record.record import Record
 from ..typing import Array, Floats
+from . import pictures
 
 __all__ = ["Frequencies", "Section", "frequencies", "section"]
 
@@ -63,24 +64,7 @@ class Section(Tabled):
             found.append(plain if unit is None else plain << unit)
         return tuple(found)
 
-    def plot(self, x: Callable[[State], Any], y: Callable[[State], Any], ax: Any = None, **kwargs: Any) -> Any:
-        """Draw two coordinates of all crossings against each other, with a colour for each start.
-
-        Parameters
-        ----------
-        x, y : callable
-            Functions that take a State and return a number or Quantity.
-        ax : matplotlib axes, optional
-        **kwargs
-            Passed to ``Axes.plot``.
-
-        Returns
-        -------
-        matplotlib axes
-        """
-        from .pictures import section
-
-        return section(self.values(x), self.values(y), ax, **kwargs)
+    plot = pictures.section
 
     def __len__(self) -> int:
         return len(self.crossings)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from ..base.units import need
 from ..base.values import ArrayFields
 from ..typing import Array, Floats, Scalar
 from .frame import Frame
+
+if TYPE_CHECKING:
+    from .synodic import Synodic
 
 __all__ = ["Equilibrium", "equilibria", "inner_point"]
 
@@ -46,8 +49,16 @@ class Equilibrium(ArrayFields):
     stable: bool
 
 
-def equilibria(frame: Frame) -> list[Equilibrium]:
-    """Find the equilibrium points; see :meth:`fullbody.fields.Synodic.equilibria`."""
+def equilibria(pair: Synodic) -> list[Equilibrium]:
+    """Find the points outside of the bodies where a particle can rest, and the linear motion about them.
+
+    Newton's method starts from the points of two point masses and from a grid about the bodies. It needs scipy.
+
+    Returns
+    -------
+    list of Equilibrium
+    """
+    frame = pair.frame
     found: list[tuple[str, Floats]] = []
     for name, seed in [*_of_points(frame), *(("", seed) for seed in _grid())]:
         x = _root(frame, seed)

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from ..base.arguments import place
+from ..base.kinds import whole
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..model.polyhedron import Polyhedron
 from ..typing import Array, Floats, Scalar
 from .equilibria import inner_point
 from .frame import Frame
+
+if TYPE_CHECKING:
+    from .synodic import Synodic
 
 __all__ = ["RocheLobe", "roche_lobe"]
 
@@ -46,15 +52,28 @@ class RocheLobe(ArrayFields):
     radius: Scalar
 
 
-def roche_lobe(frame: Frame, body: int, rows: int) -> RocheLobe:
-    """Compute the Roche lobe of a body; see :meth:`fullbody.fields.Synodic.roche_lobe`."""
-    name, inner = frame.context.names[body], inner_point(frame)
+def roche_lobe(pair: Synodic, body: int | str, *, rows: int = 90) -> RocheLobe:
+    """Return the surface of a body's Roche lobe, which has the Jacobi constant of the point between the bodies.
+
+    Parameters
+    ----------
+    body : int or str
+        The body's index in the system, or its name.
+    rows : int
+        Number of rows of the mesh from end to end.
+
+    Returns
+    -------
+    RocheLobe
+    """
+    frame, rows, index = pair.frame, whole(rows, "rows", 4), place(body, pair.frame.context.names, "body")
+    inner = inner_point(frame)
     if inner is None:
         raise InvalidInput(
             f"there is no equilibrium point between {' and '.join(frame.context.names)}: they have no lobes"
         )
     units = frame.context.units
-    centre, tip = frame.centres[body], units.strip(inner.position, "length", "position") - frame.centres[body]
+    centre, tip = frame.centres[index], units.strip(inner.position, "length", "position") - frame.centres[index]
     level = units.number(inner.jacobi, "potential", "jacobi")
     along = tip / np.linalg.norm(tip)
     across = np.array([-along[1], along[0], 0.0])
@@ -75,7 +94,7 @@ def roche_lobe(frame: Frame, body: int, rows: int) -> RocheLobe:
     )
     volume = Polyhedron(flat, _faces(rows)).volume
     return RocheLobe(
-        name,
+        frame.context.names[index],
         inner.jacobi,
         units.attach(np.concatenate([points, points[:, :1]], axis=1), "length"),
         units.attach(volume, "volume"),

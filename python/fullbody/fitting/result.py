@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -15,7 +14,7 @@ from ..base.tables import Table, Tabled, to_text
 from ..base.units import need
 from ..base.values import same
 from ..ensembles.parameters import Paired, paired
-from ..errors import InvalidInput, once
+from ..errors import InvalidInput
 from ..model.state import strip
 from ..motion.simulation import Simulation
 from ..typing import Floats
@@ -24,8 +23,6 @@ from .problem import Refused
 from .uncertainty import Covariance, Derived, derived, sample
 
 if TYPE_CHECKING:
-    import xarray
-
     from ..motion.run import Run
     from .objective import Linearised, Objective
     from .pictures import FitPlots
@@ -284,54 +281,9 @@ class Fit(Tabled):
             raise InvalidInput("this fit is from a file, which keeps neither the setup nor the observations")
         return self._objective
 
-    def derived(self, function: Callable[[Any], Any], times: Any = ()) -> Derived:
-        """Return a quantity that follows from the fitted motion, with its standard error by the chain rule.
-
-        Parameters
-        ----------
-        function : callable
-            A smooth function of a :class:`fullbody.Run` that returns a number, a Quantity or an array (C,).
-        times : astropy Time, or array_like or Quantity, (K,), optional
-            The times at which the run is sampled; none for a function of the system alone.
-
-        Returns
-        -------
-        Derived
-            ``.value`` and ``.sigma`` (C,).
-        """
-        objective = self._minimised()
-        return derived(objective.problem, self.numbers, self.covariance, function, times)
-
-    def sample(
-        self,
-        sampler: str = "emcee",
-        *,
-        steps: int = 1000,
-        walkers: int | None = None,
-        rng: int | np.random.Generator,
-        progress: bool = False,
-    ) -> xarray.Dataset:
-        """Sample the posterior distribution.
-
-        Parameters
-        ----------
-        sampler : {"emcee"}
-            The ensemble sampler of Foreman-Mackey et al. (2013); the extra ``fit`` installs it.
-        steps : int
-            Steps of each walker; one evaluation takes a run.
-        walkers : int, optional
-            Four for each parameter unless given. They start at draws of the fit.
-        rng : int or numpy Generator
-        progress : bool
-
-        Returns
-        -------
-        xarray.Dataset
-            Parameters and ``log_posterior`` over ``chain`` (the walkers) and ``draw``, as arviz takes them, from the
-            first step on.
-        """
-        with once():
-            return sample(self, sampler, steps, walkers, rng, progress)
+    derived = derived
+    sample = sample
+    save = files.save
 
     @property
     def plot(self) -> FitPlots:
@@ -353,19 +305,6 @@ class Fit(Tabled):
         columns = {"parameter": list(self.names), "value": self.numbers, "sigma": errors, "unit": units}
         meta = {"chi2": self.chi2, "loss": self.loss, "dof": self.dof, "correlation": self.correlation.tolist()}
         return AstropyTable(columns | {"min": parameters.lower, "max": parameters.upper}, meta=meta)
-
-    def save(self, path: Any) -> None:
-        """Write the fit to a NetCDF file; :func:`fullbody.load` reads it.
-
-        A file keeps values, errors, pulls with their times, minima, the system, the state and the integrator. It keeps
-        neither the setup nor the observations, so that a fit from a file has no residuals and no posterior density.
-
-        Parameters
-        ----------
-        path : str or Path
-            A name that ends in ``.nc`` or ``.nc4``.
-        """
-        files.save(self, path)
 
     def _tables(self) -> tuple[Table, ...]:
         rows: list[Any] = []

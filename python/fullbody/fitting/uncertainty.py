@@ -10,6 +10,7 @@ import numpy as np
 from ..base.arguments import generator
 from ..base.kinds import choice, whole
 from ..base.units import need
+from ..errors import once
 from ..observing.measured import Measured
 from ..typing import Floats
 from .free import Parameters
@@ -17,6 +18,8 @@ from .problem import Problem
 
 if TYPE_CHECKING:
     import xarray
+
+    from .result import Fit
 
 __all__ = ["Covariance", "Derived", "derived", "sample"]
 
@@ -72,32 +75,64 @@ class Derived(NamedTuple):
     sigma: Any
 
 
-def derived(
-    problem: Problem,
-    values: Floats,
-    covariance: Floats,
-    function: Callable[[Any], Any],
-    times: Any,
-) -> Derived:
-    """Return a quantity with its error; see :meth:`fullbody.fitting.Fit.derived`.
+def derived(fit: Fit, function: Callable[[Any], Any], times: Any = ()) -> Derived:
+    """Return a quantity that follows from the fitted motion, with its standard error by the chain rule.
 
-    Its derivatives are those of the pulls of a measured value of the same size, whose error is one.
+    Parameters
+    ----------
+    function : callable
+        A smooth function of a :class:`fullbody.Run` that returns a number, a Quantity or an array (C,).
+    times : astropy Time, or array_like or Quantity, (K,), optional
+        The times at which the run is sampled; none for a function of the system alone.
+
+    Returns
+    -------
+    Derived
+        ``.value`` and ``.sigma`` (C,).
     """
+    problem, values = fit._minimised().problem, fit.numbers
     places = [problem.parameters.names.index(name) for name in problem.of_setup]
     made = problem.make(values)
     probe = Measured("the derived quantity", function, 0.0, 1.0, times)
     run = problem.sampled(made, [probe])
     value = function(run)
     unit = getattr(value, "unit", 1.0)
+    # The derivatives are those of the pulls of a measured value of the same size, whose error is one.
     measured = Measured(probe.name, function, value, np.ones(np.shape(value)) * unit, times)
     alone = Problem(problem.setup, problem.parameters.only(problem.of_setup), measured, problem.integrator)
     rows = alone.jacobian(alone.point(values[places])).rows
-    spread = np.sqrt(np.einsum("ck,kl,cl->c", rows, covariance[np.ix_(places, places)], rows))
+    spread = np.sqrt(np.einsum("ck,kl,cl->c", rows, fit.covariance[np.ix_(places, places)], rows))
     return Derived(value, spread.reshape(np.shape(value)) * unit)
 
 
-def sample(fit: Any, sampler: Any, steps: Any, walkers: Any, rng: Any, progress: bool) -> xarray.Dataset:
-    """Sample the posterior distribution; see :meth:`fullbody.fitting.Fit.sample`."""
+def sample(
+    fit: Fit,
+    sampler: str = "emcee",
+    *,
+    steps: int = 1000,
+    walkers: int | None = None,
+    rng: int | np.random.Generator,
+    progress: bool = False,
+) -> xarray.Dataset:
+    """Sample the posterior distribution.
+
+    Parameters
+    ----------
+    sampler : {"emcee"}
+        The ensemble sampler of Foreman-Mackey et al. (2013); the extra ``fit`` installs it.
+    steps : int
+        Steps of each walker; one evaluation takes a run.
+    walkers : int, optional
+        Four for each parameter unless given. They start at draws of the fit.
+    rng : int or numpy Generator
+    progress : bool
+
+    Returns
+    -------
+    xarray.Dataset
+        Parameters and ``log_posterior`` over ``chain`` (the walkers) and ``draw``, as arviz takes them, from the first
+        step on.
+    """
     choice(sampler, "sampler", ("emcee",))
     with need("fit", "a sample of the posterior distribution"):
         import emcee
@@ -108,10 +143,10 @@ def sample(fit: Any, sampler: Any, steps: Any, walkers: Any, rng: Any, progress:
     count = 2 * least if walkers is None else whole(walkers, "walkers", least)
     ensemble = emcee.EnsembleSampler(count, len(fit.names), fit.log_posterior)
     random = generator(rng)
-    begin = fit.draws_as_array(count, random)
-    numbers = np.random.RandomState(np.random.MT19937(random.integers(2**63))).get_state()
-    state = emcee.State(begin, random_state=numbers)
-    ensemble.run_mcmc(state, length, progress=progress)
+    with once():
+        begin = fit.draws_as_array(count, random)
+        numbers = np.random.RandomState(np.random.MT19937(random.integers(2**63))).get_state()
+        ensemble.run_mcmc(emcee.State(begin, random_state=numbers), length, progress=progress)
     chain = np.moveaxis(ensemble.get_chain(), 0, 1)
     dimensions = ("chain", "draw")
     found: dict[str, Any] = {}
