@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from ..base.kinds import choice
 from ..base.tables import number
+from ..model.state import State
 from ..plots._style import LINES, grid, legend, line, matplotlib, panels, plain, single, wishes
-
-if TYPE_CHECKING:
-    from ..model.state import State
-    from .branch import Branch
-    from .modes import Modes
-    from .section import Section
 
 _QUANTITIES = ("separation", "angular_momentum", "rate", "energy")
 #: Components of a mode smaller than this are not drawn.
@@ -31,7 +26,7 @@ def _bare(values: Any) -> tuple[Any, str]:
 
 
 def branch(
-    branch: Branch,
+    branch: Any,
     ax: Any = None,
     *,
     x: Literal["separation", "angular_momentum", "rate", "energy"] = "separation",
@@ -92,7 +87,7 @@ def _phrase(name: str) -> str:
     return name.replace("_", " ")
 
 
-def modes(modes: Modes, axes: Any = None) -> npt.NDArray[np.object_]:
+def modes(modes: Any, axes: Any = None) -> npt.NDArray[np.object_]:
     """Draw in one panel for each mode how far the separation and the bodies oscillate.
 
     Parameters
@@ -130,9 +125,7 @@ def modes(modes: Modes, axes: Any = None) -> npt.NDArray[np.object_]:
     return np.asarray(given, dtype=object)
 
 
-def section(
-    section: Section, x: Callable[[State], Any], y: Callable[[State], Any], ax: Any = None, **kwargs: Any
-) -> Any:
+def section(section: Any, x: Callable[[State], Any], y: Callable[[State], Any], ax: Any = None, **kwargs: Any) -> Any:
     """Draw two coordinates of all crossings against each other, with a colour for each start.
 
     Parameters

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,9 +11,6 @@ from ..base.units import need
 from ..base.values import ArrayFields
 from ..typing import Array, Floats, Scalar
 from .frame import Frame
-
-if TYPE_CHECKING:
-    from .synodic import Synodic
 
 __all__ = ["Equilibrium", "equilibria", "inner_point"]
 
@@ -49,7 +46,7 @@ class Equilibrium(ArrayFields):
     stable: bool
 
 
-def equilibria(pair: Synodic) -> list[Equilibrium]:
+def equilibria(pair: Any) -> list[Equilibrium]:
     """Find the points outside of the bodies where a particle can rest, and the linear motion about them.
 
     Newton's method starts from the points of two point masses and from a grid about the bodies. It needs scipy.

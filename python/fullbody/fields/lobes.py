@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +16,6 @@ from ..model.polyhedron import Polyhedron
 from ..typing import Array, Floats, Scalar
 from .equilibria import inner_point
 from .frame import Frame
-
-if TYPE_CHECKING:
-    from .synodic import Synodic
 
 __all__ = ["RocheLobe", "roche_lobe"]
 
@@ -52,7 +49,7 @@ class RocheLobe(ArrayFields):
     radius: Scalar
 
 
-def roche_lobe(pair: Synodic, body: int | str, *, rows: int = 90) -> RocheLobe:
+def roche_lobe(pair: Any, body: int | str, *, rows: int = 90) -> RocheLobe:
     """Return the surface of a body's Roche lobe, which has the Jacobi constant of the point between the bodies.
 
     Parameters

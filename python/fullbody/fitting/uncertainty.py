@@ -19,8 +19,6 @@ from .problem import Problem
 if TYPE_CHECKING:
     import xarray
 
-    from .result import Fit
-
 __all__ = ["Covariance", "Derived", "derived", "sample"]
 
 
@@ -75,7 +73,7 @@ class Derived(NamedTuple):
     sigma: Any
 
 
-def derived(fit: Fit, function: Callable[[Any], Any], times: Any = ()) -> Derived:
+def derived(fit: Any, function: Callable[[Any], Any], times: Any = ()) -> Derived:
     """Return a quantity that follows from the fitted motion, with its standard error by the chain rule.
 
     Parameters
@@ -106,7 +104,7 @@ def derived(fit: Fit, function: Callable[[Any], Any], times: Any = ()) -> Derive
 
 
 def sample(
-    fit: Fit,
+    fit: Any,
     sampler: str = "emcee",
     *,
     steps: int = 1000,

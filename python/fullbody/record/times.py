@@ -40,7 +40,7 @@ def sampling(output: Any, units: Units) -> Any:
     """Return the times to record in the form that the core takes: ``None``, ``"ends"``, a spacing, or times."""
     if output is None or (isinstance(output, str) and output == "ends"):
         return output
-    limits = Limits(infinite=True, text="None, 'ends', a spacing above zero, or times")
+    limits = Limits(infinite=True, text="None, 'ends', a spacing above zero, or finite times")
     values = units.numbers(output, "time", "output", limits=limits)
     if values.ndim > 1:
         raise InvalidInput(f"output has shape {values.shape}; expected a number or (K,)")
