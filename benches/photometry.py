@@ -17,7 +17,7 @@ import astropy.units as u
 import fullbody
 import numpy as np
 from fullbody import observing
-from fullbody.observing.brightness import Photometer
+from fullbody.observing.brightness import Epochs, Photometer
 from scipy.spatial import ConvexHull
 
 try:
@@ -124,13 +124,13 @@ def main():
         count = COUNT if name != "Lambert" else COUNT // 10
         one = Photometer(fullbody.System(bodies[:1], G=1.0), law, 1.0, True, 0.0)
         two = Photometer(fullbody.System(bodies, G=1.0), law, 1.0, True, 0.0)
-        alone, pair = epochs(count, 1), epochs(count, 2)
-        rows.append((f"{name}, one body", best(lambda p=one, a=alone: p.brightness(*a), count)))
-        rows.append((f"{name}, a pair in an event", best(lambda p=two, a=pair: p.brightness(*a), count)))
-        rows.append((f"{name}, the same with derivatives", best(lambda p=two, a=pair: p.derivatives(*a), count)))
+        alone, pair = (Epochs(*epochs(count, n)) for n in (1, 2))
+        rows.append((f"{name}, one body", best(lambda p=one, a=alone: p.brightness(a), count)))
+        rows.append((f"{name}, a pair in an event", best(lambda p=two, a=pair: p.brightness(a), count)))
+        rows.append((f"{name}, the same with derivatives", best(lambda p=two, a=pair: p.derivatives(a), count)))
     two = Photometer(fullbody.System(bodies, G=1.0), observing.LommelSeeliger(), 1.0, True, 0.0)
     given = epochs(50, 2)
-    exact = two.brightness(*given)[:, 0]
+    exact = two.brightness(Epochs(*given))[:, 0]
     for size in (1000, 10_000, 100_000):
         z = 1 - 2 * (np.arange(size) + 0.5) / size
         angle = np.pi * (1 + 5**0.5) * np.arange(size)

@@ -16,14 +16,13 @@ from ._core import vector_paths
 from .base.version import version
 from .ensembles.many import integrate_many
 from .errors import FullbodyError
-from .loading import load
+from .loading import load, load_flight
 from .model.bodies import Body
 from .model.composite import Composite, Part, WorkingFrame
 from .model.polyhedron import Polyhedron
 from .model.shapes import Ellipsoid, PointMass, Sphere
 from .model.state import State
 from .model.stokes import StokesCoefficients
-from .motion.loading import load_flight
 from .motion.run import Run
 from .motion.simulation import Simulation
 from .motion.system import System

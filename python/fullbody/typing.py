@@ -87,3 +87,6 @@ if TYPE_CHECKING:
 
 else:
     Array, Scalar = np.ndarray, float
+
+#: Plain numbers, for the annotations of this package.
+Floats = npt.NDArray[np.float64]

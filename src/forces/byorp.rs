@@ -18,7 +18,6 @@ use crate::math::matrix::times_cross;
 use crate::math::rotation::turned;
 use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
-use pulp::Simd;
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// The mean force and torque of radiation on a synchronous secondary.
@@ -148,15 +147,6 @@ impl ByorpForce {
         let (outwards, up) = (towards(long, &r), towards(short, &r.cross(&v)));
         Mat3::from_columns(&[outwards, up.cross(&outwards), up])
     }
-
-    #[inline(always)]
-    fn compute(&mut self, snapshot: Snapshot) {
-        self.lowest = self.lowest.min(self.margin(snapshot));
-        let axes = if self.acts() { self.axes(snapshot) } else { Mat3::zeros() };
-        let load = &mut self.loads[0];
-        load.force = turned(&snapshot.rotation[self.lock.on], &(axes * self.force));
-        load.torque = axes * self.torque;
-    }
 }
 
 impl Evaluator for ByorpForce {
@@ -173,26 +163,17 @@ impl Evaluator for ByorpForce {
     }
 
     #[inline(always)]
-    fn load<S: Simd>(&mut self, _: S, _: &str, snapshot: Snapshot) -> Result<()> {
-        self.compute(snapshot);
-        Ok(())
+    fn compute(&mut self, snapshot: Snapshot) {
+        self.lowest = self.lowest.min(self.margin(snapshot));
+        let axes = if self.acts() { self.axes(snapshot) } else { Mat3::zeros() };
+        let load = &mut self.loads[0];
+        load.force = turned(&snapshot.rotation[self.lock.on], &(axes * self.force));
+        load.torque = axes * self.torque;
     }
 
-    /// Takes the derivative with respect to the force along the motion.
-    fn by_parameter(
-        &mut self,
-        _: &str,
-        snapshot: Snapshot,
-        _: ForceParameter,
-        _: f64,
-        to: &mut impl FnMut(&Load, f64),
-    ) -> Result<()> {
-        let own = (self.force, self.torque, self.loads);
-        (self.force, self.torque) = (Vec3::y(), Vec3::zeros());
-        self.compute(snapshot);
-        self.loads.iter().for_each(|load| to(load, 1.0));
-        (self.force, self.torque, self.loads) = own;
-        Ok(())
+    /// Takes the force along the motion for the parameter.
+    fn unit(&self, _: ForceParameter) -> Option<Self> {
+        Some(Self { force: Vec3::y(), torque: Vec3::zeros(), ..self.clone() })
     }
 
     /// Adds the derivatives of the force R f, with f constant in the body frame: dR = R [theta]x.

@@ -5,27 +5,45 @@ use crate::error::Result;
 use pulp::Simd;
 
 /// The evaluator of a force: a force prepared for a system. The name is that of the force, for errors.
-pub(super) trait Evaluator {
+pub(super) trait Evaluator: Sized {
     /// Returns the loads at the last snapshot on the bodies on which the force acts.
     fn loads(&self) -> &[Load];
 
+    /// Computes the loads of a force that has them at every snapshot. Allocates nothing.
+    fn compute(&mut self, _snapshot: Snapshot) {}
+
     /// Computes the loads at a snapshot. Allocates nothing. Components that the force never has stay zero.
-    fn load<S: Simd>(&mut self, simd: S, name: &str, snapshot: Snapshot) -> Result<()>;
+    #[inline(always)]
+    fn load<S: Simd>(&mut self, _simd: S, _name: &str, snapshot: Snapshot) -> Result<()> {
+        self.compute(snapshot);
+        Ok(())
+    }
 
     /// Adds the derivatives of the loads at the snapshot for which [`Self::load`] was called last. Allocates
     /// nothing.
     fn add_jacobian(&mut self, name: &str, snapshot: Snapshot, jacobian: &mut LoadJacobian) -> Result<()>;
+
+    /// Returns the force of which a parameter is one and the other parameters beside it are zero; `None` where
+    /// the parameter is a factor of the present loads. The loads are linear in all of them.
+    fn unit(&self, _parameter: ForceParameter) -> Option<Self> {
+        None
+    }
 
     /// Passes the derivative of the loads with respect to a parameter to the sink, at the snapshot of the
     /// last [`Self::load`]. Allocates nothing.
     fn by_parameter(
         &mut self,
         _name: &str,
-        _snapshot: Snapshot,
-        _parameter: ForceParameter,
+        snapshot: Snapshot,
+        parameter: ForceParameter,
         _gravitational_constant: f64,
-        _to: &mut impl FnMut(&Load, f64),
+        to: &mut impl FnMut(&Load, f64),
     ) -> Result<()> {
+        let mut unit = self.unit(parameter);
+        if let Some(unit) = &mut unit {
+            unit.compute(snapshot);
+        }
+        unit.as_ref().unwrap_or(self).loads().iter().for_each(|load| to(load, 1.0));
         Ok(())
     }
 

@@ -17,7 +17,6 @@ use crate::math::matrix::{times, times_cross};
 use crate::math::rotation::turned_back;
 use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
-use pulp::Simd;
 use serde::{Deserialize, Serialize};
 
 /// The tide that one body raises on another.
@@ -87,7 +86,12 @@ pub(super) struct TidalForce {
     loads: [Load; 2],
 }
 
-impl TidalForce {
+impl Evaluator for TidalForce {
+    #[inline(always)]
+    fn loads(&self) -> &[Load] {
+        &self.loads
+    }
+
     #[inline(always)]
     fn compute(&mut self, snapshot: Snapshot) {
         let (r, v) = snapshot.relative(self.by, self.on);
@@ -100,36 +104,12 @@ impl TidalForce {
         self.loads[0].torque = turned_back(&snapshot.rotation[self.on], &force.cross(&r));
         self.loads[1].force = force;
     }
-}
 
-impl Evaluator for TidalForce {
-    #[inline(always)]
-    fn loads(&self) -> &[Load] {
-        &self.loads
-    }
-
-    #[inline(always)]
-    fn load<S: Simd>(&mut self, _: S, _: &str, snapshot: Snapshot) -> Result<()> {
-        self.compute(snapshot);
-        Ok(())
-    }
-
-    /// Takes the derivative with respect to k2 or the lag.
-    fn by_parameter(
-        &mut self,
-        _: &str,
-        snapshot: Snapshot,
-        parameter: ForceParameter,
-        _: f64,
-        to: &mut impl FnMut(&Load, f64),
-    ) -> Result<()> {
+    /// Takes k2 or the lag for the parameter.
+    fn unit(&self, parameter: ForceParameter) -> Option<Self> {
         let [by_k2, by_lag] = self.by_parameters;
-        let one = if parameter == ForceParameter::Lag { by_lag } else { by_k2 };
-        let own = (std::mem::replace(&mut self.strength, one), self.loads);
-        self.compute(snapshot);
-        self.loads.iter().for_each(|load| to(load, 1.0));
-        (self.strength, self.loads) = own;
-        Ok(())
+        let strength = if parameter == ForceParameter::Lag { by_lag } else { by_k2 };
+        Some(Self { strength, ..self.clone() })
     }
 
     fn powers(&self, mass_of: usize, _: usize) -> [f64; 2] {

@@ -12,7 +12,6 @@ use crate::math::rotation::turned_back;
 use crate::math::spline::Spline;
 use crate::math::{Mat3, Vec3};
 use crate::shape::Body;
-use pulp::Simd;
 use serde::{Deserialize, Serialize};
 
 /// The sine of the angle between spin and pole below which they count as parallel.
@@ -190,6 +189,13 @@ impl YorpTorque {
             }
         }
     }
+}
+
+impl Evaluator for YorpTorque {
+    #[inline(always)]
+    fn loads(&self) -> &[Load] {
+        &self.loads
+    }
 
     fn compute(&mut self, snapshot: Snapshot) {
         let spin = snapshot.inertial_spin(self.on);
@@ -206,46 +212,19 @@ impl YorpTorque {
         let torque = axis * along + outwards * across;
         self.loads[0].torque = turned_back(&snapshot.rotation[self.on], &torque);
     }
-}
-
-impl Evaluator for YorpTorque {
-    #[inline(always)]
-    fn loads(&self) -> &[Load] {
-        &self.loads
-    }
-
-    #[inline(always)]
-    fn load<S: Simd>(&mut self, _: S, _: &str, snapshot: Snapshot) -> Result<()> {
-        self.compute(snapshot);
-        Ok(())
-    }
 
     fn begin_step(&mut self, name: &str, snapshot: Snapshot, step: f64) -> Result<()> {
         self.check(name, snapshot, step)
     }
 
-    /// Takes the derivative with respect to a torque, or by a factor of a table's torques.
-    fn by_parameter(
-        &mut self,
-        _: &str,
-        snapshot: Snapshot,
-        parameter: ForceParameter,
-        _: f64,
-        to: &mut impl FnMut(&Load, f64),
-    ) -> Result<()> {
+    /// Takes a torque or a factor of a table's torques for the parameter.
+    fn unit(&self, parameter: ForceParameter) -> Option<Self> {
         let one = match parameter {
             ForceParameter::Along => [1.0, 0.0],
             ForceParameter::Across => [0.0, 1.0],
-            _ => {
-                self.loads.iter().for_each(|load| to(load, 1.0));
-                return Ok(());
-            }
+            _ => return None,
         };
-        let own = (std::mem::replace(&mut self.torque, TorqueTable::Constant(one)), self.loads);
-        self.compute(snapshot);
-        self.loads.iter().for_each(|load| to(load, 1.0));
-        (self.torque, self.loads) = own;
-        Ok(())
+        Some(Self { torque: TorqueTable::Constant(one), body: String::new(), ..*self })
     }
 
     /// Adds the derivatives of the torque in the body frame, M = A a + B u. Here a is the direction of the

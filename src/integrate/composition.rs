@@ -16,23 +16,11 @@ pub trait Flows {
     fn prepare(&mut self, time: f64, y: &[f64], step: f64, interrupt: &mut InterruptCheck) -> Result<()>;
 
     /// Advances the vector by the flow of the larger part, A.
-    fn drift(
-        &mut self,
-        size: f64,
-        high: &mut [f64],
-        low: &mut [f64],
-        interrupt: &mut InterruptCheck,
-    ) -> Result<()>;
+    fn drift(&mut self, size: f64, vector: [&mut [f64]; 2], interrupt: &mut InterruptCheck) -> Result<()>;
 
     /// Advances the vector by the flow of the smaller part, B, which does not change the numbers on which it
     /// depends. Returns the number of evaluations.
-    fn kick(
-        &mut self,
-        size: f64,
-        high: &mut [f64],
-        low: &mut [f64],
-        interrupt: &mut InterruptCheck,
-    ) -> Result<u64>;
+    fn kick(&mut self, size: f64, vector: [&mut [f64]; 2], interrupt: &mut InterruptCheck) -> Result<u64>;
 
     /// Projects an accepted vector back onto its constraints.
     fn restore(&mut self, high: &mut [f64], low: &mut [f64]);
@@ -121,8 +109,7 @@ impl Composition {
         &self,
         flows: &mut impl Flows,
         size: f64,
-        high: &mut [f64],
-        low: &mut [f64],
+        [high, low]: [&mut [f64]; 2],
         interrupt: &mut InterruptCheck,
     ) -> Result<u64> {
         let kicks = self.drifts.len() + self.kicks.len() - 1;
@@ -130,10 +117,14 @@ impl Composition {
         for k in 0..=kicks {
             let drift = self.drifts[k.min(kicks - k)];
             if drift != 0.0 {
-                flows.drift(size * drift, high, low, interrupt)?;
+                flows.drift(size * drift, [&mut *high, &mut *low], interrupt)?;
             }
             if k < kicks {
-                evaluations += flows.kick(size * self.kicks[k.min(kicks - 1 - k)], high, low, interrupt)?;
+                evaluations += flows.kick(
+                    size * self.kicks[k.min(kicks - 1 - k)],
+                    [&mut *high, &mut *low],
+                    interrupt,
+                )?;
             }
         }
         Ok(evaluations)

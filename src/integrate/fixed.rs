@@ -86,7 +86,7 @@ impl FixedStepper {
     pub fn again(&self, flows: &mut impl Flows, interrupt: &mut InterruptCheck) -> Result<()> {
         let (mut high, mut low) = (self.last_high.clone(), self.last_low.clone());
         flows.prepare(self.last_time.value(), &high, self.last_size, interrupt)?;
-        self.composition.step(flows, self.last_size, &mut high, &mut low, interrupt).map(drop)
+        self.composition.step(flows, self.last_size, [&mut high, &mut low], interrupt).map(drop)
     }
 
     /// Adds evaluations that were made for this integration elsewhere.
@@ -140,7 +140,7 @@ impl FixedStepper {
         self.last_high.copy_from_slice(&self.high);
         self.last_low.copy_from_slice(&self.low);
         flows.prepare(time, &self.high, size, interrupt)?;
-        match self.composition.step(flows, size, &mut self.high, &mut self.low, interrupt) {
+        match self.composition.step(flows, size, [&mut self.high, &mut self.low], interrupt) {
             Ok(evaluations) => self.statistics.evaluations += evaluations,
             Err(error) => {
                 self.high.copy_from_slice(&self.last_high);

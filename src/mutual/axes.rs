@@ -15,7 +15,7 @@
 //!
 //! The field body's torque follows from M + N + o x F = 0.
 
-use super::gradient::ABREAST;
+use super::gradient::{ABREAST, gradient, trace_free};
 use super::jacobian::Turns;
 use super::means::NodePositions;
 use super::rule::Kernel;
@@ -222,12 +222,7 @@ impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
                 sums.semi_axis_derivatives[m][(k / 3, k % 3)] = axes[m][k].value();
             }
         }
-        let mut h = [0.0; 5];
-        for k in 0..5 {
-            h[k] = gradients[k].value() * all;
-        }
-        let [xx, yy, xy, xz, yz] = h;
-        sums.gradient = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, -(xx + yy));
+        sums.gradient = trace_free(gradients.map(|total| total.value() * all));
         sums
     }
 }
@@ -275,14 +270,7 @@ impl<S: Simd> AxisAccumulator<S> {
             f * n2 * c(3.0) * i2 + h22 * n2 * (common - i2 - i2 - i2),
             f * n3 * i2 + h22 * n3 * (common - i2 - i2 - i3),
         ];
-        let f_n = [f * n[0], f * n[1], f * n[2]];
-        let gradient = [
-            f_n[0] * n[0] - field.rd[0],
-            f_n[1] * n[1] - field.rd[1],
-            f_n[0] * n[1],
-            f_n[0] * n[2],
-            f_n[1] * n[2],
-        ];
+        let gradient = gradient(&field, (n, f));
         let density = weight * (c(1.0) - u * u - v * v);
         self.whole.add(density);
         let shares = [density, density * u, density * v];

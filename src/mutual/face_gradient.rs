@@ -27,9 +27,8 @@ use crate::gravity::FieldKernel;
 use crate::math::lanes::{Lanes, Total, cross, dot, splat_vector, total_matrix, total_vector};
 use crate::math::matrix::cross_times;
 use crate::math::{Mat3, Vec3};
-use crate::quadrature::Nodes;
 use pulp::{Scalar, Simd, WithSimd};
-use std::ops::{AddAssign, Range};
+use std::ops::AddAssign;
 
 /// The sums over some cells, in the field body's canonical frame.
 #[derive(Debug, Clone, Copy, Default)]
@@ -150,23 +149,18 @@ impl<S: Simd> FaceAccumulator<S> {
     }
 }
 
-/// Returns the sums over the cells of a range in the field of an ellipsoid, a sphere or a point.
-pub(super) fn sums(
-    kernel: impl FieldKernel,
-    nodes: &Nodes,
-    faces: Faces<'_>,
-    range: &Range<usize>,
-) -> FaceSums {
-    faces.arch.dispatch(GradientSum { kernel, nodes, faces, range })
+/// Returns the sums over the cells in the field of an ellipsoid, a sphere or a point.
+pub(super) fn sums(kernel: impl FieldKernel, faces: Faces<'_>) -> FaceSums {
+    faces.arch.dispatch(GradientSum { kernel, faces })
 }
 
-/// Returns the sums over the cells of a range in the field of another polyhedron.
-pub(super) fn sums_beside_polyhedron(faces: Faces<'_>, rule: &Rule, range: &Range<usize>) -> FaceSums {
+/// Returns the sums over the cells in the field of another polyhedron.
+pub(super) fn sums_beside_polyhedron(faces: Faces<'_>, rule: &Rule) -> FaceSums {
     let Faces { arch, roles, field, .. } = faces;
     let mut running = FaceAccumulator::new(Scalar);
     let lane = |value: f64| Lanes::<Scalar, 1>::splat(Scalar, value);
     let (at_centre, _) = sampled::field(arch, field, &rule.kernel, &roles.origin);
-    for cell in faces.gradient_cells(range) {
+    for cell in faces.gradient_cells() {
         let n = splat_vector(Scalar, &(roles.turn * cell.normal));
         for (y, weight) in sampled::points(&rule.nodes, &cell) {
             let z = roles.turn * y;
@@ -180,9 +174,7 @@ pub(super) fn sums_beside_polyhedron(faces: Faces<'_>, rule: &Rule, range: &Rang
 
 struct GradientSum<'a, K> {
     kernel: K,
-    nodes: &'a Nodes,
     faces: Faces<'a>,
-    range: &'a Range<usize>,
 }
 
 impl<K: FieldKernel> WithSimd for GradientSum<'_, K> {
@@ -194,10 +186,10 @@ impl<K: FieldKernel> WithSimd for GradientSum<'_, K> {
         let origin: [Lanes<S>; 3] = splat_vector(simd, &roles.origin);
         let at_centre = self.kernel.potential(origin);
         let mut running = FaceAccumulator::new(simd);
-        for cell in self.faces.gradient_cells(self.range) {
+        for cell in self.faces.gradient_cells() {
             let n = splat_vector(simd, &(roles.turn * cell.normal));
             for block in blocks::<S>(&cell) {
-                let (y, weight) = points(simd, self.nodes, &cell, block);
+                let (y, weight) = points(simd, self.faces.nodes, &cell, block);
                 let x = place(y, roles);
                 let (excess, field) = self.kernel.excess_potential(x);
                 let potential = weight.constant(1.0) / dot(x, x).sqrt() + excess - at_centre;
@@ -210,22 +202,15 @@ impl<K: FieldKernel> WithSimd for GradientSum<'_, K> {
     }
 }
 
-/// Returns the contribution of a range of cells to the derivatives of the loads with respect to the semi-axes
-/// of the field body.
-pub(super) fn semi_axis_derivatives(
-    kernel: impl FieldKernel,
-    nodes: &Nodes,
-    faces: Faces<'_>,
-    range: &Range<usize>,
-) -> [[Vec3; 2]; 3] {
-    faces.arch.dispatch(AxisSum { kernel, nodes, faces, range })
+/// Returns the contribution of the cells to the derivatives of the loads with respect to the semi-axes of the
+/// field body.
+pub(super) fn semi_axis_derivatives(kernel: impl FieldKernel, faces: Faces<'_>) -> [[Vec3; 2]; 3] {
+    faces.arch.dispatch(AxisSum { kernel, faces })
 }
 
 struct AxisSum<'a, K> {
     kernel: K,
-    nodes: &'a Nodes,
     faces: Faces<'a>,
-    range: &'a Range<usize>,
 }
 
 impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
@@ -238,10 +223,10 @@ impl<K: FieldKernel> WithSimd for AxisSum<'_, K> {
         let origin: [Lanes<S>; 3] = splat_vector(simd, &roles.origin);
         let zero = Total::zero(simd);
         let mut totals = [[[zero; 3]; 2]; 3];
-        for cell in self.faces.gradient_cells(self.range) {
+        for cell in self.faces.gradient_cells() {
             let n = splat_vector(simd, &(roles.turn * cell.normal));
             for block in blocks::<S>(&cell) {
-                let (y, weight) = points(simd, self.nodes, &cell, block);
+                let (y, weight) = points(simd, self.faces.nodes, &cell, block);
                 let x = place(y, roles);
                 let (field, second) = self.kernel.second_integrals(x);
                 let potential = field.potential_by_axes(x, second);

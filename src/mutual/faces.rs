@@ -19,46 +19,43 @@ use crate::shape::Polyhedron;
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 
-/// The faces of a body in the field of another one.
+/// A range of the cells of a body's faces in the field of another body.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Faces<'a> {
     pub polyhedron: &'a Polyhedron,
     pub field: &'a PartGravity,
     pub roles: &'a Roles,
+    pub nodes: &'a Nodes,
     /// The number of digits of the force that are to be correct.
     pub digits: usize,
+    pub range: &'a Range<usize>,
     pub arch: Arch,
 }
 
 impl<'a> Faces<'a> {
     /// Returns the cells for the force and the torques.
     #[inline]
-    pub fn cells(&self, range: &Range<usize>) -> Cells<'a, impl FnMut(&Vec3) -> f64 + use<'a>> {
-        self.cells_by(2, self.digits, range)
+    pub fn cells(&self) -> Cells<'a, impl FnMut(&Vec3) -> f64 + use<'a>> {
+        self.cells_by(2, self.digits)
     }
 
     /// Returns the cells for the mutual potential, which integrates the field as well.
     #[inline]
-    pub fn energy_cells(&self, range: &Range<usize>) -> Cells<'a, impl FnMut(&Vec3) -> f64 + use<'a>> {
+    pub fn energy_cells(&self) -> Cells<'a, impl FnMut(&Vec3) -> f64 + use<'a>> {
         /// The number of additional digits for the energy, since `digits` holds those for the force, which
         /// are somewhat fewer than those of the tolerance.
         const MORE: usize = 2;
-        self.cells_by(1, self.digits + MORE, range)
+        self.cells_by(1, self.digits + MORE)
     }
 
     /// The cells for the derivatives of force and torques, which take the field.
     #[inline]
-    pub fn gradient_cells(&self, range: &Range<usize>) -> Cells<'a, impl FnMut(&Vec3) -> f64 + use<'a>> {
-        self.cells_by(1, self.digits, range)
+    pub fn gradient_cells(&self) -> Cells<'a, impl FnMut(&Vec3) -> f64 + use<'a>> {
+        self.cells_by(1, self.digits)
     }
 
-    fn cells_by(
-        &self,
-        power: i32,
-        digits: usize,
-        range: &Range<usize>,
-    ) -> Cells<'a, impl FnMut(&Vec3) -> f64 + use<'a>> {
-        let Self { polyhedron, field, roles, arch, .. } = *self;
+    fn cells_by(&self, power: i32, digits: usize) -> Cells<'a, impl FnMut(&Vec3) -> f64 + use<'a>> {
+        let Self { polyhedron, field, roles, range, arch, .. } = *self;
         let demand = Demand {
             error: 10.0_f64.powi(-(digits as i32)) / roles.origin.norm_squared(),
             radius: field.shape.circumradius(),
@@ -70,20 +67,14 @@ impl<'a> Faces<'a> {
     }
 }
 
-/// Returns the contribution of a range of cells to force and torques. Terms in closed form belong to the
-/// first cell.
-pub(super) fn force_and_torque(
-    kernel: impl FieldKernel,
-    nodes: &Nodes,
-    faces: Faces<'_>,
-    range: &Range<usize>,
-) -> Balance {
+/// Returns the contribution of the cells to force and torques. Terms in closed form belong to the first cell.
+pub(super) fn force_and_torque(kernel: impl FieldKernel, faces: Faces<'_>) -> Balance {
     let roles = faces.roles;
-    let [monopole, excess] = faces.arch.dispatch(PressureSum { kernel, nodes, faces, range });
+    let [monopole, excess] = faces.arch.dispatch(PressureSum { kernel, faces });
     let [force, force_excess] = [&monopole, &excess].map(|sums| roles.turn * sums.force);
     let [torque, torque_excess] = [&monopole, &excess].map(|sums| roles.turn * sums.torque);
     let r = roles.origin.norm();
-    let force = if range.start == 0 { force - roles.origin / r / r / r } else { force };
+    let force = if faces.range.start == 0 { force - roles.origin / r / r / r } else { force };
     Balance {
         force: force + force_excess,
         torque: torque + torque_excess,
@@ -91,15 +82,10 @@ pub(super) fn force_and_torque(
     }
 }
 
-/// Returns the contribution of a range of cells to the paper's U of Eq. (4) per unit G m m: a positive
-/// number, minus the potential energy.
-pub(super) fn mutual_potential(
-    kernel: impl FieldKernel,
-    nodes: &Nodes,
-    faces: Faces<'_>,
-    range: &Range<usize>,
-) -> f64 {
-    faces.arch.dispatch(FaceEnergySum { kernel, nodes, faces, range })
+/// Returns the contribution of the cells to the paper's U of Eq. (4) per unit G m m: a positive number, minus
+/// the potential energy.
+pub(super) fn mutual_potential(kernel: impl FieldKernel, faces: Faces<'_>) -> f64 {
+    faces.arch.dispatch(FaceEnergySum { kernel, faces })
 }
 
 /// Returns the blocks of lanes that hold the rule of a cell.
@@ -132,9 +118,7 @@ pub(super) fn points<S: Simd>(
 
 struct PressureSum<'a, K> {
     kernel: K,
-    nodes: &'a Nodes,
     faces: Faces<'a>,
-    range: &'a Range<usize>,
 }
 
 /// The sums for one part of the potential, in the polyhedron's frame.
@@ -155,10 +139,10 @@ impl<K: FieldKernel> WithSimd for PressureSum<'_, K> {
         let (excess_at_centre, _) = self.kernel.excess_potential(origin);
         let zero = Total::zero(simd);
         let (mut force, mut torque) = ([[zero; 3]; 2], [[zero; 3]; 2]);
-        for cell in self.faces.cells(self.range) {
+        for cell in self.faces.cells() {
             let n = splat_vector(simd, &cell.normal);
             for block in blocks::<S>(&cell) {
-                let (y, weight) = points(simd, self.nodes, &cell, block);
+                let (y, weight) = points(simd, self.faces.nodes, &cell, block);
                 let x = place(y, roles);
                 let (excess, _) = self.kernel.excess_potential(x);
                 let parts = [weight * beyond_linear.at(y, x), weight * (excess - excess_at_centre)];
@@ -180,9 +164,7 @@ impl<K: FieldKernel> WithSimd for PressureSum<'_, K> {
 
 struct FaceEnergySum<'a, K> {
     kernel: K,
-    nodes: &'a Nodes,
     faces: Faces<'a>,
-    range: &'a Range<usize>,
 }
 
 impl<K: FieldKernel> WithSimd for FaceEnergySum<'_, K> {
@@ -193,10 +175,10 @@ impl<K: FieldKernel> WithSimd for FaceEnergySum<'_, K> {
         let splat = |v| Lanes::splat(simd, v);
         let roles = self.faces.roles;
         let mut total = Total::zero(simd);
-        for cell in self.faces.energy_cells(self.range) {
+        for cell in self.faces.energy_cells() {
             let n = splat_vector(simd, &cell.normal);
             for block in blocks::<S>(&cell) {
-                let (y, weight) = points(simd, self.nodes, &cell, block);
+                let (y, weight) = points(simd, self.faces.nodes, &cell, block);
                 let x = place(y, roles);
                 let (excess, field) = self.kernel.excess_potential(x);
                 let phi = splat(1.0) / dot(x, x).sqrt() + excess;

@@ -168,9 +168,8 @@ impl Pair {
     ) -> Result<Option<Vec<Range<usize>>>> {
         let Some(rule) = &self.rule else { return Ok(None) };
         let roles = self.roles(rule.integrated, pose);
-        let Some(faces) = self.faces(rule, &roles) else { return Ok(None) };
-        let division =
-            faces.energy_cells(&Self::ALL).divide(self.work_of_node(rule) as u64, MOST, interrupt)?;
+        let Some(faces) = self.faces(rule, &roles, &Self::ALL) else { return Ok(None) };
+        let division = faces.energy_cells().divide(self.work_of_node(rule) as u64, MOST, interrupt)?;
         let Some(Division { begins, .. }) = division else {
             return Err(self.not_converged(rule.integrated, pose, &self.too_many()));
         };
@@ -209,8 +208,8 @@ impl Pair {
         self.adopt(integrated, digits, order, reach, interrupt)?;
         let roles = self.roles(integrated, pose);
         let Some(rule) = &self.rule else { return Ok(false) };
-        let Some(faces) = self.faces(rule, &roles) else { return Ok(false) };
-        let cells = faces.cells(&Self::ALL);
+        let Some(faces) = self.faces(rule, &roles, &Self::ALL) else { return Ok(false) };
+        let cells = faces.cells();
         let division = cells.divide(self.work_of_node(rule) as u64, MOST, interrupt)?;
         if let (Some(rule), Some(division)) = (&mut self.rule, &division) {
             (rule.points, rule.begins) = (division.points, division.begins.clone());

@@ -11,6 +11,7 @@
 //! the derivatives with respect to the other body's scale.
 
 use super::face_gradient::{self, FaceSums};
+use super::faces::Faces;
 use super::faceted::{FINER, MOST, MOST_DIGITS};
 use super::gradient::CanonicalJacobian;
 use super::jacobian::Turns;
@@ -113,8 +114,8 @@ impl Pair {
         interrupt: &mut InterruptCheck,
     ) -> Result<Option<CanonicalJacobian>> {
         rule.order = Order { gauss: digits, angles: digits };
-        let Some(faces) = self.faces(rule, roles) else { return Ok(None) };
-        let cells = faces.gradient_cells(&Self::ALL);
+        let Some(faces) = self.faces(rule, roles, &Self::ALL) else { return Ok(None) };
+        let cells = faces.gradient_cells();
         let Some(Division { points, begins }) =
             cells.divide(self.work_of_node(rule) as u64, MOST, interrupt)?
         else {
@@ -169,16 +170,14 @@ impl Pair {
         interrupt: &mut InterruptCheck,
     ) -> Result<CanonicalJacobian> {
         let [field, set] = self.field_and_set(rule);
-        if let Some(faces) = self.faces(rule, roles) {
-            let nodes = &*rule.nodes;
+        if let Some(faces) = self.faces(rule, roles, &Self::ALL) {
             let mut sums = FaceSums::default();
             self.each_piece(rule, interrupt, |range| {
+                let faces = Faces { range: &range, ..faces };
                 sums += match &rule.kernel {
-                    Kernel::Far(cut) => face_gradient::sums(field.series.cut(*cut), nodes, faces, &range),
-                    Kernel::Near(near) => face_gradient::sums(*near, nodes, faces, &range),
-                    Kernel::Facets | Kernel::Layer(_) => {
-                        face_gradient::sums_beside_polyhedron(faces, rule, &range)
-                    }
+                    Kernel::Far(cut) => face_gradient::sums(field.series.cut(*cut), faces),
+                    Kernel::Near(near) => face_gradient::sums(*near, faces),
+                    Kernel::Facets | Kernel::Layer(_) => face_gradient::sums_beside_polyhedron(faces, rule),
                 };
             })?;
             return Ok(sums.jacobian(roles));
@@ -292,9 +291,9 @@ impl Pair {
     ) -> Result<[Balance; 3]> {
         let semi_axes = self.bodies[1 - rule.integrated].semi_axes();
         let mut sums = [[Vec3::zeros(); 2]; 3];
-        if let Some(faces) = self.faces(rule, roles) {
+        if let Some(faces) = self.faces(rule, roles, &Self::ALL) {
             self.each_piece(rule, interrupt, |range| {
-                let more = face_gradient::semi_axis_derivatives(kernel, &rule.nodes, faces, &range);
+                let more = face_gradient::semi_axis_derivatives(kernel, Faces { range: &range, ..faces });
                 sums.iter_mut().flatten().zip(more.iter().flatten()).for_each(|(sum, more)| *sum += more);
             })?;
         } else {

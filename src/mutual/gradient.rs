@@ -16,14 +16,14 @@
 //! (a_3^2 - a_2^2) / (x_2 x_3) in the notation of [`crate::gravity::PointField::gradient_factors`], no digits
 //! are lost.
 
-use super::means::{NodePositions, load};
+use super::means::{NodePositions, NodesInField, load};
 use super::{Balance, Roles};
-use crate::gravity::FieldKernel;
-use crate::math::lanes::{Total, total_vector};
+use crate::gravity::{FieldKernel, PointField};
+use crate::math::lanes::{Lanes, Total, total_vector};
 use crate::math::matrix::{cross_times, times_cross};
 use crate::math::rotation::turned;
 use crate::math::{Mat3, Vec3};
-use crate::quadrature::{NodeRange, Nodes};
+use crate::quadrature::Nodes;
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::AddAssign;
 
@@ -62,7 +62,8 @@ pub(super) fn canonical_jacobian<const D: usize, const M: usize>(
 ) -> CanonicalJacobian {
     let axes: [Vec3; D] = std::array::from_fn(|k| roles.turn.column(k) * node_scales[k]);
     let origin = roles.origin;
-    let sums = nodes.sum(|nodes| arch.dispatch(GradientSum::<_, D, M> { kernel, nodes, origin, axes }));
+    let sums = nodes
+        .sum(|nodes| arch.dispatch(GradientSum::<_, D, M>(NodesInField { kernel, nodes, origin, axes })));
     let mut jacobian = CanonicalJacobian {
         balance: Balance { force: sums.force, torque_field: sums.torque_field, ..Balance::default() },
         force_by_position: sums.gradient[0],
@@ -95,12 +96,22 @@ pub(super) fn canonical_jacobian<const D: usize, const M: usize>(
     jacobian
 }
 
-struct GradientSum<'a, K, const D: usize, const M: usize> {
-    kernel: K,
-    nodes: NodeRange<'a>,
-    origin: Vec3,
-    axes: [Vec3; D],
+/// Returns the field's gradient. Its trace is zero, so that five numbers suffice: xx, yy, xy, xz, yz.
+#[inline(always)]
+pub(super) fn gradient<S: Simd, const N: usize>(
+    field: &PointField<S, N>,
+    (n, f): ([Lanes<S, N>; 3], Lanes<S, N>),
+) -> [Lanes<S, N>; 5] {
+    let [fx, fy] = [f * n[0], f * n[1]];
+    [fx * n[0] - field.rd[0], fy * n[1] - field.rd[1], fx * n[1], fx * n[2], fy * n[2]]
 }
+
+/// Returns the symmetric matrix of trace zero with these components xx, yy, xy, xz and yz.
+pub(super) fn trace_free([xx, yy, xy, xz, yz]: [f64; 5]) -> Mat3 {
+    Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, -(xx + yy))
+}
+
+struct GradientSum<'a, K, const D: usize, const M: usize>(NodesInField<'a, K, D>);
 
 struct GradientMeans<const D: usize, const M: usize> {
     /// The mean of g.
@@ -141,13 +152,13 @@ impl<K: FieldKernel, const D: usize, const M: usize> WithSimd for GradientSum<'_
             gradients: [[zero; 5]; M],
             torque_gradients: [[zero; 9]; M],
         };
-        let registers = self.nodes.weights.len() / S::F64_LANES;
+        let registers = self.0.nodes.weights.len() / S::F64_LANES;
         let (whole, rest) = (registers / ABREAST, registers % ABREAST);
         for k in 0..whole {
-            running.add::<_, ABREAST>(simd, &self, ABREAST * k);
+            running.add::<_, ABREAST>(simd, &self.0, ABREAST * k);
         }
         for k in 0..rest / 2 {
-            running.add::<_, 2>(simd, &self, ABREAST * whole + 2 * k);
+            running.add::<_, 2>(simd, &self.0, ABREAST * whole + 2 * k);
         }
         let (mut moment, mut gradient, mut torque_gradient) =
             ([Vec3::zeros(); D], [Mat3::zeros(); M], [Mat3::zeros(); M]);
@@ -155,14 +166,7 @@ impl<K: FieldKernel, const D: usize, const M: usize> WithSimd for GradientSum<'_
             moment[k] = -total_vector(running.moments[k]);
         }
         for m in 0..M {
-            let [xx, yy, xy, xz, yz] = [
-                running.gradients[m][0].value(),
-                running.gradients[m][1].value(),
-                running.gradients[m][2].value(),
-                running.gradients[m][3].value(),
-                running.gradients[m][4].value(),
-            ];
-            gradient[m] = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, -(xx + yy));
+            gradient[m] = trace_free(running.gradients[m].map(Total::value));
         }
         for m in 0..=D {
             for c in 0..9 {
@@ -189,7 +193,7 @@ impl<S: Simd, const D: usize, const M: usize> GradientAccumulator<S, D, M> {
     fn add<K: FieldKernel, const N: usize>(
         &mut self,
         simd: S,
-        sum: &GradientSum<'_, K, D, M>,
+        sum: &NodesInField<'_, K, D>,
         register: usize,
     ) {
         let place: NodePositions<S, D, N> = NodePositions::new(simd, &sum.origin, &sum.axes);
@@ -197,15 +201,7 @@ impl<S: Simd, const D: usize, const M: usize> GradientAccumulator<S, D, M> {
         let x = place.of(y);
         let field = sum.kernel.field(x);
         let (n, f) = field.gradient_factors(x);
-        let f_n = [f * n[0], f * n[1], f * n[2]];
-        // The trace is zero, so that five numbers suffice: xx, yy, xy, xz, yz.
-        let gradient = [
-            f_n[0] * n[0] - field.rd[0],
-            f_n[1] * n[1] - field.rd[1],
-            f_n[0] * n[1],
-            f_n[0] * n[2],
-            f_n[1] * n[2],
-        ];
+        let gradient = gradient(&field, (n, f));
         let mut share = [weight; M];
         let mut next = 1 + D;
         for k in 0..D {

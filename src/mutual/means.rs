@@ -33,7 +33,8 @@ pub(super) fn force_and_torque<const D: usize>(
 ) -> Balance {
     let axes = std::array::from_fn(|k| roles.turn.column(k) * node_scales[k]);
     let origin = roles.origin;
-    let sums = nodes.sum(|nodes| arch.dispatch(ForceSum::<_, D> { kernel, nodes, origin, axes }));
+    let sums =
+        nodes.sum(|nodes| arch.dispatch(ForceSum(NodesInField::<_, D> { kernel, nodes, origin, axes })));
     Balance {
         force: sums.force,
         torque: (1..D).fold(axes[0].cross(&sums.moment[0]), |sum, k| sum + axes[k].cross(&sums.moment[k])),
@@ -51,15 +52,19 @@ pub(super) fn mean_potential<const D: usize>(
 ) -> f64 {
     let axes = std::array::from_fn(|k| roles.turn.column(k) * node_scales[k]);
     let origin = roles.origin;
-    nodes.sum(|nodes| arch.dispatch(PotentialSum::<_, D> { kernel, nodes, origin, axes }))
+    nodes.sum(|nodes| arch.dispatch(PotentialSum(NodesInField::<_, D> { kernel, nodes, origin, axes })))
 }
 
-struct ForceSum<'a, K, const D: usize> {
-    kernel: K,
-    nodes: NodeRange<'a>,
-    origin: Vec3,
-    axes: [Vec3; D],
+/// The nodes of a body in the field of another one.
+pub(super) struct NodesInField<'a, K, const D: usize> {
+    pub kernel: K,
+    pub nodes: NodeRange<'a>,
+    pub origin: Vec3,
+    /// The vectors of the nodes' coordinates.
+    pub axes: [Vec3; D],
 }
+
+struct ForceSum<'a, K, const D: usize>(NodesInField<'a, K, D>);
 
 struct ForceMeans<const D: usize> {
     /// The mean of g.
@@ -87,15 +92,15 @@ impl<K: FieldKernel, const D: usize> WithSimd for ForceSum<'_, K, D> {
     fn with_simd<S: Simd>(self, simd: S) -> ForceMeans<D> {
         let zero = Total::zero(simd);
         let mut running = ForceAccumulator { force: [zero; 3], moments: [[zero; 3]; D], torque: [zero; 3] };
-        let registers = self.nodes.count.div_ceil(S::F64_LANES);
+        let registers = self.0.nodes.count.div_ceil(S::F64_LANES);
         let whole = registers - registers % 6;
         for register in (0..whole).step_by(6) {
-            running.add::<_, 6>(simd, &self, register);
+            running.add::<_, 6>(simd, &self.0, register);
         }
         match registers - whole {
-            5 => running.add::<_, 5>(simd, &self, whole),
-            3 | 4 => running.add::<_, 4>(simd, &self, whole),
-            1 | 2 => running.add::<_, 2>(simd, &self, whole),
+            5 => running.add::<_, 5>(simd, &self.0, whole),
+            3 | 4 => running.add::<_, 4>(simd, &self.0, whole),
+            1 | 2 => running.add::<_, 2>(simd, &self.0, whole),
             _ => {}
         }
         let mut moment = [Vec3::zeros(); D];
@@ -117,7 +122,12 @@ struct ForceAccumulator<S: Simd, const D: usize> {
 impl<S: Simd, const D: usize> ForceAccumulator<S, D> {
     /// Adds the nodes of `N` registers, starting from one.
     #[inline(always)]
-    fn add<K: FieldKernel, const N: usize>(&mut self, simd: S, sum: &ForceSum<'_, K, D>, register: usize) {
+    fn add<K: FieldKernel, const N: usize>(
+        &mut self,
+        simd: S,
+        sum: &NodesInField<'_, K, D>,
+        register: usize,
+    ) {
         let place: NodePositions<S, D, N> = NodePositions::new(simd, &sum.origin, &sum.axes);
         let (y, weight) = load(simd, &sum.nodes, register);
         let x = place.of(y);
@@ -135,25 +145,21 @@ impl<S: Simd, const D: usize> ForceAccumulator<S, D> {
     }
 }
 
-struct PotentialSum<'a, K, const D: usize> {
-    kernel: K,
-    nodes: NodeRange<'a>,
-    origin: Vec3,
-    axes: [Vec3; D],
-}
+struct PotentialSum<'a, K, const D: usize>(NodesInField<'a, K, D>);
 
 impl<K: FieldKernel, const D: usize> WithSimd for PotentialSum<'_, K, D> {
     type Output = f64;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let [u, v, w] = self.nodes.points;
+        let NodesInField { kernel, nodes, origin, axes } = self.0;
+        let [u, v, w] = nodes.points;
         let (u, v, w) = (Lanes::blocks(simd, u), Lanes::blocks(simd, v), Lanes::blocks(simd, w));
-        let weights = Lanes::blocks(simd, self.nodes.weights);
-        let place: NodePositions<S, D> = NodePositions::new(simd, &self.origin, &self.axes);
+        let weights = Lanes::blocks(simd, nodes.weights);
+        let place: NodePositions<S, D> = NodePositions::new(simd, &origin, &axes);
         let mut sum = Total::zero(simd);
         for (((u, v), w), weight) in u.zip(v).zip(w).zip(weights) {
-            sum.add_product(weight, self.kernel.potential(place.of([u, v, w])));
+            sum.add_product(weight, kernel.potential(place.of([u, v, w])));
         }
         sum.value()
     }

@@ -114,7 +114,7 @@ impl Pair {
         let pose = self.scaled(pose);
         let roles = self.roles(rule.integrated, &pose);
         let of = |cell: Cell| cell.points * cell.points;
-        let faces = self.faces(rule, &roles).map(|faces| faces.cells(&Self::ALL).map(of).sum());
+        let faces = self.faces(rule, &roles, &Self::ALL).map(|faces| faces.cells().map(of).sum());
         Some(faces.unwrap_or(rule.nodes()))
     }
 
@@ -257,13 +257,13 @@ impl Pair {
             (Some(multipole), _) => multipole.mutual_potential(&pose),
             (None, None) => 1.0 / pose.separation.norm(),
             (None, Some(rule)) => {
-                let [field, set] = self.field_and_set(rule);
+                let field = &self.bodies[1 - rule.integrated];
                 let roles = self.roles(rule.integrated, &pose);
                 match &rule.kernel {
-                    Kernel::Far(cut) => self.potential(field.series.cut(*cut), rule, set, &roles, nodes),
-                    Kernel::Near(near) => self.potential(*near, rule, set, &roles, nodes),
-                    Kernel::Facets | Kernel::Layer(_) => match self.faces(rule, &roles) {
-                        Some(faces) => sampled::mutual_potential_over(faces, rule, &nodes),
+                    Kernel::Far(cut) => self.potential(field.series.cut(*cut), rule, &roles, nodes),
+                    Kernel::Near(near) => self.potential(*near, rule, &roles, nodes),
+                    Kernel::Facets | Kernel::Layer(_) => match self.faces(rule, &roles, &nodes) {
+                        Some(faces) => sampled::mutual_potential_over(faces, rule),
                         None => sampled::mutual_potential(self.arch, field, rule, &roles, nodes),
                     },
                 }
@@ -305,10 +305,10 @@ impl Pair {
         let [field, set] = self.field_and_set(rule);
         let roles = self.roles(rule.integrated, pose);
         let balance = match &rule.kernel {
-            Kernel::Far(cut) => self.balance(field.series.cut(*cut), rule, set, &roles, nodes),
-            Kernel::Near(near) => self.balance(*near, rule, set, &roles, nodes),
-            Kernel::Facets | Kernel::Layer(_) => match self.faces(rule, &roles) {
-                Some(faces) => sampled::force_and_torque_over(faces, rule, &nodes),
+            Kernel::Far(cut) => self.balance(field.series.cut(*cut), rule, &roles, nodes),
+            Kernel::Near(near) => self.balance(*near, rule, &roles, nodes),
+            Kernel::Facets | Kernel::Layer(_) => match self.faces(rule, &roles, &nodes) {
+                Some(faces) => sampled::force_and_torque_over(faces, rule),
                 None => sampled::force_and_torque(self.arch, field, rule, &roles, nodes),
             },
         };
@@ -329,17 +329,10 @@ impl Pair {
         }
     }
 
-    fn balance(
-        &self,
-        kernel: impl FieldKernel,
-        rule: &Rule,
-        set: &PartGravity,
-        roles: &Roles,
-        range: Range<usize>,
-    ) -> Balance {
-        let (arch, nodes) = (self.arch, &*rule.nodes);
-        if let Some(faces) = self.faces(rule, roles) {
-            return faces::force_and_torque(kernel, nodes, faces, &range);
+    fn balance(&self, kernel: impl FieldKernel, rule: &Rule, roles: &Roles, range: Range<usize>) -> Balance {
+        let (arch, nodes, set) = (self.arch, &*rule.nodes, &self.bodies[rule.integrated]);
+        if let Some(faces) = self.faces(rule, roles, &range) {
+            return faces::force_and_torque(kernel, faces);
         }
         match rule.node_kind {
             NodeKind::SurfacePotential => {
@@ -353,17 +346,10 @@ impl Pair {
         }
     }
 
-    fn potential(
-        &self,
-        kernel: impl FieldKernel,
-        rule: &Rule,
-        set: &PartGravity,
-        roles: &Roles,
-        range: Range<usize>,
-    ) -> f64 {
-        let (arch, nodes) = (self.arch, &*rule.nodes);
-        if let Some(faces) = self.faces(rule, roles) {
-            return faces::mutual_potential(kernel, nodes, faces, &range);
+    fn potential(&self, kernel: impl FieldKernel, rule: &Rule, roles: &Roles, range: Range<usize>) -> f64 {
+        let (arch, nodes, set) = (self.arch, &*rule.nodes, &self.bodies[rule.integrated]);
+        if let Some(faces) = self.faces(rule, roles, &range) {
+            return faces::mutual_potential(kernel, faces);
         }
         match rule.node_kind {
             NodeKind::SurfacePotential => {
@@ -375,11 +361,17 @@ impl Pair {
         }
     }
 
-    /// Returns the faces over which a rule integrates; `None` for rules over other nodes.
-    pub(super) fn faces<'a>(&'a self, rule: &Rule, roles: &'a Roles) -> Option<Faces<'a>> {
+    /// Returns the cells over which a rule integrates; `None` for rules over other nodes.
+    pub(super) fn faces<'a>(
+        &'a self,
+        rule: &'a Rule,
+        roles: &'a Roles,
+        range: &'a Range<usize>,
+    ) -> Option<Faces<'a>> {
         let [field, set] = self.field_and_set(rule);
         let polyhedron = set.polyhedron().filter(|_| rule.node_kind == NodeKind::Faces)?;
-        Some(Faces { polyhedron, field, roles, digits: rule.order.gauss, arch: self.arch })
+        let (nodes, digits, arch) = (&*rule.nodes, rule.order.gauss, self.arch);
+        Some(Faces { polyhedron, field, roles, nodes, digits, range, arch })
     }
 
     pub(super) fn field_and_set(&self, rule: &Rule) -> [&PartGravity; 2] {

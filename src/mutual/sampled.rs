@@ -92,12 +92,12 @@ pub(super) fn points(nodes: &Nodes, cell: &Cell) -> impl Iterator<Item = (Vec3, 
     })
 }
 
-/// Returns the contribution of a range of cells to force and torques, by the pressure on the faces.
-pub(super) fn force_and_torque_over(faces: Faces<'_>, rule: &Rule, range: &Range<usize>) -> Balance {
+/// Returns the contribution of the cells to force and torques, by the pressure on the faces.
+pub(super) fn force_and_torque_over(faces: Faces<'_>, rule: &Rule) -> Balance {
     let Faces { arch, roles, field: body, .. } = faces;
     let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());
     let (at_centre, _) = field(arch, body, &rule.kernel, &roles.origin);
-    for cell in faces.cells(range) {
+    for cell in faces.cells() {
         let normal = roles.turn * cell.normal;
         for (y, weight) in points(&rule.nodes, &cell) {
             let y = roles.turn * y;
@@ -110,11 +110,11 @@ pub(super) fn force_and_torque_over(faces: Faces<'_>, rule: &Rule, range: &Range
     Balance { force, torque, torque_field: -(torque + roles.origin.cross(&force)) }
 }
 
-/// Returns the contribution of a range of cells to the mutual potential, positive.
-pub(super) fn mutual_potential_over(faces: Faces<'_>, rule: &Rule, range: &Range<usize>) -> f64 {
+/// Returns the contribution of the cells to the mutual potential, positive.
+pub(super) fn mutual_potential_over(faces: Faces<'_>, rule: &Rule) -> f64 {
     let Faces { arch, roles, field: body, .. } = faces;
     let mut sum = 0.0;
-    for cell in faces.energy_cells(range) {
+    for cell in faces.energy_cells() {
         let normal = roles.turn * cell.normal;
         for (y, weight) in points(&rule.nodes, &cell) {
             let y = roles.turn * y;

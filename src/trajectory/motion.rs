@@ -126,24 +126,12 @@ impl Flows for SplitMotion<'_> {
         self.equations.prepare(time, y, step, interrupt)
     }
 
-    fn drift(
-        &mut self,
-        size: f64,
-        high: &mut [f64],
-        low: &mut [f64],
-        interrupt: &mut InterruptCheck,
-    ) -> Result<()> {
-        self.splitting.drift(self.equations, size, high, low, interrupt)
+    fn drift(&mut self, size: f64, vector: [&mut [f64]; 2], interrupt: &mut InterruptCheck) -> Result<()> {
+        self.splitting.drift(self.equations, size, vector, interrupt)
     }
 
-    fn kick(
-        &mut self,
-        size: f64,
-        high: &mut [f64],
-        low: &mut [f64],
-        interrupt: &mut InterruptCheck,
-    ) -> Result<u64> {
-        self.splitting.kick(self.equations, size, high, low, interrupt)
+    fn kick(&mut self, size: f64, vector: [&mut [f64]; 2], interrupt: &mut InterruptCheck) -> Result<u64> {
+        self.splitting.kick(self.equations, size, vector, interrupt)
     }
 
     fn restore(&mut self, high: &mut [f64], low: &mut [f64]) {

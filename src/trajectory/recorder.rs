@@ -120,8 +120,7 @@ impl<'r, 'f> Recorder<'r, 'f> {
         let met = cut.contact.map_or(now, |contact| contact.time);
         self.record_before(cut.event.map_or(met, |(_, time)| time), simulation, interrupt)?;
         if let Some((event, time)) = cut.event {
-            let pieces = simulation.propagator.pieces();
-            self.tangents.place(&mut simulation.motion, pieces, time, interrupt)?;
+            self.tangents.place(&mut simulation.last_step(interrupt), time)?;
             simulation.propagator.place(time, self.detector.vector());
             simulation.given = true;
             self.record_present(simulation, interrupt)?;
@@ -208,9 +207,8 @@ impl<'r, 'f> Recorder<'r, 'f> {
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         for occurrence in &mut self.record.events[known..] {
-            let pieces = simulation.propagator.pieces();
             occurrence.derivatives =
-                self.tangents.at(&mut simulation.motion, pieces, &occurrence.state, interrupt)?;
+                self.tangents.at(&mut simulation.last_step(interrupt), &occurrence.state)?;
         }
         Ok(())
     }
@@ -262,8 +260,7 @@ impl<'r, 'f> Recorder<'r, 'f> {
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         let conserved = simulation.invariants_of(y, state, interrupt)?;
-        let Simulation { motion, propagator, .. } = simulation;
-        self.tangents.record(motion, propagator.pieces(), state, self.record, interrupt)?;
+        self.tangents.record(&mut simulation.last_step(interrupt), state, self.record)?;
         self.record.push(state, &conserved, simulation.frame().layout.work_and_impulse(y));
         Ok(())
     }

@@ -4,6 +4,7 @@ use super::Integrator;
 use super::approach::Contact;
 use super::motion::Motion;
 use super::propagator::Propagator;
+use super::tangent::LastStep;
 use crate::dynamics::{BarycentricFrame, Dynamics, Invariants, NominalChange, State, System};
 use crate::error::{Error, Result};
 use crate::integrate::{Equations, Statistics};
@@ -211,6 +212,12 @@ impl Simulation {
                 Err(error) => self.propagator.shorten(error)?,
             }
         }
+    }
+
+    /// Returns the last step, along which tangent vectors are integrated.
+    pub(super) fn last_step<'a, 'i>(&'a mut self, interrupt: &'a mut InterruptCheck<'i>) -> LastStep<'a, 'i> {
+        let pieces = self.propagator.pieces();
+        LastStep { equations: &mut self.motion.equations, pieces, interrupt }
     }
 
     pub(super) fn invariants_of(

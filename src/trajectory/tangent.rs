@@ -22,6 +22,13 @@ const LONGEST: f64 = 1.0;
 /// Numbers above this are outside of the range in which a step can be solved.
 const LARGEST: f64 = 1e280;
 
+/// The pieces of a motion's last step, and what evaluates the equations along them.
+pub(super) struct LastStep<'a, 'i> {
+    pub equations: &'a mut Dynamics,
+    pub pieces: &'a [Segment],
+    pub interrupt: &'a mut InterruptCheck<'i>,
+}
+
 /// The derivatives and chaos indicators that are computed beside a run.
 ///
 /// ```
@@ -144,34 +151,19 @@ impl Tangents {
         }
     }
 
-    /// Moves to a time within the last step, along its pieces.
-    pub fn place(
-        &mut self,
-        motion: &mut Motion,
-        pieces: &[Segment],
-        time: f64,
-        interrupt: &mut InterruptCheck,
-    ) -> Result<()> {
-        self.0
-            .iter_mut()
-            .try_for_each(|tangent| tangent.place(&mut motion.equations, pieces, time, interrupt))
+    /// Moves to a time within the last step.
+    pub fn place(&mut self, step: &mut LastStep, time: f64) -> Result<()> {
+        self.0.iter_mut().try_for_each(|tangent| tangent.place(step, time))
     }
 
-    /// Returns the derivatives of the state at a time in the step that follows, with these pieces; `None`
-    /// where the run is not differentiated.
-    pub fn at(
-        &mut self,
-        motion: &mut Motion,
-        pieces: &[Segment],
-        state: &State,
-        interrupt: &mut InterruptCheck,
-    ) -> Result<Option<StateDerivatives>> {
+    /// Returns the derivatives of a state in the last step, at whose start the tangent vectors are; `None` where
+    /// the run is not differentiated.
+    pub fn at(&mut self, step: &mut LastStep, state: &State) -> Result<Option<StateDerivatives>> {
         let Some(tangent) = self.0.iter_mut().find(|tangent| tangent.growth_monitor.is_none()) else {
             return Ok(None);
         };
-        let equations = &mut motion.equations;
-        let (transition, sensitivity) = tangent.derivatives(equations, pieces, state, interrupt)?;
-        let flow = tangent.flow(equations, pieces, state, interrupt)?;
+        let (transition, sensitivity) = tangent.derivatives(step, state)?;
+        let flow = tangent.flow(step, state)?;
         Ok(Some(StateDerivatives { transition, sensitivity, flow }))
     }
 
@@ -187,19 +179,9 @@ impl Tangents {
     }
 
     /// Records the derivatives or indicators at a state of the run, which is where the tangent vectors are or
-    /// in the step that follows, with these pieces.
-    pub fn record(
-        &mut self,
-        motion: &mut Motion,
-        pieces: &[Segment],
-        state: &State,
-        record: &mut Trajectory,
-        interrupt: &mut InterruptCheck,
-    ) -> Result<()> {
-        for tangent in &mut self.0 {
-            tangent.record(&mut motion.equations, pieces, state, record, interrupt)?;
-        }
-        Ok(())
+    /// in the last step.
+    pub fn record(&mut self, step: &mut LastStep, state: &State, record: &mut Trajectory) -> Result<()> {
+        self.0.iter_mut().try_for_each(|tangent| tangent.record(step, state, record))
     }
 }
 
@@ -232,7 +214,9 @@ impl Tangent {
         if propagator.fixed().is_some() {
             return self.map(motion, propagator, interrupt);
         }
-        self.place(&mut motion.equations, propagator.pieces(), propagator.time(), interrupt)
+        let equations = &mut motion.equations;
+        let mut step = LastStep { equations, pieces: propagator.pieces(), interrupt };
+        self.place(&mut step, propagator.time())
     }
 
     /// Applies the derivative of the map of a step of fixed size.
@@ -266,31 +250,18 @@ impl Tangent {
         Ok(())
     }
 
-    fn place(
-        &mut self,
-        equations: &mut Dynamics,
-        pieces: &[Segment],
-        time: f64,
-        interrupt: &mut InterruptCheck,
-    ) -> Result<()> {
-        self.present = self.follow(equations, pieces, time, true, interrupt)?;
+    fn place(&mut self, step: &mut LastStep, time: f64) -> Result<()> {
+        self.present = self.follow(step, time, true)?;
         self.settle(time);
         Ok(())
     }
 
-    /// Returns the tangent vectors at a time, along these pieces. `keep` says that the next step will begin
-    /// there.
-    fn follow(
-        &mut self,
-        equations: &mut Dynamics,
-        pieces: &[Segment],
-        until: f64,
-        keep: bool,
-        interrupt: &mut InterruptCheck,
-    ) -> Result<TangentState> {
+    /// Returns the tangent vectors at a time in the last step. `keep` says that the next step will begin there.
+    fn follow(&mut self, step: &mut LastStep, until: f64, keep: bool) -> Result<TangentState> {
+        let LastStep { equations, pieces, interrupt } = step;
         let mut advanced = self.present.clone();
         let mut prepared = false;
-        for piece in pieces {
+        for piece in *pieces {
             let from =
                 if advanced.time == piece.start() { 0.0 } else { piece.fraction(advanced.time).max(0.0) };
             let to = if until == piece.end() { 1.0 } else { piece.fraction(until).min(1.0) };
@@ -386,52 +357,29 @@ impl Tangent {
         }
     }
 
-    fn record(
-        &mut self,
-        equations: &mut Dynamics,
-        pieces: &[Segment],
-        state: &State,
-        record: &mut Trajectory,
-        interrupt: &mut InterruptCheck,
-    ) -> Result<()> {
+    fn record(&mut self, step: &mut LastStep, state: &State, record: &mut Trajectory) -> Result<()> {
         if self.growth_monitor.is_none() {
-            let (transition, sensitivity) = self.derivatives(equations, pieces, state, interrupt)?;
+            let (transition, sensitivity) = self.derivatives(step, state)?;
             record.transition.extend(transition);
             record.sensitivity.extend(sensitivity);
             return Ok(());
         }
-        let TangentState { columns, integrals, .. } = self.at(equations, pieces, state.time, interrupt)?;
+        let TangentState { columns, integrals, .. } = self.at(step, state.time)?;
         if let Some(growth_monitor) = &self.growth_monitor {
             record.chaos.extend(growth_monitor.indicators(state.time - self.start.time, &columns, integrals));
         }
         Ok(())
     }
 
-    /// Returns the columns at a time, which is where they are or in the step that follows, with these pieces.
-    fn at(
-        &mut self,
-        equations: &mut Dynamics,
-        pieces: &[Segment],
-        time: f64,
-        interrupt: &mut InterruptCheck,
-    ) -> Result<TangentState> {
-        if time == self.present.time {
-            Ok(self.present.clone())
-        } else {
-            self.follow(equations, pieces, time, false, interrupt)
-        }
+    /// Returns the tangent vectors at a time, which is where they are or in the last step.
+    fn at(&mut self, step: &mut LastStep, time: f64) -> Result<TangentState> {
+        if time == self.present.time { Ok(self.present.clone()) } else { self.follow(step, time, false) }
     }
 
     /// Returns the transition matrix and the sensitivities at a state, which is where the tangent vectors are
-    /// or in the step that follows, with these pieces.
-    fn derivatives(
-        &mut self,
-        equations: &mut Dynamics,
-        pieces: &[Segment],
-        state: &State,
-        interrupt: &mut InterruptCheck,
-    ) -> Result<(Vec<f64>, Vec<f64>)> {
-        let TangentState { columns, .. } = self.at(equations, pieces, state.time, interrupt)?;
+    /// or in the last step.
+    fn derivatives(&mut self, step: &mut LastStep, state: &State) -> Result<(Vec<f64>, Vec<f64>)> {
+        let TangentState { columns, .. } = self.at(step, state.time)?;
         if !columns.iter().all(|number| number.is_finite()) {
             return Err(Error::NotConverged {
                 what: format!("the transition matrix at time {}", state.time),
@@ -443,14 +391,9 @@ impl Tangent {
         Ok(self.variations.expand(&columns, [&self.start, state], &self.nominal))
     }
 
-    /// Returns the rates of change of the motion at a state in the step of these pieces.
-    fn flow(
-        &mut self,
-        equations: &mut Dynamics,
-        pieces: &[Segment],
-        state: &State,
-        interrupt: &mut InterruptCheck,
-    ) -> Result<Vec<f64>> {
+    /// Returns the rates of change of the motion at a state in the last step.
+    fn flow(&mut self, step: &mut LastStep, state: &State) -> Result<Vec<f64>> {
+        let LastStep { equations, pieces, interrupt } = step;
         let y = &mut self.y[0];
         y.resize(equations.layout().dimension(), 0.0);
         let Some(piece) = pieces.iter().find(|piece| piece.fraction(state.time) <= 1.0).or(pieces.last())

@@ -45,8 +45,7 @@ impl Flows for StepTangentMap<'_> {
     fn drift(
         &mut self,
         size: f64,
-        high: &mut [f64],
-        low: &mut [f64],
+        [high, low]: [&mut [f64]; 2],
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         self.known = false;
@@ -55,7 +54,7 @@ impl Flows for StepTangentMap<'_> {
             let layout = self.equations.layout();
             let drifted = self.variations.drift_straight(layout, high, size, self.columns);
             drifted.ok_or_else(|| self.failed())?;
-            return self.splitting.drift(self.equations, size, high, low, interrupt);
+            return self.splitting.drift(self.equations, size, [high, low], interrupt);
         }
         let pieces = (self.splitting.farthest(self.equations, high, size) / ANGLE).ceil().max(1.0);
         let mut ahead = self.splitting.clone();
@@ -67,7 +66,7 @@ impl Flows for StepTangentMap<'_> {
                     y.copy_from_slice(high);
                     tail.copy_from_slice(low);
                     let part = (piece as f64 + fraction) / pieces;
-                    ahead.drift(equations, size * part, y, &mut tail, interrupt)
+                    ahead.drift(equations, size * part, [y, &mut tail], interrupt)
                 };
             for node in 0..collocation.gauss().nodes.len() {
                 at(equations, collocation.gauss().nodes[node], &mut y, interrupt)?;
@@ -84,14 +83,13 @@ impl Flows for StepTangentMap<'_> {
             columns.copy_from_slice(collocation.reached());
             collocation.remember(size);
         }
-        self.splitting.drift(self.equations, size, high, low, interrupt)
+        self.splitting.drift(self.equations, size, [high, low], interrupt)
     }
 
     fn kick(
         &mut self,
         size: f64,
-        high: &mut [f64],
-        low: &mut [f64],
+        [high, low]: [&mut [f64]; 2],
         interrupt: &mut InterruptCheck,
     ) -> Result<u64> {
         if !self.known {
@@ -107,7 +105,7 @@ impl Flows for StepTangentMap<'_> {
             self.known = true;
         }
         self.variations.kick(self.equations.system().arch(), size, self.columns);
-        self.splitting.kick(self.equations, size, high, low, interrupt)
+        self.splitting.kick(self.equations, size, [high, low], interrupt)
     }
 
     fn restore(&mut self, _high: &mut [f64], _low: &mut [f64]) {}

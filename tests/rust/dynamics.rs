@@ -105,7 +105,7 @@ fn jacobi_vectors_keep_their_digits_far_out() {
     }
     let time = 0.7;
     let mut splitting = Splitting::new(&dynamics, DriftKind::Kepler).unwrap();
-    splitting.drift(&dynamics, time, &mut high, &mut low, &mut InterruptCheck::never()).unwrap();
+    splitting.drift(&dynamics, time, [&mut high, &mut low], &mut InterruptCheck::never()).unwrap();
     let [first, second] = vectors(time);
     let blocks = [(layout.position(0), first.0, second.0), (layout.velocity(0), first.1, second.1)];
     for (block, first, second) in blocks {

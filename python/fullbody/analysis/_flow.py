@@ -13,7 +13,8 @@ import numpy as np
 
 from ..base import rotations
 from ..model.state import strip, wrap
-from ._pair import Array, Pair, Pose, cross
+from ..typing import Floats
+from ._pair import Pair, Pose, cross
 
 __all__ = ["Point", "flow", "generators", "momentum_rows"]
 
@@ -27,8 +28,8 @@ class Point:
     """A state of a pair whose barycentre is at rest."""
 
     pose: Pose
-    velocity: Array
-    spin: Array
+    velocity: Floats
+    spin: Floats
 
     @classmethod
     def of(cls, core: Any) -> Point:
@@ -36,12 +37,12 @@ class Point:
         r, v = (values[1] - values[0] for values in (core.position, core.velocity))
         return cls(Pose(r, core.attitude), v, core.spin)
 
-    def moved(self, by: Array) -> Point:
+    def moved(self, by: Floats) -> Point:
         """Return the point displaced by a tangent vector (18,)."""
         pose = self.pose.moved(np.concatenate([by[:3], by[TURNS[0]], by[TURNS[1]]]))
         return Point(pose, self.velocity + by[3:6], self.spin + np.array([by[SPINS[0]], by[SPINS[1]]]))
 
-    def turned(self, angle: float, own: Array) -> Point:
+    def turned(self, angle: float, own: Floats) -> Point:
         """Return the point turned about z, after turning the bodies in their frames by quaternions (2, 4)."""
         q = rotations.turn(2, angle)
         R = rotations.matrices(q)
@@ -49,7 +50,7 @@ class Point:
         spin = np.einsum("kji,kj->ki", rotations.matrices(own), self.spin)
         return Point(Pose(R @ self.pose.r, np.array(attitude)), R @ self.velocity, spin)
 
-    def less(self, other: Point) -> Array:
+    def less(self, other: Point) -> Floats:
         """Return the tangent vector (18,) from another point to this one, to first order in their difference."""
         found = np.zeros(18)
         found[:3], found[3:6] = self.pose.r - other.pose.r, self.velocity - other.velocity
@@ -58,7 +59,7 @@ class Point:
             found[SPINS[k]] = self.spin[k] - other.spin[k]
         return found
 
-    def rates(self, pair: Pair) -> Array:
+    def rates(self, pair: Pair) -> Floats:
         """Return the time derivatives of the point's numbers (18,)."""
         loads, _ = pair.loads(self.pose)
         found = np.zeros(18)
@@ -71,7 +72,7 @@ class Point:
                 found[SPINS[k]] = torque / moments
         return found
 
-    def energy_row(self, pair: Pair) -> Array:
+    def energy_row(self, pair: Pair) -> Floats:
         """Return the gradient of the total energy (18,) with respect to a tangent vector."""
         loads, _ = pair.loads(self.pose)
         found = np.zeros(18)
@@ -85,13 +86,13 @@ class Point:
         kinetic = pair.mass * self.velocity @ self.velocity + np.sum(pair.inertia * self.spin**2)
         return float(0.5 * kinetic + pair.loads(self.pose)[1])
 
-    def angular_momentum(self, pair: Pair) -> Array:
+    def angular_momentum(self, pair: Pair) -> Floats:
         """Return the total angular momentum (3,)."""
         turned = np.einsum("kij,kj->i", self.pose.rotation, pair.inertia * self.spin)
         return np.asarray(pair.mass * np.cross(self.pose.r, self.velocity) + turned)
 
 
-def momentum_rows(pair: Pair, point: Point) -> Array:
+def momentum_rows(pair: Pair, point: Point) -> Floats:
     """Return the derivatives of the total angular momentum with respect to a tangent vector (3, 18)."""
     rows = np.zeros((3, 18))
     rows[:, :3], rows[:, 3:6] = -pair.mass * cross(point.velocity), pair.mass * cross(point.pose.r)
@@ -101,7 +102,7 @@ def momentum_rows(pair: Pair, point: Point) -> Array:
     return rows
 
 
-def generators(point: Point, axes: tuple[int | None, int | None]) -> Array:
+def generators(point: Point, axes: tuple[int | None, int | None]) -> Floats:
     """Return tangent vectors (18, S) of a turn of the whole pair about z and of turns of bodies about their symmetry
     axes.
     """
@@ -121,7 +122,7 @@ def generators(point: Point, axes: tuple[int | None, int | None]) -> Array:
     return np.array(columns).T
 
 
-def flow(pair: Pair, point: Point, time: float) -> tuple[Point, Array]:
+def flow(pair: Pair, point: Point, time: float) -> tuple[Point, Floats]:
     """Integrate a motion over a time and return the final point and the transition matrix (18, 18)."""
     system = pair.system
     start = wrap(pair.state(point.pose, point.velocity, point.spin), pair.context)

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._pair import Array, Pair, Pose, cross
+from ..typing import Floats
+from ._pair import Pair, Pose, cross
 
 __all__ = ["Rotation", "complement", "even", "kernel"]
 
@@ -19,14 +20,14 @@ __all__ = ["Rotation", "complement", "even", "kernel"]
 _UP = cross((0.0, 0.0, 1.0))
 
 
-def kernel(matrix: Array, tolerance: float = 1e-10) -> Array:
+def kernel(matrix: Floats, tolerance: float = 1e-10) -> Floats:
     """Return orthonormal columns that span the null space of a matrix."""
     _, values, rows = np.linalg.svd(matrix)
     rank = int(np.sum(values > tolerance * values.max(initial=0.0))) if len(values) else 0
     return rows[rank:].T
 
 
-def complement(vectors: Array) -> Array:
+def complement(vectors: Floats) -> Floats:
     """Return orthonormal columns orthogonal to the given columns, which may be linearly dependent."""
     return kernel(vectors.T)
 
@@ -35,33 +36,27 @@ def complement(vectors: Array) -> Array:
 class Rotation:
     """A pose that turns uniformly about z, and the additional spins s_k of bodies about their axes of symmetry.
 
-    Attributes
-    ----------
-    axes : tuple of int or None
-        For each body its axis of symmetry, 3 for a sphere or a point, and ``None`` for a body without one.
-    spin : ndarray, (2,)
-        The additional spins s_k, which are zero for locked bodies.
-    free : tuple of bool
-        For each body whether it is free, which means not locked.
+    ``axes`` has for each body its axis of symmetry, 3 for a sphere or a point, and ``None`` for a body without one;
+    ``spin`` (2,) the s_k, which are zero for locked bodies; ``free`` whether each body is not locked.
     """
 
     pair: Pair
     pose: Pose
     rate: float
     axes: tuple[int | None, int | None]
-    spin: Array
+    spin: Floats
     free: tuple[bool, bool]
 
     @property
-    def omega(self) -> Array:
+    def omega(self) -> Floats:
         return np.array([0.0, 0.0, self.rate])
 
     @property
-    def turning(self) -> Array:
+    def turning(self) -> Floats:
         """The angular velocity Omega in both body frames (2, 3)."""
         return np.einsum("kji,j->ki", self.pose.rotation, self.omega)
 
-    def axis(self, body: int) -> Array:
+    def axis(self, body: int) -> Floats:
         """Return the unit vector e_k (3,) of a body's additional spin in its frame; for a sphere it is along Omega."""
         axis = self.axes[body]
         if axis is None or axis == 3:
@@ -69,22 +64,22 @@ class Rotation:
         return np.asarray(np.eye(3)[axis])
 
     @property
-    def spins(self) -> Array:
+    def spins(self) -> Floats:
         """Return the angular velocities (2, 3) of the bodies in their frames."""
         return self.turning + np.array([self.spin[k] * self.axis(k) for k in range(2)])
 
     @property
-    def momenta(self) -> Array:
+    def momenta(self) -> Floats:
         """Return the angular momenta pi_k (2, 3) of the bodies in their frames."""
         return self.pair.inertia * self.spins
 
     @property
-    def velocity(self) -> Array:
+    def velocity(self) -> Floats:
         """The rate of change dr/dt of the separation."""
         return cross(self.omega) @ self.pose.r
 
     @property
-    def angular_momentum(self) -> Array:
+    def angular_momentum(self) -> Floats:
         """The total angular momentum (3,)."""
         turned = np.einsum("kij,kj->i", self.pose.rotation, self.momenta)
         return self.pair.mass * cross(self.pose.r) @ self.velocity + turned
@@ -95,7 +90,7 @@ class Rotation:
         return float(0.5 * kinetic + self.pair.loads(self.pose)[1])
 
     @property
-    def units(self) -> Array:
+    def units(self) -> Floats:
         """Units (18,) of tangent vectors in which all components have similar weight. With d the separation, n Kepler's
         rate and u_k = sqrt(m d^2 / I_k) radians, the units are d, u_k, m d n and m d^2 n / u_k.
         """
@@ -105,7 +100,7 @@ class Rotation:
         turns = np.sqrt(m * d * d / np.where(largest > 0.0, largest, m * d * d))
         return np.repeat([d, *turns, m * d * n, *(m * d * d * n / turns)], 3)
 
-    def symmetries(self) -> Array:
+    def symmetries(self) -> Floats:
         """Return changes (9, S) of the pose that leave the system as it is: a turn of the whole, and turns about
         symmetry axes.
         """
@@ -117,12 +112,12 @@ class Rotation:
                 columns.append(column)
         return np.array(columns).T
 
-    def _free_turns(self, body: int) -> Array:
+    def _free_turns(self, body: int) -> Floats:
         """Return rotation vectors (S, 3) of a body that leave its gravity as it is."""
         axis = self.axes[body]
         return np.eye(3) if axis == 3 else np.zeros((0, 3)) if axis is None else np.eye(3)[[axis]]
 
-    def rates(self) -> Array:
+    def rates(self) -> Floats:
         """The matrix (18, 18) of the linear equations of motion of tangent vectors."""
         pair, omega = self.pair, cross(self.omega)
         jacobian = pair.derivatives(self.pose)
@@ -139,7 +134,7 @@ class Rotation:
             A[p, p] = cross(self.momenta[k]) @ inverse - turning
         return A
 
-    def energy_form(self) -> Array:
+    def energy_form(self) -> Floats:
         """The matrix (18, 18) of twice the energy of tangent vectors, less Omega and s_k times their momenta."""
         pair = self.pair
         jacobian = pair.derivatives(self.pose)
@@ -161,7 +156,7 @@ class Rotation:
             Q[v, v] += (turning @ momentum) * np.eye(3) - (both + both.T) / 2
         return Q
 
-    def momentum_rows(self) -> Array:
+    def momentum_rows(self) -> Floats:
         """Return the derivatives (3 + S, 18) of the total angular momentum and of conserved momenta of free bodies."""
         rows = np.zeros((3, 18))
         rows[:, :3] = -self.pair.mass * cross(self.velocity)
@@ -175,7 +170,7 @@ class Rotation:
             more.append(self._free_turns(k) @ own)
         return np.concatenate([rows, *more])
 
-    def generators(self) -> Array:
+    def generators(self) -> Floats:
         """Return tangent vectors (18, S) of the turns in :meth:`symmetries`, which leave all rates as they are."""
         found = np.zeros((18, self.symmetries().shape[1]))
         found[:9] = self.symmetries()
@@ -185,7 +180,7 @@ class Rotation:
             found[12 + 3 * k : 15 + 3 * k, 1:] = cross(self.momenta[k]) @ found[3 + 3 * k : 6 + 3 * k, 1:]
         return found
 
-    def reduced(self) -> tuple[Array, Array, Array]:
+    def reduced(self) -> tuple[Floats, Floats, Floats]:
         """Reduce the motion to tangent vectors that change no conserved momentum and are no symmetry. Return a basis
         (18, 2 M) of them in :attr:`units`, and the matrices (2 M, 2 M) of their rates and of their energy.
         """
@@ -196,7 +191,7 @@ class Rotation:
         Q = self.energy_form() * np.outer(units, units)
         return basis * units[:, np.newaxis], basis.T @ A @ basis, basis.T @ Q @ basis
 
-    def amended_hessian(self) -> tuple[Array, Array]:
+    def amended_hessian(self) -> tuple[Floats, Floats]:
         """Return eigenvalues (D,) of the Hessian of the amended potential, ascending, and its eigenvectors (9, D).
 
         V = U + J . I^-1 J / 2, with I the tensor of inertia of the whole, is the least energy of a pose with the total
@@ -231,6 +226,6 @@ class Rotation:
         return values, (ways @ vectors) * units[:9, np.newaxis]
 
 
-def even(rows: Array) -> Array:
+def even(rows: Floats) -> Floats:
     """Return the rows scaled to length one."""
     return rows / np.linalg.norm(rows, axis=1, keepdims=True)

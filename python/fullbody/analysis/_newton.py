@@ -9,8 +9,9 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from ..errors import BodiesOverlap, NotConverged
+from ..typing import Floats
 from ._linear import Rotation
-from ._pair import Array, Pair, Pose, cross
+from ._pair import Pair, Pose, cross
 
 __all__ = ["Condition", "Kind", "Problem", "converged", "corrected"]
 
@@ -37,12 +38,8 @@ class Condition:
 class Problem:
     """The equations of uniform rotation, with the choice of locked bodies and the spins of the free ones.
 
-    Attributes
-    ----------
-    axes : tuple of int or None
-        Axes of symmetry, as in :class:`Rotation`.
-    spin : dict of float
-        The total spin about its axis of each body that is not locked.
+    ``axes`` are those of :class:`Rotation`, and ``spin`` has the total spin about its axis of each body that is not
+    locked.
     """
 
     pair: Pair
@@ -56,7 +53,7 @@ class Problem:
         own = [self.spin[k] - bare.turning[k] @ bare.axis(k) if k in self.spin else 0.0 for k in range(2)]
         return Rotation(self.pair, pose, rate, self.axes, np.array(own), free)
 
-    def residual(self, rotation: Rotation) -> Array:
+    def residual(self, rotation: Rotation) -> Floats:
         """Return the residual (9,) of uniform rotation: unbalanced force on the second body and torques."""
         pair, omega = self.pair, rotation.omega
         missing, _ = pair.loads(rotation.pose)
@@ -65,7 +62,7 @@ class Problem:
             missing[3 + 3 * k : 6 + 3 * k] -= cross(rotation.turning[k]) @ rotation.momenta[k]
         return missing
 
-    def jacobian(self, rotation: Rotation) -> Array:
+    def jacobian(self, rotation: Rotation) -> Floats:
         """Return the Jacobian (9, 10) of the residual with respect to the pose and the rate."""
         pair, pose = self.pair, rotation.pose
         found = np.zeros((9, 10))
@@ -82,7 +79,7 @@ class Problem:
             found[rows] += cross(momentum) @ turned - cross(turning) @ (pair.inertia[k][:, np.newaxis] * spun)
         return found
 
-    def _turning(self, rotation: Rotation, body: int) -> tuple[Array, Array]:
+    def _turning(self, rotation: Rotation, body: int) -> tuple[Floats, Floats]:
         """Return the derivatives (3, 10) of Omega and of the spin in a body's frame with respect to the pose and the
         rate.
         """
@@ -100,7 +97,7 @@ class Problem:
             return rotation.pose.distance
         return float(rotation.angular_momentum[2]) if kind == "angular_momentum" else rotation.rate
 
-    def quantity_gradient(self, kind: Kind, rotation: Rotation) -> Array:
+    def quantity_gradient(self, kind: Kind, rotation: Rotation) -> Floats:
         """Return the gradient (10,) of a quantity with respect to the pose and the rate."""
         found = np.zeros(10)
         pose = rotation.pose
@@ -119,14 +116,14 @@ class Problem:
                 found[3 + 3 * k : 6 + 3 * k] += rotation.momenta[k] @ cross(pole)
         return found
 
-    def scales(self, rotation: Rotation) -> tuple[Array, Array]:
+    def scales(self, rotation: Rotation) -> tuple[Floats, Floats]:
         """Return the units of the residual (9,) and of the pose and the rate (10,)."""
         d = rotation.pose.distance
         force = self.pair.strength / d**2
         rate = np.sqrt(force / (self.pair.mass * d))
         return np.repeat([force, force * d], [3, 6]), np.repeat([d, 1.0, rate], [3, 6, 1])
 
-    def equations(self, rotation: Rotation) -> tuple[Array, Array]:
+    def equations(self, rotation: Rotation) -> tuple[Floats, Floats]:
         """Return the linear equations of Newton's step: matrix (9 + S, 10) and residuals (9 + S,).
 
         The last S rows keep the step from moving along symmetries. The equations are in the units of :meth:`scales`,
@@ -155,7 +152,7 @@ def converged(problem: Problem, guess: Rotation, condition: Condition) -> Rotati
     BodiesOverlap
     """
 
-    def row(rotation: Rotation, columns: Array) -> tuple[Array, float]:
+    def row(rotation: Rotation, columns: Floats) -> tuple[Floats, float]:
         slope = problem.quantity_gradient(condition.kind, rotation) * columns
         unit = max(abs(condition.value), np.abs(slope).max())
         return slope / unit, (problem.quantity(condition.kind, rotation) - condition.value) / unit
@@ -164,7 +161,7 @@ def converged(problem: Problem, guess: Rotation, condition: Condition) -> Rotati
     return _solved(problem, guess, row, f"{quantity} {condition.value:.9g}", quantity)
 
 
-def corrected(problem: Problem, rotation: Rotation, tangent: Array, length: float) -> Rotation:
+def corrected(problem: Problem, rotation: Rotation, tangent: Floats, length: float) -> Rotation:
     """Find the uniform rotation in the plane across a step (10,), which is in units of :meth:`Problem.scales`.
 
     Raises
@@ -182,7 +179,7 @@ def corrected(problem: Problem, rotation: Rotation, tangent: Array, length: floa
 def _solved(
     problem: Problem,
     rotation: Rotation,
-    row: Callable[[Rotation, Array], tuple[Array, float]],
+    row: Callable[[Rotation, Floats], tuple[Floats, float]],
     wanted: str,
     quantity: str,
     most: int = _STEPS,
@@ -214,7 +211,7 @@ def _solved(
     )
 
 
-def _moved(problem: Problem, rotation: Rotation, step: Array) -> Rotation:
+def _moved(problem: Problem, rotation: Rotation, step: Floats) -> Rotation:
     """Return the rotation after a step, which is shortened where the bodies would overlap."""
     for _ in range(8):
         pose = rotation.pose.moved(step[:9])

@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..base import rotations
@@ -18,10 +17,10 @@ from ..model.failures import explaining
 from ..model.polyhedron import Polyhedron
 from ..model.stokes import StokesCoefficients
 from ..motion.system import System
+from ..typing import Floats
 
-__all__ = ["Array", "Pair", "Pose", "cross"]
+__all__ = ["Pair", "Pose", "cross"]
 
-Array = npt.NDArray[np.float64]
 
 #: Moments of inertia that differ by less than this are equal; a torque below this, relative to G m m / r, is zero.
 _EQUAL = 1e-10
@@ -31,7 +30,7 @@ _TURNS = (0.3, 0.7, 1.1, 1.9, 2.6)
 _TILT, _CLEAR = 0.5, 1.05
 
 
-def cross(v: Any) -> Array:
+def cross(v: Any) -> Floats:
     """Return the matrix of the vector product with v on the left."""
     x, y, z = v
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -41,11 +40,11 @@ def cross(v: Any) -> Array:
 class Pose:
     """The pose of two bodies in a frame that turns with them: their separation and both attitudes."""
 
-    r: Array
-    attitude: Array
+    r: Floats
+    attitude: Floats
 
     @cached_property
-    def rotation(self) -> Array:
+    def rotation(self) -> Floats:
         """The rotation matrices (2, 3, 3) from the body frames."""
         return rotations.matrices(self.attitude)
 
@@ -53,7 +52,7 @@ class Pose:
     def distance(self) -> float:
         return float(np.linalg.norm(self.r))
 
-    def moved(self, by: Array) -> Pose:
+    def moved(self, by: Floats) -> Pose:
         """Return the pose after a change (9,): of the separation, and rotation vectors in both body frames."""
         attitude = rotations.products(self.attitude, rotations.of_vectors(np.reshape(by[3:9], (2, 3))))
         return Pose(self.r + by[:3], attitude / np.linalg.norm(attitude, axis=1, keepdims=True))
@@ -74,11 +73,11 @@ class Pair:
             names = ", ".join(force.name for force in system.forces)
             raise InvalidInput(f"the system has external forces ({names}); expected system.with_forces([])")
         self.system, self.context = system, system.context
-        self.masses: Array = np.asarray(self.context.masses)
+        self.masses: Floats = np.asarray(self.context.masses)
         self.total = float(self.masses.sum())
         self.mass = float(self.masses.prod() / self.total)
         self.strength = float(self.context.G * self.masses.prod())
-        self.inertia: Array = np.array([np.asarray(core.inertia) for core in self.context.bodies])
+        self.inertia: Floats = np.array([np.asarray(core.inertia) for core in self.context.bodies])
         self.reach = [self._radius(core) for core in self.context.bodies]
 
     @staticmethod
@@ -99,14 +98,14 @@ class Pair:
             time, shares * pose.r, shares * np.asarray(velocity), np.ascontiguousarray(pose.attitude), spin
         )
 
-    def loads(self, pose: Pose) -> tuple[Array, float]:
+    def loads(self, pose: Pose) -> tuple[Floats, float]:
         """Return the force on the second body with both torques (9,), and the potential energy."""
         state = self.state(pose)
         with explaining(self.context, state):
             force, torque, energy, _ = self.context.core.interactions(state)
         return np.concatenate([force[1], torque[0], torque[1]]), float(energy)
 
-    def derivatives(self, pose: Pose) -> Array:
+    def derivatives(self, pose: Pose) -> Floats:
         """Return the Jacobian (9, 9) of the loads with respect to the pose."""
         state = self.state(pose)
         with explaining(self.context, state):

@@ -12,9 +12,10 @@ from ..base import rotations
 from ..base.tables import number
 from ..errors import BodiesOverlap, NotConverged
 from ..motion.system import System
+from ..typing import Floats
 from ._flow import SPINS, TURNS, Point, flow, generators, momentum_rows
 from ._linear import even
-from ._pair import Array, Pair
+from ._pair import Pair
 
 __all__ = ["Ends", "Shooting", "begun", "solved"]
 
@@ -25,7 +26,7 @@ _LONGEST, _UNKNOWN = 0.2, 1e-12
 #: The quaternions of no rotation and of half turns about x, y and z.
 _HALF_TURNS = np.eye(4)
 #: The ends of the segments and their transition matrices (18, 18).
-Ends: TypeAlias = list[tuple[Point, Array]]
+Ends: TypeAlias = list[tuple[Point, Floats]]
 
 
 @dataclass
@@ -41,15 +42,15 @@ class Shooting:
     #: The index of the half turn of each body: 0 for none, or 1 to 3 for x, y and z.
     half: list[int]
     #: Turns of bodies about their axes of symmetry, in radians.
-    own: Array
+    own: Floats
 
-    def units(self) -> Array:
+    def units(self) -> Floats:
         """Units (18,) of tangent vectors: the separation, its rate, and radians."""
         d = self.points[0].pose.distance
         n = np.sqrt(self.pair.strength / (self.pair.mass * d**3))
         return np.concatenate([np.repeat([d, d * n], 3), np.repeat([1.0, n, 1.0, n], 3)])
 
-    def own_turns(self) -> Array:
+    def own_turns(self) -> Floats:
         """Quaternions (2, 4) by which bodies turn in their frames in addition to the turn of the whole."""
         found = np.array([_HALF_TURNS[half] for half in self.half])
         for k, axis in enumerate(self.axes):
@@ -61,7 +62,7 @@ class Shooting:
         """The state in which the orbit has to end: its start, turned."""
         return self.points[0].turned(self.angle, self.own_turns())
 
-    def target_derivatives(self) -> tuple[Array, Array]:
+    def target_derivatives(self) -> tuple[Floats, Floats]:
         """Return derivatives of the target with respect to the start (18, 18), and to the angle and the own turns (18,
         3).
         """
@@ -111,7 +112,7 @@ def solved(
     held: Sequence[str],
     kept: dict[str, float],
     within: float,
-    across: Array | None = None,
+    across: Floats | None = None,
 ) -> tuple[Shooting, Ends, float]:
     """Find the orbit near a guess and return it with the ends of its segments and its closure; the start may be
     restricted to changes across a tangent vector.
@@ -127,7 +128,7 @@ def solved(
         best = min(best, closure)
         if lost > _LOST:
             break
-        step: Array = np.asarray(np.linalg.lstsq(matrix, -missing, rcond=_UNKNOWN)[0])
+        step: Floats = np.asarray(np.linalg.lstsq(matrix, -missing, rcond=_UNKNOWN)[0])
         step *= min(1.0, _LONGEST / max(float(np.abs(step).max()), 1e-300))
         shooting, ends = _stepped(shooting, step, count)
     if closure > within:
@@ -141,8 +142,8 @@ def solved(
 
 
 def _equations(
-    shooting: Shooting, ends: Ends, held: Sequence[str], kept: dict[str, float], across: Array | None
-) -> tuple[Array, Array]:
+    shooting: Shooting, ends: Ends, held: Sequence[str], kept: dict[str, float], across: Floats | None
+) -> tuple[Floats, Floats]:
     """Return the linear equations of a step (E, 18 K + 4) and their residuals (E,), in units of tangent vectors. The
     equations are 18 K that the segments meet, one for each quantity held, and those that keep the start from moving
     along the orbit or by symmetries.
@@ -190,7 +191,7 @@ def _equations(
     return np.concatenate([matrix, still]), np.concatenate([missing, np.zeros(len(still))])
 
 
-def _stepped(shooting: Shooting, step: Array, count: int) -> tuple[Shooting, Ends]:
+def _stepped(shooting: Shooting, step: Floats, count: int) -> tuple[Shooting, Ends]:
     """Return the orbit after a step, which is shortened where the bodies would overlap."""
     units = shooting.units()
     for _ in range(6):

@@ -12,9 +12,10 @@ import numpy as np
 
 from ..base import rotations
 from ..errors import BodiesOverlap
+from ..typing import Floats
 from ._linear import Rotation
 from ._newton import Problem
-from ._pair import Array, Pair, Pose
+from ._pair import Pair, Pose
 
 __all__ = ["Axes", "aligned", "alignments", "contact", "long_axes", "rotation_at", "scan"]
 
@@ -26,7 +27,7 @@ _RATIO, _FARTHEST = 1.12, 100.0
 
 
 @cache
-def _attitude(line: int, pole: int) -> Array:
+def _attitude(line: int, pole: int) -> Floats:
     """Return the quaternion that puts one body axis along x and another one along z."""
     matrix = np.zeros((3, 3))
     matrix[0, line] = matrix[2, pole] = 1.0
@@ -96,10 +97,10 @@ class Scan:
     """One alignment at many separations (K,), with the angular momentum of uniform rotation at each."""
 
     axes: Axes
-    separation: Array
-    angular_momentum: Array
+    separation: Floats
+    angular_momentum: Floats
 
-    def crossings(self, value: float) -> Array:
+    def crossings(self, value: float) -> Floats:
         """Return separations near which the angular momentum has a value, the nearest first."""
         above = self.angular_momentum >= value
         places = np.flatnonzero(above[1:] != above[:-1])

@@ -10,15 +10,16 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from ..base.attributes import WithUnit
 from ..base.kinds import choice, instance, whole
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, number
 from ..base.units import need
 from ..errors import BodiesOverlap, NotConverged
-from ..typing import Array as Floats
+from ..typing import Array, Floats
+from . import pictures
 from ._linear import Rotation
 from ._newton import Condition, Problem, converged, corrected
-from ._pair import Array
 from .equilibrium import RelativeEquilibrium
 
 __all__ = ["Branch", "Fold", "branch"]
@@ -49,6 +50,16 @@ class Fold:
         return f"Fold({self.quantity}={value} at a separation of {number(self.equilibrium.separation)})"
 
 
+def _column(text: str, name: str, dimension: str) -> WithUnit[Array]:
+    """Return a property of branches: a number of each equilibrium (K,)."""
+
+    def numbers(branch: Any) -> Any:
+        values = (getattr(one, name) for one in branch.equilibria)
+        return np.array([float(getattr(value, "value", value)) for value in values])
+
+    return WithUnit(text, numbers, dimension)
+
+
 class Branch(Tabled):
     """A family of relative equilibria, made by :func:`branch`; ``branch[k]`` is its k-th equilibrium.
 
@@ -66,39 +77,20 @@ class Branch(Tabled):
 
     def __init__(self, equilibria: list[RelativeEquilibrium], folds: list[Fold], end: str) -> None:
         self.equilibria = tuple(equilibria)
+        self.system = equilibria[0].system
         self.folds = tuple(folds)
         self.end = end
 
-    def _column(self, name: str, dimension: str) -> Any:
-        values = [getattr(one, name) for one in self.equilibria]
-        plain = np.array([float(getattr(value, "value", value)) for value in values])
-        return self.equilibria[0].system.context.units.attach(plain, dimension)
+    separation = _column("Distances (K,) between the centres.", "separation", "length")
+    rate = _column("Rates (K,) at which the pair turns.", "rate", "spin")
+    angular_momentum = _column("Total angular momenta (K,).", "angular_momentum", "angular momentum")
+    energy = _column("Total energies (K,).", "energy", "energy")
 
     @cached_property
-    def separation(self) -> Floats:
-        """Distances (K,) between the centres."""
-        return self._column("separation", "length")
-
-    @cached_property
-    def rate(self) -> Floats:
-        """Rates (K,) at which the pair turns."""
-        return self._column("rate", "spin")
-
-    @cached_property
-    def angular_momentum(self) -> Floats:
-        """Total angular momenta (K,)."""
-        return self._column("angular_momentum", "angular momentum")
-
-    @cached_property
-    def energy(self) -> Floats:
-        """Total energies (K,)."""
-        return self._column("energy", "energy")
-
-    @cached_property
-    def frequency(self) -> Floats:
+    def frequency(self) -> Array:
         """Frequencies (K, M) of the modes, ascending; zero for modes that grow without oscillating."""
         plain = [np.asarray(getattr(f, "value", f)) for f in (one.modes.frequency for one in self.equilibria)]
-        return self.equilibria[0].system.context.units.attach(np.array(plain), "spin")
+        return self.system.context.units.attach(np.array(plain), "spin")
 
     @cached_property
     def linearly_stable(self) -> npt.NDArray[np.bool_]:
@@ -110,31 +102,7 @@ class Branch(Tabled):
         """Whether each equilibrium (K,) is energetically stable: the energy has a minimum there."""
         return np.array([one.energetically_stable for one in self.equilibria])
 
-    def plot(
-        self,
-        ax: Any = None,
-        *,
-        x: Literal["separation", "angular_momentum", "rate", "energy"] = "separation",
-        y: Literal["separation", "angular_momentum", "rate", "energy", "frequency"] = "angular_momentum",
-        **kwargs: Any,
-    ) -> Any:
-        """Draw one quantity against another, with stable parts as full lines and the folds marked.
-
-        Parameters
-        ----------
-        ax : matplotlib axes, optional
-        x, y : str
-            Names of attributes; ``y="frequency"`` draws all modes.
-        **kwargs
-            Passed to ``Axes.plot``.
-
-        Returns
-        -------
-        matplotlib axes
-        """
-        from .pictures import branch
-
-        return branch(self, ax, x, y, **kwargs)
+    plot = pictures.branch
 
     def __len__(self) -> int:
         return len(self.equilibria)
@@ -234,17 +202,17 @@ def branch(
     return Branch(found, folds, end)
 
 
-def _tangent(problem: Problem, rotation: Rotation) -> Array:
+def _tangent(problem: Problem, rotation: Rotation) -> Floats:
     """Return the unit vector (10,) along which the equilibria continue, in the units of :meth:`Problem.scales`."""
     return np.linalg.svd(problem.equations(rotation)[0])[2][-1]
 
 
-def _slope(problem: Problem, rotation: Rotation, tangent: Array, quantity: Any) -> float:
+def _slope(problem: Problem, rotation: Rotation, tangent: Floats, quantity: Any) -> float:
     """Return the derivative of a quantity along a direction."""
     return float(problem.quantity_gradient(quantity, rotation) @ (tangent * problem.scales(rotation)[1]))
 
 
-def _fold(problem: Problem, rotation: Rotation, tangent: Array, length: float, quantity: Any) -> Rotation:
+def _fold(problem: Problem, rotation: Rotation, tangent: Floats, length: float, quantity: Any) -> Rotation:
     """Find the extreme of a quantity within a step."""
     with need("analysis", "a branch of equilibria"):
         from scipy.optimize import brentq

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..base import rotations
+from ..base.attributes import WithUnit
 from ..base.kinds import instance, whole
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, number, tables_of
@@ -17,10 +18,10 @@ from ..model.composite import Composite, Part
 from ..model.shapes import Ellipsoid, Sphere
 from ..model.state import State, strip
 from ..motion.system import System
-from ..typing import Scalar
+from ..typing import Floats, Scalar
 from ._linear import Rotation
 from ._newton import Condition, Kind, Problem, converged
-from ._pair import Array, Pair, Pose
+from ._pair import Pair, Pose
 from ._starts import Axes, aligned, contact, long_axes, rotation_at, scan
 from .modes import Modes, displaced, modes_of
 
@@ -54,15 +55,8 @@ class RelativeEquilibrium(Tabled):
         self.system: System = problem.pair.system
         self.state: State = displaced(self.rotation, np.zeros(18))
 
-    @property
-    def separation(self) -> Scalar:
-        """Distance between the centres."""
-        return self.system.context.units.attach(self.rotation.pose.distance, "length")
-
-    @property
-    def rate(self) -> Scalar:
-        """Rate Omega at which the pair turns, in radians per unit of time."""
-        return self.system.context.units.attach(self.rotation.rate, "spin")
+    separation = WithUnit[Scalar]("Distance between the centres.", "rotation.pose.distance", "length")
+    rate = WithUnit[Scalar]("Rate Omega at which the pair turns, in radians per unit of time.", "rotation.rate", "spin")
 
     @property
     def period(self) -> Scalar:
@@ -102,7 +96,7 @@ class RelativeEquilibrium(Tabled):
         return not np.any(np.asarray(getattr(growth, "value", growth)) > 0.0)
 
     @cached_property
-    def curvatures(self) -> Array:
+    def curvatures(self) -> Floats:
         """Eigenvalues (D,) of the Hessian of the amended potential, ascending.
 
         The variables are the separation in units of its length r, and rotation vectors of the bodies times
@@ -288,7 +282,7 @@ def _distance(problem: Problem, axes: Axes, condition: Condition) -> float:
     return float(places[-1])
 
 
-def pose_of(pair: Pair, state: State, what: str) -> tuple[Pose, Array]:
+def pose_of(pair: Pair, state: State, what: str) -> tuple[Pose, Floats]:
     """Return a state's pose in axes with z along the angular momentum, and the matrix that turns vectors into them."""
     core = strip(state, pair.context)
     if len(core.position) != 2:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.attributes import WithUnit
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled, head, number
 from ..errors import BodiesOverlap, NotConverged
@@ -38,26 +39,14 @@ class Touching(Tabled):
         poles = [axes[k][1] for k in range(2)]
         inertia = pair.mass * pose.distance**2 + sum(pair.inertia[k][poles[k]] for k in range(2))
         rate = angular_momentum / inertia
-        rotation = Problem(pair, (None, None), {}).rotation(pose, rate)
+        self.rotation = rotation = Problem(pair, (None, None), {}).rotation(pose, rate)
         self.system: System = pair.system
         self.state: State = wrap(pair.state(pose, rotation.velocity, rotation.spins), pair.context)
-        self._numbers = {"separation": pose.distance, "rate": rate, "energy": rotation.energy}
         self._pressure = pair.mass * rate**2 * pose.distance + float(pair.loads(pose)[0][0])
 
-    @property
-    def separation(self) -> Scalar:
-        """Distance between the centres."""
-        return self.system.context.units.attach(self._numbers["separation"], "length")
-
-    @property
-    def rate(self) -> Scalar:
-        """Rate at which the pair turns, in radians per unit of time."""
-        return self.system.context.units.attach(self._numbers["rate"], "spin")
-
-    @property
-    def energy(self) -> Scalar:
-        """Total energy with the barycentre at rest."""
-        return self.system.context.units.attach(self._numbers["energy"], "energy")
+    separation = WithUnit[Scalar]("Distance between the centres.", "rotation.pose.distance", "length")
+    rate = WithUnit[Scalar]("Rate at which the pair turns, in radians per unit of time.", "rotation.rate", "spin")
+    energy = WithUnit[Scalar]("Total energy with the barycentre at rest.", "rotation.energy", "energy")
 
     @property
     def rests(self) -> bool:

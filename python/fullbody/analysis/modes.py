@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,10 +13,9 @@ from ..base.units import PLAIN
 from ..errors import InvalidInput
 from ..model.state import State, wrap
 from ..motion.system import System
-from ..typing import Array as Floats
-from ..typing import Scalar
+from ..typing import Array, Floats, Scalar
+from . import pictures
 from ._linear import Rotation
-from ._pair import Array
 
 __all__ = ["Modes", "displaced", "modes_of"]
 
@@ -57,8 +55,8 @@ class Modes(Tabled):
 
     system: System
     rate: Scalar
-    frequency: Floats
-    growth: Floats
+    frequency: Array
+    growth: Array
     position: _Complex
     rotation: _Complex
     energy_sign: npt.NDArray[np.int64]
@@ -67,7 +65,7 @@ class Modes(Tabled):
     _deviations: _Complex
 
     @property
-    def period(self) -> Floats:
+    def period(self) -> Array:
         """Periods (M,) of the modes, 2 pi divided by the frequency; infinite where the frequency is zero."""
         with np.errstate(divide="ignore"):
             plain = 2 * np.pi / np.asarray(getattr(self.frequency, "value", self.frequency))
@@ -105,21 +103,7 @@ class Modes(Tabled):
         size, turn = PLAIN.number(amplitude, "number", "amplitude"), PLAIN.number(phase, "number", "phase")
         return displaced(self._rotation, np.real(size * np.exp(1j * turn) * self._deviations[:, place]))
 
-    def plot(self, axes: Any = None) -> npt.NDArray[np.object_]:
-        """Draw in one panel for each mode how far the separation and the bodies oscillate.
-
-        Parameters
-        ----------
-        axes : array of matplotlib axes, optional
-            As many axes as there are modes.
-
-        Returns
-        -------
-        ndarray of matplotlib axes
-        """
-        from .pictures import modes
-
-        return np.asarray(modes(self, axes), dtype=object)
+    plot = pictures.modes
 
     def __len__(self) -> int:
         return len(self.in_plane)
@@ -150,7 +134,7 @@ class Modes(Tabled):
         return f"Modes({len(self)}, frequency={frequency}{unit}, {growing or 'none'} growing)"
 
 
-def displaced(rotation: Rotation, deviation: Array) -> State:
+def displaced(rotation: Rotation, deviation: Floats) -> State:
     """Return the state of a uniform rotation displaced by a tangent vector (18,)."""
     pair = rotation.pair
     velocity = rotation.velocity + deviation[9:12] / pair.mass

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..base.attributes import WithUnit
 from ..base.kinds import instance, whole
 from ..base.limits import NONZERO, POSITIVE
 from ..base.tables import Table, Tabled, number
@@ -16,10 +17,10 @@ from ..base.units import PLAIN
 from ..errors import FullbodyError, InvalidInput
 from ..model.state import State, strip, wrap
 from ..motion.system import System
-from ..typing import Scalar
+from ..typing import Floats, Scalar
 from ._flow import SPINS, TURNS, Point, generators, momentum_rows
 from ._linear import complement, even, kernel
-from ._pair import Array, Pair, Pose, cross
+from ._pair import Pair, Pose, cross
 from ._shooting import Ends, Shooting, begun, solved
 from .equilibrium import RelativeEquilibrium, pose_of
 
@@ -56,10 +57,7 @@ class PeriodicOrbit(Tabled):
         for _, part in ends:
             self._transition = part @ self._transition
 
-    @property
-    def period(self) -> Scalar:
-        """The time after which the motion repeats."""
-        return self.system.context.units.attach(self._shooting.period, "time")
+    period = WithUnit[Scalar]("The time after which the motion repeats.", "_shooting.period", "time")
 
     @property
     def turn(self) -> Scalar:
@@ -89,7 +87,7 @@ class PeriodicOrbit(Tabled):
         return self.system.context.units.attach(value, "angular momentum")
 
     @cached_property
-    def monodromy(self) -> Array:
+    def monodromy(self) -> Floats:
         """The monodromy matrix (18, 18): the derivative of a tangent vector after one period with respect to the one at
         the start.
 

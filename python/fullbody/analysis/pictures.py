@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable
+from typing import Any, Literal
 
 import numpy as np
+import numpy.typing as npt
 
 from ..base.kinds import choice
 from ..base.tables import number
-from ..plots._style import LINES, check_axes, grid, legend, line, matplotlib, panels, plain, single, wishes
+from ..model.state import State
+from ..plots._style import LINES, grid, legend, line, matplotlib, panels, plain, single, wishes
 
 _QUANTITIES = ("separation", "angular_momentum", "rate", "energy")
 #: Components of a mode smaller than this are not drawn.
@@ -23,8 +25,28 @@ def _bare(values: Any) -> tuple[Any, str]:
     return np.asarray(getattr(values, "value", values)), text
 
 
-def branch(branch: Any, ax: Any, x: str, y: str, **kwargs: Any) -> Any:
-    """Draw a branch; see :meth:`Branch.plot`."""
+def branch(
+    branch: Any,
+    ax: Any = None,
+    *,
+    x: Literal["separation", "angular_momentum", "rate", "energy"] = "separation",
+    y: Literal["separation", "angular_momentum", "rate", "energy", "frequency"] = "angular_momentum",
+    **kwargs: Any,
+) -> Any:
+    """Draw one quantity against another, with stable parts as full lines and the folds marked.
+
+    Parameters
+    ----------
+    ax : matplotlib axes, optional
+    x, y : str
+        Names of attributes; ``y="frequency"`` draws all modes.
+    **kwargs
+        Passed to ``Axes.plot``.
+
+    Returns
+    -------
+    matplotlib axes
+    """
     for what, name, known in (("x", x, _QUANTITIES), ("y", y, (*_QUANTITIES, "frequency"))):
         choice(name, what, known)
     kwargs = wishes(kwargs)
@@ -65,8 +87,18 @@ def _phrase(name: str) -> str:
     return name.replace("_", " ")
 
 
-def modes(modes: Any, axes: Any) -> Any:
-    """Draw modes; see :meth:`Modes.plot`."""
+def modes(modes: Any, axes: Any = None) -> npt.NDArray[np.object_]:
+    """Draw in one panel for each mode how far the separation and the bodies oscillate.
+
+    Parameters
+    ----------
+    axes : array of matplotlib axes, optional
+        As many axes as there are modes.
+
+    Returns
+    -------
+    ndarray of matplotlib axes
+    """
     count = len(modes)
     flat, given = panels(axes, (count,), (7.0, 1.1 * count + 0.6))
     names = modes.system.names
@@ -90,15 +122,28 @@ def modes(modes: Any, axes: Any) -> Any:
         grid(ax)
         ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="x-small", handlelength=1.8)
     flat[-1].set_xlabel("periods of the mode")
-    return given
+    return np.asarray(given, dtype=object)
 
 
-def section(x: Sequence[Any], y: Sequence[Any], ax: Any, **kwargs: Any) -> Any:
-    """Draw a section; see :meth:`Section.plot`."""
-    kwargs = wishes(kwargs)
-    ax = single(None, (6.0, 4.5)) if ax is None else check_axes(ax, "ax")
-    colours = matplotlib("pyplot").get_cmap("viridis")(np.linspace(0.0, 0.9, max(len(x), 1)))
-    for across, up, colour in zip(x, y, colours, strict=True):
+def section(section: Any, x: Callable[[State], Any], y: Callable[[State], Any], ax: Any = None, **kwargs: Any) -> Any:
+    """Draw two coordinates of all crossings against each other, with a colour for each start.
+
+    Parameters
+    ----------
+    x, y : callable
+        Functions that take a State and return a number or Quantity.
+    ax : matplotlib axes, optional
+    **kwargs
+        Passed to ``Axes.plot``.
+
+    Returns
+    -------
+    matplotlib axes
+    """
+    kwargs, columns = wishes(kwargs), (section.values(x), section.values(y))
+    ax = single(ax, (6.0, 4.5))
+    colours = matplotlib("pyplot").get_cmap("viridis")(np.linspace(0.0, 0.9, max(len(section), 1)))
+    for across, up, colour in zip(*columns, colours, strict=True):
         style = {"linestyle": "none", "marker": ".", "markersize": 3.0, "markeredgewidth": 0.0, "color": colour}
         ax.plot(_bare(across)[0], _bare(up)[0], **{**style, **kwargs})
     grid(ax)

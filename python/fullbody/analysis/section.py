@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.kinds import function, instance, whole
 from ..base.tables import Table, Tabled
@@ -19,7 +18,8 @@ from ..model.state import State
 from ..motion.system import System
 from ..observables._signal import lines
 from ..record.record import Record
-from ..typing import Array as Floats
+from ..typing import Array, Floats
+from . import pictures
 
 __all__ = ["Frequencies", "Section", "frequencies", "section"]
 
@@ -64,24 +64,7 @@ class Section(Tabled):
             found.append(plain if unit is None else plain << unit)
         return tuple(found)
 
-    def plot(self, x: Callable[[State], Any], y: Callable[[State], Any], ax: Any = None, **kwargs: Any) -> Any:
-        """Draw two coordinates of all crossings against each other, with a colour for each start.
-
-        Parameters
-        ----------
-        x, y : callable
-            Functions that take a State and return a number or Quantity.
-        ax : matplotlib axes, optional
-        **kwargs
-            Passed to ``Axes.plot``.
-
-        Returns
-        -------
-        matplotlib axes
-        """
-        from .pictures import section
-
-        return section(self.values(x), self.values(y), ax, **kwargs)
+    plot = pictures.section
 
     def __len__(self) -> int:
         return len(self.crossings)
@@ -164,8 +147,8 @@ class Frequencies(ArrayFields):
         Half of the peak-to-peak size of each term, in the unit of the quantity.
     """
 
-    frequency: Floats
-    amplitude: Floats
+    frequency: Array
+    amplitude: Array
 
     def __repr__(self) -> str:
         return block("Frequencies(", frequency=self.frequency, amplitude=self.amplitude)
@@ -203,7 +186,7 @@ def frequencies(run: Record, quantity: Any, *, n: int = 3) -> Frequencies:
     values = quantity(run) if callable(quantity) else quantity
     unit = getattr(values, "unit", None)
     plain = np.asarray(getattr(values, "value", values), dtype=np.float64)
-    time: npt.NDArray[np.float64] = run.arrays["time"]
+    time: Floats = run.arrays["time"]
     if plain.shape != time.shape or not np.isfinite(plain).all():
         raise InvalidInput(f"quantity has shape {plain.shape}; expected {time.shape}, finite numbers, one for a sample")
     if len(time) < 8:

@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from ..errors import InvalidInput, caution
+from ..typing import Floats
 from .units import PLAIN, close_to, gathered, is_quantity, numbers
 
 _T = TypeVar("_T")
@@ -145,21 +145,10 @@ def refuse_mixture(values: dict[str, Any]) -> bool:
     return bool(united)
 
 
-def vectors(value: Any, what: str, one: bool = False) -> Any:
-    """Return finite vectors (..., 3), or with ``one`` a single vector (3,), with their unit if they have one."""
+def directions(value: Any, what: str, one: bool = False) -> Floats:
+    """Return vectors (..., 3), or one (3,), of any length above zero and in any unit as numbers."""
     value = gathered(value, what)
-    array = value if is_quantity(value) else numbers(value, what)
-    if array.shape[-1:] != (3,) or (one and array.ndim != 1):
-        raise InvalidInput(f"{what} has shape {array.shape}; expected {'(3,)' if one else '(..., 3)'}")
-    if not np.isfinite(array).all():
-        raise InvalidInput(f"{what} is {value!r}; expected finite numbers")
-    return array
-
-
-def directions(value: Any, what: str, one: bool = False) -> npt.NDArray[np.float64]:
-    """Return vectors of any length above zero and in any unit as numbers."""
-    array = vectors(value, what, one)
-    plain: npt.NDArray[np.float64] = np.array(array.value if is_quantity(array) else array, dtype=np.float64)
+    plain = PLAIN.numbers(getattr(value, "value", value), "number", what, (3,) if one else ("...", 3))
     if not plain.any(axis=-1).all():
         raise InvalidInput(f"{what} is {value!r}; expected three numbers that are not all zero")
     return plain

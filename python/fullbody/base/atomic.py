@@ -55,13 +55,7 @@ def check_suffix(path: Any, suffixes: tuple[str, ...]) -> None:
 
 
 def check_place(path: Any) -> None:
-    """Raise an error for a path that :func:`replacing` cannot write, so that no work is done in vain.
-
-    Raises
-    ------
-    OSError
-        The error that :func:`replacing` would raise, with the path.
-    """
+    """Raise the :class:`OSError` that :func:`replacing` would raise for a path, so that no work is done in vain."""
     with suppress(_Untouched), replacing(path):
         raise _Untouched
 

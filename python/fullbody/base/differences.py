@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidInput
+from ..typing import Floats
 
 __all__ = ["REFUSALS", "Differences", "difference"]
 
-_Array = npt.NDArray[np.float64]
 
 #: The errors of a function at an argument for which it has no value.
 REFUSALS = (ValueError, ArithmeticError, RuntimeError)
@@ -33,7 +33,7 @@ _AGREE, _ROUNDED = 1e-4, 30.0
 _CHANGED, _PRECISE = 30.0, 1e4
 
 
-def _weights(arguments: _Array, formulas: tuple[list[int], ...]) -> _Array:
+def _weights(arguments: Floats, formulas: tuple[list[int], ...]) -> Floats:
     """Return the weights (3, 6) of the derivative at zero of a polynomial that is zero there."""
     weights = np.zeros((len(formulas), len(arguments)))
     for row, which in zip(weights, formulas, strict=True):
@@ -52,7 +52,7 @@ _SIDES = [
 ]
 
 
-def difference(function: Callable[[float], _Array], step: float) -> _Array:
+def difference(function: Callable[[float], Floats], step: float) -> Floats:
     """Return the derivative of a function that is zero at zero, by a difference of second order.
 
     The difference is one-sided if the function refuses the argument ``-step``, as at the end of a range.
@@ -80,12 +80,12 @@ class Differences:
 
     def derivative(
         self,
-        function: Callable[[float], _Array],
+        function: Callable[[float], Floats],
         size: float,
-        noise: _Array,
+        noise: Floats,
         groups: npt.NDArray[np.intp],
         longest: float,
-    ) -> _Array | None:
+    ) -> Floats | None:
         """Return the derivative (M,), or ``None`` where the function is not smooth.
 
         Parameters
@@ -159,22 +159,13 @@ class Differences:
 class _Trial:
     """Differences over a step, from both sides or from the one that the function accepts.
 
-    Attributes
-    ----------
-    length : float
-    derivative : ndarray, (M,)
-    error : ndarray, (M,)
-        The largest difference of the formulas for any component of the same quantity.
-    smooth : bool
-        Whether the formulas agree.
-    signal : float
-        The largest change over the step that is linear in it, in units of noise.
-    changed : bool
-        Whether anything changes.
+    Beside the ``derivative`` (M,) there are ``error`` (M,), the largest difference of the formulas for any component of
+    the same quantity, ``smooth``, whether the formulas agree, ``signal``, the largest change over the step that is
+    linear in it, in units of noise, and ``changed``, whether anything changes.
     """
 
     def __init__(
-        self, function: Callable[[float], _Array], length: float, noise: _Array, groups: npt.NDArray[np.intp]
+        self, function: Callable[[float], Floats], length: float, noise: Floats, groups: npt.NDArray[np.intp]
     ) -> None:
         self.length = length
         refused: Exception | None = None
@@ -189,7 +180,7 @@ class _Trial:
             assert refused is not None
             raise refused
         fine, coarse, short = weights @ values / length
-        self.derivative: _Array = fine
+        self.derivative: Floats = fine
         self.error = _largest(np.maximum(np.abs(fine - coarse), np.abs(fine - short)), groups)
         self._rounding = _ROUNDED * noise / length
         sizes = _largest(np.maximum(np.abs(fine), np.abs(short)), groups)
@@ -203,14 +194,14 @@ class _Trial:
         return bool((apart <= 10.0 * longer.error + self.error + self._rounding).all())
 
 
-def _largest(values: _Array, groups: npt.NDArray[np.intp]) -> _Array:
+def _largest(values: Floats, groups: npt.NDArray[np.intp]) -> Floats:
     """Return for each of the values (M,) the largest one of its group."""
     largest = np.zeros(int(groups.max(initial=-1)) + 1)
     np.maximum.at(largest, groups, values)
     return np.asarray(largest[groups])
 
 
-def _signal(changes: _Array, noise: _Array) -> float:
+def _signal(changes: Floats, noise: Floats) -> float:
     """Return the largest of changes (M,) in units of noise (M,); one without noise is infinite."""
     sizes = np.abs(changes)
     return float(np.divide(sizes, noise, out=np.where(sizes > 0.0, np.inf, 0.0), where=noise > 0.0).max(initial=0.0))

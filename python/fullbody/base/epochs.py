@@ -104,12 +104,8 @@ def dates(given: Any, what: str, scale: str = "utc") -> Any:
 def refuse_coarse(given: Any, seconds: Any, what: str) -> None:
     """Raise an error for times as numbers whose type rounds them to more than a second, or makes several of them equal.
 
-    Parameters
-    ----------
-    given : array_like
-        The numbers as they were given, before a conversion to floats of 64 bits.
-    seconds : callable, optional
-        A function that returns the time in s between two numbers; without it only equal times of a short type count.
+    The numbers are those that were given, before a conversion to floats of 64 bits; ``seconds`` is a function that
+    returns the time in s between two of them, without which only equal times of a short type count.
     """
     plain = np.ravel(np.asarray(getattr(given, "value", given)))
     if plain.dtype.kind not in ("fiu" if seconds is not None else "f") or not plain.size or plain.dtype == np.float64:

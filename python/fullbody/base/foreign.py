@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from datetime import timedelta
 from typing import Any
 
@@ -28,7 +29,8 @@ def shown(value: Any) -> str:
         value = value.ravel()
     many = isinstance(value, list | tuple) or (hasattr(value, "ravel") and np.ndim(value) == 1)
     more = len(value) - _SHOWN if many else 0
-    text = str if are_dates(value) else repr
+    # A whole number may have hundreds of digits.
+    text = str if are_dates(value) else reprlib.repr if isinstance(value, int) else repr
     return f"{text(value[:_SHOWN])} and {more} more" if more > 0 else text(value)
 
 
@@ -36,11 +38,7 @@ def plain_or_quantity(value: Any, what: str) -> Any:
     """Return a value of another library as an array or a Quantity, whose unit numpy would drop, and others unchanged.
 
     These are times between dates, columns of astropy, arrays of xarray with ``attrs["units"]`` and Quantities of pint.
-
-    Raises
-    ------
-    InvalidInput
-        For a date, and for a unit that astropy does not know.
+    A date is an error, and so is a unit that astropy does not know.
     """
     if are_dates(value):
         expected = "the time since the system's epoch, such as date - system.epoch"

@@ -76,14 +76,8 @@ def sense(value: object, what: str) -> int:
 class Number:
     """The kind of a number, or of an array of numbers, that may have a unit.
 
-    Parameters
-    ----------
-    dimension : str
-    limits : Limits
-    shape : tuple
-        The shape of an array, with letters where any length will do.
-    required : bool
-        Whether it is refused if it is missing, although the field has a default of ``None``.
+    A shape has letters where any length will do; ``required`` says whether the number is refused if it is missing,
+    although the field has a default of ``None``.
     """
 
     dimension: str = "number"
@@ -95,7 +89,7 @@ class Number:
         """Return a value with its own unit, after all checks that need no system."""
         if value is None and self.required:
             raise InvalidInput(f"{what} is not given; expected {self.limits.expected(self.shape != ())}")
-        self.plain(value, what, ANY)
+        ANY.numbers(value, self.dimension, what, self.shape, self.limits)
         return gathered(value, what, self.dimension)
 
     def plain(self, value: Any, what: str, units: Units) -> Any:

@@ -14,16 +14,8 @@ SMALLEST, LARGEST = 1e-60, 1e60
 class Limits:
     """The finite numbers that an argument may be.
 
-    Parameters
-    ----------
-    least, most : float
-        The bounds, which are allowed themselves.
-    above, below : float
-        Bounds that are not allowed themselves.
-    nonzero, infinite : bool
-        Whether zero is refused, and whether infinity is allowed.
-    text : str
-        What is expected, in words; by default they follow from the bounds.
+    The bounds ``least`` and ``most`` are allowed themselves, ``above`` and ``below`` are not; ``nonzero`` refuses zero,
+    and ``infinite`` allows infinity. The ``text`` says what is expected; by default it follows from the bounds.
     """
 
     least: float = -inf

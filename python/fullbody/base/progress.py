@@ -20,11 +20,8 @@ _LAYOUT_WITHOUT_TOTAL = "{desc}: {elapsed}, {rate_noinv_fmt}{postfix}"
 class Progress:
     """Context manager that returns the function by which a computation reports its progress, or ``None``.
 
-    Parameters
-    ----------
-    progress : bool, str or callable
-        ``True`` or a title for a progress bar; or a function of (done, total, description), where ``total`` is ``None``
-        if it is unknown.
+    It is given ``True`` or a title for a progress bar, or a function of (done, total, description), where ``total`` is
+    ``None`` if it is unknown.
     """
 
     def __init__(self, progress: Any) -> None:

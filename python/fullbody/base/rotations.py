@@ -6,21 +6,19 @@ import functools
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
+from ..typing import Floats
 
-_Array = npt.NDArray[np.float64]
 
-
-def turn(axis: int, angle: float) -> _Array:
+def turn(axis: int, angle: float) -> Floats:
     """Return the quaternion (4,) of a turn about axis 0, 1 or 2 by an angle in radians."""
     angles = [0.0, 0.0, 0.0]
     angles[axis] = angle
     return _core.quaternion_of_tait_bryan(angles)
 
 
-def about(axis: Any, angle: float) -> _Array:
+def about(axis: Any, angle: float) -> Floats:
     """Return the quaternion (4,) of a turn by an angle in radians about an axis (3,) of any length."""
     way = np.asarray(axis, dtype=np.float64)
     # The axis is scaled by its largest component first: squares of numbers near the limits of floats overflow or
@@ -29,36 +27,36 @@ def about(axis: Any, angle: float) -> _Array:
     return np.array([np.cos(angle / 2), *(np.sin(angle / 2) / np.linalg.norm(way) * way)])
 
 
-def product(*quaternions: Any) -> _Array:
+def product(*quaternions: Any) -> Floats:
     """Return the product of quaternions: like a product of matrices, it applies the last turn first."""
     return functools.reduce(_core.quaternion_product, quaternions)
 
 
-def products(first: _Array, second: _Array) -> _Array:
+def products(first: Floats, second: Floats) -> Floats:
     """Return the products (..., 4) of quaternions (..., 4), each of which turns by ``second``, then by ``first``."""
     (w, v), (u, r) = ((q[..., :1], q[..., 1:]) for q in (first, second))
     scalar = w * u - (v * r).sum(axis=-1, keepdims=True)
     return np.concatenate([scalar, w * r + u * v + np.cross(v, r)], axis=-1)
 
 
-def inverse(quaternions: _Array) -> _Array:
+def inverse(quaternions: Floats) -> Floats:
     """Return the quaternions (..., 4) of the turns back."""
     return quaternions * [1.0, -1.0, -1.0, -1.0]
 
 
-def rates(attitudes: _Array, spins: _Array) -> _Array:
+def rates(attitudes: Floats, spins: Floats) -> Floats:
     """Return the rates of change (..., 4) of attitudes (..., 4) that turn with spins (..., 3) in their body frames."""
     return 0.5 * products(attitudes, np.insert(spins, 0, 0.0, axis=-1))
 
 
-def of_vectors(vectors: Any) -> _Array:
+def of_vectors(vectors: Any) -> Floats:
     """Return the quaternions (..., 4) of rotation vectors (..., 3), whose length is the angle in radians."""
     v = np.asarray(vectors, dtype=np.float64)
     angle = np.linalg.norm(v, axis=-1, keepdims=True)
     return np.concatenate([np.cos(0.5 * angle), 0.5 * np.sinc(0.5 * angle / np.pi) * v], axis=-1)
 
 
-def between(first: _Array, second: _Array) -> _Array:
+def between(first: Floats, second: Floats) -> Floats:
     """Return the shortest rotation vectors (..., 3), in the frame of the first, from attitudes (..., 4) to others."""
     turn = products(inverse(first), second)
     scalar, vector = turn[..., :1], np.where(turn[..., :1] < 0.0, -turn[..., 1:], turn[..., 1:])
@@ -67,24 +65,24 @@ def between(first: _Array, second: _Array) -> _Array:
     return np.asarray(vector * np.divide(angle, sine, out=np.full_like(sine, 2.0), where=sine > 0.0))
 
 
-def quaternion(matrix: Any) -> _Array:
+def quaternion(matrix: Any) -> Floats:
     """Return the quaternion (4,) of a rotation matrix (3, 3); Bar-Itzhack (2000), J. Guid. Control Dyn. 23, 1085."""
     m = np.asarray(matrix, dtype=np.float64)
     k = np.zeros((4, 4))
     k[1:, 1:] = m + m.T - np.trace(m) * np.eye(3)
     k[0, 1:] = k[1:, 0] = [m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]]
     k[0, 0] = np.trace(m)
-    q: _Array = np.linalg.eigh(k)[1][:, -1]
+    q: Floats = np.linalg.eigh(k)[1][:, -1]
     return q if q[0] >= 0.0 else -q
 
 
-def matrices(quaternions: Any) -> _Array:
+def matrices(quaternions: Any) -> Floats:
     """Return rotation matrices (..., 3, 3), body frame to inertial, of quaternions (..., 4)."""
     q = np.asarray(quaternions, dtype=np.float64)
     return _core.rotation_matrices(q.reshape(-1, 4)).reshape(*q.shape[:-1], 3, 3)
 
 
-def tait_bryan(quaternions: Any) -> _Array:
+def tait_bryan(quaternions: Any) -> Floats:
     """Return the paper's angles (K, 3), phi and psi in (-pi, pi] and theta in [-pi/2, pi/2], of quaternions (K, 4)."""
     q = np.ascontiguousarray(quaternions, dtype=np.float64)
     zeros = np.zeros((len(q), 3))

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
+
+from ..typing import Floats
 
 __all__ = ["relative_error"]
 
-_Array = npt.NDArray[np.float64]
 #: The ratio of the errors of the outer pieces to those of the inner ones, and the number of rows below which it counts.
 _ENDS, _SHORT = 10.0, 9
 #: The largest error of the polynomial through two, three or four rows of a rotation, by the angle between rows to the
@@ -15,7 +15,7 @@ _ENDS, _SHORT = 10.0, 9
 _FEW = {2: 1 / 8, 3: np.sqrt(3) / 27, 4: 1 / 24}
 
 
-def relative_error(times: _Array, vectors: _Array) -> tuple[float, int]:
+def relative_error(times: Floats, vectors: Floats) -> tuple[float, int]:
     """Return the largest error of the cubic spline (not-a-knot) relative to the distance, and the row next to it.
 
     Each row is compared with the cubic through the two rows before it and the two after it; on evenly spaced rows the

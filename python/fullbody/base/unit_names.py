@@ -124,10 +124,7 @@ def factor(given: Any, wanted: Any) -> float:
 def usable_unit(given: Any) -> Any:
     """Return a unit from anything that astropy takes for one.
 
-    Raises
-    ------
-    TypeError, ValueError, OverflowError
-        If it is not a unit, or one so small or so large that numbers in it overflow when they are converted.
+    It is an error if it is not a unit, or one so small or so large that numbers in it overflow when they are converted.
     """
     from astropy import units as u
 

@@ -8,14 +8,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..errors import InvalidInput
-from ..typing import Scalar
+from ..typing import Floats, Scalar
 from .foreign import plain_or_quantity, shown
 from .limits import FINITE, Limits
 from .unit_names import derived, error_of, factor, meant, usable_unit, with_error
@@ -65,7 +64,7 @@ def refuse_booleans(value: object, what: str, expected: str = "numbers") -> None
             refuse_booleans(part, what, expected)
 
 
-def numbers(value: object, what: str, expected: str = "numbers") -> npt.NDArray[np.float64]:
+def numbers(value: object, what: str, expected: str = "numbers") -> Floats:
     """Return a float array of pure numbers, or raise an error that names the argument."""
     value = gathered(value, what, "number", expected)
     if not is_quantity(value):
@@ -78,7 +77,7 @@ def numbers(value: object, what: str, expected: str = "numbers") -> npt.NDArray[
         raise InvalidInput(f"{what} has the unit {value.unit}; expected pure numbers") from error  # type: ignore[attr-defined]
 
 
-def _floats(value: object, what: str, expected: str = "numbers") -> npt.NDArray[np.float64]:
+def _floats(value: object, what: str, expected: str = "numbers") -> Floats:
     try:
         kind = np.asarray(value).dtype.kind
         if value is None or kind not in "biufO" or (kind == "O" and _has_text(value)):
@@ -241,7 +240,7 @@ class Units:
             raise InvalidInput("this system has no units; give fullbody.System(..., units=('km', 'hour', 'kg'))")
         return derived(*self._base, dimension)
 
-    def strip(self, value: object, dimension: str, what: str, expected: str = "numbers") -> npt.NDArray[np.float64]:
+    def strip(self, value: object, dimension: str, what: str, expected: str = "numbers") -> Floats:
         """Return a value as numbers in this system's units."""
         if dimension == "number":
             return numbers(value, what, expected)
@@ -274,7 +273,7 @@ class Units:
         what: str,
         shape: tuple[int | str, ...] | None = None,
         limits: Limits = FINITE,
-    ) -> npt.NDArray[np.float64]:
+    ) -> Floats:
         """Return a value as numbers in this system's units, after checking their shape and that all are within limits.
 
         A shape has letters where any length will do, and ``"..."`` in front where any axes may be.
@@ -320,13 +319,18 @@ class AnyUnits(Units):
     Quantities must have the right dimension; they count in their own units, and angles in radians.
     """
 
-    def strip(self, value: object, dimension: str, what: str, expected: str = "numbers") -> npt.NDArray[np.float64]:
+    def strip(self, value: object, dimension: str, what: str, expected: str = "numbers") -> Floats:
         """Return a value as numbers in its own units."""
         value = gathered(value, what, dimension, expected)
         if is_quantity(value) and dimension not in ("angle", "number"):
-            Units(("m", "s", "kg")).strip(value, dimension, what)
+            _si().strip(value, dimension, what)
             value = value.value  # type: ignore[attr-defined]
         return super().strip(value, dimension, what, expected)
+
+
+@cache
+def _si() -> Units:
+    return Units(("m", "s", "kg"))
 
 
 #: Units for pure numbers and angles, and for numbers of a system that is not yet known.
@@ -375,7 +379,7 @@ def refuse_cycles(unit: Any, what: str) -> None:
         )
 
 
-def strip_to(value: Any, unit: Any, what: str) -> npt.NDArray[np.float64]:
+def strip_to(value: Any, unit: Any, what: str) -> Floats:
     """Return a Quantity as numbers in a unit, or raise an error that names both units."""
     if value.unit is unit:
         return _floats(value.value, what)
@@ -405,7 +409,7 @@ def shape_text(shape: tuple[int | str, ...]) -> str:
     return f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
 
 
-def scalar(value: npt.NDArray[np.float64], what: str) -> float:
+def scalar(value: Floats, what: str) -> float:
     """Return a single number, or raise an error that names the argument."""
     if value.ndim != 0:
         raise InvalidInput(f"{what} has shape {value.shape}; expected a single number")

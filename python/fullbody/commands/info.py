@@ -16,8 +16,7 @@ from ..ensembles.dataset import FAILURE
 from ..ensembles.store import ATTRIBUTE
 from ..errors import FullbodyError
 from ..files.reading import netcdf
-from ..loading import load
-from ..motion.loading import load_flight
+from ..loading import load, load_flight
 from ..setups.toml import read_toml
 
 if TYPE_CHECKING:

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.atomic import replacing
 from ..base.tables import Table, to_text
@@ -20,6 +19,7 @@ from ..motion.run import Run
 from ..plots._style import matplotlib
 from ..record.integrators import Integrator, Verner98
 from ..systems import kw4_ho2021
+from ..typing import Floats
 from .run import page
 
 __all__ = [
@@ -135,16 +135,14 @@ def measure(year: Run, seconds: float = 0.0) -> dict[str, Any]:
     }
 
 
-def spin_range(
-    system: Any, state: Any, integrator: Integrator | None = None, spacing: float = 0.02
-) -> npt.NDArray[np.float64]:
+def spin_range(system: Any, state: Any, integrator: Integrator | None = None, spacing: float = 0.02) -> Floats:
     """Return the range of Beta's spin over the first 200 h, 1e-5 rad/s (3, 2), in a system of km, hour, kg."""
     first = system.integrate(state, _SPIN, output=spacing, integrator=integrator)
     spin = plain(first.spin)[:, 1] * (1e5 / 3600.0)
     return np.stack([spin.min(axis=0), spin.max(axis=0)], axis=1)
 
 
-def plain(values: Any) -> npt.NDArray[np.float64]:
+def plain(values: Any) -> Floats:
     """Return the numbers of a Quantity, or plain numbers as they are; both are in km, hour, kg, radians here."""
     return np.asarray(getattr(values, "value", values))
 

@@ -1,6 +1,6 @@
 """Many runs at once, and maps of results over parameters."""
 
-from .conversion import in_units
+from .dataset import in_units
 from .parameters import Draws, Paired, draws, paired
 from .sweep import sweep
 

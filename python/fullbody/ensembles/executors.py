@@ -48,12 +48,7 @@ def _in_thread(job: Job, rows: Rows) -> list[Outcome]:
 def submitted(executor: Any, job: Job, chunks: Iterable[Rows], keep: _Keep) -> None:
     """Submit chunks to an executor, and keep the outcomes of each once it is done.
 
-    Raises
-    ------
-    InvalidInput
-        For an object that is not an executor, and for functions that cannot be sent to other processes.
-    FullbodyError
-        If the executor's workers die.
+    An object that is not an executor, functions that cannot be sent to other processes, and dying workers are errors.
     """
     if isinstance(executor, type) or not callable(getattr(executor, "submit", None)):
         raise InvalidInput(

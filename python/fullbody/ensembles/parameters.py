@@ -123,16 +123,8 @@ class Column:
 class Table:
     """The rows of a sweep.
 
-    Attributes
-    ----------
-    dimensions : dict
-        Lengths of the dimensions by name; rows are numbered with the last dimension varying fastest.
-    columns : dict
-        The parameters by name.
-    labels : dict
-        Labels of dimensions that are not parameters, by the names of the dimensions.
-    random : bool
-        Whether any parameters are drawn at random.
+    It has the lengths of the ``dimensions`` by name, of which the last one varies fastest, the parameters and the
+    ``labels`` of other dimensions by name, and whether any parameters are drawn at random.
     """
 
     dimensions: dict[str, int] = field(default_factory=dict)

@@ -44,12 +44,7 @@ _LEFT = re.compile(r"\..*\.[0-9a-f]{32}\.part\.(npz|json)")
 def opened(path: Any, manifest: Manifest, table: Table) -> Iterator[Store]:
     """Open the store at a path, locked against other processes.
 
-    Raises
-    ------
-    InvalidInput
-        If something else lies there, or a sweep that differs; the message names the differences.
-    FullbodyError
-        If another process has the store open.
+    Another process that has it open is an error, and so is something else that lies there, or a sweep that differs.
     """
     store = Store(as_path(path, "store"), manifest, table)
     store.look()
@@ -113,16 +108,8 @@ else:
 class Store:
     """A folder of chunks, and the map that they become if the path ends in ``.nc``.
 
-    Attributes
-    ----------
-    path : Path
-        The path as given.
-    folder : Path
-        The folder of the chunks.
-    map : xarray.Dataset or None
-        The complete map, if it was there when it was last looked for.
-    outcomes : dict
-        The stored outcomes by rows.
+    The ``path`` is the one given and ``folder`` that of the chunks; ``map`` is the complete map, if it was there when
+    it was last looked for, and ``outcomes`` has the stored outcomes by rows.
     """
 
     map: xarray.Dataset | None = None
@@ -193,10 +180,8 @@ class Store:
     def _is_same(self, manifest: Manifest, table: Manifest, rows: Iterable[str]) -> bool:
         """Return whether a stored sweep is the same as this one or, otherwise, one that this one extends.
 
-        Raises
-        ------
-        InvalidInput
-            If they differ in more than the parameters, or if this sweep does not have all of the stored rows.
+        It is an error if they differ in more than the parameters, or if this sweep does not have all of the stored
+        rows.
         """
         changed = _differences(manifest, self._manifest)
         others = _differences(table, self._table)

@@ -9,7 +9,6 @@ from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import observables
 from ..base.foreign import plain_or_quantity
@@ -17,6 +16,7 @@ from ..base.units import is_quantity, refuse_masked
 from ..errors import InvalidInput, once
 from ..model.state import State
 from ..motion.system import System
+from ..typing import Floats
 from .many import integrate_many
 from .parameters import RNG, fits, storable, stream
 
@@ -33,7 +33,7 @@ _FAILURES = (Exception, SystemExit)
 class Measured:
     """Measured numbers (any shape) with the name of their unit, or a text."""
 
-    value: npt.NDArray[np.float64] | str
+    value: Floats | str
     unit: str | None = None
 
     @property

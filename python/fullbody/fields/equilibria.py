@@ -6,16 +6,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.units import need
 from ..base.values import ArrayFields
-from ..typing import Array, Scalar
+from ..typing import Array, Floats, Scalar
 from .frame import Frame
 
 __all__ = ["Equilibrium", "equilibria", "inner_point"]
 
-_Numbers = npt.NDArray[np.float64]
 #: Real parts of eigenvalues that count as zero, in units of the rate.
 _NEUTRAL = 1e-6
 #: The distance, in separations, below which two points are the same.
@@ -48,9 +46,17 @@ class Equilibrium(ArrayFields):
     stable: bool
 
 
-def equilibria(frame: Frame) -> list[Equilibrium]:
-    """Find the equilibrium points; see :meth:`fullbody.fields.Synodic.equilibria`."""
-    found: list[tuple[str, _Numbers]] = []
+def equilibria(pair: Any) -> list[Equilibrium]:
+    """Find the points outside of the bodies where a particle can rest, and the linear motion about them.
+
+    Newton's method starts from the points of two point masses and from a grid about the bodies. It needs scipy.
+
+    Returns
+    -------
+    list of Equilibrium
+    """
+    frame = pair.frame
+    found: list[tuple[str, Floats]] = []
     for name, seed in [*_of_points(frame), *(("", seed) for seed in _grid())]:
         x = _root(frame, seed)
         if x is None or any(np.linalg.norm(x - other) < _SAME for _, other in found):
@@ -67,7 +73,7 @@ def inner_point(frame: Frame) -> Equilibrium | None:
     return None if x is None else _described(frame, "L1", x * frame.distance)
 
 
-def _of_points(frame: Frame) -> list[tuple[str, _Numbers]]:
+def _of_points(frame: Frame) -> list[tuple[str, Floats]]:
     """Return the equilibrium points of two point masses, in units of the separation."""
     with need("analysis", "an equilibrium point"):
         from scipy.optimize import brentq
@@ -85,25 +91,25 @@ def _of_points(frame: Frame) -> list[tuple[str, _Numbers]]:
     return list(zip(("L1", "L2", "L3", "L4", "L5"), [*roots, *third], strict=True))
 
 
-def _grid() -> list[_Numbers]:
+def _grid() -> list[Floats]:
     """Return a grid of points about both bodies, in separations."""
     angles = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
     return [r * np.array([np.cos(a), np.sin(a), 0.0]) for r in (0.4, 0.7, 1.1) for a in angles]
 
 
-def _root(frame: Frame, seed: _Numbers) -> _Numbers | None:
+def _root(frame: Frame, seed: Floats) -> Floats | None:
     """Return the equilibrium point, in separations, that Newton's method finds outside of the bodies, or ``None``."""
     with need("analysis", "an equilibrium point"):
         from scipy.optimize import root
 
     scale = frame.rate**2
 
-    def pull(x: _Numbers) -> tuple[_Numbers, _Numbers]:
+    def pull(x: Floats) -> tuple[Floats, Floats]:
         acceleration, jacobian = frame.acceleration_and_gradient(x * frame.distance)
         return acceleration / (scale * frame.distance), jacobian / scale
 
     answer = root(pull, seed, jac=True, options={"xtol": 1e-14})
-    x: _Numbers = answer.x
+    x: Floats = answer.x
     # The remaining acceleration is round-off of the gravity of the nearest body.
     value, jacobian = pull(x)
     x = x - np.linalg.solve(jacobian, value)
@@ -112,7 +118,7 @@ def _root(frame: Frame, seed: _Numbers) -> _Numbers | None:
     return None if frame.is_inside(x * frame.distance) else x
 
 
-def _described(frame: Frame, name: str, x: _Numbers) -> Equilibrium:
+def _described(frame: Frame, name: str, x: Floats) -> Equilibrium:
     """Describe a point by its eigenvalues: x'' = W x + 2 Omega (y', -x', 0), W the derivatives of the acceleration."""
     coriolis = 2.0 * frame.rate * np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     _, gradient = frame.acceleration_and_gradient(x)

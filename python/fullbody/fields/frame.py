@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..base.units import Units
@@ -11,10 +10,10 @@ from ..errors import InvalidInput, caution
 from ..model.context import Context
 from ..model.failures import explaining
 from ..model.gravity import Gravity, gravity_at
+from ..typing import Floats
 
 __all__ = ["Frame"]
 
-_Numbers = npt.NDArray[np.float64]
 #: Relative rates of change of accelerations or figures above which they do not rest in the frame.
 _STEADY = 1e-3
 
@@ -22,20 +21,10 @@ _STEADY = 1e-3
 class Frame:
     """The frame that turns with a pair of bodies, in numbers of the units of its system.
 
-    Attributes
-    ----------
-    rate, distance : float
-        The angular velocity of the frame, and the distance between the bodies' centres.
-    origin, drift : ndarray, (3,)
-        Position and velocity of the barycentre, inertial.
-    turn : ndarray, (3, 3)
-        The matrix from the rotating frame to the inertial frame.
-    centres : ndarray, (2, 3)
-        The bodies' centres in the rotating frame.
-    attitudes : ndarray, (2, 3, 3)
-        The matrices from the body frames to the inertial frame.
-    primary : int
-        The index of the heavier body.
+    It has an angular velocity, the ``rate``, and the ``distance`` between the bodies' centres, which are at ``centres``
+    (2, 3) in it; ``origin`` and ``drift`` (3,) are position and velocity of the barycentre, inertial. The matrices
+    ``turn`` (3, 3) and ``attitudes`` (2, 3, 3) lead from the rotating frame and from the body frames to the inertial
+    frame, and ``primary`` is the index of the heavier body.
     """
 
     def __init__(self, context: Context, core: _core.State) -> None:
@@ -84,20 +73,20 @@ class Frame:
         if deviations:
             caution(f"{'; '.join(deviations)}: the rotating frame and the field in it are those of the moment")
 
-    def jacobi(self, x: _Numbers) -> _Numbers:
+    def jacobi(self, x: Floats) -> Floats:
         """Return Jacobi's constant at rest at points (..., 3) of the frame."""
         return 2.0 * self.gravity(x).potential + self.rate**2 * (x[..., 0] ** 2 + x[..., 1] ** 2)
 
-    def gravity(self, x: _Numbers) -> Gravity:
+    def gravity(self, x: Floats) -> Gravity:
         """Return gravity as numbers, at points of the frame and along inertial axes."""
         return gravity_at(self.context.attraction, *self._poses, self.origin + x @ self.turn.T, Units())
 
-    def acceleration_and_gradient(self, x: _Numbers) -> tuple[_Numbers, _Numbers]:
+    def acceleration_and_gradient(self, x: Floats) -> tuple[Floats, Floats]:
         """Return half the gradient of C, which is the acceleration at rest in the frame, and its derivatives."""
         gravity = self.gravity(x)
         outward = self.rate**2 * np.array([1.0, 1.0, 0.0])
         return gravity.field @ self.turn + outward * x, self.turn.T @ gravity.gradient @ self.turn + np.diag(outward)
 
-    def is_inside(self, x: _Numbers) -> bool:
+    def is_inside(self, x: Floats) -> bool:
         """Return whether a point is within a body, where gravity has a source."""
         return bool(np.trace(self.gravity(x).gradient) < -0.01 * self.rate**2)

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from ..base.arguments import place
+from ..base.kinds import whole
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..model.polyhedron import Polyhedron
-from ..typing import Array, Scalar
+from ..typing import Array, Floats, Scalar
 from .equilibria import inner_point
 from .frame import Frame
 
 __all__ = ["RocheLobe", "roche_lobe"]
 
-_Numbers = npt.NDArray[np.float64]
 #: The number of steps in which a ray searches for the surface, and of halvings of the last one.
 _STEPS, _HALVINGS = 200, 50
 
@@ -47,15 +49,28 @@ class RocheLobe(ArrayFields):
     radius: Scalar
 
 
-def roche_lobe(frame: Frame, body: int, rows: int) -> RocheLobe:
-    """Compute the Roche lobe of a body; see :meth:`fullbody.fields.Synodic.roche_lobe`."""
-    name, inner = frame.context.names[body], inner_point(frame)
+def roche_lobe(pair: Any, body: int | str, *, rows: int = 90) -> RocheLobe:
+    """Return the surface of a body's Roche lobe, which has the Jacobi constant of the point between the bodies.
+
+    Parameters
+    ----------
+    body : int or str
+        The body's index in the system, or its name.
+    rows : int
+        Number of rows of the mesh from end to end.
+
+    Returns
+    -------
+    RocheLobe
+    """
+    frame, rows, index = pair.frame, whole(rows, "rows", 4), place(body, pair.frame.context.names, "body")
+    inner = inner_point(frame)
     if inner is None:
         raise InvalidInput(
             f"there is no equilibrium point between {' and '.join(frame.context.names)}: they have no lobes"
         )
     units = frame.context.units
-    centre, tip = frame.centres[body], units.strip(inner.position, "length", "position") - frame.centres[body]
+    centre, tip = frame.centres[index], units.strip(inner.position, "length", "position") - frame.centres[index]
     level = units.number(inner.jacobi, "potential", "jacobi")
     along = tip / np.linalg.norm(tip)
     across = np.array([-along[1], along[0], 0.0])
@@ -76,7 +91,7 @@ def roche_lobe(frame: Frame, body: int, rows: int) -> RocheLobe:
     )
     volume = Polyhedron(flat, _faces(rows)).volume
     return RocheLobe(
-        name,
+        frame.context.names[index],
         inner.jacobi,
         units.attach(np.concatenate([points, points[:, :1]], axis=1), "length"),
         units.attach(volume, "volume"),
@@ -84,7 +99,7 @@ def roche_lobe(frame: Frame, body: int, rows: int) -> RocheLobe:
     )
 
 
-def _crossings(frame: Frame, centre: _Numbers, rays: _Numbers, level: float, reach: float) -> _Numbers:
+def _crossings(frame: Frame, centre: Floats, rays: Floats, level: float, reach: float) -> Floats:
     """Return the distance on each ray where Jacobi's constant first falls below the level, or else the reach."""
     low, high = np.zeros(len(rays)), np.full(len(rays), reach)
     going = np.arange(len(rays))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .. import _core
 from ..base.kinds import whole
 from ..base.units import Units
 from ..base.values import ArrayFields
@@ -17,8 +18,7 @@ from ..model.gravity import gravity_at
 from ..model.interactions import interactions
 from ..model.state import State, strip
 from ..record.record import Record
-from ..typing import Array
-from .samples import samples
+from ..typing import Array, Floats
 
 __all__ = ["SurfaceField", "SurfaceRange", "surface", "surface_along"]
 
@@ -49,7 +49,7 @@ class SurfaceField(ArrayFields):
 
     name: str
     point: Array
-    normal: npt.NDArray[np.float64]
+    normal: Floats
     area: Array
     cells: Array
     longitude: Array
@@ -78,7 +78,7 @@ class SurfaceRange(ArrayFields):
 
     name: str
     point: Array
-    normal: npt.NDArray[np.float64]
+    normal: Floats
     area: Array
     cells: Array
     longitude: Array
@@ -220,3 +220,73 @@ def surface(system: SystemLike, state: State, body: int | str = 0, *, rows: int 
         acceleration=units.attach(acceleration, "acceleration"),
         slope=units.attach(np.arctan2(across, -(acceleration * found.normals).sum(axis=1)), "angle"),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """Sample points (S, 3), unit normals (S, 3) and the corners of cells (S, 4, 3), in the body frame."""
+
+    points: Floats
+    normals: Floats
+    cells: Floats
+
+    def chosen(self, which: npt.NDArray[np.bool_]) -> Samples:
+        """Return the samples that a mask selects."""
+        return Samples(self.points[which], self.normals[which], self.cells[which])
+
+
+def samples(body: _core.Body, rows: int) -> Samples:
+    """Sample points on the surface of a body: one per cell of each part with positive mass.
+
+    Points inside another part are left out, and a point mass has none. An ellipsoid has ``rows`` rows of cells from
+    pole to pole, and points on the surface itself. A polyhedron has its faces and their centres. The corners of a
+    triangle contain the last one twice.
+    """
+    matter = [part for part in body.parts if part[0] is not None and part[1] > 0.0]
+    if any(isinstance(shape, _core.StokesCoefficients) for shape, *_ in matter):
+        raise InvalidInput("the body is given by its Stokes coefficients; expected one with a surface")
+    found = [_of_part(*part, rows) for part in matter]
+    if len(matter) > 1:
+        found = [
+            one.chosen(~np.any([_within(other, one.points) for other in matter if other is not part], axis=0))
+            for one, part in zip(found, matter, strict=True)
+        ]
+    empty = (np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 4, 3)))
+    names = ("points", "normals", "cells")
+    all_of = ([none, *(getattr(one, name) for one in found)] for none, name in zip(empty, names, strict=True))
+    return Samples(*map(np.concatenate, all_of))
+
+
+def _of_part(shape: Any, mass: float, position: Any, rotation: Any, rows: int) -> Samples:
+    turn = np.array(rotation)
+    if isinstance(shape, _core.Polyhedron):
+        cells = shape.vertices[shape.faces]
+        normals = np.cross(cells[:, 1] - cells[:, 0], cells[:, 2] - cells[:, 0])
+        points, cells = cells.mean(axis=1), cells[:, [0, 1, 2, 2]]
+    else:
+        axes = np.array(shape)
+        ends = _ball(np.arange(rows + 1), np.arange(2 * rows + 1), rows)
+        corners = np.stack([ends[:-1, :-1], ends[1:, :-1], ends[1:, 1:], ends[:-1, 1:]], axis=2)
+        middle = _ball(np.arange(rows) + 0.5, np.arange(2 * rows) + 0.5, rows).reshape(-1, 3)
+        points, cells, normals = axes * middle, axes * corners.reshape(-1, 4, 3), middle / axes
+    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    return Samples(points @ turn.T + position, normals @ turn.T, cells @ turn.T + position)
+
+
+def _ball(row: Any, column: Any, rows: int) -> Floats:
+    """Return unit vectors of a grid, with rows from the pole on and columns in longitude."""
+    polar, longitude = np.meshgrid(np.pi * row / rows, np.pi * column / rows - np.pi, indexing="ij")
+    ring = np.sin(polar)
+    return np.stack([ring * np.cos(longitude), ring * np.sin(longitude), np.cos(polar)], axis=-1)
+
+
+def _within(part: Any, points: Floats) -> npt.NDArray[np.bool_]:
+    """Return whether each point lies inside a part, where the divergence of its gravity is not zero."""
+    shape, mass, position, rotation = part
+    alone = _core.Attraction([_core.Body("part", shape, mass)], 1.0, "auto")
+    local = np.ascontiguousarray((points - position) @ np.array(rotation))
+    centre, unturned = np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0, 0.0]])
+    gradient = np.empty((len(local), 3, 3))
+    alone.gravity(centre, unturned, None, local, [len(local)], None, [gradient])
+    volume = shape.volume if isinstance(shape, _core.Polyhedron) else 4.0 / 3.0 * np.pi * np.prod(shape)
+    return np.trace(gradient, axis1=1, axis2=2) < -2.0 * np.pi * mass / volume

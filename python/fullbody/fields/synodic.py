@@ -7,17 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import place
-from ..base.kinds import whole
+from ..base.attributes import WithUnit
 from ..base.tables import number
 from ..base.units import need
 from ..model.context import SystemLike
 from ..model.gravity import points_in
 from ..model.state import State, strip
 from ..typing import Array, Scalar
-from .equilibria import Equilibrium, equilibria
+from .equilibria import equilibria
 from .frame import Frame
-from .lobes import RocheLobe, roche_lobe
+from .lobes import roche_lobe
 
 __all__ = ["Synodic"]
 
@@ -70,20 +69,12 @@ class Synodic:
         #: The frame in plain numbers.
         self.frame = Frame(system.context, strip(state, system.context))
 
-    @property
-    def rate(self) -> Scalar:
-        """Angular velocity of the frame."""
-        return self._units.attach(self.frame.rate, "spin")
+    rate = WithUnit[Scalar]("Angular velocity of the frame.", "frame.rate", "spin")
+    separation = WithUnit[Scalar]("Distance between the centres.", "frame.distance", "length")
+    position = WithUnit[Array]("Positions (2, 3) of the bodies' centres in the frame.", "frame.centres", "length")
 
-    @property
-    def separation(self) -> Scalar:
-        """Distance between the centres."""
-        return self._units.attach(self.frame.distance, "length")
-
-    @property
-    def position(self) -> Array:
-        """Positions (2, 3) of the bodies' centres in the frame."""
-        return self._units.attach(self.frame.centres, "length")
+    equilibria = equilibria
+    roche_lobe = roche_lobe
 
     def to_inertial(self, points: Any, velocity: Any = None) -> tuple[Array, Array]:
         """Convert points of the frame, with velocities relative to it or at rest, to inertial positions and velocities.
@@ -120,17 +111,6 @@ class Synodic:
         if velocity is not None:
             found = found - (self._units.strip(velocity, "velocity", "velocity") ** 2).sum(axis=-1)
         return self._units.attach(found, "potential")
-
-    def equilibria(self) -> list[Equilibrium]:
-        """Find the points outside of the bodies where a particle can rest, and the linear motion about them.
-
-        Newton's method starts from the points of two point masses and from a grid about the bodies. It needs scipy.
-
-        Returns
-        -------
-        list of Equilibrium
-        """
-        return equilibria(self.frame)
 
     def plane(self, extent: Any = None, *, n: int = 401) -> tuple[Array, Array, Array]:
         """Compute Jacobi's constant of particles at rest on a grid of the plane z = 0.
@@ -178,23 +158,6 @@ class Synodic:
         plain = [np.asarray(getattr(value, "value", value)) for value in (x, y, found)]
         curves = contour_generator(*plain).lines(self._units.number(level, "potential", "level"))
         return [self._units.attach(np.asarray(curve), "length") for curve in curves]
-
-    def roche_lobe(self, body: int | str, *, rows: int = 90) -> RocheLobe:
-        """Return the surface of a body's Roche lobe, which has the Jacobi constant of the point between the bodies.
-
-        Parameters
-        ----------
-        body : int or str
-            The body's index in the system, or its name.
-        rows : int
-            Number of rows of the mesh from end to end.
-
-        Returns
-        -------
-        RocheLobe
-        """
-        count = whole(rows, "rows", 4)
-        return roche_lobe(self.frame, place(body, self.system.context.names, "body"), count)
 
     def __repr__(self) -> str:
         names = " and ".join(self.system.context.names)

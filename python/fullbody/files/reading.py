@@ -13,6 +13,7 @@ from ..base.arguments import integer
 from ..base.atomic import as_path, other_reader
 from ..base.units import need
 from ..errors import InvalidInput, UncheckedFile, caution
+from ..typing import Floats
 from . import checksum
 
 __all__ = ["Content", "check_order", "check_unit", "netcdf", "read"]
@@ -150,15 +151,8 @@ class Content:
     ) -> npt.NDArray[Any]:
         """Return a variable after checking its type, dimensions, shape and values.
 
-        Parameters
-        ----------
-        name : str
-        sizes : dict
-            Names and lengths of its dimensions, with ``None`` for any length.
-        whole : bool
-            Whether its numbers are integers; otherwise they are finite floats.
-        missing : bool
-            Whether NaN is accepted for missing values.
+        The names of its dimensions have their lengths, with ``None`` for any length. The numbers are integers
+        (``whole``) or finite floats; with ``missing`` NaN is accepted for missing values.
         """
         if name not in self:
             raise InvalidInput(f"the file has no variable {name}")
@@ -180,7 +174,7 @@ class Content:
         return values
 
 
-def check_order(times: npt.NDArray[np.float64], name: str, repeated: bool) -> None:
+def check_order(times: Floats, name: str, repeated: bool) -> None:
     """Raise an error for times that are not in order; ``repeated`` says whether some may be equal."""
     before, after = times[:-1], times[1:]
     forward = len(after) > 0 and times[-1] > times[0]
@@ -191,7 +185,7 @@ def check_order(times: npt.NDArray[np.float64], name: str, repeated: bool) -> No
         raise InvalidInput(f"{name}[{k + 1}] is {after[k]}, after {before[k]}; expected {expected}")
 
 
-def check_unit(attitudes: npt.NDArray[np.float64], name: str) -> None:
+def check_unit(attitudes: Floats, name: str) -> None:
     """Raise an error for quaternions that are not of length one to single precision."""
     lengths = np.hypot.reduce(attitudes, axis=-1)
     wrong = np.abs(lengths - 1.0) > 1e-6

@@ -8,11 +8,11 @@ Install the dependencies with the extra ``fit``.
 
 from __future__ import annotations
 
-from .derived import Derived
 from .free import Free
 from .losses import Outliers
 from .result import Fit, Minimum
 from .solve import fit
+from .uncertainty import Derived
 
 __all__ = ["Derived", "Fit", "Free", "Minimum", "Outliers", "fit"]
 

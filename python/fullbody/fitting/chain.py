@@ -13,7 +13,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import rotations
 from ..base.differences import Differences
@@ -21,24 +20,18 @@ from ..errors import InvalidInput
 from ..model.description import functions
 from ..model.state import State, strip
 from ..motion.system import System
+from ..typing import Floats
 from .free import Parameters
 
 __all__ = ["Chain", "SetupDerivatives", "SetupResult"]
 
-_Array = npt.NDArray[np.float64]
 
 #: The relative rounding error of numbers.
 _ROUNDING = 1e-13
 
 
 class SetupResult:
-    """A system and a state that a setup has made.
-
-    Attributes
-    ----------
-    system : System
-    state : State
-    """
+    """A system and a state that a setup has made."""
 
     def __init__(self, system: System, state: State) -> None:
         self.system, self.state = system, state
@@ -66,7 +59,7 @@ class SetupResult:
             **{f"the function of the force {force.name}": force for force in functions(self.system).values()},
         }
 
-    def moved(self, other: SetupResult) -> _Array:
+    def moved(self, other: SetupResult) -> Floats:
         """Return the tangent vector from this state to another one with as many bodies, and the change of time.
 
         The array has the shape (12 N + 1,).
@@ -79,13 +72,13 @@ class SetupResult:
         ]
         return np.append(np.stack(parts, axis=1).ravel(), other.core.time - self.core.time)
 
-    def sizes(self) -> _Array:
+    def sizes(self) -> Floats:
         """Return sizes (12 N + 1,) of the components of the start, to which their rounding errors are relative."""
         core = self.core
         largest = [np.abs(core.position).max(), np.abs(core.velocity).max(), 1.0, np.abs(core.spin).max()]
         return np.append(np.tile(np.repeat(largest, 3), len(core.position)), abs(core.time))
 
-    def changes(self, other: SetupResult) -> tuple[_Array, str | None]:
+    def changes(self, other: SetupResult) -> tuple[Floats, str | None]:
         """Return the changes (P,) of the parameters to another system, and what of it they leave unexplained."""
         changed, unexplained = self.system.context.core.parameter_changes(other.system.context.core)
         if unexplained is None:
@@ -99,42 +92,29 @@ class SetupResult:
 class SetupDerivatives:
     """Derivatives of the system and state of a setup with respect to P parameters.
 
-    Attributes
-    ----------
-    start : ndarray, (12 N, P)
-        Derivatives of the start of the run, as tangent vectors, at the time of the start.
-    system : dict of ndarray, (P,)
-        Derivatives of the parameters of the system that change, by their names.
-    undifferentiable : dict of str
-        The parameters that change something by which motions cannot be differentiated, with what that is.
+    Those of the ``start`` (12 N, P) are tangent vectors at the time of the start, those of the ``system`` are (P,) for
+    each of its parameters that change; ``undifferentiable`` has the parameters that change something by which motions
+    cannot be differentiated, with what that is.
     """
 
-    start: _Array
-    system: dict[str, _Array]
+    start: Floats
+    system: dict[str, Floats]
     undifferentiable: dict[str, str]
 
 
 class Chain:
     """The derivatives of a setup, wherever they are computed in a fit; the steps of differences are kept.
 
-    Parameters
-    ----------
-    make : callable
-        A function that takes values (P,) and returns the :class:`SetupResult` of the setup.
-    parameters : Parameters
+    The function ``make`` takes values (P,) and returns the :class:`SetupResult` of the setup.
     """
 
-    def __init__(self, make: Callable[[_Array], SetupResult], parameters: Parameters) -> None:
+    def __init__(self, make: Callable[[Floats], SetupResult], parameters: Parameters) -> None:
         self._make, self._parameters = make, parameters
         self.differences = [Differences() for _ in parameters.names]
 
-    def at(self, base: SetupResult, values: _Array) -> SetupDerivatives:
-        """Differentiate at values (P,), for which the setup returns ``base``.
-
-        Raises
-        ------
-        InvalidInput
-            For a setup whose results are not smooth in a parameter.
+    def at(self, base: SetupResult, values: Floats) -> SetupDerivatives:
+        """Differentiate at values (P,), for which the setup returns ``base``, or raise an error where it is not
+        smooth.
         """
         tangent = len(base.core.position) * 12
         columns = np.zeros((tangent + 1 + len(base.parameters), len(values)))
@@ -167,14 +147,14 @@ class Chain:
         rows = zip(base.parameters, columns[tangent + 1 :], strict=True)
         return SetupDerivatives(start, {name: row for name, row in rows if row.any()}, undifferentiable)
 
-    def _column(self, base: SetupResult, values: _Array, k: int, other: list[str]) -> _Array | None:
+    def _column(self, base: SetupResult, values: Floats, k: int, other: list[str]) -> Floats | None:
         """Return derivatives of start, time and parameters of the system; ``other`` receives all other changes."""
         parameters = np.abs(list(base.parameters.values()))
         noise = _ROUNDING * np.concatenate([base.sizes(), parameters])
         start = np.append(np.tile(np.repeat(np.arange(4), 3), len(base.core.position)), 4)
         groups = np.concatenate([start, np.arange(len(parameters)) + 5])
 
-        def shifted(by: float) -> _Array:
+        def shifted(by: float) -> Floats:
             made = self._make(self._parameters.shifted(values, k, by))
             changes, unexplained = base.changes(made)
             if unexplained is not None:

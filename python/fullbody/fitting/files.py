@@ -65,7 +65,16 @@ def described(fit: Any) -> dict[str, Any]:
 
 
 def save(fit: Any, path: Any) -> None:
-    """Write a fit to a file; see :meth:`fullbody.fitting.Fit.save`."""
+    """Write the fit to a NetCDF file; :func:`fullbody.load` reads it.
+
+    A file keeps values, errors, pulls with their times, minima, the system, the state and the integrator. It keeps
+    neither the setup nor the observations, so that a fit from a file has no residuals and no posterior density.
+
+    Parameters
+    ----------
+    path : str or Path
+        A name that ends in ``.nc`` or ``.nc4``.
+    """
     check_suffix(path, SUFFIXES)
     units = fit.system.context.units
     times = [units.strip(times, "time", "times") for times in fit.times]

@@ -15,10 +15,9 @@ from ..base.limits import LARGEST, SMALLEST, Limits
 from ..base.units import PLAIN, gathered, is_quantity, refuse_booleans, strip_to
 from ..base.values import ByName
 from ..errors import InvalidInput
+from ..typing import Floats
 
 __all__ = ["Free", "Parameters"]
-
-_Array = npt.NDArray[np.float64]
 
 
 _RANGE = Limits(least=-LARGEST, most=LARGEST, text=f"a finite number, of at most {LARGEST} in size")
@@ -124,13 +123,13 @@ class Parameters:
             setattr(found, what, getattr(self, what)[places])
         return found
 
-    def named(self, values: _Array) -> dict[str, Any]:
+    def named(self, values: Floats) -> dict[str, Any]:
         """Return values (P,), or columns (P, n), by their names with their units."""
         plain = (float(value) if np.ndim(value) == 0 else value for value in values)
         parts = zip(self.names, self.units, plain, strict=True)
         return ByName({name: value if unit is None else value * unit for name, unit, value in parts})
 
-    def numbers(self, values: Any) -> _Array:
+    def numbers(self, values: Any) -> Floats:
         """Return the plain numbers (P,) of values by their names, or of an array in the order of the names."""
         if not isinstance(values, Mapping):
             expected = Limits(text=f"{len(self)} finite numbers, or a dict by names")
@@ -142,7 +141,7 @@ class Parameters:
             raise InvalidInput(f"values has no {missing[0]!r}; expected all of {', '.join(self.names)}")
         return np.array([self._number(k, values[name], "value") for k, name in enumerate(self.names)])
 
-    def shifted(self, values: _Array, k: int, by: float) -> _Array:
+    def shifted(self, values: Floats, k: int, by: float) -> Floats:
         """Return values (P,) of which one is shifted, or raise an error if that is beyond its bounds."""
         moved = values.copy()
         moved[k] += by
@@ -172,7 +171,7 @@ class Parameters:
         lengths = (self.sigma[k], self.upper[k] - self.lower[k])
         return next((float(length) for length in lengths if np.isfinite(length)), 1.0)
 
-    def at_bounds(self, values: _Array, norms: _Array) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+    def at_bounds(self, values: Floats, norms: Floats) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
         """Return which of values (P,) are at their lower and upper bounds: within a twentieth of their errors alone.
 
         The errors are the inverse of the norms (P,) of the derivatives. Values whose errors are wider than the bounds

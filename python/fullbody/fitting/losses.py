@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.limits import Limits
 from ..base.units import PLAIN
 from ..errors import InvalidInput
+from ..typing import Floats
 
 __all__ = ["Loss", "Outliers", "loss_of"]
-
-_Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -46,7 +44,7 @@ class Outliers:
         PLAIN.number(self.fraction, "number", "fraction", Limits(above=0.0, below=1.0))
         PLAIN.number(self.width, "number", "width", Limits(above=1.0))
 
-    def __call__(self, z: _Array) -> _Array:
+    def __call__(self, z: Floats) -> Floats:
         """Return the loss (3, ...) of squares z (...) of residuals, with its first and second derivatives."""
         w2 = self.width**-2
         both = np.log(1.0 - self.fraction) - 0.5 * z, np.log(self.fraction / self.width) - 0.5 * z * w2
@@ -58,13 +56,13 @@ class Outliers:
         return np.stack([2.0 * (top - whole), first, second])
 
 
-def _huber(z: _Array) -> _Array:
+def _huber(z: Floats) -> Floats:
     root = np.sqrt(np.maximum(z, 1.0))
     return np.stack([np.where(z <= 1.0, z, 2.0 * root - 1.0), 1.0 / root, np.where(z <= 1.0, 0.0, -0.5 * root**-3)])
 
 
 #: The losses of scipy's ``least_squares`` with their derivatives.
-_KNOWN: dict[str, Callable[[_Array], _Array]] = {
+_KNOWN: dict[str, Callable[[Floats], Floats]] = {
     "linear": lambda z: np.stack([z, np.ones_like(z), np.zeros_like(z)]),
     "soft_l1": lambda z: np.stack([2.0 * z / (1.0 + np.sqrt(1.0 + z)), (1.0 + z) ** -0.5, -0.5 * (1.0 + z) ** -1.5]),
     "huber": _huber,
@@ -79,7 +77,7 @@ class Loss:
     The sum of the squares of these roots is the sum of the losses, so that a solver of least squares takes them.
     """
 
-    def __init__(self, given: Any, function: Callable[[_Array], Any]) -> None:
+    def __init__(self, given: Any, function: Callable[[Floats], Any]) -> None:
         self.given = given
         self._function = function
         #: Whether pulls stay as they are, in a linear loss.
@@ -88,7 +86,7 @@ class Loss:
     def __reduce__(self) -> Any:
         return (loss_of, (self.given,))
 
-    def _of(self, pulls: _Array) -> _Array:
+    def _of(self, pulls: Floats) -> Floats:
         found = np.asarray(self._function(pulls**2), dtype=np.float64)
         if found.shape != (3, *pulls.shape) or not np.isfinite(found).all() or (found[0] < 0.0).any():
             raise InvalidInput(
@@ -97,7 +95,7 @@ class Loss:
             )
         return found
 
-    def roots(self, pulls: _Array) -> tuple[_Array, _Array]:
+    def roots(self, pulls: Floats) -> tuple[Floats, Floats]:
         """Return the signed roots (M,) of the losses of pulls (M,), and their derivatives with respect to the pulls."""
         if self.linear:
             return pulls, np.ones_like(pulls)
@@ -107,7 +105,7 @@ class Loss:
         safe = np.where(small, 1.0, root)
         return np.sign(pulls) * root, np.where(small, np.sqrt(slope), slope * np.abs(pulls) / safe)
 
-    def inflation(self, pulls: _Array, free: int) -> float:
+    def inflation(self, pulls: Floats, free: int) -> float:
         """Return the factor from the covariance of weighted least squares to that of an M-estimator.
 
         With psi half the derivative of the loss, it is the mean of psi^2 over the square of the mean of psi', where the

@@ -12,27 +12,22 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
+
+from ..typing import Floats
 
 __all__ = ["NoiseDerivatives", "derivatives", "log_determinant", "relative"]
-
-_Array = npt.NDArray[np.float64]
 
 
 class NoiseDerivatives(NamedTuple):
     """Derivatives with respect to P parameters of the errors of K rows of C numbers.
 
-    Attributes
-    ----------
-    pulls : ndarray, (P, K, C)
-    log_determinant : ndarray, (P,)
-    information : ndarray, (P, P)
-        The expected information about the parameters.
+    They are those of the pulls (P, K, C) and of the logarithm of the determinant (P,), with the expected information
+    (P, P) about the parameters.
     """
 
-    pulls: _Array
-    log_determinant: _Array
-    information: _Array
+    pulls: Floats
+    log_determinant: Floats
+    information: Floats
 
 
 def log_determinant(errors: Any) -> float:
@@ -40,21 +35,21 @@ def log_determinant(errors: Any) -> float:
     return _log_determinant(errors.covariance, errors.design) - _log_determinant(errors.without_jitter, errors.design)
 
 
-def _log_determinant(covariance: _Array, design: _Array) -> float:
+def _log_determinant(covariance: Floats, design: Floats) -> float:
     factor = np.linalg.cholesky(covariance)
     white = np.linalg.solve(factor, design).reshape(factor[..., 0].size, -1)
     rows = 2.0 * np.log(np.diagonal(factor, axis1=1, axis2=2)).sum()
     return float(rows + np.linalg.slogdet(white.T @ white)[1])
 
 
-def relative(covariance: _Array, other: _Array) -> _Array:
+def relative(covariance: Floats, other: Floats) -> Floats:
     """Return L^-1 (C' - C) L^-T for covariances C = L L^T and C' (K, C, C)."""
     factor = np.linalg.cholesky(covariance)
     half = np.linalg.solve(factor, other - covariance)
     return np.asarray(np.linalg.solve(factor, np.swapaxes(half, 1, 2)))
 
 
-def derivatives(errors: Any, pulls: _Array, changes: _Array) -> NoiseDerivatives:
+def derivatives(errors: Any, pulls: Floats, changes: Floats) -> NoiseDerivatives:
     """Return the derivatives with respect to parameters that change C by the relative ``changes`` (P, K, C, C).
 
     With S a relative change, Q an orthonormal basis of L^-1 A and M = I - Q Q^T, that of the logarithm of the

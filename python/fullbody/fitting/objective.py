@@ -5,42 +5,31 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from ..typing import Floats
 from . import noise
 from .losses import Loss
 from .problem import Jacobian, Point, Problem
 
 __all__ = ["Linearised", "Objective"]
 
-_Array = npt.NDArray[np.float64]
-
 
 @dataclass
 class Linearised:
     """The objective near values of the parameters.
 
-    Attributes
-    ----------
-    point : Point
-    jacobian : Jacobian
-    vector : ndarray, (R,)
-        The components whose squares are minimised.
-    matrix : ndarray, (R, P)
-        A matrix J with the gradient J^T ``vector`` of half the sum, and the expected information J^T J for a linear
-        loss.
-    rows : ndarray, (2 P, P)
-        Those rows of the matrix that hold priors and the information about parameters of errors.
-    norms : ndarray, (P,)
-        The inverse of each parameter's natural length: of its error if it alone were free, as far as it has one.
+    The squares of the ``vector`` (R,) are minimised. The ``matrix`` J (R, P) has the gradient J^T ``vector`` of half
+    the sum, and the expected information J^T J for a linear loss; ``rows`` (2 P, P) are those of its rows that hold
+    priors and the information about parameters of errors. ``norms`` (P,) are the inverse of each parameter's natural
+    length: of its error if it alone were free, as far as it has one.
     """
 
     point: Point
     jacobian: Jacobian
-    vector: _Array
-    matrix: _Array
-    rows: _Array
-    norms: _Array
+    vector: Floats
+    matrix: Floats
+    rows: Floats
+    norms: Floats
 
     @property
     def cost(self) -> float:
@@ -49,19 +38,15 @@ class Linearised:
 
 
 class Objective:
-    """The sum of the losses of pulls, of the squares of priors' pulls, and of the logarithms of determinants of errors.
-
-    Parameters
-    ----------
-    problem : Problem
-    loss : Loss
+    """The sum of the losses of pulls, of the squares of priors' pulls, and of the logarithms of determinants of
+    errors.
     """
 
     def __init__(self, problem: Problem, loss: Loss) -> None:
         self.problem, self.loss, self.parameters = problem, loss, problem.parameters
         self._weights = np.diag(np.where(np.isfinite(self.parameters.sigma), 1.0 / self.parameters.sigma, 0.0))
 
-    def vector(self, point: Point) -> _Array:
+    def vector(self, point: Point) -> Floats:
         """Return the components (R,): of pulls, errors and priors, and P zeros in the rows of the information."""
         prior = self._weights @ (point.values - self.parameters.mean)
         parts = [self.loss.roots(point.rows)[0], np.sqrt(point.log_determinants), prior, np.zeros(len(prior))]
@@ -84,7 +69,7 @@ class Objective:
         matrix += np.outer(vector, gradient) / max(float(vector @ vector), 1e-300)
         return Linearised(point, jacobian, vector, matrix, own, norms)
 
-    def _noise(self, point: Point, jacobian: Jacobian, by_pulls: _Array) -> tuple[_Array, _Array, _Array]:
+    def _noise(self, point: Point, jacobian: Jacobian, by_pulls: Floats) -> tuple[Floats, Floats, Floats]:
         """Return gradient (P,), information (P, P) and inverse squared lengths (P,) of the parameters of errors."""
         gradient, information, widths = (
             np.zeros_like(point.values),

@@ -17,6 +17,7 @@ from ..errors import InvalidInput
 from ..model.state import State
 from ..motion.system import System
 from ..record.record import Record, joined
+from ..typing import Floats
 from .chain import Chain, SetupDerivatives, SetupResult
 from .free import Parameters
 from .noise import log_determinant, relative
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Jacobian", "Observed", "Point", "Problem", "Refused"]
 
-_Array = npt.NDArray[np.float64]
 
 #: The rounding errors of the pulls of one run, and between different runs, relative to the largest pull; and those of
 #: covariances.
@@ -44,7 +44,7 @@ class Observed(Protocol):
     def emission(self, system: System) -> Any:
         """Return the times (K,) of a system's clock at which the predictions need samples, in their order."""
 
-    def pulls(self, run: Record) -> _Array:
+    def pulls(self, run: Record) -> Floats:
         """Return the residuals of a run with samples at these times, made independent and divided by their errors."""
 
 
@@ -56,33 +56,24 @@ class Refused(Exception):
 class Point:
     """Predictions at values (P,) of the parameters.
 
-    Attributes
-    ----------
-    values : ndarray, (P,)
-    made : SetupResult
-    run : Run
-        The samples at all times that the observations need.
-    observations : list of Observed
-    pulls : list of ndarray
-        The pulls of each of the observations.
-    errors : dict of Errors
-        The errors of those observations that are functions of parameters, by their index.
+    The run has samples at all times that the observations need; there are the pulls of each of the observations, and
+    the errors of those observations that are functions of parameters, by their index.
     """
 
-    values: _Array
+    values: Floats
     made: SetupResult
     run: Run
     observations: list[Any]
-    pulls: list[_Array]
+    pulls: list[Floats]
     errors: dict[int, Any]
 
     @property
-    def rows(self) -> _Array:
+    def rows(self) -> Floats:
         """Return all pulls as one array."""
         return np.concatenate([np.ravel(part) for part in self.pulls])
 
     @property
-    def log_determinants(self) -> _Array:
+    def log_determinants(self) -> Floats:
         """Return the logarithms of the determinants of the errors, zero without a jitter."""
         return np.array([max(0.0, log_determinant(errors)) for errors in self.errors.values()])
 
@@ -101,20 +92,16 @@ class Jacobian:
         The parameters that were differenced, with the reason.
     """
 
-    rows: _Array
-    noise: dict[int, dict[int, _Array]] = field(default_factory=dict)
+    rows: Floats
+    noise: dict[int, dict[int, Floats]] = field(default_factory=dict)
     differenced: dict[str, str] = field(default_factory=dict)
 
 
 class Problem:
     """The setup, the parameters and the observations of a fit.
 
-    Attributes
-    ----------
-    runs, differentiated : int
-        The number of runs without and with derivatives.
-    refused : int
-        The number of proposals that were refused; ``reason`` is why the last of them was.
+    It counts the ``runs`` without and with derivatives, and the proposals that were ``refused``; ``reason`` is why the
+    last of them was.
     """
 
     def __init__(
@@ -159,11 +146,11 @@ class Problem:
         #: The values that were refused last.
         self._refused = parameters.start
 
-    def make(self, values: _Array) -> SetupResult:
+    def make(self, values: Floats) -> SetupResult:
         """Call the setup, and return its system and state."""
         return self._make(values[[self.parameters.names.index(name) for name in self.of_setup]])
 
-    def _make(self, values: _Array) -> SetupResult:
+    def _make(self, values: Floats) -> SetupResult:
         found = self.setup(**self._setup_parameters.named(values))
         try:
             system, state = found
@@ -173,7 +160,7 @@ class Problem:
             raise TypeError(f"setup returned {found!r}; expected (system, state)")
         return SetupResult(system, state)
 
-    def observations(self, values: _Array) -> list[Any]:
+    def observations(self, values: Floats) -> list[Any]:
         """Return the observations; those that are functions are called with these values of their parameters."""
         named = self.parameters.named(values)
         both = zip(self.given, self.of_observations, strict=True)
@@ -183,20 +170,12 @@ class Problem:
                 raise TypeError(f"{given!r} of observations returned {one!r}; expected those of fullbody.observing")
         return found
 
-    def point(self, values: _Array, differentiated: bool = False) -> Point:
-        """Integrate a run and compute the predictions.
+    def point(self, values: Floats, differentiated: bool = False) -> Point:
+        """Integrate a run and compute the predictions at values (P,).
 
-        Parameters
-        ----------
-        values : ndarray, (P,)
-        differentiated : bool
-            Whether the run includes the derivatives that the last Jacobian needed, so that :meth:`jacobian` needs no
-            other run.
-
-        Raises
-        ------
-        Refused
-            If the setup refuses the values, the run ends with an error, or a prediction is not finite.
+        If it is to be ``differentiated``, the run includes the derivatives that the last Jacobian needed, so that
+        :meth:`jacobian` needs no other run. :class:`Refused` is raised if the setup refuses the values, the run ends
+        with an error, or a prediction is not finite.
         """
         try:
             return self._point(values, self._needed if differentiated else None)
@@ -205,7 +184,7 @@ class Problem:
             self.reason, self._refused = f"{type(error).__name__}: {error}", values.copy()
             raise Refused(self.reason) from error
 
-    def _point(self, values: _Array, derivatives: Sequence[str] | None = None) -> Point:
+    def _point(self, values: Floats, derivatives: Sequence[str] | None = None) -> Point:
         made = self.make(values)
         observations = self.observations(values)
         run = self._run(made, observations, derivatives)
@@ -225,12 +204,12 @@ class Problem:
         }
         return Point(values.copy(), made, run, observations, pulls, errors)
 
-    def times(self, made: SetupResult, observations: list[Any]) -> _Array:
+    def times(self, made: SetupResult, observations: list[Any]) -> Floats:
         """Return all times at which the observations need samples, in numbers of the system's units."""
         parts = [self._emission(one, made.system) for one in observations]
         return np.unique(np.concatenate(parts))
 
-    def _emission(self, one: Any, system: System) -> _Array:
+    def _emission(self, one: Any, system: System) -> Floats:
         return system.context.units.strip(one.emission(system), "time", f"times of {one!r}")
 
     def _run(self, made: SetupResult, observations: list[Any], derivatives: Sequence[str] | None) -> Run:
@@ -262,7 +241,7 @@ class Problem:
         """Return the derivatives of a point: those of the motion are exact, those of the setup are differences."""
         names = self.parameters.names
         rows = np.zeros((len(point.rows), len(names)))
-        noise: dict[int, dict[int, _Array]] = {}
+        noise: dict[int, dict[int, Floats]] = {}
         differenced: dict[str, str] = {}
         places = [names.index(name) for name in self.of_setup]
         if places:
@@ -288,7 +267,7 @@ class Problem:
                     noise[k] = by_observations
         return Jacobian(rows, noise, differenced)
 
-    def _by_motion(self, point: Point, made: SetupDerivatives) -> _Array:
+    def _by_motion(self, point: Point, made: SetupDerivatives) -> Floats:
         """Return the exact derivatives (M, P) of the pulls with respect to the parameters of the setup."""
         run = point.run
         if not run.is_differentiated or not {*made.system} <= {*run.sensitivity}:
@@ -312,7 +291,7 @@ class Problem:
                 pass
         return part.derivative_of(one.pulls)
 
-    def _by_observations(self, point: Point, k: int) -> tuple[_Array, dict[int, _Array]]:
+    def _by_observations(self, point: Point, k: int) -> tuple[Floats, dict[int, Floats]]:
         """Return the derivatives with respect to a parameter that observations take, of the same run.
 
         They are those of the pulls (M,), and the relative changes (K, C, C) of covariances by the index of the
@@ -324,7 +303,7 @@ class Problem:
         if not changing:
             return np.concatenate(rows), {}
 
-        def shifted(by: float) -> _Array:
+        def shifted(by: float) -> Floats:
             moved = self.observations(self.parameters.shifted(point.values, k, by))
             parts = []
             for i in changing:
@@ -347,7 +326,7 @@ class Problem:
         parts = iter(
             np.split(self._derivative(shifted, point, k, noise, groups), np.cumsum([s for s, _ in sizes])[:-1])
         )
-        changes: dict[int, _Array] = {}
+        changes: dict[int, Floats] = {}
         for i in changing:
             rows[i] = next(parts)
             if i in point.errors:
@@ -361,10 +340,10 @@ class Problem:
                     changes[i] = change.reshape(point.errors[i].covariance.shape)
         return np.concatenate(rows), changes
 
-    def _by_runs(self, point: Point, k: int) -> _Array:
+    def _by_runs(self, point: Point, k: int) -> Floats:
         """Return derivatives (M,) of the pulls with respect to a parameter, from complete runs."""
 
-        def shifted(by: float) -> _Array:
+        def shifted(by: float) -> Floats:
             return self._point(self.parameters.shifted(point.values, k, by)).rows - point.rows
 
         noise = np.full(len(point.rows), _NOISE * self._largest(point))
@@ -374,8 +353,8 @@ class Problem:
         return max(1.0, float(np.abs(point.rows).max(initial=0.0)))
 
     def _derivative(
-        self, shifted: Callable[[float], _Array], point: Point, k: int, noise: _Array, groups: npt.NDArray[np.intp]
-    ) -> _Array:
+        self, shifted: Callable[[float], Floats], point: Point, k: int, noise: Floats, groups: npt.NDArray[np.intp]
+    ) -> Floats:
         where = f"{self.parameters.names[k]} near {point.values[k]:.9g}"
         size = self.parameters.size(k, point.values[k])
         try:
@@ -386,7 +365,7 @@ class Problem:
             raise InvalidInput(f"the predictions do not change evenly with {where}")
         return found
 
-    def reach(self, values: _Array) -> _Array:
+    def reach(self, values: Floats) -> Floats:
         """Return the lengths (P,) over which parameters may change at first.
 
         A value is as good as zero if nothing changed over steps of its size in the last derivatives.
@@ -399,7 +378,7 @@ class Problem:
         widths = np.array([self.parameters.width(k) for k in range(len(values))])
         return np.where(steps > 2e-3 * reach, widths, reach)
 
-    def unchanged(self, values: _Array, others: _Array) -> bool:
+    def unchanged(self, values: Floats, others: Floats) -> bool:
         """Return whether the setup returns the same system and state for two values (P,), up to rounding errors."""
         try:
             one, other = self.make(values), self.make(others)
@@ -416,7 +395,7 @@ class Problem:
         """Return the number of unknowns for which the predictions at a point are solved."""
         return sum(getattr(observed, "linear_unknowns", 0) for observed in point.observations)
 
-    def limits(self, values: _Array) -> str:
+    def limits(self, values: Floats) -> str:
         """Return the bounds, as text, that would keep a fit at values (P,) from those that were refused last."""
         sides = []
         for k, (name, refused) in enumerate(zip(self.parameters.names, self._refused, strict=True)):
@@ -433,7 +412,7 @@ def _is_observed(one: Any) -> bool:
     return hasattr(one, "pulls") and hasattr(one, "emission")
 
 
-def _finite(pulls: Any, one: Any) -> _Array:
+def _finite(pulls: Any, one: Any) -> Floats:
     found = np.asarray(pulls, dtype=np.float64)
     if not np.isfinite(found).all():
         raise InvalidInput(f"{one!r} has predictions that are not finite")

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.arguments import generator
 from ..base.kinds import whole
@@ -16,24 +14,21 @@ from ..base.tables import Table, Tabled, to_text
 from ..base.units import need
 from ..base.values import same
 from ..ensembles.parameters import Paired, paired
-from ..errors import InvalidInput, once
+from ..errors import InvalidInput
 from ..model.state import strip
 from ..motion.simulation import Simulation
+from ..typing import Floats
 from . import files
-from .covariance import Covariance
-from .derived import Derived, derived
 from .problem import Refused
+from .uncertainty import Covariance, Derived, derived, sample
 
 if TYPE_CHECKING:
-    import xarray
-
     from ..motion.run import Run
     from .objective import Linearised, Objective
     from .pictures import FitPlots
 
 __all__ = ["Derived", "Fit", "Minimum", "fit_in"]
 
-_Array = npt.NDArray[np.float64]
 
 #: The largest number of draws for each requested one; more are an error, since hardly any are within the bounds.
 _MOST_DRAWS = 1000
@@ -170,7 +165,7 @@ class Fit(Tabled):
         return self.parameters.named(np.sqrt(np.diag(self.covariance)))
 
     @property
-    def correlation(self) -> _Array:
+    def correlation(self) -> Floats:
         """The correlation (P, P) of the parameters."""
         errors = np.sqrt(np.diag(self.covariance))
         finite = np.where(np.isfinite(errors) & (errors > 0.0), errors, 1.0)
@@ -229,7 +224,7 @@ class Fit(Tabled):
         columns = self.parameters.named(self.draws_as_array(n, rng).T)
         return paired(**{name: columns[name] for name in self._of_setup})
 
-    def draws_as_array(self, n: Any, rng: Any) -> _Array:
+    def draws_as_array(self, n: Any, rng: Any) -> Floats:
         """Draw numbers (n, P) in the order of ``names`` and the units of ``values``; see :meth:`draw`."""
         count = whole(n, "n")
         random = generator(rng)
@@ -286,56 +281,9 @@ class Fit(Tabled):
             raise InvalidInput("this fit is from a file, which keeps neither the setup nor the observations")
         return self._objective
 
-    def derived(self, function: Callable[[Any], Any], times: Any = ()) -> Derived:
-        """Return a quantity that follows from the fitted motion, with its standard error by the chain rule.
-
-        Parameters
-        ----------
-        function : callable
-            A smooth function of a :class:`fullbody.Run` that returns a number, a Quantity or an array (C,).
-        times : astropy Time, or array_like or Quantity, (K,), optional
-            The times at which the run is sampled; none for a function of the system alone.
-
-        Returns
-        -------
-        Derived
-            ``.value`` and ``.sigma`` (C,).
-        """
-        objective = self._minimised()
-        return derived(objective.problem, self.numbers, self.covariance, function, times)
-
-    def sample(
-        self,
-        sampler: str = "emcee",
-        *,
-        steps: int = 1000,
-        walkers: int | None = None,
-        rng: int | np.random.Generator,
-        progress: bool = False,
-    ) -> xarray.Dataset:
-        """Sample the posterior distribution.
-
-        Parameters
-        ----------
-        sampler : {"emcee"}
-            The ensemble sampler of Foreman-Mackey et al. (2013); the extra ``fit`` installs it.
-        steps : int
-            Steps of each walker; one evaluation takes a run.
-        walkers : int, optional
-            Four for each parameter unless given. They start at draws of the fit.
-        rng : int or numpy Generator
-        progress : bool
-
-        Returns
-        -------
-        xarray.Dataset
-            Parameters and ``log_posterior`` over ``chain`` (the walkers) and ``draw``, as arviz takes them, from the
-            first step on.
-        """
-        from .posterior import sample
-
-        with once():
-            return sample(self, sampler, steps, walkers, rng, progress)
+    derived = derived
+    sample = sample
+    save = files.save
 
     @property
     def plot(self) -> FitPlots:
@@ -357,19 +305,6 @@ class Fit(Tabled):
         columns = {"parameter": list(self.names), "value": self.numbers, "sigma": errors, "unit": units}
         meta = {"chi2": self.chi2, "loss": self.loss, "dof": self.dof, "correlation": self.correlation.tolist()}
         return AstropyTable(columns | {"min": parameters.lower, "max": parameters.upper}, meta=meta)
-
-    def save(self, path: Any) -> None:
-        """Write the fit to a NetCDF file; :func:`fullbody.load` reads it.
-
-        A file keeps values, errors, pulls with their times, minima, the system, the state and the integrator. It keeps
-        neither the setup nor the observations, so that a fit from a file has no residuals and no posterior density.
-
-        Parameters
-        ----------
-        path : str or Path
-            A name that ends in ``.nc`` or ``.nc4``.
-        """
-        files.save(self, path)
 
     def _tables(self) -> tuple[Table, ...]:
         rows: list[Any] = []

@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.arguments import generator
 from ..base.kinds import whole
 from ..base.progress import Progress
 from ..base.units import need
 from ..errors import InconsistentInput, Interrupted, InvalidInput, caution, once
+from ..typing import Floats
 from .free import Parameters
 from .losses import Outliers, loss_of
 from .objective import Objective
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 __all__ = ["fit"]
 
-_Array = npt.NDArray[np.float64]
 
 #: The largest difference, in units of each parameter's error, between two fits at the same minimum.
 _SAME = 0.1
@@ -154,7 +153,7 @@ def _fitted(
     return best
 
 
-def _starts(free: Parameters, starts: Any, rng: Any) -> list[_Array]:
+def _starts(free: Parameters, starts: Any, rng: Any) -> list[Floats]:
     """Return the values from which the solver starts."""
     if isinstance(starts, list | tuple):
         if not starts:

@@ -5,16 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import least_squares
 
 from ..errors import InvalidInput
+from ..typing import Floats
 from .objective import Linearised, Objective
 from .problem import Point, Problem, Refused
 
 __all__ = ["Solver"]
 
-_Array = npt.NDArray[np.float64]
 
 #: The distance from the minimum, in errors, at which the solver stops, and the relative changes of chi2 and of the
 #: parameters at which it stops if rounding errors prevent that.
@@ -49,7 +48,7 @@ class Solver:
         self.message, self.iterations, self.interrupted = "", 0, False
         self._distance, self._accepted = np.inf, False
 
-    def solve(self, start: _Array) -> None:
+    def solve(self, start: Floats) -> None:
         """Find the minimum next to a start; an interrupt may come before there are any derivatives."""
         try:
             self._last = self._problem.point(start)
@@ -60,10 +59,10 @@ class Solver:
             scale = np.divide(1.0, first[0].norms, out=reach.copy(), where=first[0].norms > 0.0)
             begin = reach / scale
 
-            def residuals(x: _Array) -> _Array:
+            def residuals(x: Floats) -> Floats:
                 return self._residuals(start + scale * (x - begin))
 
-            def jacobian(x: _Array) -> _Array:
+            def jacobian(x: Floats) -> Floats:
                 return (first.pop() if first else self._linearised(start + scale * (x - begin))).matrix * scale
 
             bounds = tuple((one - start) / scale + begin for one in (self._parameters.lower, self._parameters.upper))
@@ -85,7 +84,7 @@ class Solver:
             self.interrupted = True
             self.message = "interrupted: the values are the best so far, not those of a minimum"
 
-    def _residuals(self, values: _Array) -> _Array:
+    def _residuals(self, values: Floats) -> Floats:
         if self._last is None or not np.array_equal(self._last.values, values):
             try:
                 # After an accepted step the next one is probably accepted too, and its derivatives are then needed.
@@ -99,7 +98,7 @@ class Solver:
                 self._show()
         return self._objective.vector(self._last)
 
-    def _linearised(self, values: _Array) -> Linearised:
+    def _linearised(self, values: Floats) -> Linearised:
         if self._last is None or not np.array_equal(self._last.values, values):
             self._last = self._problem.point(values)
         here = self._objective.linearised(self._last, self._problem.jacobian(self._last))

@@ -7,20 +7,19 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import epochs, rotations
 from ..base.units import Units, is_quantity, need, numbers, strip_to
 from ..errors import InvalidInput
 from ..frames import rotation
 from ..orbit.elements import KeplerElements
+from ..typing import Floats
 
 if TYPE_CHECKING:
     from astropy.time import Time
 
 __all__ = ["about_sun", "barycentric", "dense_table", "path"]
 
-_Array = npt.NDArray[np.float64]
 #: G times the mass in km^3/s^2, from DE440 (Park et al. 2021, table 2), for planets together with their satellites.
 _GM = {
     "sun": 132712440041.279419,
@@ -60,7 +59,7 @@ def path(
     axes = _axes(frame)
     from_sun, longest = about_sun(orbit, start, start if epoch is None else epochs.date(epoch, "epoch"), given)
 
-    def relative(times: _Array) -> _Array:
+    def relative(times: Floats) -> Floats:
         """Return positions in km at times in seconds from the date."""
         away = -from_sun(times)
         if body != "sun":
@@ -85,8 +84,8 @@ def path(
 
 
 def dense_table(
-    relative: Callable[[_Array], _Array], first: float, last: float, longest: float, what: str, margin: int = _MARGIN
-) -> tuple[_Array, _Array]:
+    relative: Callable[[Floats], Floats], first: float, last: float, longest: float, what: str, margin: int = _MARGIN
+) -> tuple[Floats, Floats]:
     """Choose times in even steps, dense enough for a cubic spline with an error of 1e-9 of the distance.
 
     The error of a spline between even knots is a 384th of the fourth difference. Steps of about a period would not
@@ -113,7 +112,7 @@ def dense_table(
         step *= min(0.9 * (_ERROR / error) ** 0.25, 0.9)
 
 
-def about_sun(orbit: Any, start: Time, epoch: Time, given: Units) -> tuple[Callable[[_Array], _Array], float]:
+def about_sun(orbit: Any, start: Time, epoch: Time, given: Units) -> tuple[Callable[[Floats], Floats], float]:
     """Return the system's path from the Sun, in km by seconds, ecliptic of J2000, and an eighth of its period."""
     from astropy import units as u
 
@@ -136,7 +135,7 @@ def about_sun(orbit: Any, start: Time, epoch: Time, given: Units) -> tuple[Calla
     rate = np.sqrt(_GM["sun"] / abs(a) ** 3)
     late = (start - epoch).to_value(u.s)
 
-    def place(times: _Array) -> _Array:
+    def place(times: Floats) -> Floats:
         anomaly = mean + rate * (times + late)
         if e < 1.0:
             anomaly = np.remainder(anomaly, 2 * np.pi)
@@ -147,7 +146,7 @@ def about_sun(orbit: Any, start: Time, epoch: Time, given: Units) -> tuple[Calla
     return place, 2 * np.pi / rate / 8 if e < 1.0 else np.inf
 
 
-def barycentric(body: Any, times: Time, ephemeris: Any) -> _Array:
+def barycentric(body: Any, times: Time, ephemeris: Any) -> Floats:
     """Return positions (T, 3) of a body from the barycentre of the solar system in km, along the axes of the ICRF."""
     from astropy.coordinates import get_body_barycentric
 
@@ -161,7 +160,7 @@ def barycentric(body: Any, times: Time, ephemeris: Any) -> _Array:
     return np.asarray(found.xyz.to_value("km").T, dtype=np.float64)
 
 
-def _axes(frame: Any) -> _Array:
+def _axes(frame: Any) -> Floats:
     """Return the matrix from the ecliptic of J2000 to the axes of the system."""
     if isinstance(frame, str):
         return rotation("ecliptic", frame)

@@ -14,20 +14,17 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import rotations
 from ..base.arguments import directions, longitude_latitude, warn_if_degrees
-from ..base.arguments import vectors as _vectors
 from ..base.kinds import instance
-from ..base.units import Units, is_quantity, need
+from ..base.units import PLAIN, Units, gathered, is_quantity, need
 from ..errors import InvalidInput
 from ..model.state import State
-from ..typing import Array
+from ..typing import Array, Floats
 
 __all__ = ["attitude", "pole_angles", "pole_vector", "rotate", "rotate_pole", "rotate_state", "rotation"]
 
-_Array = npt.NDArray[np.float64]
 _NAMES = {"ecliptic": "barycentricmeanecliptic", "equatorial": "icrs", "icrf": "icrs"}
 #: The matrix from the ICRF to SPICE's ECLIPJ2000.
 _ECLIPJ2000 = rotations.matrices(rotations.turn(0, -np.deg2rad(84381.448 / 3600.0)))
@@ -38,7 +35,7 @@ _EXPECTED = (
 )
 
 
-def rotation(origin: Any, target: Any) -> _Array:
+def rotation(origin: Any, target: Any) -> Floats:
     """Return the matrix that converts components in one frame to components in another.
 
     Parameters
@@ -105,7 +102,9 @@ def rotate(vectors: Any, origin: Any, target: Any) -> Array:
     >>> fullbody.frames.rotate([0.0, 0.0, 1.0], "ecliptic", "equatorial")[1:].round(6)
     array([-0.397777,  0.917482])
     """
-    return _vectors(vectors, "vectors") @ rotation(origin, target).T
+    given = gathered(vectors, "vectors")
+    PLAIN.numbers(getattr(given, "value", given), "number", "vectors", ("...", 3))
+    return given @ rotation(origin, target).T
 
 
 def rotate_state(state: State, origin: Any, target: Any) -> State:
@@ -137,7 +136,7 @@ def rotate_state(state: State, origin: Any, target: Any) -> State:
     )
 
 
-def pole_vector(longitude: Any, latitude: Any) -> _Array:
+def pole_vector(longitude: Any, latitude: Any) -> Floats:
     """Return the unit vector of a longitude and latitude (or right ascension and declination).
 
     Parameters
@@ -211,7 +210,7 @@ def rotate_pole(longitude: Any, latitude: Any, origin: Any, target: Any) -> tupl
     return result[0] * u.rad, result[1] * u.rad
 
 
-def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> _Array:
+def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> Floats:
     """Return the attitude of a body from the longitude and latitude of its pole (its z-axis).
 
     Parameters

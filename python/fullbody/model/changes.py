@@ -5,20 +5,19 @@ from __future__ import annotations
 from typing import Any, Literal, Protocol, Self, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..base import rotations
-from ..base.arguments import directions, place, vectors, warn_if_degrees
+from ..base.arguments import directions, place, warn_if_degrees
+from ..base.kinds import Number, choice
 from ..base.limits import LATITUDE, POSITIVE
 from ..base.tables import number
 from ..base.units import Units, is_quantity, strip_to
 from ..errors import InvalidInput
+from ..typing import Floats
 from .context import SystemLike
 
 __all__ = ["impact", "kick", "rotated"]
-
-_Array = npt.NDArray[np.float64]
 
 
 class StateLike(Protocol):
@@ -93,11 +92,11 @@ def kick(
     11.37 h
     """
     index = _place(state, body, "body of kick")
-    dv = vectors(dv, "dv", one=True)
+    dv = Number("velocity", shape=(3,))(dv, "dv")
     axes = _axes(state, index, along, about, "kick")
     velocity = state.core.velocity
     if not is_quantity(dv):
-        if state.units and dv.any():
+        if state.units and np.any(dv):
             unit = next(iter(state.units.values()))
             raise InvalidInput(f"the state has units such as {unit}, but dv has none; expected both or neither")
         velocity[index] += axes @ dv
@@ -282,11 +281,9 @@ def _place(state: StateLike, body: object, what: str) -> int:
     return place(body, state.names or [f"body {k}" for k in range(len(state.core.position))], what)
 
 
-def _axes(state: StateLike, index: int, along: str, about: int | str | None, what: str) -> _Array:
+def _axes(state: StateLike, index: int, along: str, about: int | str | None, what: str) -> Floats:
     """Return as columns (3, 3) the axes in which vectors of a body are given."""
-    if not isinstance(along, str) or along not in ("inertial", "body", "orbit"):
-        raise InvalidInput(f"along of {what} is {along!r}; expected 'inertial', 'body' or 'orbit'")
-    if along != "orbit":
+    if choice(along, f"along of {what}", ("inertial", "body", "orbit")) != "orbit":
         if about is not None:
             raise InvalidInput(f"about of {what} is {about!r}, along is {along!r}; expected about with 'orbit' only")
         return np.eye(3) if along == "inertial" else state.core.rotation_matrix[index]

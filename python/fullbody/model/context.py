@@ -7,14 +7,12 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
-import numpy as np
-import numpy.typing as npt
-
 from .. import _core
 from ..base.arguments import normal, place, suggestion
 from ..base.tables import Table
 from ..base.units import Units
 from ..errors import InvalidInput
+from ..typing import Floats
 from .calls import Call
 
 __all__ = ["Context", "S", "SystemLike"]
@@ -24,26 +22,10 @@ __all__ = ["Context", "S", "SystemLike"]
 class Context:
     """The units, the constant and the bodies of a system, with the core's handle; numbers are in the system's units.
 
-    A force describes itself in the context of the bodies, whose handle has no forces.
-
-    Attributes
-    ----------
-    units : Units
-    G : float
-    names : tuple of str
-        The names of the bodies.
-    bodies : tuple of _core.Body
-    core : _core.System
-    epoch : str, optional
-        The date of time zero, as text.
-    frame : str, optional
-        The name of the inertial axes.
-    forces : dict of str
-        The kinds of the external forces by their names, in the order of the system.
-    calls : dict of Call
-        The functions of forces that have one, by the names of the forces.
-    notes : dict
-        Data of the system that the core's description of it does not contain, for files.
+    A force describes itself in the context of the bodies, whose handle has no forces. The epoch is the date of time
+    zero as text, and the frame the name of the inertial axes. ``forces`` has the kinds of the external forces by their
+    names, in the order of the system, ``calls`` the functions of those that have one, and ``notes`` what the core's
+    description of the system does not contain, for files.
     """
 
     units: Units
@@ -61,7 +43,7 @@ class Context:
         return len(self.names)
 
     @property
-    def masses(self) -> npt.NDArray[np.float64]:
+    def masses(self) -> Floats:
         """Masses (N,)."""
         return self.core.masses
 

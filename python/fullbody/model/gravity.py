@@ -12,13 +12,11 @@ from .. import _core
 from ..base.units import Units
 from ..base.values import brief, same
 from ..errors import InvalidInput
-from ..typing import Array
+from ..typing import Array, Floats
 from .context import SystemLike
 from .state import State, strip
 
 __all__ = ["Gravity", "gravity", "gravity_at", "points_in"]
-
-_Numbers = npt.NDArray[np.float64]
 
 
 class Gravity:
@@ -65,7 +63,7 @@ class Gravity:
         return f"Gravity(potential={brief(self.potential)}, field={brief(self.field)})"
 
 
-def points_in(points: Any, units: Units) -> _Numbers:
+def points_in(points: Any, units: Units) -> Floats:
     """Return points (..., 3) as numbers in a system's units."""
     array = units.strip(points, "length", "points")
     if array.shape[-1:] != (3,):
@@ -75,9 +73,9 @@ def points_in(points: Any, units: Units) -> _Numbers:
 
 def gravity_at(
     attraction: _core.Attraction,
-    positions: _Numbers,
-    attitudes: _Numbers,
-    points: _Numbers,
+    positions: Floats,
+    attitudes: Floats,
+    points: Floats,
     units: Units,
     body: int | None = None,
     states: npt.NDArray[np.int64] | None = None,
@@ -89,7 +87,7 @@ def gravity_at(
     flat = np.ascontiguousarray(points.reshape(-1, 3))
     of = None if states is None else np.ascontiguousarray(states.reshape(-1))
 
-    def ask(*shapes: tuple[int, ...]) -> list[_Numbers]:
+    def ask(*shapes: tuple[int, ...]) -> list[Floats]:
         found = [np.empty((len(flat), *numbers)) for numbers in shapes]
         attraction.gravity(positions.reshape(-1, 3), attitudes.reshape(-1, 4), of, flat, list(shape), body, found)
         return [array.reshape(shape + array.shape[1:]) for array in found]

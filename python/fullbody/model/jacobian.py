@@ -6,11 +6,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.arguments import names_of
 from ..base.values import ArrayFields
-from ..typing import Array
+from ..typing import Array, Floats
 from .context import SystemLike
 from .failures import explaining
 from .state import State, strip
@@ -45,9 +44,9 @@ class Jacobian(ArrayFields):
     force_by_rotation: Array
     torque_by_position: Array
     torque_by_rotation: Array
-    flow: npt.NDArray[np.float64]
-    rates: npt.NDArray[np.float64]
-    by_parameter: dict[str, npt.NDArray[np.float64]]
+    flow: Floats
+    rates: Floats
+    by_parameter: dict[str, Floats]
 
     def __repr__(self) -> str:
         bodies, parameters = len(self.flow) // 12, ", ".join(self.by_parameter)

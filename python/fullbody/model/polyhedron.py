@@ -10,17 +10,16 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.arguments import vectors
 from ..base.atomic import other_reader
+from ..base.kinds import Number
 from ..base.units import Units, is_quantity, need
 from ..base.values import same
 from ..errors import InvalidInput
-from ..typing import Scalar
+from ..typing import Floats, Scalar
 from .stokes import StokesCoefficients, harmonics_of
 
 __all__ = ["Polyhedron"]
 
-_Numbers = npt.NDArray[np.float64]
 _Indices = npt.NDArray[np.signedinteger[Any]]
 
 
@@ -71,7 +70,7 @@ class Polyhedron:
     __slots__ = ("_faces", "_made", "_vertices")
 
     def __init__(self, vertices: Any, faces: Any) -> None:
-        points: Any = vectors(vertices, "vertices")
+        points = Number("length", shape=("V", 3))(vertices, "vertices")
         self._vertices: Any = points if is_quantity(points) else np.array(points, dtype=np.float64)
         expected = "expected whole numbers (F, 3)"
         try:
@@ -84,8 +83,8 @@ class Polyhedron:
         if given.ndim != 2 or given.shape[1] != 3 or given.dtype.kind == "b" or not np.all(found == given):
             raise InvalidInput(f"faces is of shape {given.shape} and type {given.dtype}; {expected}")
         self._faces: npt.NDArray[np.int64] = found
-        plain = points.value if is_quantity(points) else points
-        self._made = _core.Polyhedron(np.ascontiguousarray(plain, dtype=np.float64), np.ascontiguousarray(found))
+        plain = np.ascontiguousarray(getattr(self._vertices, "value", self._vertices), dtype=np.float64)
+        self._made = _core.Polyhedron(plain, np.ascontiguousarray(found))
         for array in (self._vertices, self._faces):
             array.flags.writeable = False
 
@@ -210,11 +209,8 @@ class Polyhedron:
         if is_quantity(self._vertices):
             return self
         other = object.__new__(Polyhedron)
-        other._vertices, other._faces, other._made = (
-            units.attach(self._vertices, "length"),
-            self._faces,
-            self._made,
-        )
+        other._vertices = units.attach(self._vertices, "length")
+        other._faces, other._made = self._faces, self._made
         return other
 
     def __repr__(self) -> str:
@@ -232,7 +228,7 @@ class Polyhedron:
         return Polyhedron, (self._vertices, self._faces)
 
 
-def _read(path: Path) -> tuple[_Numbers, _Indices]:
+def _read(path: Path) -> tuple[Floats, _Indices]:
     import gzip
 
     kind = path.suffix.lower().removeprefix(".")
@@ -249,7 +245,7 @@ def _read(path: Path) -> tuple[_Numbers, _Indices]:
     return _table(rows)
 
 
-def _table(rows: list[list[str]]) -> tuple[_Numbers, _Indices]:
+def _table(rows: list[list[str]]) -> tuple[Floats, _Indices]:
     """Return vertices and faces from rows that follow their numbers; the number of faces may precede the faces."""
     if not rows or not 1 <= len(rows[0]) <= 2 or not all(number.isdigit() for number in rows[0]):
         raise ValueError(
@@ -269,7 +265,7 @@ def _table(rows: list[list[str]]) -> tuple[_Numbers, _Indices]:
     return vertices, indices - 1 if indices.min() > 0 else indices
 
 
-def _by_trimesh(path: Path, kind: str) -> tuple[_Numbers, _Indices]:
+def _by_trimesh(path: Path, kind: str) -> tuple[Floats, _Indices]:
     with need("shapes", f"a shape from {path.suffix.upper().removeprefix('.')}"):
         import trimesh
 
@@ -283,7 +279,7 @@ def _by_trimesh(path: Path, kind: str) -> tuple[_Numbers, _Indices]:
     return vertices, faces
 
 
-def _healed(vertices: _Numbers, faces: _Indices) -> tuple[_Numbers, _Indices]:
+def _healed(vertices: Floats, faces: _Indices) -> tuple[Floats, _Indices]:
     with need("shapes", "healing a shape"):
         # Trimesh needs networkx to fill holes and to turn faces.
         import networkx  # noqa: F401

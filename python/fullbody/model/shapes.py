@@ -201,13 +201,8 @@ def refuse_amount(called: str, shape: Any, **given: Any) -> None:
 def rebuilt(axes: Any, kind: str | None, what: str) -> Solid:
     """Rebuild a shape from the core's description: semi-axes, a dictionary of numbers, or ``None`` for a point.
 
-    Parameters
-    ----------
-    axes : list, dict or None
-    kind : str or None
-        The name of its class; by default that of the general one.
-    what : str
-        The owner of the shape, for errors.
+    The kind is the name of its class, by default that of the general one; ``what`` is the owner of the shape, for
+    errors.
     """
     if isinstance(axes, dict) and "coefficients" in axes:
         numbers = (axes[name] for name in ("reference_radius", "mean_inertia", "radius"))

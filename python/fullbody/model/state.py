@@ -5,16 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..base.arguments import refuse_unknown, warn_if_degrees
+from ..base.attributes import Attribute
 from ..base.tables import Table, Tabled, head, number, vector
-from ..base.unit_names import unit_named
-from ..base.units import Units, gathered, is_quantity, numbers, refuse_cycles, scalar, strip_to
+from ..base.units import ANY, Units, gathered, is_quantity, numbers, scalar
 from ..base.values import block
 from ..errors import InvalidInput, caution
-from ..typing import Array, Scalar
+from ..typing import Array, Floats, Scalar
 from .changes import impact, kick, rotated
 from .context import Context
 
@@ -22,6 +21,11 @@ __all__ = ["State", "from_numbers", "strip", "wrap"]
 
 _PARTS = ("position", "velocity", "attitude", "spin")
 _FIELDS = {"time": "time", "position": "length", "velocity": "velocity", "spin": "spin"}
+
+
+def _part(name: str, text: str) -> Attribute[Any]:
+    """Return a property of states: a part of the core's state, with its unit."""
+    return Attribute(lambda state: state._get(name), text)
 
 
 class State(Tabled):
@@ -72,14 +76,7 @@ class State(Tabled):
     impact = impact
     rotated = rotated
 
-    def __init__(
-        self,
-        position: Any,
-        velocity: Any,
-        attitude: Any = None,
-        spin: Any = None,
-        time: Any = 0.0,
-    ) -> None:
+    def __init__(self, position: Any, velocity: Any, attitude: Any = None, spin: Any = None, time: Any = 0.0) -> None:
         self.names: tuple[str, ...] = ()
         values, self.units = _strip(time=time, position=position, velocity=velocity, spin=spin)
         if attitude is None:
@@ -91,14 +88,7 @@ class State(Tabled):
         _warn_of_lengths(attitude)
 
     @classmethod
-    def from_tait_bryan(
-        cls,
-        position: Any,
-        velocity: Any,
-        angles: Any,
-        spin: Any = None,
-        time: Any = 0.0,
-    ) -> State:
+    def from_tait_bryan(cls, position: Any, velocity: Any, angles: Any, spin: Any = None, time: Any = 0.0) -> State:
         """Make a state from the paper's angles instead of quaternions.
 
         Parameters
@@ -198,43 +188,19 @@ class State(Tabled):
             value.flags.writeable = False
         return value << self.units[name] if name in self.units else value
 
-    def _array(self, name: str) -> Array:
-        return self._get(name)
-
-    @property
-    def time(self) -> Scalar:
-        """Time of the state."""
-        return self._get("time")
-
-    @property
-    def position(self) -> Array:
-        """Positions of the centres (N, 3), inertial frame."""
-        return self._array("position")
-
-    @property
-    def velocity(self) -> Array:
-        """Velocities of the centres (N, 3), inertial frame."""
-        return self._array("velocity")
-
-    @property
-    def attitude(self) -> npt.NDArray[np.float64]:
-        """Unit quaternions (N, 4), ``[w, x, y, z]``, body frame to inertial."""
-        return self._array("attitude")
-
-    @property
-    def spin(self) -> Array:
-        """Angular velocities (N, 3), body frames."""
-        return self._array("spin")
-
-    @property
-    def rotation_matrix(self) -> npt.NDArray[np.float64]:
-        """Rotation matrices (N, 3, 3), body frame to inertial."""
-        return self._array("rotation_matrix")
-
-    @property
-    def tait_bryan(self) -> npt.NDArray[np.float64]:
-        """The paper's angles (N, 3): phi and psi in (-pi, pi], theta in [-pi/2, pi/2], radians."""
-        return self._array("tait_bryan")
+    time: Attribute[Scalar] = _part("time", "Time of the state.")
+    position: Attribute[Array] = _part("position", "Positions of the centres (N, 3), inertial frame.")
+    velocity: Attribute[Array] = _part("velocity", "Velocities of the centres (N, 3), inertial frame.")
+    attitude: Attribute[Floats] = _part(
+        "attitude", "Unit quaternions (N, 4), ``[w, x, y, z]``, body frame to inertial."
+    )
+    spin: Attribute[Array] = _part("spin", "Angular velocities (N, 3), body frames.")
+    rotation_matrix: Attribute[Floats] = _part(
+        "rotation_matrix", "Rotation matrices (N, 3, 3), body frame to inertial."
+    )
+    tait_bryan: Attribute[Floats] = _part(
+        "tait_bryan", "The paper's angles (N, 3): phi and psi in (-pi, pi], theta in [-pi/2, pi/2], radians."
+    )
 
     def replace(self, **changes: Any) -> State:
         """Return a copy with some of ``position``, ``velocity``, ``attitude``, ``spin`` and ``time`` changed.
@@ -317,10 +283,6 @@ def _warn_of_lengths(attitude: Any) -> None:
         )
 
 
-#: A unit that each part of a state can be converted to.
-_EXPECTED = {"time": "s", "position": "m", "velocity": "m / s", "spin": "rad / s"}
-
-
 def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the numbers and the units of the dimensional parts of a state."""
     stripped: dict[str, Any] = {}
@@ -329,15 +291,9 @@ def _strip(**values: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         if name == "spin" and value is None:
             continue
         value = gathered(value, name, _FIELDS[name])
-        if not is_quantity(value):
-            stripped[name] = numbers(value, name)
-            continue
-        unit = value.unit
-        if name == "spin":
-            refuse_cycles(unit, name)
-        strip_to(value, unit_named(_EXPECTED[name]), name)
-        stripped[name] = strip_to(value, unit, name)
-        units[name] = unit
+        stripped[name] = ANY.strip(value, _FIELDS[name], name)
+        if is_quantity(value):
+            units[name] = value.unit
     _refuse_mixture(stripped, units)
     if "spin" not in stripped:
         stripped["spin"] = np.zeros_like(stripped["position"])

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..base.arguments import refuse_mixture
@@ -16,10 +15,9 @@ from ..base.limits import POSITIVE
 from ..base.units import Units, gathered, is_quantity, need, numbers
 from ..base.values import same
 from ..errors import InvalidInput
+from ..typing import Floats
 
 __all__ = ["StokesCoefficients"]
-
-_Table = npt.NDArray[np.float64]
 
 #: The relative deviation of a tensor of inertia from the second degree that counts as rounding of published numbers.
 _ROUNDED = 1e-6
@@ -124,7 +122,7 @@ class StokesCoefficients:
         for array in (self._C, self._S):
             array.flags.writeable = False
 
-    def _refuse_contradiction(self, tensor: _Table, mean: float) -> None:
+    def _refuse_contradiction(self, tensor: Floats, mean: float) -> None:
         """Raise an error if a tensor of inertia, or its diagonal, differs from the one of degree 2."""
         _, attitude = self._made.working_frame
         rotation = _core.rotation_matrices(np.array([attitude]))[0]
@@ -136,12 +134,12 @@ class StokesCoefficients:
             raise InvalidInput(f"inertia is {tensor.tolist()}; expected {expected}")
 
     @property
-    def C(self) -> _Table:
+    def C(self) -> Floats:
         """Cosine coefficients (L + 1, L + 1) in the 4 pi normalisation, in the working frame."""
         return self._C
 
     @property
-    def S(self) -> _Table:
+    def S(self) -> Floats:
         """Sine coefficients (L + 1, L + 1) in the 4 pi normalisation, in the working frame."""
         return self._S
 
@@ -175,7 +173,7 @@ class StokesCoefficients:
         """``None``, since the shape has no surface."""
         return None
 
-    def unnormalized(self) -> tuple[_Table, _Table]:
+    def unnormalized(self) -> tuple[Floats, Floats]:
         """Coefficients without normalisation.
 
         Returns
@@ -353,7 +351,7 @@ def _units_of(length: Any) -> Units:
     return Units((length.unit, u.s, u.kg))
 
 
-def _coefficients(values: Any, what: str) -> _Table:
+def _coefficients(values: Any, what: str) -> Floats:
     """Return a table of coefficients (L + 1, L + 1)."""
     table = numbers(values, what)
     if table.ndim != 2 or table.shape[0] != table.shape[1] or not 3 <= len(table) <= 61:
@@ -363,7 +361,7 @@ def _coefficients(values: Any, what: str) -> _Table:
     return table
 
 
-def _norms(degree: int) -> _Table:
+def _norms(degree: int) -> Floats:
     """Return the factors sqrt((2 - [m = 0]) (2 l + 1) (l - m)!/(l + m)!) by degree and order; one at m > l."""
     rows, orders = np.indices((degree + 1, degree + 1))
     squares: Any = np.where(orders == 0, 1.0, 2.0) * (2 * rows + 1)
@@ -372,12 +370,12 @@ def _norms(degree: int) -> _Table:
     return np.where(orders <= rows, np.sqrt(squares), 1.0)
 
 
-def _packed(C: _Table, S: _Table) -> _Table:
+def _packed(C: Floats, S: Floats) -> Floats:
     """Return coefficients in the core's order: by degree, and from S_l,l to S_l,1 and C_l,0 to C_l,l."""
     return np.concatenate([np.concatenate([S[n, n:0:-1], C[n, : n + 1]]) for n in range(len(C))])
 
 
-def _unpacked(packed: Any) -> tuple[_Table, _Table]:
+def _unpacked(packed: Any) -> tuple[Floats, Floats]:
     """Return the tables C and S of coefficients in the core's order."""
     rows = np.asarray(packed, dtype=np.float64)
     degree = int(np.sqrt(len(rows))) - 1
@@ -388,7 +386,7 @@ def _unpacked(packed: Any) -> tuple[_Table, _Table]:
     return C, S
 
 
-def _from_monomials(means: _Table) -> tuple[_Table, _Table]:
+def _from_monomials(means: Floats) -> tuple[Floats, Floats]:
     """Return the coefficients in the 4 pi normalisation from the means of x^i y^j z^k at [i, j, k].
 
     The solid harmonics in Schmidt's semi-normalisation are polynomials, made by their recurrences in degree and order;
@@ -397,7 +395,7 @@ def _from_monomials(means: _Table) -> tuple[_Table, _Table]:
     size = len(means)
     C, S = np.zeros((size, size)), np.zeros((size, size))
 
-    def times(polynomial: _Table, axis: int) -> _Table:
+    def times(polynomial: Floats, axis: int) -> Floats:
         """Return a polynomial times x, y or z; the highest power, which no harmonic has, is dropped."""
         raised = np.roll(polynomial, 1, axis)
         raised[(slice(None),) * axis + (0,)] = 0.0

@@ -54,10 +54,8 @@ def _of_cancelling(name: str, body: _core.Body, tolerance: float) -> Iterator[st
 def start_warnings(context: Context, start: _core.State, tolerance: float | None) -> Iterator[str]:
     """Return warnings about a start.
 
-    Parameters
-    ----------
-    tolerance
-        The sum of the integrator's tolerances, relative to the distance of the nearest body; ``None`` for fixed steps.
+    The tolerance is the sum of the integrator's, relative to the distance of the nearest body; ``None`` for fixed
+    steps.
     """
     fast, far = context.core.start_warnings(start, tolerance)
     if fast is not None:

@@ -9,18 +9,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base import epochs
-from ..base.deferred import Deferred
+from ..base.attributes import Deferred
 from ..base.tables import Table, number, tables_of
 from ..errors import InvalidInput
 from ..files.netcdf import save, to_pandas, to_xarray
 from ..model.context import S
+from ..model.gravity import Gravity, gravity_at, points_in
 from ..particles.task import fly
 from ..record import conserved
 from ..record.derivatives import at_event
 from ..record.displaced import derivative_of
-from ..record.gravity import gravity
 from ..record.record import Record
 from ..record.statistics import STOP_REASONS
+
+__all__ = ["Run"]
+
 
 if TYPE_CHECKING:
     from ..plots import Plots
@@ -32,7 +35,6 @@ else:
     animate, view = Deferred(".plots.animation", "animate"), Deferred(".view", "view")
     to_spk, to_ck = Deferred(".spice.spk", "to_spk"), Deferred(".spice.ck", "to_ck")
 
-__all__ = ["Run"]
 
 #: The drifts of conserved quantities, with what they are.
 _DRIFTS = {
@@ -74,7 +76,6 @@ class Run(Record[S]):
         Times, positions and so on as numbers in the system's units, with a row per sample.
     """
 
-    gravity = gravity
     at_event = at_event
     derivative_of = derivative_of
     fly = fly
@@ -102,6 +103,44 @@ class Run(Record[S]):
 
         seconds = self.context.units.unit("time").to(u.s)
         return epochs.to_time(self.context.epoch) + self.arrays["time"] * seconds * u.s
+
+    def gravity(self, time: Any, points: Any, body: int | str | None = None) -> Gravity:
+        """Return the gravity of the bodies at points of the inertial frame and times of the run; see
+        :meth:`System.gravity`.
+
+        Parameters
+        ----------
+        time : float, Quantity or array_like, (...)
+            Times of samples, or any times within a run with ``dense=True``. The shapes of times and points are
+            broadcast: times (K,) and points (K, 3) are a track, times (K, 1) and points (P, 3) are all points at all
+            times.
+        points : array_like or Quantity, (..., 3)
+        body : int or str, optional
+
+        Returns
+        -------
+        Gravity
+
+        Examples
+        --------
+        >>> import fullbody
+        >>> system, state = fullbody.systems.case1()
+        >>> run = system.integrate(state, 10.0, output=5.0, dense=True)
+        >>> run.gravity([[1.0], [2.5]], [[0.0, 0.0, 5.0], [0.0, 3.0, 5.0], [0.0, 0.0, 9.0]]).potential.shape
+        (2, 3)
+        """
+        context = self.context
+        times, array = context.units.strip(time, "time", "time"), points_in(points, context.units)
+        try:
+            shape = np.broadcast_shapes(times.shape, array.shape[:-1])
+        except ValueError as error:
+            shapes = f"times of shape {times.shape} and points of shape {array.shape}"
+            raise InvalidInput(f"{shapes} do not go together; expected shapes that numpy broadcasts") from error
+        distinct, index = np.unique(times, return_inverse=True)
+        states = self.states(distinct)
+        poses, index = (states["position"], states["attitude"]), np.broadcast_to(index.reshape(times.shape), shape)
+        only = None if body is None else context.index(body)
+        return gravity_at(context.attraction, *poses, np.broadcast_to(array, (*shape, 3)), context.units, only, index)
 
     def _tables(self) -> tuple[Table, ...]:
         """Return a table with time span, counts, events and errors of the conserved quantities."""

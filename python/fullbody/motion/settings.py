@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from ..base.arguments import integer
-from ..base.units import numbers, scalar
+from ..base.kinds import instance
+from ..base.limits import Limits
+from ..base.units import PLAIN
 from ..errors import InvalidInput
 
 __all__ = ["core_settings"]
@@ -14,18 +16,12 @@ __all__ = ["core_settings"]
 def core_settings(gravity: Any, gravity_tolerance: Any, order: Any, **texts: Any) -> dict[str, Any]:
     """Return the settings of a system as the core takes them; ``texts`` are those that are text."""
     for name, value in (("gravity", gravity), *texts.items()):
-        if not isinstance(value, str):
-            raise InvalidInput(f"{name} is {value!r}; expected text")
+        instance(value, name, str, "text")
     settings = {"gravity": gravity, "order": None if order is None else _quadrature_order(order, gravity), **texts}
-    return settings if gravity_tolerance is None else settings | {"gravity_tolerance": _tolerance(gravity_tolerance)}
-
-
-def _tolerance(value: Any) -> float:
-    """Return the tolerance as a number; the core checks its limits."""
-    try:
-        return scalar(numbers(value, "gravity_tolerance"), "gravity_tolerance")
-    except InvalidInput as error:
-        raise InvalidInput(f"gravity_tolerance is {value!r}; expected a number such as 1e-14") from error
+    if gravity_tolerance is not None:
+        limits = Limits(infinite=True, text="a number such as 1e-14")
+        settings["gravity_tolerance"] = PLAIN.number(gravity_tolerance, "number", "gravity_tolerance", limits)
+    return settings
 
 
 def _quadrature_order(value: Any, gravity: str) -> tuple[int, int]:

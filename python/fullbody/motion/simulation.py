@@ -11,7 +11,7 @@ import numpy as np
 
 from .. import _core
 from ..base.atomic import as_path, content, other_reader
-from ..base.units import scalar
+from ..base.limits import Limits
 from ..errors import FullbodyError, InvalidInput
 from ..events import Event
 from ..model.description import functions
@@ -191,9 +191,7 @@ class Simulation:
 
     def step(self, until: Any = float("inf")) -> None:
         """Take one accepted step towards a time, but never beyond it; no step is taken if it is the present time."""
-        end = scalar(self._system.context.units.strip(until, "time", "until"), "until")
-        if np.isnan(end):
-            raise InvalidInput(f"until is {until!r}; expected a number")
+        end = self._system.context.units.number(until, "time", "until", Limits(infinite=True, text="a number"))
         if end == self._core.time:
             return
         # The default is far away but finite, so that differences of times stay numbers.

@@ -10,7 +10,7 @@ from .. import _core
 from ..base import epochs
 from ..base.arguments import normal, refuse_unknown, sequence
 from ..base.tables import Table, Tabled
-from ..base.units import Units, scalar
+from ..base.units import Units
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
 from ..model.composite import Composite
@@ -118,7 +118,7 @@ class System(Tabled):
         given = sequence(bodies, Body, "bodies", several, several)
         if G is None and not own.known:
             raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
-        constant = own.gravitational_constant if G is None else scalar(own.strip(G, "G", "G"), "G")
+        constant = own.gravitational_constant if G is None else own.number(G, "G", "G")
         self._bodies = tuple(body._with(own, constant) for body in given)
         if frame is not None and not isinstance(frame, str):
             raise InvalidInput(f"frame is {frame!r}; expected a name, such as 'ecliptic'")

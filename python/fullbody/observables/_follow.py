@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from ..typing import Floats
 
 __all__ = ["Path", "along", "fitting_mu", "harmonics", "periods"]
 
-_Array = npt.NDArray[np.float64]
 #: The least number of points per revolution, and the powers of e by which the harmonics fall within those points.
 _LEAST, _FALL = 16, 16.0
 
@@ -19,9 +19,9 @@ _LEAST, _FALL = 16, 16.0
 class Path(NamedTuple):
     """A path: times (K,), positions and velocities (K, 3)."""
 
-    time: _Array
-    r: _Array
-    v: _Array
+    time: Floats
+    r: Floats
+    v: Floats
 
 
 def fitting_mu(path: Path) -> float:
@@ -38,7 +38,7 @@ def fitting_mu(path: Path) -> float:
     return float(np.sum(turned**2) / fit if fit > 0.0 else np.median(np.sum(path.v**2, axis=1) * distance))
 
 
-def periods(path: Path, mu: float) -> _Array:
+def periods(path: Path, mu: float) -> Floats:
     """Return the periods (K,) of the osculating orbits, infinite for open ones."""
     energy = np.sum(path.v**2, axis=1) / 2 - mu / np.linalg.norm(path.r, axis=1)
     size = np.where(energy < 0.0, -mu / 2 / np.where(energy < 0.0, energy, -1.0), np.inf)
@@ -56,7 +56,7 @@ def harmonics(path: Path, mu: float) -> float:
     return max(float(_LEAST), _FALL / float(np.arctanh(s) - s))
 
 
-def along(path: Path, mu: float, moments: _Array) -> tuple[Path, _Array]:
+def along(path: Path, mu: float, moments: Floats) -> tuple[Path, Floats]:
     """Interpolate a path; return it with the relative misses (K - 1,) of each sample's Kepler orbit at the next sample.
 
     Each point is on the Kepler orbit of the sample before it, plus the cubic in time that corrects the orbit's miss in
@@ -66,7 +66,7 @@ def along(path: Path, mu: float, moments: _Array) -> tuple[Path, _Array]:
     rows = _core.cartesian_to_elements(r, v, mu)
     motion = np.sqrt(mu / np.abs(rows[:, 0]) ** 3)
 
-    def moved(start: npt.NDArray[np.intp], span: _Array) -> tuple[_Array, _Array]:
+    def moved(start: npt.NDArray[np.intp], span: Floats) -> tuple[Floats, Floats]:
         at = rows[start]
         at[:, 5] += motion[start] * span
         return _core.elements_to_cartesian(np.ascontiguousarray(at), mu)

@@ -6,16 +6,15 @@ from functools import cached_property
 from typing import Any, NoReturn
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import rotations
 from ..base.arguments import directions
 from ..errors import InvalidInput
 from ..record.record import Record
+from ..typing import Floats
 from . import _follow as follow
 from . import _signal as signal
 
-_Array = npt.NDArray[np.float64]
 #: The least number of revolutions for a mean; from :data:`WINDOWED` on, a window separates it from periodic terms.
 REVOLUTIONS, WINDOWED = 2, 5
 #: The angle in radians between a pole and an axis below which the motion of the pole about the axis is round-off.
@@ -34,14 +33,8 @@ def check_run(run: object, what: str) -> None:
 class RelativeMotion:
     """The numbers of a run that observables need, and the units of their results.
 
-    Parameters
-    ----------
-    about : int, str or None
-        The orbited body; ``None`` for the first other body.
-    least : int
-        The least number of samples that the observable needs.
-    revolutions : int
-        The least number of revolutions that the observable needs.
+    The orbited body ``about`` may be ``None``, for the first other body; ``least`` and ``revolutions`` are the least
+    numbers of samples and of revolutions that the observable needs.
     """
 
     def __init__(
@@ -119,7 +112,7 @@ class RelativeMotion:
                 f"{self.what} needs less than {_TURN:g} ({self.closer(2 * turned[k] / _TURN)})"
             )
 
-    def at(self, moments: _Array) -> follow.Path:
+    def at(self, moments: Floats) -> follow.Path:
         """Return the motion at given times of the run."""
         return follow.along(self._samples, self._mu, moments)[0]
 
@@ -138,7 +131,7 @@ class RelativeMotion:
         return follow.fitting_mu(self._samples)
 
     @cached_property
-    def _periods(self) -> _Array:
+    def _periods(self) -> Floats:
         """Periods (K,) of the Kepler orbits through the samples."""
         return follow.periods(self._samples, self._mu)
 
@@ -148,7 +141,7 @@ class RelativeMotion:
         return bool(np.isfinite(self._periods).all() and self._periods.max() < 2 * self._periods.min())
 
     @property
-    def _apart(self) -> _Array:
+    def _apart(self) -> Floats:
         """The number of revolutions (K - 1,) between samples."""
         periods = self._periods
         return np.asarray(np.abs(np.diff(self.time)) / np.minimum(periods[1:], periods[:-1]))
@@ -192,7 +185,7 @@ class RelativeMotion:
             f"{self.what} needs several samples in each ({self.closer()})"
         )
 
-    def check_rotation(self, speed: _Array, most: float, what: str) -> None:
+    def check_rotation(self, speed: Floats, most: float, what: str) -> None:
         """Raise an error if a direction or frame may turn by more than an angle between samples, at its speeds (K,)."""
         turned = (speed[1:] + speed[:-1]) / 2 * np.abs(np.diff(self.time))
         if len(turned) and turned.max() > most:
@@ -204,7 +197,7 @@ class RelativeMotion:
             )
 
     @property
-    def relative_spin(self) -> _Array:
+    def relative_spin(self) -> Floats:
         """The body's angular velocity (K, 3) less that of the line to the other body, inertial frame."""
         turn = np.linalg.norm(np.cross(self.r, self.v), axis=1) / np.sum(self.r**2, axis=1)
         return np.einsum("kij,kj->ki", self.matrix, self.spin) - turn[:, None] * self.normal
@@ -222,14 +215,14 @@ class RelativeMotion:
         return self.units.attach(value, "length")
 
     @property
-    def pole(self) -> _Array:
+    def pole(self) -> Floats:
         """The direction (K, 3) of the spin, inertial frame."""
         size = np.linalg.norm(self.spin, axis=1)
         if not np.all(size > 0.0):
             raise InvalidInput("the body does not spin; it has no pole of rotation")
         return np.einsum("kij,kj->ki", self.matrix, self.spin / size[:, None])
 
-    def mean_rate(self, values: _Array) -> float:
+    def mean_rate(self, values: Floats) -> float:
         """Return the mean rate of an angle that changes with every revolution."""
         return signal.slope(self.time, values, self._power)
 
@@ -238,11 +231,11 @@ class RelativeMotion:
         return 3 if self.turns >= WINDOWED else 1
 
     @cached_property
-    def longitude(self) -> tuple[_Array, _Array]:
+    def longitude(self) -> tuple[Floats, Floats]:
         """Longitudes along the path and their rates; see :func:`swept`."""
         return swept(self.path)
 
-    def longitude_at(self, moments: _Array) -> tuple[_Array, _Array]:
+    def longitude_at(self, moments: Floats) -> tuple[Floats, Floats]:
         """Return the longitude and its rate at given times of the run."""
         angle, rate = self.longitude
         forward = np.sign(self.time[-1] - self.time[0])
@@ -255,7 +248,7 @@ class RelativeMotion:
         """Return the mean rate of the longitude."""
         return abs(signal.slope(path.time, swept(path)[0], self._power))
 
-    def turning(self, poles: _Array, axis: Any) -> tuple[float | None, _Array]:
+    def turning(self, poles: Floats, axis: Any) -> tuple[float | None, Floats]:
         """Return the mean rate at which directions turn about an axis, and their angles from it.
 
         The default axis is the angular momentum at the start. The rate is ``None`` if the directions are mostly nearer
@@ -263,7 +256,7 @@ class RelativeMotion:
         """
         axis = self._start if axis is None else directions(axis, "axis", one=True)
         about, every = azimuth(poles, axis), azimuth(poles[::2], axis)
-        angle: _Array = np.arctan2(np.linalg.norm(np.cross(poles, axis), axis=1), poles @ axis)
+        angle: Floats = np.arctan2(np.linalg.norm(np.cross(poles, axis), axis=1), poles @ axis)
         # A direction nearly opposite to the axis, about which it turns the other way, is as near to it.
         near = np.median(np.minimum(angle, np.pi - angle)) < NEAREST
         turns = [(found[-1] - found[0]) / (2 * np.pi) for found in (about[: 2 * len(every) - 1], every)]
@@ -280,7 +273,7 @@ class RelativeMotion:
         return abs(signal.slope(self.path.time, angle, self._power))
 
 
-def across(axis: _Array) -> tuple[_Array, _Array]:
+def across(axis: Floats) -> tuple[Floats, Floats]:
     """Return two unit vectors across an axis and each other, the first in the xy-plane if possible."""
     start = np.array([0.0, 0.0, 1.0]) if abs(axis[2]) < 0.9 else np.array([0.0, -1.0, 0.0])
     x = np.cross(start, axis)
@@ -288,7 +281,7 @@ def across(axis: _Array) -> tuple[_Array, _Array]:
     return x, np.cross(axis, x)
 
 
-def azimuth(poles: _Array, axis: _Array) -> _Array:
+def azimuth(poles: Floats, axis: Floats) -> Floats:
     """Return the angles of directions about an axis, without jumps."""
     size = np.linalg.norm(axis)
     if size == 0.0:
@@ -297,13 +290,13 @@ def azimuth(poles: _Array, axis: _Array) -> _Array:
     return signal.unwrapped(np.arctan2(poles @ y, poles @ x))
 
 
-def speed(path: follow.Path) -> _Array:
+def speed(path: follow.Path) -> Floats:
     """Return the rate (K,) at which the direction turns: |r x v| / r^2."""
     _, r, v = path
     return np.asarray(np.linalg.norm(np.cross(r, v), axis=1) / np.sum(r**2, axis=1))
 
 
-def step(start: follow.Path, end: follow.Path, first: _Array, last: _Array) -> _Array:
+def step(start: follow.Path, end: follow.Path, first: Floats, last: Floats) -> Floats:
     """Return the angles (K,) that the direction sweeps from each point of one path to the next point of another.
 
     The angle is the great circle between both directions, plus the excess of the way that leaves and arrives along the
@@ -328,7 +321,7 @@ def step(start: follow.Path, end: follow.Path, first: _Array, last: _Array) -> _
     return np.asarray(angle * (1.0 + (2 * a * a - a * b + 2 * b * b) / 30))
 
 
-def swept(path: follow.Path) -> tuple[_Array, _Array]:
+def swept(path: follow.Path) -> tuple[Floats, Floats]:
     """Return the longitude (K,) along a path and its rate, from a direction fixed in the moving orbital plane.
 
     It is the true longitude of Hansen's ideal frame: its rate is |r x v| / r^2, however the plane moves (Lara &
@@ -343,5 +336,5 @@ def swept(path: follow.Path) -> tuple[_Array, _Array]:
     return angle, sense * speed(path)
 
 
-def _unit(vectors: _Array) -> _Array:
+def _unit(vectors: Floats) -> Floats:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])

@@ -10,8 +10,7 @@ import numpy.typing as npt
 
 from ..base.units import need
 from ..errors import InvalidInput
-
-_Array = npt.NDArray[np.float64]
+from ..typing import Floats
 
 
 def scipy_module(name: str) -> Any:
@@ -20,7 +19,7 @@ def scipy_module(name: str) -> Any:
         return import_module(f"scipy.{name}")
 
 
-def check_times(time: _Array, least: int, what: str) -> None:
+def check_times(time: Floats, least: int, what: str) -> None:
     """Raise an error for too few samples, and for times that do not increase or decrease throughout."""
     if len(time) < least:
         raise InvalidInput(f"the run has {len(time)} samples; {what} needs {least} or more")
@@ -29,7 +28,7 @@ def check_times(time: _Array, least: int, what: str) -> None:
         raise InvalidInput(f"the times of the run do not go one way; {what} needs that")
 
 
-def slope(time: _Array, values: _Array, power: int = 1) -> float:
+def slope(time: Floats, values: Floats, power: int = 1) -> float:
     """Return the slope of a straight line by least squares, weighted by a power of a Hann window.
 
     A periodic term with k periods, k above power + 1, is reduced to about k^-(2 power + 1) (Laskar 1993, Physica D 67,
@@ -42,12 +41,12 @@ def slope(time: _Array, values: _Array, power: int = 1) -> float:
     return float((weight * centred) @ values / ((weight * centred) @ centred))
 
 
-def unwrapped(angle: _Array, period: float = 2 * np.pi) -> _Array:
+def unwrapped(angle: Floats, period: float = 2 * np.pi) -> Floats:
     """Return an angle without jumps; samples must be less than half a period of it apart."""
     return np.unwrap(angle, period=period)
 
 
-def averaged(time: _Array, values: _Array, length: float) -> _Array:
+def averaged(time: Floats, values: Floats, length: float) -> Floats:
     """Return the averages of values over a length of time about each sample, which is shorter at the ends."""
     way, values = (time, values) if time[-1] > time[0] else (-time, values)
     integral = np.concatenate([[0.0], np.cumsum(np.diff(way) * (values[1:] + values[:-1]) / 2)])
@@ -61,13 +60,13 @@ def windings(vector: npt.NDArray[np.complex128]) -> float:
     return float(angle[-1] - angle[0]) / (2 * np.pi)
 
 
-def even(time: _Array) -> bool:
+def even(time: Floats) -> bool:
     """Return whether times are equally spaced."""
     steps = np.diff(time)
     return bool(np.ptp(steps) <= 1e-6 * abs(steps.mean()))
 
 
-def evenly(time: _Array, values: _Array) -> tuple[_Array, _Array]:
+def evenly(time: Floats, values: Floats) -> tuple[Floats, Floats]:
     """Return samples at equal steps: the given ones, or a cubic spline through them."""
     if even(time):
         return time, values
@@ -76,7 +75,7 @@ def evenly(time: _Array, values: _Array) -> tuple[_Array, _Array]:
     return grid, scipy_module("interpolate").CubicSpline(time[order], values[order])(grid)
 
 
-def lines(time: _Array, values: _Array, count: int) -> tuple[_Array, _Array]:
+def lines(time: Floats, values: Floats, count: int) -> tuple[Floats, Floats]:
     """Return the strongest periodic terms of a signal: angular frequencies and amplitudes (half of peak to peak).
 
     Terms are found one after another: the peak of the Hann-windowed spectrum is refined by maximising the windowed
@@ -107,7 +106,7 @@ def lines(time: _Array, values: _Array, count: int) -> tuple[_Array, _Array]:
         peak = grid[int(spectrum.argmax())]
         width = grid[1]
 
-        def strength(frequency: float, rest: _Array = rest) -> float:
+        def strength(frequency: float, rest: Floats = rest) -> float:
             return -float(np.abs(np.sum(window * rest * np.exp(-1j * frequency * t))))
 
         found = optimize.minimize_scalar(

@@ -6,19 +6,18 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.limits import Limits
 from ..base.units import PLAIN, is_quantity
 from ..base.values import ArrayFields
 from ..record.record import Record
+from ..typing import Floats
 from . import _signal as signal
 from ._relative import RelativeMotion
 from .spin import angles, in_orbit_frame
 
 __all__ = ["Tumbling", "tumbles"]
 
-_Array = npt.NDArray[np.float64]
 _NAMES: tuple[Literal["roll", "pitch", "yaw"], ...] = ("roll", "pitch", "yaw")
 #: The half turns that leave an ellipsoid unchanged.
 _HALF_TURNS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=np.float64)
@@ -122,7 +121,7 @@ def tumbles(run: Record, *, limit: Any = np.pi / 2, body: int | str = 1, about: 
     return Tumbling(motion.span(np.float64(time)), name, largest)
 
 
-def _passage(time: _Array, size: _Array, k: int, limit: float) -> float:
+def _passage(time: Floats, size: Floats, k: int, limit: float) -> float:
     """Return the time at which an angle passes a limit between the samples k - 1 and k."""
     if k == 0:
         return float(time[0])

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..orbit.elements import KeplerElements, computed
 from ..record.record import Record
-from ..typing import Array, Scalar
+from ..typing import Array, Floats, Scalar
 from . import _signal as signal
 from ._follow import Path
 from ._relative import REVOLUTIONS, WINDOWED, RelativeMotion
@@ -28,7 +27,6 @@ __all__ = [
     "orbit_precession",
 ]
 
-_Array = npt.NDArray[np.float64]
 #: The number of periodic terms of the distance, the relative range of the periapsis frequency about the mean motion,
 #: and the relative size below which that term may be an error of the run.
 _TERMS, _NEAR, _ROUND = 5, 1 / 8, 1e-9
@@ -214,7 +212,7 @@ def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     elements = run.elements(mu, body=body, about=about)
     a, e, i, *angles = (np.asarray(getattr(value := getattr(elements, name), "value", value)) for name in _ELEMENTS)
     varpi, longitude = angles[0] + angles[1], sum(angles)
-    columns: dict[str, _Array] = {"a": a, "e": e, "i": i, "h": e * np.sin(varpi), "k": e * np.cos(varpi)}
+    columns: dict[str, Floats] = {"a": a, "e": e, "i": i, "h": e * np.sin(varpi), "k": e * np.cos(varpi)}
     for name, angle in zip(("Omega", "omega", "M", "varpi", "L"), (*angles, varpi, longitude), strict=True):
         columns[name] = signal.unwrapped(angle)
     undefined = _undefined(motion, e, i, *angles[:2])
@@ -236,7 +234,7 @@ def element_rates(run: Record, *, mu: Any = None, body: int | str = 1, about: in
     return ElementRates(computed(attached, run.context.frame), rates, means)
 
 
-def _undefined(motion: RelativeMotion, e: _Array, i: _Array, node: _Array, periapsis: _Array) -> dict[str, str]:
+def _undefined(motion: RelativeMotion, e: Floats, i: Floats, node: Floats, periapsis: Floats) -> dict[str, str]:
     """Return the angles that have no mean rate, with the reason: those from a node or a periapsis that is not defined.
 
     Such a direction is that of a vector which comes as near to zero as its length scatters within a revolution, or
@@ -345,7 +343,7 @@ def mutual_period(run: Record, *, body: int | str = 1, about: int | str = 0) -> 
     return MutualPeriod(motion.span(ends), motion.span(period), motion.span(np.float64(mean)), drift)
 
 
-def passages(motion: RelativeMotion) -> _Array:
+def passages(motion: RelativeMotion) -> Floats:
     """Return the earliest time and those at which the longitude has made whole turns since then."""
     longitude, rate = motion.longitude
     order = np.argsort(motion.path.time)
@@ -361,7 +359,7 @@ def passages(motion: RelativeMotion) -> _Array:
     return _sharpened(motion, np.array(moments), start)
 
 
-def _sharpened(motion: RelativeMotion, moments: _Array, start: float) -> _Array:
+def _sharpened(motion: RelativeMotion, moments: Floats, start: float) -> Floats:
     """Refine times of passages by Newton's method along the Kepler orbits, as a spline errs on eccentric orbits."""
     for _ in range(3):
         angle, rate = motion.longitude_at(moments)

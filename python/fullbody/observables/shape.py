@@ -11,13 +11,13 @@ import numpy.typing as npt
 
 from ..base.values import ArrayFields
 from ..record.record import Record
+from ..typing import Floats
 from ._follow import Path
 from ._relative import WINDOWED, RelativeMotion
 from .orbit import frequencies, passages
 
 __all__ = ["Eccentricity", "OrbitShape", "eccentricity", "orbit_shape"]
 
-_Array = npt.NDArray[np.float64]
 #: Number of Newton steps from a sampled extreme of the distance to the extreme itself.
 _STEPS = 4
 
@@ -139,15 +139,15 @@ def orbit_shape(run: Record, *, body: int | str = 1, about: int | str = 0) -> Or
     )
 
 
-def _radial(path: Path) -> tuple[_Array, _Array]:
+def _radial(path: Path) -> tuple[Floats, Floats]:
     """Return distances and their rates of change (K,)."""
     distance = np.linalg.norm(path.r, axis=1)
     return distance, np.sum(path.r * path.v, axis=1) / distance
 
 
 def _extremes(
-    motion: RelativeMotion, moments: _Array, speed: _Array, distance: _Array, sign: float, first: npt.NDArray[np.intp]
-) -> _Array:
+    motion: RelativeMotion, moments: Floats, speed: Floats, distance: Floats, sign: float, first: npt.NDArray[np.intp]
+) -> Floats:
     """Return the smallest (sign 1) or largest (-1) distance of each revolution, given the times of its ends.
 
     Candidates are the distances where the radial velocity changes sign and those at the samples, since round-off may

@@ -6,19 +6,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.kinds import whole
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..record.record import Record
-from ..typing import Array, Scalar
+from ..typing import Array, Floats, Scalar
 from . import _signal as signal
 from ._relative import NEAREST, REVOLUTIONS, RelativeMotion
 
 __all__ = ["Libration", "libration", "obliquity", "roll_pitch_yaw", "spin_precession"]
-
-_Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -247,7 +244,7 @@ def libration(run: Record, *, body: int | str = 1, about: int | str = 0, n: int 
     )
 
 
-def _between(motion: RelativeMotion, angle: _Array) -> _Array:
+def _between(motion: RelativeMotion, angle: Floats) -> Floats:
     """Return the angle of a direction from the line to the other body, along the path.
 
     The spline goes through the sum of the angle and the longitude, which is smooth also on an eccentric orbit.
@@ -260,13 +257,13 @@ def _between(motion: RelativeMotion, angle: _Array) -> _Array:
     return spline(motion.time[order], together[order])(motion.path.time) - motion.longitude[0]
 
 
-def in_orbit_frame(motion: RelativeMotion) -> _Array:
+def in_orbit_frame(motion: RelativeMotion) -> Floats:
     """Return the body's attitude (K, 3, 3) in its orbit's frame, after checking that samples are close enough."""
     motion.check_rotation(np.linalg.norm(motion.relative_spin, axis=1), np.pi, motion.what)
     return np.einsum("kji,kjl->kil", orbit_frame(motion), motion.matrix)
 
 
-def angles(relative: _Array) -> _Array:
+def angles(relative: Floats) -> Floats:
     """Return roll, pitch and yaw (K, 3) of attitudes, with roll and yaw free of jumps."""
     roll = np.arctan2(relative[:, 2, 1], relative[:, 2, 2])
     pitch = np.arcsin(np.clip(-relative[:, 2, 0], -1.0, 1.0))
@@ -274,7 +271,7 @@ def angles(relative: _Array) -> _Array:
     return np.stack([signal.unwrapped(roll), pitch, signal.unwrapped(yaw)], axis=1)
 
 
-def orbit_frame(motion: RelativeMotion) -> _Array:
+def orbit_frame(motion: RelativeMotion) -> Floats:
     """Return axes (K, 3, 3) as columns: towards the other body, along its apparent motion, and along the normal."""
     x = -motion.r / np.linalg.norm(motion.r, axis=1)[:, None]
     return np.stack([x, np.cross(motion.normal, x), motion.normal], axis=2)

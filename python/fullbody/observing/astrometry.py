@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.arguments import warn_if_degrees
 from ..base.kinds import flag
 from ..errors import InvalidInput, caution
 from ..model.context import SystemLike
+from ..typing import Floats
 from .centre_of_light import photocentre, semi_axes
 from .columns import Column, Rows, column, jitter_of, positive_rows, refuse_rounded
 from .data import Observations
@@ -18,12 +18,11 @@ from .vectors import Vectors, local_geometry, turn
 
 __all__ = ["Astrometry"]
 
-_Array = npt.NDArray[np.float64]
 #: The largest offset, a degree in radians, that causes no warning if it is a plain number.
 _WIDEST = np.pi / 180.0
 
 
-def _in_unit(radians: _Array, unit: Any, power: int = 1) -> Any:
+def _in_unit(radians: Floats, unit: Any, power: int = 1) -> Any:
     """Return numbers in a power of radians as a Quantity in that power of a unit, which may be dimensionless."""
     from astropy import units as u
 
@@ -221,7 +220,7 @@ class Astrometry(Observations):
         return self._united(self._sigma)
 
     @property
-    def correlation(self) -> _Array:
+    def correlation(self) -> Floats:
         """Correlation (K,) between the errors of east and north in each row."""
         return self._correlation
 
@@ -231,7 +230,7 @@ class Astrometry(Observations):
         found = self._covariance(None)
         return found if self.unit is None else _in_unit(found, self.unit, 2)
 
-    def _united(self, values: _Array) -> Any:
+    def _united(self, values: Floats) -> Any:
         return values if self.unit is None else _in_unit(values, self.unit)
 
     def _widen(self, jitter: Any) -> None:
@@ -239,28 +238,24 @@ class Astrometry(Observations):
         self._correlation = self._correlation * np.prod(self._sigma / wide, axis=1)
         self._sigma = wide
 
-    def _covariance(self, system: Any) -> _Array:
+    def _covariance(self, system: Any) -> Floats:
         matrix = self._sigma[:, :, None] * self._sigma[:, None, :]
         matrix[:, 0, 1] *= self._correlation
         matrix[:, 1, 0] *= self._correlation
         return matrix
 
-    def _observed(self, system: SystemLike) -> _Array:
+    def _observed(self, system: SystemLike) -> Floats:
         return self._offsets
 
-    def _attach(self, values: _Array, system: SystemLike) -> Any:
+    def _attach(self, values: Floats, system: SystemLike) -> Any:
         return self._united(values)
 
-    def _model(self, system: SystemLike, states: dict[str, _Array], masses: Any = None) -> _Array:
+    def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         if system.context.frame is None:
             raise InvalidInput(
                 "astrometry needs to know the axes of the system; give fullbody.System(..., frame='ecliptic')"
             )
-        body, about = system.context.index(self.body, "body"), system.context.index(self.about, "about")
-        if body == about:
-            raise InvalidInput(
-                f"body and about of Astrometry are both {system.context.names[body]}; expected two bodies"
-            )
+        body, about = system.context.pair(self.body, self.about, " of Astrometry")
         retarded = self._retarded(system, states, masses)
         axes = turn(system.context.frame, self.frame)
         centres = {one: retarded.centre[..., one, :] for one in (body, about)}
@@ -280,7 +275,7 @@ class Astrometry(Observations):
         return [("body", str(self.body)), ("about", str(self.about)), ("frame", str(self.frame))]
 
 
-def offsets(about: _Array, apart: _Array) -> _Array:
+def offsets(about: Floats, apart: Floats) -> Floats:
     """Return the offsets (K, 2) of bodies on the tangent plane, to the east and to the north.
 
     The vectors ``about`` (K, 3) go from the observer to the reference body, and ``apart`` (K, 3) from there to the

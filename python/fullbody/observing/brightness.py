@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..base.arguments import directions, normal, suggestion
@@ -16,12 +15,11 @@ from ..base.values import ArrayFields
 from ..errors import InvalidInput, caution
 from ..model.context import SystemLike
 from ..model.state import State, strip
-from ..typing import Array
+from ..typing import Array, Floats
 from .laws import Law, LommelSeeliger
 
 __all__ = ["BrightnessDerivatives", "Photometer", "brightness", "brightness_derivatives", "of_unit_sphere"]
 
-_Array = npt.NDArray[np.float64]
 
 #: The step in the difference of a phase function: as a share of the angle to 0 and 180 degrees, and at least, radians.
 _STEP, _LEAST = 2e-4, 1e-7
@@ -97,14 +95,14 @@ class Photometer:
 
     def brightness(
         self,
-        times: _Array,
-        position: _Array,
-        attitude: _Array,
-        to_observer: _Array,
-        to_sun: _Array,
-        velocity: _Array | None = None,
+        times: Floats,
+        position: Floats,
+        attitude: Floats,
+        to_observer: Floats,
+        to_sun: Floats,
+        velocity: Floats | None = None,
         distant: bool = True,
-    ) -> _Array:
+    ) -> Floats:
         """Return the brightness (K, N) for times (K,), positions (K, N, 3), attitudes (K, N, 4), vectors (K, 3).
 
         With velocities over that of light, (K, N, 3), shadows include the time of light from body to body. Unless they
@@ -112,24 +110,24 @@ class Photometer:
         as if it were at the origin.
         """
         epochs = _epochs(times, position, attitude, to_observer, to_sun, velocity, distant)
-        plain: _Array = self._core.brightness(epochs)
+        plain: Floats = self._core.brightness(epochs)
         plain *= self.albedo
         if any(law.phase_function is not None for law in self.laws):
             plain *= self._by_law(_phase_angle(*_ways(position, to_observer, to_sun, distant)))
         return plain
 
-    def _by_law(self, angle: _Array) -> _Array:
+    def _by_law(self, angle: Floats) -> Floats:
         """Return the phase functions (K, N) of the bodies at phase angles (K, N)."""
         return np.stack([law._phase(angle[:, k]) for k, law in enumerate(self.laws)], axis=-1)
 
     def derivatives(
         self,
-        times: _Array,
-        position: _Array,
-        attitude: _Array,
-        to_observer: _Array,
-        to_sun: _Array,
-        velocity: _Array | None = None,
+        times: Floats,
+        position: Floats,
+        attitude: Floats,
+        to_observer: Floats,
+        to_sun: Floats,
+        velocity: Floats | None = None,
         distant: bool = True,
     ) -> BrightnessDerivatives:
         """Return the brightness with its derivatives, each with a first axis of K epochs.
@@ -246,7 +244,7 @@ def of_unit_sphere(law: Law) -> float:
     """Return the brightness of a sphere of radius one and albedo one at phase angle zero."""
     ball = _core.Photometer([_core.Body("sphere", (1.0, 1.0, 1.0), 1.0, None)], [law._describe()], [[1.0]], False, 0.0)
     toward = np.array([[1.0, 0.0, 0.0]])
-    at = _epochs(np.zeros(1), np.zeros((1, 3)), np.eye(1, 4), toward, toward, None)
+    at = _epochs(np.zeros(1), np.zeros((1, 3)), np.eye(1, 4), toward, toward, None, True)
     return float(ball.brightness(at)[0, 0] * law._phase(np.zeros(1))[0])
 
 
@@ -303,14 +301,14 @@ def _at(system: SystemLike, state: State, to_observer: Any, to_sun: Any) -> tupl
 
 
 def _epochs(
-    times: _Array,
-    position: _Array,
-    attitude: _Array,
-    to_observer: _Array,
-    to_sun: _Array,
-    velocity: _Array | None,
+    times: Floats,
+    position: Floats,
+    attitude: Floats,
+    to_observer: Floats,
+    to_sun: Floats,
+    velocity: Floats | None,
     distant: bool,
-) -> tuple[_Array, _Array, _Array, _Array, _Array, _Array, bool]:
+) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats, bool]:
     """Return times, positions, attitudes, vectors and velocities of epochs in the form that the core takes."""
     return (
         np.ascontiguousarray(times, dtype=np.float64),
@@ -323,18 +321,18 @@ def _epochs(
     )
 
 
-def _ways(position: _Array, to_observer: _Array, to_sun: _Array, distant: bool) -> list[_Array]:
+def _ways(position: Floats, to_observer: Floats, to_sun: Floats, distant: bool) -> list[Floats]:
     """Return the vectors (K, N, 3) from bodies to the observer and to the Sun."""
     origin = np.zeros_like(position) if distant else position
     return [vector[:, None] - origin for vector in (to_observer, to_sun)]
 
 
-def _phase_angle(e: _Array, s: _Array) -> _Array:
+def _phase_angle(e: Floats, s: Floats) -> Floats:
     """Return the angles (...) between vectors (..., 3)."""
     return np.asarray(np.arctan2(np.linalg.norm(np.cross(e, s), axis=-1), np.sum(e * s, axis=-1)))
 
 
-def _albedos(albedo: Any, names: tuple[str, ...]) -> tuple[_Array, list[list[float]]]:
+def _albedos(albedo: Any, names: tuple[str, ...]) -> tuple[Floats, list[list[float]]]:
     """Return one albedo for each body, and for the core one for each of its faces, or a single one."""
     if not isinstance(albedo, dict) and np.ndim(albedo) and len(names) > 1:
         raise InvalidInput(
@@ -351,10 +349,10 @@ def _albedos(albedo: Any, names: tuple[str, ...]) -> tuple[_Array, list[list[flo
     return factors, faces
 
 
-def _direction(value: Any, what: str) -> _Array:
+def _direction(value: Any, what: str) -> Floats:
     """Return a vector (1, 3) of any length above zero; the core checks an array of numbers itself."""
     plain = type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (3,)
-    found: _Array = (value if plain else directions(value, what, True))[None]
+    found: Floats = (value if plain else directions(value, what, True))[None]
     return found
 
 

@@ -5,20 +5,19 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..model.shapes import Ellipsoid, PointMass, Sphere
+from ..typing import Floats
 
 __all__ = ["photocentre", "semi_axes"]
 
-_Array = npt.NDArray[np.float64]
 #: The least cosine; smaller ones are replaced by it.
 _LEAST = 1e-12
 
 
-def semi_axes(system: SystemLike, body: int) -> _Array:
+def semi_axes(system: SystemLike, body: int) -> Floats:
     """Return the semi-axes (3,) of an ellipsoid in the system's unit; zeros for a point."""
     shape = system.bodies[body].shape
     if isinstance(shape, PointMass):
@@ -32,8 +31,8 @@ def semi_axes(system: SystemLike, body: int) -> _Array:
     return np.array(parts[0], dtype=np.float64)
 
 
-def photocentre(axes: _Array, attitude: Any, to_observer: _Array, to_sun: _Array) -> Any:
-    """Return the offset of a body's centre of light from its centre, by Lommel-Seeliger's law, without mutual events.
+def photocentre(axes: Floats, attitude: Any, to_observer: Floats, to_sun: Floats) -> Any:
+    """Return the offset (K, 3) of a body's centre of light from its centre, by Lommel-Seeliger's law, without events.
 
     Let p = A^-1 e and q = A^-1 s in body axes with A = diag(a, b, c), the pole of the unit sphere along p x q, and l
     the longitude from p toward q. The light from longitude l and latitude b is g(l) cos(b)^2 db dl with g proportional

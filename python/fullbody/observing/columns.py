@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.arguments import refuse_unknown
 from ..base.epochs import dates as dates_of
@@ -14,25 +13,17 @@ from ..base.epochs import refuse_coarse
 from ..base.foreign import are_dates, plain_or_quantity
 from ..base.limits import LARGEST, SMALLEST, Limits
 from ..base.unit_names import unit_named, usable_unit
-from ..base.units import (
-    PLAIN,
-    gathered,
-    is_quantity,
-    need,
-    numbers,
-    refuse_booleans,
-    strip_to,
-)
+from ..base.units import PLAIN, gathered, is_quantity, need, numbers, refuse_booleans, strip_to
 from ..errors import InconsistentInput, InvalidInput, caution
+from ..typing import Floats
 
 __all__ = ["Column", "Rows", "column", "jitter_of", "positive_rows", "read_table", "refuse_rounded"]
 
-_Array = npt.NDArray[np.float64]
 #: The spacing of a type's numbers relative to their standard error above which they are refused.
 _ROUNDED = 0.1
 
 
-def column(given: Any, what: str, unit: Any = None) -> tuple[_Array, Any]:
+def column(given: Any, what: str, unit: Any = None) -> tuple[Floats, Any]:
     """Return the numbers of a column, with NaN for masked or missing values, and the unit that it came with.
 
     Values with a unit are converted to ``unit``; plain numbers are taken to be in it.
@@ -64,7 +55,7 @@ def column(given: Any, what: str, unit: Any = None) -> tuple[_Array, Any]:
     return found, own
 
 
-def refuse_rounded(given: Any, values: _Array, sigma: _Array, what: str) -> None:
+def refuse_rounded(given: Any, values: Floats, sigma: Floats, what: str) -> None:
     """Raise an error for numbers whose type rounds them to more than a tenth of their standard errors.
 
     Parameters
@@ -124,7 +115,7 @@ class Rows:
         The number of rows of the table.
     """
 
-    def __init__(self, times: Any, given: dict[str, _Array], observed: Sequence[str], owner: str) -> None:
+    def __init__(self, times: Any, given: dict[str, Floats], observed: Sequence[str], owner: str) -> None:
         for name in observed:
             if given[name].ndim != 1:
                 # One number in place of a column is accepted for errors and correlations only.
@@ -170,7 +161,7 @@ class Rows:
         self.given = len(axis)
         self._owner, self._columns = owner, given
 
-    def of(self, name: str, *shape: int) -> _Array:
+    def of(self, name: str, *shape: int) -> Floats:
         """Return the kept rows (K, C) or (K,) of a column, whose values are (), (K,) or (K, C)."""
         values, what = self._columns[name], f"{name} of {self._owner}"
         had = values.shape
@@ -185,7 +176,7 @@ class Rows:
             raise InvalidInput(f"{what} has shape {had}; expected {wanted}, or one number") from error
 
 
-def positive_rows(values: _Array, what: str) -> _Array:
+def positive_rows(values: Floats, what: str) -> Floats:
     """Return standard errors after checking that they are positive, and that their squares are too."""
     if not (values >= SMALLEST).all():
         least = f" and not below {SMALLEST}" if (values > 0.0).all() else ""
@@ -202,19 +193,11 @@ def jitter_of(given: Any, unit: Any) -> float:
 class Column(NamedTuple):
     """A column that a class of observations reads from a table.
 
-    Attributes
-    ----------
-    name : str
-        The argument of the class, which is also the name of the column unless the user names another one.
-    parts : tuple of str
-        The names of the columns that are the argument together, if they are several.
-    errors : str
-        The name of the column of its standard errors, if they are not an argument that is declared by itself.
-    required : bool
-        Whether each table has the column. Without any such column a table has one of the others or several.
-    kind : "values", "numbers" or "labels"
-        Values may have a unit, and numbers have none. Labels may be anything, and are read only if the user names their
-        column.
+    The name is that of the argument, and of the column unless the user names another one; ``parts`` are the names of
+    several columns that are the argument together. ``errors`` is the column of its standard errors, if they are not an
+    argument that is declared by itself. Each table has the ``required`` columns; without any such column it has one of
+    the others or several. Values may have a unit, and numbers have none. Labels may be anything, and are read only if
+    the user names their column.
     """
 
     name: str
@@ -234,20 +217,10 @@ def read_table(
 ) -> dict[str, Any]:
     """Return arguments of a class of observations from the columns of an astropy ``Table`` or a pandas ``DataFrame``.
 
-    Parameters
-    ----------
-    table : Table, QTable or DataFrame
-    declared : sequence of Column
-        The columns of the class besides ``times``.
-    columns : dict
-        The name of the column of each argument, or the names of several columns that are one argument, where they
-        differ from the declared ones.
-    unit : dict or unit
-        Units of values without a unit, one for all or by the argument.
-    dates : (format, scale), optional
-        The format and the scale of columns that hold dates as numbers or texts, as in astropy's ``Time``:
-        ``("jd", "utc")``.
-    owner : str
+    The ``declared`` columns are those of the class besides ``times``, and ``columns`` the names of the columns of
+    arguments, one or several for each, where they differ from these. The ``unit`` of values without one is one for all
+    or by the argument. ``dates`` has the format and the scale of columns that hold dates as numbers or texts, as in
+    astropy's ``Time``: ``("jd", "utc")``.
     """
     found = getattr(table, "colnames", getattr(table, "columns", None))
     if found is None:

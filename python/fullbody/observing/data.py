@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import rotations
 from ..base.arguments import options_of, refuse_unknown
@@ -18,6 +17,7 @@ from ..base.units import need
 from ..model.context import SystemLike
 from ..record.displaced import FunctionDerivatives
 from ..record.record import Record
+from ..typing import Floats
 from .columns import Column, Rows, read_table
 from .states import RetardedStates, retarded
 from .times import in_system
@@ -25,7 +25,6 @@ from .vectors import Vectors, local_geometry
 
 __all__ = ["Errors", "Observations"]
 
-_Array = npt.NDArray[np.float64]
 #: The step of a derivative along the imaginary axis, which subtracts no nearly equal numbers.
 _STEP = 1e-100
 #: The step of a difference, relative to the natural size of a parameter.
@@ -43,9 +42,9 @@ class Errors(NamedTuple):
         The derivatives of the predictions with respect to the L linear unknowns.
     """
 
-    covariance: _Array
-    without_jitter: _Array
-    design: _Array
+    covariance: Floats
+    without_jitter: Floats
+    design: Floats
 
 
 class Observations(Tabled):
@@ -73,7 +72,7 @@ class Observations(Tabled):
         self.missing = rows.missing
         what = f"geometry of {type(self).__name__}"
         self.geometry: Vectors = instance(geometry, what, Vectors, "an observing.Geometry")
-        self._clocks: dict[Any, _Array] = {}
+        self._clocks: dict[Any, Floats] = {}
         #: These observations before a jitter was added.
         self._given: Self | None = None
 
@@ -162,37 +161,37 @@ class Observations(Tabled):
         """
         return system.context.units.attach(self._emission(system), "time")
 
-    def _emission(self, system: SystemLike) -> _Array:
+    def _emission(self, system: SystemLike) -> Floats:
         return local_geometry(self.geometry, system).emission(self._clock(system))
 
-    def _clock(self, system: SystemLike) -> _Array:
+    def _clock(self, system: SystemLike) -> Floats:
         """Return the times of the observations on a system's clock, converted once for each epoch and unit."""
         key = system.context.epoch, system.context.units.names
         if key not in self._clocks:
             self._clocks[key] = in_system(self.times, system, f"times of {self._what()}")
         return self._clocks[key]
 
-    def _retarded(self, system: SystemLike, states: dict[str, _Array], masses: Any = None) -> RetardedStates:
+    def _retarded(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> RetardedStates:
         """Return the states of the bodies when the observed light left them; other masses move the barycentre."""
         known = system.context.masses if masses is None else masses
         return RetardedStates(local_geometry(self.geometry, system), self._clock(system), known, states)
 
-    def _model(self, system: SystemLike, states: dict[str, _Array], masses: Any = None) -> _Array:
+    def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         """Return predictions (..., K, C) in plain numbers from the states at the times of emission.
 
         Positions and velocities may be several for each time, (..., K, N, 3).
         """
         raise NotImplementedError
 
-    def _observed(self, system: SystemLike) -> _Array:
+    def _observed(self, system: SystemLike) -> Floats:
         """Return the observed values (K, C), in the numbers of the predictions."""
         raise NotImplementedError
 
-    def _covariance(self, system: SystemLike) -> _Array:
+    def _covariance(self, system: SystemLike) -> Floats:
         """Return the covariance (K, C, C) of each row, in the numbers of the predictions."""
         raise NotImplementedError
 
-    def _attach(self, values: _Array, system: SystemLike) -> Any:
+    def _attach(self, values: Floats, system: SystemLike) -> Any:
         """Return predictions or residuals with the units of the observations."""
         raise NotImplementedError
 
@@ -201,8 +200,8 @@ class Observations(Tabled):
         return False
 
     def _partials(
-        self, system: SystemLike, states: dict[str, _Array], parameters: Sequence[str] = ()
-    ) -> tuple[_Array, dict[str, _Array]]:
+        self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str] = ()
+    ) -> tuple[Floats, dict[str, Floats]]:
         """Return derivatives of the predictions with respect to the states, and to parameters of the system at given
         states.
 
@@ -227,7 +226,7 @@ class Observations(Tabled):
                 found[..., 12 * body + 6 + axis] = self._model(system, turned).imag / _STEP
         return found, {name: self._partial(system, states, name) for name in parameters}
 
-    def _partial(self, system: SystemLike, states: dict[str, _Array], parameter: str) -> _Array:
+    def _partial(self, system: SystemLike, states: dict[str, Floats], parameter: str) -> Floats:
         """Return derivatives (K, C) of the predictions with respect to a parameter of the system at given states.
 
         A mass acts through the barycentre, along the imaginary axis; any other change of the bodies is differenced.
@@ -242,18 +241,18 @@ class Observations(Tabled):
         step = _SHARE * system.context.natural_size(parameter)
         plain = self._model(system, states)
 
-        def change(by: float) -> _Array:
+        def change(by: float) -> Floats:
             changed = system.changed(parameter, by)
             alike = changed.context.core.bodies == system.context.core.bodies
             return np.asarray(0.0 * plain if alike else self._model(changed, states) - plain)
 
         return difference(change, step)
 
-    def _project(self, values: _Array) -> _Array:
+    def _project(self, values: Floats) -> Floats:
         """Return derivatives (K, C, ...) of the predictions, including numbers that each prediction solves for."""
         return values
 
-    def _residuals(self, run: Record) -> _Array:
+    def _residuals(self, run: Record) -> Floats:
         return self._observed(run.system) - self._model(run.system, self._states(run))
 
     def _states(self, run: Record) -> dict[str, Any]:
@@ -286,7 +285,7 @@ class Observations(Tabled):
         """Return the observations minus the predictions, in the form of :meth:`predict`."""
         return self._attach(self._residuals(run), run.system)
 
-    def pulls(self, run: Record) -> _Array:
+    def pulls(self, run: Record) -> Floats:
         """Return the residuals (K, C) made independent of each other and divided by their standard errors.
 
         They are L^-1 times the residuals of each row, where L is the Cholesky factor of the row's covariance. The first
@@ -294,7 +293,7 @@ class Observations(Tabled):
         """
         return self._whiten(self._residuals(run), run.system)
 
-    def _whiten(self, values: _Array, system: SystemLike) -> _Array:
+    def _whiten(self, values: Floats, system: SystemLike) -> Floats:
         """Return values (K, C, ...) multiplied by the inverse of the Cholesky factors of the rows' covariances."""
         factor = np.linalg.cholesky(self._covariance(system))
         flat = values.reshape(*values.shape[:2], -1)
@@ -324,7 +323,7 @@ class Observations(Tabled):
         states = {name: run.arrays[name][place] for name in ("position", "velocity", "attitude", "spin")}
         by_state, direct = self._partials(system, states, run.parameters)
 
-        def of_pulls(values: _Array) -> _Array:
+        def of_pulls(values: Floats) -> Floats:
             return -self._whiten(self._project(values), system)
 
         moved = {
@@ -340,7 +339,7 @@ class Observations(Tabled):
         """The number of unknowns for which each prediction solves, which count as parameters of a fit."""
         return 0
 
-    def _design(self, system: SystemLike) -> _Array:
+    def _design(self, system: SystemLike) -> Floats:
         """Return the derivatives (K, C, L) of the predictions with respect to these unknowns."""
         return np.zeros((*self._observed(system).shape, 0))
 

@@ -8,16 +8,14 @@ from functools import cache, partial
 from typing import Any, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.kinds import Declared, Number, function
 from ..base.limits import NOT_NEGATIVE
 from ..base.units import PLAIN, need, numbers
 from ..errors import InvalidInput
+from ..typing import Floats
 
 __all__ = ["HG", "HG1G2", "Hapke", "Lambert", "Law", "LommelSeeliger", "LommelSeeligerLambert"]
-
-_Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +31,7 @@ class Law(Declared):
         A function of the phase angles, an array (K,) in radians, that gives the factors (K,) of the brightness.
     """
 
-    phase_function: Callable[[_Array], Any] | None = None
+    phase_function: Callable[[Floats], Any] | None = None
 
     _kinds: ClassVar = {"phase_function": partial(function, expected="a function of the phase angle, such as HG(0.15)")}
 
@@ -47,7 +45,7 @@ class Law(Declared):
             "and Hapke; a function of your own can only be their phase_function"
         )
 
-    def _phase(self, angle: _Array) -> _Array:
+    def _phase(self, angle: Floats) -> Floats:
         """Return the factors for phase angles, after checking that they are finite and not negative."""
         if self.phase_function is None:
             return np.ones_like(angle)
@@ -192,7 +190,7 @@ class HG:
 
     G: float = 0.15
 
-    def __call__(self, angle: Any) -> _Array:
+    def __call__(self, angle: Any) -> Floats:
         """Return the factor of the brightness at phase angles in radians."""
         half = np.tan(0.5 * numbers(angle, "phase angle"))
         first, second = (np.exp(-a * half**b) for a, b in ((3.33, 0.63), (1.87, 1.22)))
@@ -217,7 +215,7 @@ class HG1G2:
     G1: float
     G2: float
 
-    def __call__(self, angle: Any) -> _Array:
+    def __call__(self, angle: Any) -> Floats:
         """Return the factor of the brightness at phase angles in radians."""
         basis = _basis_of_hg1g2(numbers(angle, "phase angle"))
         return self.G1 * basis[0] + self.G2 * basis[1] + (1.0 - self.G1 - self.G2) * basis[2]
@@ -243,7 +241,7 @@ def _splines() -> tuple[Any, Any, Any]:
     )
 
 
-def _basis_of_hg1g2(angle: _Array) -> tuple[_Array, _Array, _Array]:
+def _basis_of_hg1g2(angle: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the basis functions: straight lines below 7.5 degrees, and constant beyond the last node."""
     first, second, surge = _splines()
     low, high = np.radians(7.5), np.radians(150.0)

@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.limits import FINITE, POSITIVE
 from ..base.units import PLAIN
 from ..errors import InvalidInput, interruptible
 from ..model.context import SystemLike
 from ..record.record import Record
-from ..typing import Array
+from ..typing import Array, Floats
 from .brightness import Photometer, of_unit_sphere
 from .laws import LommelSeeliger
 from .states import DISTANT, refuse_near, retarded
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
 
 __all__ = ["light_curve", "zero_point"]
 
-_Array = npt.NDArray[np.float64]
 #: The diameter in km of a white sphere of absolute magnitude zero, and the astronomical unit in km.
 _WHITE, _AU = 1329.0, 149597870.7
 #: The number of times between two looks at Ctrl-C: a few milliseconds of two ellipsoids.
@@ -43,7 +41,7 @@ def light_curve(
     sun_radius: Any = 0.0,
     reduced: bool = True,
     per_body: bool = False,
-) -> _Array:
+) -> Floats:
     """Compute the magnitudes of the bodies of a run, with their mutual occultations and eclipses.
 
     Parameters
@@ -189,7 +187,7 @@ def zero_point(
     return float(zero if reduced else zero - 10.0 * np.log10(_AU / kilometres(system, "a magnitude as observed")))
 
 
-def magnitudes(light: _Array, to_observer: _Array, to_sun: _Array, reduced: bool) -> _Array:
+def magnitudes(light: Floats, to_observer: Floats, to_sun: Floats, reduced: bool) -> Floats:
     """Return the magnitudes (K,) or (K, N) of brightnesses in squared length."""
     with np.errstate(divide="ignore"):
         found = -2.5 * np.log10(light)

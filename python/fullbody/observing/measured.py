@@ -6,21 +6,19 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import kinds
 from ..base.kinds import instance
-from ..base.limits import POSITIVE
+from ..base.limits import FINITE, POSITIVE, Limits
 from ..base.tables import Table, Tabled
-from ..base.units import PLAIN, gathered, is_quantity, numbers, refuse_booleans, strip_to
+from ..base.units import PLAIN, gathered, is_quantity, strip_to
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..record.record import Record
+from ..typing import Floats
 from .times import in_system
 
 __all__ = ["Measured"]
-
-_Array = npt.NDArray[np.float64]
 
 
 class Measured(Tabled):
@@ -59,26 +57,25 @@ class Measured(Tabled):
         self.name = instance(name, "name of a measured value", str, "text")
         self.function = kinds.function(function, f"function of {name!r}", "a function of a run")
         self.times = times
-        for given, what in ((value, "value"), (sigma, "sigma")):
-            refuse_booleans(given, f"{what} of {name}")
-        value, sigma = gathered(value, f"value of {name}"), gathered(sigma, f"sigma of {name}")
+        value = gathered(value, f"value of {name}")
         self.unit = value.unit if is_quantity(value) else None
         self._value = np.atleast_1d(self._plain(value, "value"))
-        PLAIN.numbers(self._value, "number", f"value of {name}", ("C",))
-        spread = PLAIN.numbers(self._plain(sigma, "sigma"), "number", f"sigma of {name}", None, POSITIVE)
+        if self._value.ndim > 1:
+            raise InvalidInput(f"value of {name} has shape {self._value.shape}; expected one number, or (C,)")
+        spread = self._plain(sigma, "sigma", POSITIVE)
         try:
             self._sigma = np.array(np.broadcast_to(spread, self._value.shape))
         except ValueError as error:
             raise InvalidInput(f"sigma of {name} has shape {np.shape(sigma)}; expected {self._value.shape}") from error
 
-    def _plain(self, value: Any, what: str) -> _Array:
+    def _plain(self, value: Any, what: str, limits: Limits = FINITE) -> Floats:
+        """Return numbers in the unit of the measured value."""
         value = gathered(value, f"{what} of {self.name}")
         if is_quantity(value) != (self.unit is not None):
             wanted = "a plain number" if self.unit is None else f"a unit such as {self.unit}"
             raise InvalidInput(f"{what} of {self.name} is {value!r}; expected {wanted}")
-        if self.unit is not None:
-            return strip_to(value, self.unit, f"{what} of {self.name}")
-        return numbers(value, f"{what} of {self.name}")
+        plain = value if self.unit is None else strip_to(value, self.unit, f"{what} of {self.name}")
+        return PLAIN.numbers(plain, "number", f"{what} of {self.name}", limits=limits)
 
     def emission(self, system: SystemLike) -> Any:
         """Return the times (K,) of a system's clock at which the function needs samples, in their order.
@@ -104,15 +101,13 @@ class Measured(Tabled):
         """The standard errors (C,) of the measured values."""
         return self._united(self._sigma)
 
-    def _united(self, values: _Array) -> Any:
+    def _united(self, values: Floats) -> Any:
         return values if self.unit is None else values * self.unit
 
-    def _prediction(self, run: Record) -> _Array:
+    def _prediction(self, run: Record) -> Floats:
         found = np.atleast_1d(self._plain(self.function(run), "the function's result"))
         if found.shape != self._value.shape:
             raise InvalidInput(f"the function of {self.name} gave shape {found.shape}; expected {self._value.shape}")
-        if not np.isfinite(found).all():
-            raise InvalidInput(f"the function of {self.name} gave {found}; expected finite numbers")
         return found
 
     def predict(self, run: Record) -> Any:
@@ -123,7 +118,7 @@ class Measured(Tabled):
         """Return the measured values minus the predictions (C,)."""
         return self._united(self._value - self._prediction(run))
 
-    def pulls(self, run: Record) -> _Array:
+    def pulls(self, run: Record) -> Floats:
         """Return the residuals (C,) divided by the standard errors."""
         return np.asarray((self._value - self._prediction(run)) / self._sigma)
 

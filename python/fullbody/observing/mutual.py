@@ -14,6 +14,7 @@ from ..errors import InvalidInput, interruptible
 from ..events import Occultation
 from ..model.context import SystemLike
 from ..record.record import Record
+from ..typing import Floats
 from .states import refuse_near
 from .vectors import SystemGeometry, Vectors, local_geometry
 
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
 __all__ = ["KINDS", "MutualEvent", "mutual_events", "occultation"]
 
-_Array = npt.NDArray[np.float64]
 #: Kinds of events, and the sign of the light's way: toward the distant point or from there.
 KINDS = {"occultation": 1.0, "eclipse": -1.0}
 #: Rows of a table of directions, at least: with fewer the spline of a geometry would be another one.
@@ -167,8 +167,8 @@ def mutual_events(run: Record, geometry: Vectors) -> list[MutualEvent]:
 
 
 def _arrivals(
-    run: Record, local: SystemGeometry, times: _Array, hidden: npt.NDArray[np.intp], eclipsed: npt.NDArray[np.bool_]
-) -> _Array:
+    run: Record, local: SystemGeometry, times: Floats, hidden: npt.NDArray[np.intp], eclipsed: npt.NDArray[np.bool_]
+) -> Floats:
     """Return when the observer sees contacts that conditions have at times (T,), with the indices of hidden bodies."""
     found = local.arrival(times)
     if np.isinf(local.light_speed) or not eclipsed.any():

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.epochs import date, dates
 from ..base.foreign import are_dates, shown
@@ -18,11 +17,11 @@ from ..model.context import SystemLike
 from ..spice.conventions import spiceypy
 from ..spice.kernel import plain
 from ..spice.state import loaded
+from ..typing import Floats
 from .times import LIGHT_SPEED, kilometres, seconds, system_epoch
 
 __all__ = ["from_orbit", "from_spice", "from_system"]
 
-_Array = npt.NDArray[np.float64]
 #: The arguments of a geometry, and the ends of its span in s since the first row.
 Table = tuple[dict[str, Any], tuple[float, float]]
 #: The longest step in s: a ninth of a month, or a twentieth of a day for a place that rotates with the Earth.
@@ -49,14 +48,14 @@ def from_system(system: SystemLike, sun: str, observer: Any, ephemeris: Any, spa
     start, length = _span(span)
     late = float((start - epoch).to_value("s"))
 
-    def from_sun(times: _Array) -> _Array:
+    def from_sun(times: Floats) -> Floats:
         return np.asarray(-km * system.context.core.third_body(index, (times + late) / second)[0])
 
     return _table(from_sun, start, length, observer, ephemeris, light_time, system.context.frame, np.inf)
 
 
 def _table(
-    from_sun: Callable[[_Array], _Array],
+    from_sun: Callable[[Floats], Floats],
     start: Any,
     length: float,
     observer: Any,
@@ -73,17 +72,17 @@ def _table(
     on_earth = isinstance(observer, EarthLocation)
     name = "earth" if on_earth else observer.lower() if isinstance(observer, str) else observer
 
-    def place_of_observer(times: _Array) -> _Array:
+    def place_of_observer(times: Floats) -> Floats:
         dates = start + times * u.s
         found = barycentric(name, dates, ephemeris)
         if on_earth:
             found = found + observer.get_gcrs_posvel(dates)[0].xyz.to_value("km").T
         return np.asarray(found @ turn.T)
 
-    def place(times: _Array) -> _Array:
+    def place(times: Floats) -> Floats:
         return np.asarray(barycentric("sun", start + times * u.s, ephemeris) @ turn.T + from_sun(times))
 
-    def to_observer(times: _Array) -> _Array:
+    def to_observer(times: Floats) -> Floats:
         """Return the vectors to the observer for light that arrives, or leaves, at these times."""
         fixed, moving, sign = (place_of_observer, place, -1.0) if light_time else (place, place_of_observer, 1.0)
         end, delay = fixed(times), np.zeros_like(times)
@@ -107,7 +106,7 @@ def from_spice(target: Any, observer: Any, kernels: Sequence[Any], span: Any, li
     start, length = _span(span)
     et = float((start.jd1 - 2451545.0) * 86400.0 + start.jd2 * 86400.0)
 
-    def vectors(whose: str, origin: str, times: _Array, how: str) -> tuple[_Array, _Array]:
+    def vectors(whose: str, origin: str, times: Floats, how: str) -> tuple[Floats, Floats]:
         try:
             rows = [spice.spkpos(whose, et + time, "J2000", how, origin) for time in times]
         except spice.utils.exceptions.SpiceyError as error:
@@ -117,7 +116,7 @@ def from_spice(target: Any, observer: Any, kernels: Sequence[Any], span: Any, li
 
     target, observer = str(target), str(observer)
 
-    def to_observer(times: _Array) -> _Array:
+    def to_observer(times: Floats) -> Floats:
         # Light arrives at the observer at these times, or leaves the target towards the observer.
         if light_time:
             return -vectors(target, observer, times, "CN")[0]

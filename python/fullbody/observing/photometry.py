@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.foreign import are_dates, shown
 from ..base.kinds import flag
@@ -14,6 +13,7 @@ from ..base.limits import Limits
 from ..base.units import PLAIN, is_quantity
 from ..errors import InvalidInput
 from ..model.context import SystemLike
+from ..typing import Floats
 from .brightness import Photometer
 from .columns import Column, Rows, column, jitter_of, positive_rows, refuse_rounded
 from .data import Observations
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Photometry"]
 
-_Array = npt.NDArray[np.float64]
 #: The length of a gap, in hours, that separates two nights.
 _GAP = 8.0
 
@@ -131,7 +130,7 @@ class Photometry(Observations):
         columns = {"magnitude": self.magnitude, "sigma": self.sigma, "night": self.nights[self._night]}
         return columns, {"zero": self.zero}
 
-    def zero_points(self, run: Any) -> _Array:
+    def zero_points(self, run: Any) -> Floats:
         """Compute the zero point of each of ``nights`` for a run.
 
         Parameters
@@ -149,10 +148,10 @@ class Photometry(Observations):
         """The number of zero points that are solved for, which count as parameters of a fit."""
         return len(self.nights) if self.zero == "free" else 0
 
-    def _design(self, system: SystemLike) -> _Array:
+    def _design(self, system: SystemLike) -> Floats:
         return np.eye(len(self.nights))[self._night, None, : self.linear_unknowns]
 
-    def _zeros(self, values: _Array) -> _Array:
+    def _zeros(self, values: Floats) -> Floats:
         """Return weighted means (nights, ...) of values (K, ...) by night, or the zero point itself if it was given."""
         if self.zero != "free":
             return np.full((len(self.nights), *values.shape[1:]), float(self.zero))
@@ -162,25 +161,25 @@ class Photometry(Observations):
         total = np.bincount(self._night, weights)
         return np.asarray(sums / total.reshape(-1, *[1] * (values.ndim - 1)))
 
-    def _project(self, values: _Array) -> _Array:
+    def _project(self, values: Floats) -> Floats:
         """Return derivatives of the predictions, including those of the zero points."""
         return values - self._zeros(values)[self._night] if self.zero == "free" else values
 
-    def _residuals(self, run: Any) -> _Array:
+    def _residuals(self, run: Any) -> Floats:
         found = super()._residuals(run)
         return np.asarray(found - self._zeros(found)[self._night])
 
-    def predict(self, run: Any) -> _Array:
+    def predict(self, run: Any) -> Floats:
         """Return the magnitudes (K,) that a run predicts, with the zero points of its nights."""
         return np.asarray(self.magnitude - self.residuals(run))
 
-    def _observed(self, system: SystemLike) -> _Array:
+    def _observed(self, system: SystemLike) -> Floats:
         return self.magnitude[:, None]
 
-    def _covariance(self, system: SystemLike) -> _Array:
+    def _covariance(self, system: SystemLike) -> Floats:
         return np.asarray(self.sigma[:, None, None] ** 2)
 
-    def _attach(self, values: _Array, system: SystemLike) -> _Array:
+    def _attach(self, values: Floats, system: SystemLike) -> Floats:
         return values[:, 0]
 
     def _widen(self, jitter: Any) -> None:
@@ -189,13 +188,13 @@ class Photometry(Observations):
     def _photometer(self, system: SystemLike) -> Photometer:
         return Photometer(system, self.law, self.albedo, self.mutual, self.sun_radius)
 
-    def _model(self, system: SystemLike, states: dict[str, _Array], masses: Any = None) -> _Array:
+    def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
         retarded = self._retarded(system, states, masses)
         view = self._view(system, states, retarded)
         total = self._total(self._photometer(system).brightness(*view))
         return magnitudes(total, view[3], view[4], self.reduced)[:, None]
 
-    def _view(self, system: SystemLike, states: dict[str, _Array], retarded: RetardedStates) -> tuple[Any, ...]:
+    def _view(self, system: SystemLike, states: dict[str, Floats], retarded: RetardedStates) -> tuple[Any, ...]:
         """Return the arguments of a photometer: times, centres, attitudes, vectors to observer and Sun, velocities, and
         whether these are distant.
         """
@@ -207,7 +206,7 @@ class Photometry(Observations):
         beta = retarded.velocity / retarded.light_speed
         return retarded.times, retarded.centre, attitude, retarded.observer, to_sun, beta, local.distant
 
-    def _total(self, light: _Array) -> _Array:
+    def _total(self, light: Floats) -> Floats:
         total = light.sum(axis=1)
         if not (total > 0.0).all():
             raise InvalidInput(
@@ -216,8 +215,8 @@ class Photometry(Observations):
         return np.asarray(total)
 
     def _partials(
-        self, system: SystemLike, states: dict[str, _Array], parameters: Sequence[str] = ()
-    ) -> tuple[_Array, dict[str, _Array]]:
+        self, system: SystemLike, states: dict[str, Floats], parameters: Sequence[str] = ()
+    ) -> tuple[Floats, dict[str, Floats]]:
         """Return derivatives (K, 1, 12 N) of the predictions with respect to the states, and (K, 1) by parameters.
 
         The photometer gives the derivatives with respect to poses and semi-axes. Let e be the unit vector from a body
@@ -241,7 +240,7 @@ class Photometry(Observations):
             rotation + np.cross(delay * states["spin"], rotation),
             spin,
         ]
-        axes: dict[str, _Array] = {
+        axes: dict[str, Floats] = {
             f"semi-axis {axis} of {body}": factor[:, None] * found.semi_axes.sum(axis=1)[:, place, [k]]
             for place, body in enumerate(system.context.names)
             for k, axis in enumerate("abc")

@@ -5,19 +5,18 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.unit_names import unit_named
 from ..base.units import is_quantity
 from ..errors import InvalidInput
 from ..model.context import SystemLike
+from ..typing import Floats
 from .columns import Column, Rows, column, jitter_of, positive_rows, refuse_rounded
 from .data import Observations
 from .vectors import Vectors
 
 __all__ = ["RadarAstrometry", "RangeAndRate"]
 
-_Array = npt.NDArray[np.float64]
 _KINDS = {"range": ("length", "km"), "range_rate": ("velocity", "km/s")}
 
 
@@ -94,7 +93,7 @@ class RadarAstrometry(Observations):
         else:
             errors = (sigma,)
         self._units: dict[str, Any] = {}
-        numbers: dict[str, _Array] = {}
+        numbers: dict[str, Floats] = {}
         for (name, value), error in zip(given.items(), errors, strict=True):
             values, unit = column(value, f"{name} of RadarAstrometry", _KINDS[name][1])
             spread, own = column(error, f"sigma of {name} of RadarAstrometry", _KINDS[name][1])
@@ -133,13 +132,13 @@ class RadarAstrometry(Observations):
         """The range rates (K,); ``None`` if they were not observed."""
         return self._united("range_rate", self._values["range_rate"]) if "range_rate" in self._values else None
 
-    def _united(self, name: str, values: _Array) -> Any:
+    def _united(self, name: str, values: Floats) -> Any:
         unit = self._units[name]
         if unit is None:
             return values
         return (values * unit_named(_KINDS[name][1])).to(unit)
 
-    def _in_system(self, name: str, values: _Array, system: SystemLike) -> _Array:
+    def _in_system(self, name: str, values: Floats, system: SystemLike) -> Floats:
         return system.context.units.strip(self._united(name, values), _KINDS[name][0], f"{name} of RadarAstrometry")
 
     def _widen(self, jitter: Any) -> None:
@@ -154,27 +153,25 @@ class RadarAstrometry(Observations):
             for name, one in zip(self._values, both, strict=True)
         }
 
-    def _observed(self, system: SystemLike) -> _Array:
+    def _observed(self, system: SystemLike) -> Floats:
         return np.stack([self._in_system(name, values, system) for name, values in self._values.items()], axis=1)
 
-    def _covariance(self, system: SystemLike) -> _Array:
+    def _covariance(self, system: SystemLike) -> Floats:
         sigma = np.stack([self._in_system(name, values, system) for name, values in self._sigma.items()], axis=1)
         return np.asarray(sigma[:, :, None] ** 2 * np.eye(sigma.shape[1]))
 
-    def _attach(self, values: _Array, system: SystemLike) -> Any:
+    def _attach(self, values: Floats, system: SystemLike) -> Any:
         found: dict[str, Any] = dict.fromkeys(_KINDS)
         for place, name in enumerate(self._values):
             part, unit = system.context.units.attach(values[:, place], _KINDS[name][0]), self._units[name]
             found[name] = part if unit is None or not is_quantity(part) else part.to(unit)
         return RangeAndRate(**found)
 
-    def _model(self, system: SystemLike, states: dict[str, _Array], masses: Any = None) -> _Array:
-        body = system.context.index(self.body, "body")
-        about = None if self.about is None else system.context.index(self.about, "about")
-        if body == about:
-            raise InvalidInput(
-                f"body and about of RadarAstrometry are both {system.context.names[body]}; expected two bodies"
-            )
+    def _model(self, system: SystemLike, states: dict[str, Floats], masses: Any = None) -> Floats:
+        if self.about is None:
+            body, about = system.context.index(self.body, "body"), None
+        else:
+            body, about = system.context.pair(self.body, self.about, " of RadarAstrometry")
         retarded = self._retarded(system, states, masses)
         way = retarded.observer[:, None] - retarded.centre
         distance = np.sqrt(np.einsum("...x,...x->...", way, way))

@@ -5,18 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..base.rotations import matrices
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..record.record import Record
+from ..typing import Floats
 from .vectors import SystemGeometry
 
 __all__ = ["DISTANT", "RetardedStates", "refuse_near", "retarded"]
-
-_Array = npt.NDArray[np.float64]
 
 
 #: Brightnesses need an observer who is farther from a body than its radius by this factor: all of its surface is seen
@@ -30,10 +28,10 @@ def refuse_near(
     system: SystemLike,
     local: SystemGeometry,
     what: str,
-    place: _Array,
-    centre: _Array,
-    attitude: _Array,
-    times: _Array,
+    place: Floats,
+    centre: Floats,
+    attitude: Floats,
+    times: Floats,
     orbits: float,
     sizes: float,
 ) -> None:
@@ -99,10 +97,10 @@ class RetardedStates:
     def __init__(
         self,
         geometry: SystemGeometry,
-        times: _Array,
-        masses: _Array,
+        times: Floats,
+        masses: Floats,
         states: dict[str, Any],
-        since: _Array | None = None,
+        since: Floats | None = None,
     ) -> None:
         weights = masses / masses.sum()
         self.times, self.light_speed, self._geometry = times, geometry.light_speed, geometry
@@ -123,11 +121,11 @@ class RetardedStates:
             self.centre, self.velocity = self.centre + bend, velocity + turn
 
     @property
-    def observer_velocity(self) -> _Array:
+    def observer_velocity(self) -> Floats:
         """Velocity (K, 3) of the observer from the system's barycentre, which needs rows that are dense in time."""
         return self._geometry.observer_velocity(self.times)
 
-    def attitude(self, attitude: _Array, spin: _Array) -> _Array:
+    def attitude(self, attitude: Floats, spin: Floats) -> Floats:
         """Return attitudes (..., K, N, 4) when the light left the bodies, from those at the time of the states."""
         delay = self.delay - self._since
         angle = np.linalg.norm(spin, axis=-1) * delay
@@ -139,7 +137,7 @@ class RetardedStates:
         return turned if self._twist is None else turned + self._twist
 
 
-def retarded(run: Record, local: SystemGeometry, times: _Array, what: str) -> tuple[dict[str, Any], RetardedStates]:
+def retarded(run: Record, local: SystemGeometry, times: Floats, what: str) -> tuple[dict[str, Any], RetardedStates]:
     """Return the states of a run for light that arrives at times (K,), and the retarded ones that follow from them.
 
     The former are those when the light left the barycentre, with the ``curvature`` of the motions from then until it
@@ -175,7 +173,7 @@ def retarded(run: Record, local: SystemGeometry, times: _Array, what: str) -> tu
     return states, RetardedStates(local, times, masses, states)
 
 
-def _is_straight(run: Record, states: dict[str, _Array], late: float) -> bool:
+def _is_straight(run: Record, states: dict[str, Floats], late: float) -> bool:
     """Return whether the curvature of the motions within a time is below rounding."""
     place, count = states["position"], len(run.context)
     pairs = (place[:, i] - place[:, j] for i in range(count) for j in range(i))

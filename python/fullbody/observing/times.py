@@ -5,16 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import epochs
 from ..base.foreign import are_dates
 from ..errors import InvalidInput
 from ..model.context import SystemLike
+from ..typing import Floats
 
 __all__ = ["LIGHT_SPEED", "in_system", "kilometres", "seconds", "system_epoch"]
 
-_Array = npt.NDArray[np.float64]
 #: The speed of light in km/s.
 LIGHT_SPEED = 299792.458
 
@@ -28,7 +27,7 @@ def system_epoch(system: SystemLike, what: str) -> Any:
     return epochs.to_time(system.context.epoch).tdb
 
 
-def in_system(times: Any, system: SystemLike, what: str) -> _Array:
+def in_system(times: Any, system: SystemLike, what: str) -> Floats:
     """Return times as numbers in a system's unit of time since its epoch, in the shape given.
 
     Dates are converted to TDB, which is the time scale of a system.
@@ -36,12 +35,8 @@ def in_system(times: Any, system: SystemLike, what: str) -> _Array:
     times = epochs.dates(times, what)
     if are_dates(times):
         since = (times.tdb - system_epoch(system, f"a date in {what}")).to_value("s")
-        numbers = np.asarray(since, dtype=np.float64) / seconds(system, f"a date in {what}")
-    else:
-        numbers = system.context.units.strip(times, "time", what)
-    if not np.isfinite(numbers).all():
-        raise InvalidInput(f"{what} has times that are not finite; expected finite numbers or dates")
-    return numbers
+        times = np.asarray(since, dtype=np.float64) / seconds(system, f"a date in {what}")
+    return system.context.units.numbers(times, "time", what)
 
 
 def seconds(system: SystemLike, what: str) -> float:

@@ -6,24 +6,22 @@ import functools
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import values
-from ..base.arguments import directions, refuse_mixture, vectors
+from ..base.arguments import directions, refuse_mixture
 from ..base.epochs import dates, refuse_coarse
 from ..base.foreign import are_dates, shown
 from ..base.kinds import flag
 from ..base.splines import relative_error
-from ..base.units import gathered, is_quantity, need, numbers, refuse_booleans, strip_to
+from ..base.units import PLAIN, Units, gathered, is_quantity, need, strip_to
 from ..errors import InvalidInput, caution
 from ..frames import rotation
 from ..model.context import SystemLike
-from ..typing import Array
+from ..typing import Array, Floats
 from .times import LIGHT_SPEED, kilometres, seconds, system_epoch
 
 __all__ = ["SystemGeometry", "Vectors", "local_geometry", "turn"]
 
-_Array = npt.NDArray[np.float64]
 #: The error of the spline between rows, relative to the distance, above which a warning is given.
 _COARSE = 1e-3
 #: The difference in seconds below which two dates count as one.
@@ -65,7 +63,7 @@ class Vectors:
         #: Cached results: splines, whether there was a warning, and geometries of systems.
         self._known: dict[Any, Any] = {}
 
-    def _axis(self, times: Any, first: bool = False) -> _Array:
+    def _axis(self, times: Any, first: bool = False) -> Floats:
         """Return times as numbers along the spline: seconds since the first date, seconds, or plain numbers."""
         times = dates(times, "times")
         if are_dates(times):
@@ -74,36 +72,25 @@ class Vectors:
             elif self._origin is None:
                 raise InvalidInput("time is a date, but the geometry has times since an epoch; expected such a time")
             return np.asarray((times.tdb - self._origin).to_value("s"), dtype=np.float64)
-        refuse_booleans(times, "times")
         refuse_coarse(times, None, "times of the geometry")
         times = gathered(times, "times", "time")
         if self._origin is not None:
             raise InvalidInput(f"time is {shown(times)}; expected a date (an astropy Time), as the geometry has them")
-        if is_quantity(times):
-            from astropy import units as u
-
-            found = strip_to(times, u.s, "times")
-            if first:
-                self._second = 1.0
-        else:
-            found = numbers(times, "times")
-        if not first and is_quantity(times) != (self._second is not None):
+        if first:
+            self._second = 1.0 if is_quantity(times) else None
+        elif is_quantity(times) != (self._second is not None):
             wanted = "a plain number" if self._second is None else "a Quantity"
             raise InvalidInput(f"time is {shown(times)}; expected {wanted}, as the geometry has them")
-        if not np.isfinite(found).all():
-            raise InvalidInput(f"times is {shown(times)}; expected finite numbers")
-        return found
+        return (PLAIN if self._second is None else Units(("km", "s", "kg"))).numbers(times, "time", "times")
 
-    def _vectors(self, given: Any, what: str, order: Any) -> _Array:
-        refuse_booleans(given, what)
-        rows = vectors(given, what)
+    def _vectors(self, given: Any, what: str, order: Any) -> Floats:
+        rows = directions(given, what)
         if rows.ndim > 2 or (rows.ndim == 2 and len(rows) != len(order)):
             raise InvalidInput(f"{what} has shape {rows.shape}; expected ({len(order)}, 3), a row for each of times")
-        if is_quantity(rows):
+        if is_quantity(given):
             from astropy import units as u
 
-            rows = strip_to(rows, u.km, what)
-        directions(rows, what)
+            rows = strip_to(given, u.km, what)
         return np.array(np.broadcast_to(rows, (len(order), 3))[order], dtype=np.float64)
 
     @property
@@ -158,19 +145,19 @@ class Vectors:
         """Whether the geometry has vectors to the Sun."""
         return self._sun is not None
 
-    def _attached(self, found: _Array) -> Any:
+    def _attached(self, found: Floats) -> Any:
         if self._km is None:
             return found
         from astropy import units as u
 
         return found * u.km
 
-    def _known_sun(self) -> _Array:
+    def _known_sun(self) -> Floats:
         if self._sun is None:
             raise InvalidInput("the geometry has no Sun; give to_sun=")
         return self._sun
 
-    def _at(self, table: _Array, axis: _Array, derivative: int = 0) -> _Array:
+    def _at(self, table: Floats, axis: Floats, derivative: int = 0) -> Floats:
         """Return the vectors of a table, or their derivatives, at times along the axis."""
         # Dates and their differences are rounded, so that the ends have a tolerance.
         slack = _ROUNDING if self._origin is not None else 8.0 * np.spacing(np.abs(self._times).max())
@@ -194,7 +181,7 @@ class Vectors:
             self._warn_if_coarse(table)
         return np.asarray(spline(axis, derivative), dtype=np.float64)
 
-    def _warn_if_coarse(self, table: _Array) -> None:
+    def _warn_if_coarse(self, table: Floats) -> None:
         """Warn once if rows are so far apart that the spline between them does not follow the path."""
         if ("warned", id(table)) in self._known:
             return
@@ -226,13 +213,13 @@ class Vectors:
         return f"{type(self).__name__}({len(self._times)} times from {first} to {last}{sun})"
 
 
-def turn(origin: Any, target: Any) -> _Array:
+def turn(origin: Any, target: Any) -> Floats:
     """Return the matrix of :func:`fullbody.frames.rotation`, which is cached for frames that are named."""
     return _turn(origin, target) if isinstance(origin, str) and isinstance(target, str) else rotation(origin, target)
 
 
 @functools.cache
-def _turn(origin: str, target: str) -> _Array:
+def _turn(origin: str, target: str) -> Floats:
     return rotation(origin, target)
 
 
@@ -279,30 +266,30 @@ class SystemGeometry:
             what = "the light time (light_time=True of the geometry)"
             self.light_speed = LIGHT_SPEED / kilometres(system, what) * seconds(system, what)
 
-    def _find(self, table: _Array, times: _Array, derivative: int = 0) -> _Array:
+    def _find(self, table: Floats, times: Floats, derivative: int = 0) -> Floats:
         found = self._geometry._at(table, times * self._rate + self._late, derivative)
         return np.asarray(found @ self._turn.T / self._length * self._rate**derivative)
 
-    def observer(self, times: _Array) -> _Array:
+    def observer(self, times: Floats) -> Floats:
         """Return vectors (..., 3) from the barycentre to the observer at times (...) of the system's clock."""
         return self._find(self._geometry._observer, times)
 
-    def observer_velocity(self, times: _Array) -> _Array:
+    def observer_velocity(self, times: Floats) -> Floats:
         """Return rates of change (..., 3) of the vectors to the observer."""
         return self._find(self._geometry._observer, times, 1)
 
-    def sun(self, times: _Array) -> _Array:
+    def sun(self, times: Floats) -> Floats:
         """Return vectors (..., 3) from the barycentre to the Sun at times (...) of the system's clock."""
         return self._find(self._geometry._known_sun(), times)
 
-    def emission(self, given: Any) -> _Array:
+    def emission(self, given: Any) -> Floats:
         """Return the times (...) at which the light that arrives at given times left the barycentre."""
-        times: _Array = np.asarray(given, dtype=np.float64)
+        times: Floats = np.asarray(given, dtype=np.float64)
         if np.isinf(self.light_speed):
             return times
         return np.asarray(times - np.linalg.norm(self.observer(times), axis=-1) / self.light_speed)
 
-    def arrival(self, times: Any, place: Any = 0.0) -> _Array:
+    def arrival(self, times: Any, place: Any = 0.0) -> Floats:
         """Return the times (...) at which light from the barycentre, or from places (..., 3) relative to it, arrives.
 
         For the barycentre this is the inverse of `emission`.
@@ -323,11 +310,11 @@ class SystemGeometry:
         first, last = ((end - self._late) / self._rate for end in self._geometry._ends)
         return first, last
 
-    def rows(self) -> _Array:
+    def rows(self) -> Floats:
         """Return the times of observation of the rows of the table."""
         return np.asarray((self._geometry._times - self._late) / self._rate)
 
-    def delays(self, observer: _Array, position: _Array, velocity: _Array) -> _Array:
+    def delays(self, observer: Floats, position: Floats, velocity: Floats) -> Floats:
         """Return the delays (..., N) of the light of bodies on straight lines relative to light from the barycentre.
 
         The positions and velocities (..., N, 3), relative to the barycentre, are those at the time when the light left

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..base.arguments import warn_if_degrees
@@ -16,6 +15,7 @@ from ..base.values import same
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..model.state import State
+from ..typing import Floats
 from .launch import LaunchSite, cone, launched
 
 __all__ = ["Particles"]
@@ -64,9 +64,7 @@ class Particles:
         self._numbers(AnyUnits())
         self._time(AnyUnits())
 
-    def _numbers(
-        self, units: Units
-    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    def _numbers(self, units: Units) -> tuple[Floats, Floats, Floats]:
         """Return positions, velocities and area-to-mass ratios as numbers in the units of a system."""
         dimensions = {"position": "length", "velocity": "velocity", "area_to_mass": "area to mass"}
         found = {name: units.strip(self._given[name], of, name) for name, of in dimensions.items()}

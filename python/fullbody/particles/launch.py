@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..base.arguments import generator
@@ -14,10 +13,9 @@ from ..base.units import PLAIN
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..model.state import State, strip
+from ..typing import Floats
 
 __all__ = ["LaunchSite", "cone", "launched"]
-
-_Array = npt.NDArray[np.float64]
 
 
 class LaunchSite:
@@ -33,13 +31,13 @@ class LaunchSite:
         self.position, self.velocity = core.position[self.index], core.velocity[self.index]
         self.rotation, self.spin = core.rotation_matrix[self.index], core.spin[self.index]
 
-    def surface(self, directions: _Array) -> tuple[_Array, _Array]:
+    def surface(self, directions: Floats) -> tuple[Floats, Floats]:
         """Return points (P, 3) of the surface in directions from the centre, and the outward normals, in the body
         frame.
         """
         return _core.surface(self.system.context.core, self.index, np.ascontiguousarray(directions))
 
-    def moved(self, place: _Array, velocity: _Array) -> tuple[Any, Any]:
+    def moved(self, place: Floats, velocity: Floats) -> tuple[Any, Any]:
         """Return inertial positions and velocities of points that move relative to the body, with units."""
         units = self.system.context.units
         turning = velocity + np.cross(self.spin, place)
@@ -80,7 +78,7 @@ def launched(
     return site.moved(place, velocity)
 
 
-def cone(n: int, opening: float, filled: bool, rng: Any) -> tuple[_Array, _Array]:
+def cone(n: int, opening: float, filled: bool, rng: Any) -> tuple[Floats, Floats]:
     """Return azimuths and elevations of random directions in a cone about the normal."""
     random = generator(rng)
     azimuth = random.uniform(0.0, 2.0 * np.pi, n)

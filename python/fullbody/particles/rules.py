@@ -7,7 +7,6 @@ from dataclasses import KW_ONLY, dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..base.kinds import Declared, Number, flag
@@ -15,6 +14,7 @@ from ..base.limits import FRACTION, POSITIVE
 from ..errors import InvalidInput
 from ..model.context import Context, SystemLike
 from ..model.state import State, strip
+from ..typing import Floats
 
 __all__ = ["FATES", "Bounce", "Escape", "Radiation"]
 
@@ -125,7 +125,7 @@ class Radiation(Declared):
                 found[name] = context.units.number(*_SUN[name], name)
         return self.by, found["strength"], found["radius"]
 
-    def visible(self, system: SystemLike, state: State, points: Any) -> npt.NDArray[np.float64]:
+    def visible(self, system: SystemLike, state: State, points: Any) -> Floats:
         """Compute the visible part of the third body's disc at points.
 
         Parameters

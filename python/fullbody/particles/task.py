@@ -13,7 +13,6 @@ from ..base.arguments import sequence
 from ..base.kinds import instance, whole
 from ..base.progress import Progress, Report, over_time
 from ..base.tables import number
-from ..base.units import scalar
 from ..errors import FullbodyError, Interrupted, InvalidInput, caution
 from ..model.context import Context, S
 from ..record.dense import Dense
@@ -131,7 +130,7 @@ class FlightTask:
         units, own = self._context.units, self._time
         if start is None and own is not None:
             return own
-        time = scalar(units.strip(start, "time", "start"), "start")
+        time = units.number(start, "time", "start")
         if own is not None and abs(time - own) > 1e-12 * max(abs(time), abs(own)):
             there, here = (number(units.attach(np.float64(value), "time"), 12) for value in (own, time))
             raise InvalidInput(

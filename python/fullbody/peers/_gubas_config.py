@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from configparser import (
     ConfigParser,
     DuplicateOptionError,
@@ -10,6 +11,7 @@ from configparser import (
     MissingSectionHeaderError,
     ParsingError,
 )
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,22 +20,89 @@ import numpy.typing as npt
 from ..base import rotations
 from ..base.atomic import as_path
 from ..errors import InvalidInput
+from ..forces import Force, ThirdBody, Tide
 from ..model.polyhedron import Polyhedron
 from ..model.shapes import Ellipsoid, Sphere
-from ._gubas_forces import Deformed, Orbit, Outside
+from ..orbit.elements import KeplerElements
+from ..typing import Floats
 from ._text import NOT_NEGATIVE, NUMBER, POSITIVE, Text, naming
 
-__all__ = ["BODIES", "START", "Config", "outside_of", "rotations_of", "shape_of"]
+__all__ = ["BODIES", "START", "Config", "Deformed", "Orbit", "Outside", "outside_of", "rotations_of", "shape_of"]
 
-_Array = npt.NDArray[np.float64]
+#: The elements of an orbit in the order of a file: semi-major axis, eccentricity, inclination, node, argument of
+#: periapsis, time of periapsis.
+Orbit = tuple[float, float, float, float, float, float]
+_LEFT_OUT = "GUBAS leaves out its torques, which are computed here"
+_DISPLACED = (
+    "GUBAS puts the secondary at 1 - nu r instead of (1 - nu) r from the barycentre, so that its pull is one across a "
+    "fixed vector (GUBAS-RS does not)"
+)
 _Shape = Ellipsoid | Sphere | Polyhedron
-
-
 #: The names of sections.
 START, BODIES = "Initial Conditions", "Body Model Definitions"
 _TWO_SUNS = "the file asks for a heliocentric orbit and for the Sun of Hill's problem; expected one of the two"
 #: The units of an angle in a comment, which are not part of the unit of a rate.
 _ANGLES = re.compile(r"\b(deg|rad)(?:rees?|ians?)?\b(?!\s*/|\s+per\b)", re.IGNORECASE)
+
+
+@dataclass
+class Deformed:
+    """The tide of a body: its Love number, radius in km and lag angle in radians."""
+
+    k2: float
+    radius: float
+    angle: float
+
+
+@dataclass
+class Outside:
+    """The forces in a file, each ``None`` if it is switched off; masses are in kg and lengths in km."""
+
+    flyby: tuple[float, Orbit] | None = None
+    sun: tuple[float, Orbit] | None = None
+    #: The mass and the distance of a Sun on a circular orbit.
+    circular: tuple[float, float] | None = None
+    tides: tuple[Deformed, Deformed] | None = None
+
+    def forces(self, start: float, relative: npt.NDArray[Any], spins: npt.NDArray[Any]) -> list[Force]:
+        """Return the forces; tides need the relative position, velocity (2, 3) and spins (2, 3), all inertial."""
+        found: list[Force] = []
+        for name, third in (("flyby", self.flyby), ("Sun", self.sun)):
+            if third is not None:
+                mass, (a, e, i, node, argument, periapsis) = third
+                orbit = KeplerElements(a, e, i, node, argument, 0.0)
+                found.append(ThirdBody(mass=mass, orbit=orbit, of="body", time=periapsis, name=name))
+        if self.circular is not None:
+            mass, distance = self.circular
+            orbit = KeplerElements(distance, 0.0, 0.0, 0.0, 0.0, 0.0)
+            found.append(ThirdBody(mass=mass, orbit=orbit, of="system", time=start, name="Sun"))
+        if self.tides is not None:
+            position, velocity = relative
+            orbital = np.cross(position, velocity) / (position @ position)
+            names = ("primary", "secondary")
+            for k, tide in enumerate(self.tides):
+                # The tide with the highest frequency has the shortest lag.
+                frequency = max(2.0 * np.linalg.norm(spins[k] - orbital), np.linalg.norm(orbital))
+                lag = float(np.sin(2.0 * tide.angle) / frequency)
+                found.append(Tide(names[k], names[1 - k], tide.k2, lag, radius=tide.radius))
+        return found
+
+    def input_warnings(self) -> Iterator[str]:
+        """Return warnings of input for which GUBAS's own result differs from the result of this package."""
+        if self.flyby is not None:
+            yield f"a flyby: {_LEFT_OUT}, and {_DISPLACED}"
+        if self.sun is not None:
+            yield f"a heliocentric orbit: {_LEFT_OUT}, and {_DISPLACED}"
+        if self.circular is not None:
+            yield (
+                "the Sun of Hill's problem: GUBAS holds its direction fixed along x and adds the Coriolis acceleration "
+                "of axes that turn, which its state has not; here the Sun goes round on a circle, and turns the bodies"
+            )
+        if self.tides is not None:
+            yield (
+                "tidal torques: GUBAS's have the sign that drives spins away from the orbit's rate, which adds energy, "
+                "and take a radius in metres beside kilometres; here tides of a constant time lag dissipate"
+            )
 
 
 class Config(Text):
@@ -74,7 +143,7 @@ class Config(Text):
         """Return whether there is an option of this name."""
         return self._parser.has_option(section, option)
 
-    def vector(self, section: str, name: str) -> _Array:
+    def vector(self, section: str, name: str) -> Floats:
         """Return the three numbers of a vector."""
         return np.array([self.value(section, f"{name} {axis}") for axis in "XYZ"])
 
@@ -104,7 +173,7 @@ class Config(Text):
         return self._angles.get(section, set())
 
 
-def rotations_of(cfg: Config, euler: str | None) -> tuple[list[_Array], str | None]:
+def rotations_of(cfg: Config, euler: str | None) -> tuple[list[Floats], str | None]:
     """Return the rotations A into N and B into A, and a warning about the unit of their angles, if there is one."""
     turns = [_turn(cfg, name) for name in ("A into N", "B into A")]
     warning = None
@@ -186,7 +255,7 @@ def _mesh(cfg: Config, faces: tuple[int, str], vertices: tuple[int, str]) -> Pol
         cfg.fail(faces[0], f"{faces[1]}: {error}")
 
 
-def _turn(cfg: Config, name: str) -> _Array:
+def _turn(cfg: Config, name: str) -> Floats:
     """Return a rotation matrix (3, 3), or Euler angles (3,)."""
     if cfg.flag(START, f"{name} Euler Flag", (0, 1)):
         return np.array([cfg.value(START, f"{name} Euler {i} {axis}") for i, axis in ((1, "X"), (2, "Y"), (3, "Z"))])
@@ -211,7 +280,7 @@ def _unit_of_angles(cfg: Config) -> tuple[str, str | None]:
     return "radian", f"taken in radians as GUBAS takes them; no comment of the file says what they are in: {ask}"
 
 
-def _from_angles(angles: _Array, unit: str | None) -> _Array:
+def _from_angles(angles: Floats, unit: str | None) -> Floats:
     """Return the rotation by angles about x, then about the new y, then about the new z."""
     x, y, z = np.radians(angles) if unit == "degree" else angles
     turns = [rotations.turn(axis, angle) for axis, angle in enumerate((x, y, z))]

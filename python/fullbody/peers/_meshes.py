@@ -6,21 +6,20 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import rotations
 from ..errors import caution
 from ..model.bodies import Body
+from ..typing import Floats
 
 __all__ = ["along_body_axes"]
 
-_Array = npt.NDArray[np.float64]
 #: The angle in radians, and the distance relative to the size, by which a shape may differ from its principal frame
 #: without a warning, since files are rounded.
 _OFF = 1e-3
 
 
-def along_body_axes(path: Any, bodies: Sequence[Body], attitude: _Array, spin: _Array) -> tuple[_Array, _Array]:
+def along_body_axes(path: Any, bodies: Sequence[Body], attitude: Floats, spin: Floats) -> tuple[Floats, Floats]:
     """Return quaternions (N, 4) and spins (N, 3) of the body frames, from those of the axes of the given shapes.
 
     The programs' positions are those of the centres of mass, and their attitudes those of the axes of the vertices.

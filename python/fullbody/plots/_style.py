@@ -16,8 +16,8 @@ from ..base.arguments import integer
 from ..base.units import need
 from ..errors import InvalidInput
 from ..record.record import Record
+from ..typing import Floats
 
-Array = npt.NDArray[np.float64]
 ArrayOfAxes: TypeAlias = npt.NDArray[np.object_]
 
 #: Okabe and Ito's colours in an order of clearly different lightness, each with its own dashes.
@@ -117,9 +117,9 @@ def _clock(run: Record) -> tuple[float, str]:
     return 1.0, unit(run, "time")
 
 
-def times(run: Record, moments: Array | None = None) -> Array:
+def times(run: Record, moments: Floats | None = None) -> Floats:
     """Return the samples' times, or others, in the unit that :func:`time_label` names."""
-    known: Array = run.arrays["time"] if moments is None else moments
+    known: Floats = run.arrays["time"] if moments is None else moments
     factor = _clock(run)[0]
     return known if factor == 1.0 else known / factor
 
@@ -184,7 +184,7 @@ def degrees(ax: Any) -> None:
     ax.yaxis.set_major_locator(Locator(5, steps=[1, 2, 2.5, 5, 10]))
 
 
-def draw_angle(ax: Any, time: Array, degrees: Array, style: dict[str, Any]) -> Any:
+def draw_angle(ax: Any, time: Floats, degrees: Floats, style: dict[str, Any]) -> Any:
     """Draw an angle without strokes across jumps of a full turn, and as dots if it makes very many turns."""
     jumps = np.flatnonzero(np.abs(np.diff(degrees)) > _JUMP) + 1
     # An angle of several turns, such as a hyperbola's anomaly, has no jumps.
@@ -216,7 +216,7 @@ def single(ax: Any, size: tuple[float, float], **projection: Any) -> Any:
     return matplotlib().figure(figsize=size, layout="constrained").add_subplot(**projection)
 
 
-def numbers(value: Any) -> Array:
+def numbers(value: Any) -> Floats:
     """Return the numbers of an array or a Quantity."""
     return np.asarray(getattr(value, "value", value), dtype=np.float64)
 
@@ -312,7 +312,7 @@ class RunPlots:
         return self.run
 
 
-def matrices(run: Record, body: int) -> Array:
+def matrices(run: Record, body: int) -> Floats:
     """Return the rotation matrices (K, 3, 3) of one body along the run."""
     return rotations.matrices(run.arrays["attitude"][:, body])
 
@@ -330,9 +330,9 @@ class Surface:
         Corners of a polyhedron's faces, scaled so that the circumscribed sphere is the unit sphere.
     """
 
-    columns: Array
-    position: Array
-    triangles: Array | None = None
+    columns: Floats
+    position: Floats
+    triangles: Floats | None = None
 
     @property
     def reach(self) -> float:

@@ -8,21 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..base import rotations
-from ._style import (
-    ArrayOfAxes,
-    RunPlots,
-    called,
-    chosen,
-    degrees,
-    draw_angle,
-    grid,
-    legend,
-    line,
-    panels,
-    time_label,
-    times,
-    wishes,
-)
+from . import _style
+from ._style import ArrayOfAxes, RunPlots
 from .sampling import followed
 
 _SYMBOLS = (r"$\phi$", r"$\theta$", r"$\psi$")
@@ -45,22 +32,24 @@ def angles(plots: RunPlots, ax: Any = None, *, bodies: Sequence[int | str] | Non
     -------
     ndarray of Axes, (number of bodies, 2), or the axes given
     """
-    run, ax, kwargs = plots.sampled(), kwargs.pop("axes", ax), wishes(kwargs)
-    places = chosen(run, bodies)
-    flat, result = panels(ax, (len(places), 2), (9.0, 0.4 + 2.2 * len(places)))
+    run, ax, kwargs = plots.sampled(), kwargs.pop("axes", ax), _style.wishes(kwargs)
+    places = _style.chosen(run, bodies)
+    flat, result = _style.panels(ax, (len(places), 2), (9.0, 0.4 + 2.2 * len(places)))
     moments, attitude = followed(run)
-    time = times(run, moments)
+    time = _style.times(run, moments)
     for row, body in enumerate(places):
         values = np.rad2deg(rotations.tait_bryan(attitude[:, body]))
         left, right = flat[2 * row], flat[2 * row + 1]
         for ax, columns in ((left, (0, 1)), (right, (2,))):
             for column in columns:
-                draw_angle(ax, time, values[:, column], line(column, {"label": _SYMBOLS[column], **kwargs}))
+                _style.draw_angle(
+                    ax, time, values[:, column], _style.line(column, {"label": _SYMBOLS[column], **kwargs})
+                )
             ax.set_ylabel(", ".join(_SYMBOLS[c] for c in columns) + " [deg]")
-            ax.set_title(called(run, body), fontsize="medium", loc="left")
-            degrees(ax)
-            grid(ax)
-            legend(ax)
+            ax.set_title(_style.called(run, body), fontsize="medium", loc="left")
+            _style.degrees(ax)
+            _style.grid(ax)
+            _style.legend(ax)
     for ax in flat[-2:]:
-        time_label(ax, run)
+        _style.time_label(ax, run)
     return result

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.units import need, scalar
+from ..base.units import need
 from ..errors import InvalidInput
 from ..particles.rules import FATES
 from ..record.record import Record
-from ._style import Array, split_far
+from ..typing import Floats
+from ._style import split_far
 
 if TYPE_CHECKING:
     from ..particles.flight import Flight
@@ -29,14 +30,14 @@ def moment(run: Record, time: Any) -> float:
     known = run.arrays["time"]
     if time is None:
         return float(known[-1])
-    wanted = scalar(run.context.units.strip(time, "time", "time"), "time")
+    wanted = run.context.units.number(time, "time", "time")
     span = (known.min(), known.max(), *(() if run.dense is None else run.dense.core.range))
     if not min(span) <= wanted <= max(span):
         raise InvalidInput(f"time is {time}; expected one within the run, from {min(span):.8g} to {max(span):.8g}")
     return wanted
 
 
-def track(run: Record, end: float, count: int = _SMOOTH) -> Array:
+def track(run: Record, end: float, count: int = _SMOOTH) -> Floats:
     """Return the samples' times up to ``end`` and ``end`` itself; if they are few, ``count`` times in all."""
     known = run.arrays["time"]
     passed = known <= end if known[-1] >= known[0] else known >= end
@@ -46,7 +47,7 @@ def track(run: Record, end: float, count: int = _SMOOTH) -> Array:
     return np.asarray(np.interp(places, np.arange(len(stops)), stops))
 
 
-def at(run: Record, times: Array) -> tuple[Array, Array]:
+def at(run: Record, times: Floats) -> tuple[Floats, Floats]:
     """Return centres (T, N, 3) from the barycentre and attitudes (T, N, 4) at times (T,) within the run.
 
     They are taken from the continuous solution if the run has one (``dense=True``). Otherwise centres between samples
@@ -73,22 +74,15 @@ def at(run: Record, times: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Trails:
-    """Particles of a flight at times within a run, for pictures.
+    """Particles of a flight at times (T,) within a run, for pictures.
 
-    Attributes
-    ----------
-    time : ndarray, (T,)
-    position : ndarray, (P, T, 3)
-        Positions from the barycentre; NaN if a particle is gone.
-    landed : ndarray, (P,)
-        Time at which a particle came to lie on a body; NaN for other particles.
-    parts : int
-        The number of times for each sample of the flight.
+    Positions (P, T, 3) are from the barycentre, and NaN if a particle is gone; ``landed`` (P,) has the times at which
+    particles came to lie on a body, NaN for others; ``parts`` is the number of times for each sample of the flight.
     """
 
-    time: Array
-    position: Array
-    landed: Array
+    time: Floats
+    position: Floats
+    landed: Floats
     parts: int
 
 
@@ -128,7 +122,7 @@ def trails(run: Record, flight: Flight, particles: int, places: int) -> Trails:
     return Trails(times, np.ascontiguousarray(np.moveaxis(curved, 0, 1)[:, order]), landed, parts)
 
 
-def _curve(known: Array, centres: Array, velocities: Array, times: Array, straight_too: Any = False) -> Array:
+def _curve(known: Floats, centres: Floats, velocities: Floats, times: Floats, straight_too: Any = False) -> Floats:
     """Interpolate by cubics, or by straight lines between samples more than half a turn apart, where cubics fail.
 
     ``straight_too`` (K - 1, N) marks further intervals with straight lines.
@@ -147,12 +141,12 @@ def _curve(known: Array, centres: Array, velocities: Array, times: Array, straig
     return np.where(bent, cubic, straight)
 
 
-def _from_barycentre(run: Record, vectors: Array) -> Array:
+def _from_barycentre(run: Record, vectors: Floats) -> Floats:
     """Subtract from positions or velocities (T, N, 3) those of the barycentre of the bodies that fit in one picture."""
     return np.asarray(vectors - _mean(run, vectors)[:, None])
 
 
-def _mean(run: Record, vectors: Array) -> Array:
+def _mean(run: Record, vectors: Floats) -> Floats:
     """Return the mean position or velocity (T, 3) of that barycentre."""
     weights = np.zeros(len(run.context))
     near = split_far(run)[0]
@@ -160,7 +154,7 @@ def _mean(run: Record, vectors: Array) -> Array:
     return np.asarray(np.einsum("n,tnx->tx", weights / weights.sum(), vectors))
 
 
-def _barycentre(run: Record, times: Array, what: str = "position") -> Array:
+def _barycentre(run: Record, times: Floats, what: str = "position") -> Floats:
     """Return positions or velocities (T, 3) of that barycentre at any times, by interpolation."""
     if run.dense is not None and _inside(times, run.dense.core.range):
         return _mean(run, run.dense.core.states(times)[what])
@@ -169,5 +163,5 @@ def _barycentre(run: Record, times: Array, what: str = "position") -> Array:
     return np.stack([np.interp(times, known, means[:, c]) for c in range(3)], axis=1)
 
 
-def _inside(times: Array, span: tuple[float, float]) -> bool:
+def _inside(times: Floats, span: tuple[float, float]) -> bool:
     return bool(np.all((times >= min(span)) & (times <= max(span))))

@@ -7,21 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ._style import (
-    ArrayOfAxes,
-    RunPlots,
-    check_body,
-    degrees,
-    draw_angle,
-    grid,
-    label,
-    line,
-    panels,
-    steady,
-    time_label,
-    times,
-    wishes,
-)
+from . import _style
+from ._style import ArrayOfAxes, RunPlots
 
 #: Name, symbol and description of each element.
 _ROWS = (
@@ -62,30 +49,30 @@ def elements(
     ndarray of Axes, (3, 2) or the number of names, or the axes given
     """
     run, ax = plots.sampled(), kwargs.pop("axes", ax)
-    body, about = check_body(run, body, "body"), check_body(run, about, "about")
+    body, about = _style.check_body(run, body, "body"), _style.check_body(run, about, "about")
     rows = [row for row in _ROWS if row[0] in names]
     shape = (3, 2) if len(rows) == 6 else (len(rows),)
-    flat, result = panels(ax, shape, (9.0, 6.5))
+    flat, result = _style.panels(ax, shape, (9.0, 6.5))
     values = run.elements(mu, body=body, about=about)
-    time = times(run)
+    time = _style.times(run)
     for ax, (name, symbol, text) in zip(flat, rows, strict=True):
         value = np.asarray(getattr(getattr(values, name), "value", getattr(values, name)))
-        style = line(0, wishes(kwargs))
+        style = _style.line(0, _style.wishes(kwargs))
         if name == "a":
             ax.plot(time, value, **style)
-            ax.set_ylabel(label(run, symbol, "length"))
+            ax.set_ylabel(_style.label(run, symbol, "length"))
         elif name == "e":
             ax.plot(time, value, **style)
             ax.set_ylabel(symbol)
         else:
-            draw_angle(ax, time, np.rad2deg(value), style)
+            _style.draw_angle(ax, time, np.rad2deg(value), style)
             ax.set_ylabel(f"{symbol} [deg]")
-            degrees(ax)
+            _style.degrees(ax)
         ax.set_title(text, fontsize="medium", loc="left")
         ax.ticklabel_format(axis="y", useOffset=False)
         # The changes of an eccentricity are compared with one, not with its size.
-        steady(ax, 1e-3 if name == "e" else 0.0)
-        grid(ax)
+        _style.steady(ax, 1e-3 if name == "e" else 0.0)
+        _style.grid(ax)
     for ax in flat[-2:] if len(rows) == 6 else flat[-1:]:
-        time_label(ax, run)
+        _style.time_label(ax, run)
     return result

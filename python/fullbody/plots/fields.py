@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.kinds import choice
-from ..fields.samples import samples
+from ..fields.surface import samples
+from ..typing import Floats
 from ._style import LINES, check_axes, colour_bar, grid, matplotlib, numbers, plain, single, unit_of, world
 
 if TYPE_CHECKING:
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 __all__ = ["roche_lobes", "surface_map", "surface_scene", "zero_velocity"]
 
-_Numbers = npt.NDArray[np.float64]
 #: Edges of cells that extend over fewer degrees of longitude than this are straight on a map.
 _STRAIGHT = 4.0
 #: The quantities that can be shown on a surface, with their labels.
@@ -32,7 +31,7 @@ _SHOWN = {
 }
 
 
-def _values(field: SurfaceField | SurfaceRange, quantity: str) -> tuple[_Numbers, str]:
+def _values(field: SurfaceField | SurfaceRange, quantity: str) -> tuple[Floats, str]:
     """Return the numbers of a quantity, with angles in degrees, and its label."""
     known = [name for name in _SHOWN if hasattr(field, name)]
     choice(quantity, "quantity", known)
@@ -81,7 +80,7 @@ def surface_map(field: SurfaceField | SurfaceRange, quantity: str = "slope", ax:
     return ax
 
 
-def _outlines(cells: _Numbers, middle: _Numbers) -> list[_Numbers]:
+def _outlines(cells: Floats, middle: Floats) -> list[Floats]:
     """Return the outlines of cells (S, 4, 3) on a map, in degrees; see :func:`_outline`."""
     x, y, z = np.moveaxis(cells, -1, 0)
     ring = np.hypot(x, y)
@@ -94,7 +93,7 @@ def _outlines(cells: _Numbers, middle: _Numbers) -> list[_Numbers]:
     return found
 
 
-def _outline(corners: _Numbers, middle: float) -> _Numbers:
+def _outline(corners: Floats, middle: float) -> Floats:
     """Return the outline of a cell (M, 2) on a map: longitudes and latitudes in degrees, the former near ``middle``.
 
     A pole has all longitudes. A corner there becomes an edge between the longitudes of its neighbours, and a cell
@@ -132,7 +131,7 @@ def _outline(corners: _Numbers, middle: float) -> _Numbers:
     return np.asarray(outline + np.array([shift, 0.0]))
 
 
-def _refined(corners: _Numbers) -> _Numbers:
+def _refined(corners: Floats) -> Floats:
     """Subdivide edges that are long in longitude, as near a pole a straight edge is curved on the map."""
     ring = np.hypot(corners[:, 0], corners[:, 1])
     longitude = np.degrees(np.arctan2(corners[:, 1], corners[:, 0]))
@@ -216,7 +215,7 @@ def zero_velocity(pair: Synodic, levels: Any = None, ax: Any = None, *, extent: 
     for k, body in enumerate(pair.system.context.bodies):
         _silhouette(ax, pair, k, body)
 
-    def nearest(place: _Numbers) -> float:
+    def nearest(place: Floats) -> float:
         """Return the x coordinate of the body that is nearest to a point."""
         return float(pair.frame.centres[np.argmin(np.linalg.norm(pair.frame.centres - place, axis=1)), 0])
 
@@ -283,7 +282,7 @@ def roche_lobes(pair: Synodic, ax: Any = None, *, rows: int = 45, **kwargs: Any)
     return ax
 
 
-def _cells(pair: Synodic, place: int, body: Any) -> _Numbers:
+def _cells(pair: Synodic, place: int, body: Any) -> Floats:
     """Return the cells of a body's surface (S, 4, 3) in the rotating frame."""
     turn = pair.frame.turn.T @ pair.frame.attitudes[place]
     return pair.frame.centres[place] + samples(body, 24).cells @ turn.T
@@ -306,14 +305,14 @@ def _stage(ax: Any) -> Any:
     return matplotlib().figure(figsize=(7.0, 5.4), layout="constrained").add_subplot(projection="3d")
 
 
-def _polygons(cells: _Numbers, **style: Any) -> Any:
+def _polygons(cells: Floats, **style: Any) -> Any:
     """Make polygons in 3D."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     return Poly3DCollection(cells, **style)
 
 
-def _equal(ax: Any, points: _Numbers, like: Any) -> None:
+def _equal(ax: Any, points: Floats, like: Any) -> None:
     """Set equal scales that contain points (..., 3), and labels with the unit of a length."""
     low, high = points.reshape(-1, 3).min(axis=0), points.reshape(-1, 3).max(axis=0)
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))

@@ -9,22 +9,9 @@ import numpy as np
 from ..errors import InvalidInput
 from ..observables import roll_pitch_yaw
 from ..record.record import Record
-from ._style import (
-    Array,
-    RunPlots,
-    called,
-    check_body,
-    degrees,
-    draw_angle,
-    grid,
-    legend,
-    line,
-    matrices,
-    single,
-    time_label,
-    times,
-    wishes,
-)
+from ..typing import Floats
+from . import _style
+from ._style import RunPlots
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,20 +45,20 @@ def libration(plots: RunPlots, ax: Any = None, *, body: int | str = 1, about: in
         If there is no orbit: a single body, or motion along a line.
     """
     run = plots.sampled()
-    body, about = check_body(run, body, "body"), check_body(run, about, "about")
-    kwargs = wishes(kwargs)
+    body, about = _style.check_body(run, body, "body"), _style.check_body(run, about, "about")
+    kwargs = _style.wishes(kwargs)
     angles = _angles(run, body, about)
-    ax = single(ax, (7.0, 3.2))
+    ax = _style.single(ax, (7.0, 3.2))
     for place, (name, angle) in enumerate(angles.items()):
-        draw_angle(ax, times(run), np.rad2deg(angle), line(place, {"label": name, **kwargs}))
+        _style.draw_angle(ax, _style.times(run), np.rad2deg(angle), _style.line(place, {"label": name, **kwargs}))
     ax.set_ylabel("angle [deg]")
     what = "z-axis from the orbit's normal" if len(angles) == 1 else "in its orbit's frame"
-    ax.set_title(f"{called(run, body)}, {what}", fontsize="medium", loc="left")
-    degrees(ax)
-    grid(ax)
+    ax.set_title(f"{_style.called(run, body)}, {what}", fontsize="medium", loc="left")
+    _style.degrees(ax)
+    _style.grid(ax)
     if len(angles) > 1:
-        legend(ax)
-    time_label(ax, run)
+        _style.legend(ax)
+    _style.time_label(ax, run)
     return ax
 
 
@@ -85,12 +72,12 @@ def _angles(run: Record, body: int, about: int) -> dict[str, Any]:
         # Samples too far apart to follow the attitude still give the tilt; motion along a line has no orbital frame.
         if not _normal(run, body, about).any(axis=1).all():
             raise
-    normal, axis = _normal(run, body, about), matrices(run, body)[:, :, 2]
+    normal, axis = _normal(run, body, about), _style.matrices(run, body)[:, :, 2]
     across = np.linalg.norm(np.cross(normal, axis), axis=1)
     return {"tilt": np.arctan2(across, np.sum(normal * axis, axis=1))}
 
 
-def _normal(run: Record, body: int, about: int) -> Array:
+def _normal(run: Record, body: int, about: int) -> Floats:
     """Return normals (K, 3) of the orbit, of any length; zero if the motion is along a line."""
     r, v = (run.arrays[name][:, body] - run.arrays[name][:, about] for name in ("position", "velocity"))
     return np.asarray(np.cross(r, v))

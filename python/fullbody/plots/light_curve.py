@@ -10,7 +10,8 @@ from ..observing.light_curve import light_curve as computed
 from ..observing.mutual import mutual_events
 from ..observing.times import in_system
 from ..record.record import Record
-from ._style import Array, RunPlots, called, grid, label, legend, line, panels, wishes
+from ..typing import Floats
+from ._style import RunPlots, called, grid, label, legend, line, panels, wishes
 from ._style import single as single_axes
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ def light_curve(
     return result if bodies else flat[0]
 
 
-def _broken(moments: Array, values: Array) -> tuple[Array, Array]:
+def _broken(moments: Floats, values: Floats) -> tuple[Floats, Floats]:
     """Return a curve with breaks at gaps in time, and where a body is hidden and has no magnitude."""
     apart = np.diff(moments)
     gaps = np.flatnonzero(apart > _GAP * np.median(apart)) + 1 if len(apart) else np.array([], dtype=int)
@@ -89,7 +90,7 @@ def _broken(moments: Array, values: Array) -> tuple[Array, Array]:
     return np.insert(moments, gaps, np.nan), np.insert(shown, gaps, np.nan)
 
 
-def _mark(ax: Any, run: Record, geometry: Vectors, moments: Array) -> None:
+def _mark(ax: Any, run: Record, geometry: Vectors, moments: Floats) -> None:
     """Draw bars from the beginning to the end of each mutual event, darker in totality."""
     first, last = moments.min(), moments.max()
     named: set[str] = set()

@@ -8,24 +8,9 @@ import numpy as np
 
 from ..base.kinds import choice
 from ..record.record import Record
-from ._style import (
-    LINES,
-    Array,
-    RunPlots,
-    called,
-    check_body,
-    far_label,
-    grid,
-    label,
-    legend,
-    line,
-    matplotlib,
-    matrices,
-    single,
-    split_far,
-    surfaces,
-    wishes,
-)
+from ..typing import Floats
+from . import _style
+from ._style import LINES, RunPlots
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -60,45 +45,47 @@ def orbit(
     """
     choice(plane, "plane", _PLANES)
     run = plots.sampled()
-    about = check_body(run, about, "about")
-    ax = single(ax, (5.5, 5.0))
+    about = _style.check_body(run, about, "about")
+    ax = _style.single(ax, (5.5, 5.0))
     across, up = _PLANES[plane]
     position = run.arrays["position"]
-    kwargs = wishes(kwargs)
-    near, far = split_far(run, about)
+    kwargs = _style.wishes(kwargs)
+    near, far = _style.split_far(run, about)
     for place, body in enumerate(k for k in near if k != about):
         path = position[:, body] - position[:, about]
-        style = line(place, {"linewidth": 0.9, "label": called(run, body), **kwargs})
+        style = _style.line(place, {"linewidth": 0.9, "label": _style.called(run, body), **kwargs})
         ax.plot(path[:, across], path[:, up], **style)
     for body, distance in far:
-        ax.plot([], [], linestyle="none", label=far_label(run, body, distance))
+        ax.plot([], [], linestyle="none", label=_style.far_label(run, body, distance))
     if shapes:
         for body in near:
             end = (position[-1, body] - position[-1, about])[[across, up]]
             _outline(ax, run, body, end, [across, up])
     ax.set_aspect("equal", adjustable="datalim")
-    origin = f"from {called(run, about)}"
-    ax.set_xlabel(label(run, f"{plane[0]} {origin}", "length"))
-    ax.set_ylabel(label(run, f"{plane[1]} {origin}", "length"))
-    grid(ax)
-    legend(ax)
+    origin = f"from {_style.called(run, about)}"
+    ax.set_xlabel(_style.label(run, f"{plane[0]} {origin}", "length"))
+    ax.set_ylabel(_style.label(run, f"{plane[1]} {origin}", "length"))
+    _style.grid(ax)
+    _style.legend(ax)
     return ax
 
 
-def _outline(ax: Any, run: Record, body: int, centre: Array, plane: list[int]) -> None:
+def _outline(ax: Any, run: Record, body: int, centre: Floats, plane: list[int]) -> None:
     """Draw the outline of each part as seen along the third axis: the ellipse of P R diag(a^2) R^T P^T."""
-    drawn = surfaces(run, body)
+    drawn = _style.surfaces(run, body)
     if not drawn:
         ax.plot(*centre[:, None], marker="+", color=LINES[2]["color"], linestyle="none")
         return
-    matrix = matrices(run, body)[-1][plane]
+    matrix = _style.matrices(run, body)[-1][plane]
     turn = np.linspace(0.0, 2.0 * np.pi, 73)
     for surface in drawn:
         columns = matrix @ surface.columns
         if surface.triangles is not None:
             corners = surface.triangles @ columns.T + (centre + matrix @ surface.position)
             # Edges are not drawn: the outline is that of all faces together.
-            faces = matplotlib("collections").PolyCollection(corners, facecolor="0.8", edgecolor="0.8", linewidth=0.3)
+            faces = _style.matplotlib("collections").PolyCollection(
+                corners, facecolor="0.8", edgecolor="0.8", linewidth=0.3
+            )
             faces.set_zorder(3)
             ax.add_collection(faces)
             continue

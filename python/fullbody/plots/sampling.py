@@ -6,7 +6,7 @@ import numpy as np
 
 from ..errors import caution
 from ..record.record import Record
-from ._style import Array
+from ..typing import Floats
 from .between import at, track
 
 __all__ = ["followed", "warn_if_aliased"]
@@ -16,7 +16,7 @@ __all__ = ["followed", "warn_if_aliased"]
 _SEEN, _PART, _MOST = 20.0, 1.0 / 48.0, 400_000
 
 
-def followed(run: Record) -> tuple[Array, Array]:
+def followed(run: Record) -> tuple[Floats, Floats]:
     """Return times (T,) and attitudes (T, N, 4) for curves of angles, dense enough to resolve every turn of a body.
 
     Points at nearly equal phases of each turn would look like slow curves. If no body makes many turns, the samples are
@@ -32,7 +32,7 @@ def followed(run: Record) -> tuple[Array, Array]:
     return times, at(run, times)[1]
 
 
-def _turns(run: Record, times: Array, known: Array) -> Array:
+def _turns(run: Record, times: Floats, known: Floats) -> Floats:
     """Return the turns (N, T - 1) of each body between times that increase or decrease."""
     order = np.unique(known, return_index=True)[1]
     rate = np.linalg.norm(run.arrays["spin"][order], axis=2)
@@ -40,7 +40,7 @@ def _turns(run: Record, times: Array, known: Array) -> Array:
     return np.asarray(np.array(fastest) * np.abs(np.diff(times)) / (2.0 * np.pi))
 
 
-def warn_if_aliased(run: Record, times: Array, shown: str = "pictures") -> None:
+def warn_if_aliased(run: Record, times: Floats, shown: str = "pictures") -> None:
     """Warn if a body turns by more than half a turn between two pictures, as it would seem to turn otherwise.
 
     The same holds between two samples, unless the run has its continuous solution.

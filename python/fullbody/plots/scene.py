@@ -8,22 +8,9 @@ import numpy as np
 
 from ..base import rotations
 from ..record.record import Record
-from ._style import (
-    LINES,
-    Array,
-    RunPlots,
-    called,
-    check_axes,
-    far_label,
-    label,
-    line,
-    matplotlib,
-    reach,
-    split_far,
-    surfaces,
-    unit,
-    wishes,
-)
+from ..typing import Floats
+from . import _style
+from ._style import LINES, RunPlots
 from .between import at, moment, track
 from .sunlight import Sunlight, directions
 
@@ -77,25 +64,25 @@ def scene(
     """
     run = plots.sampled()
     if ax is None:
-        ax = stage(matplotlib().figure(figsize=(7.0, 5.2)))
+        ax = stage(_style.matplotlib().figure(figsize=(7.0, 5.2)))
     else:
-        check_axes(ax, "ax", "3d")
+        _style.check_axes(ax, "ax", "3d")
     now = moment(run, time)
     centres, attitude = (values[0] for values in at(run, np.array([now])))
     paths = at(run, track(run, now))[0]
-    names = [called(run, body) for body in range(len(run.context))]
+    names = [_style.called(run, body) for body in range(len(run.context))]
     surface = _surface(kwargs)
     light = None
     if geometry is not None:
         light = Sunlight(run, directions(run, geometry, np.array([now]))[0], centres, attitude)
-    near, far = split_far(run)
+    near, far = _style.split_far(run)
     for body in near:
         if path:
-            style = line(body, {"color": "0.45", "linewidth": 0.8})
+            style = _style.line(body, {"color": "0.45", "linewidth": 0.8})
             ax.plot(*paths[:, body].T, **style)
         draw_body(ax, run, body, centres[body], attitude[body], names[body], surface, light=light)
     for body, distance in far:
-        names[body] = far_label(run, body, distance)
+        names[body] = _style.far_label(run, body, distance)
         ax.plot([], [], linestyle="none", label=names[body])
     whole = at(run, track(run, moment(run, None)))[0]
     frame(ax, run, np.concatenate([whole, centres[None]])[:, near], near)
@@ -125,27 +112,27 @@ def _surface(kwargs: dict[str, Any]) -> dict[str, Any]:
     # Under these names matplotlib takes an array of colours for a surface, but not one colour for all faces.
     kept = {name: value for name, value in kwargs.items() if name == "facecolors"}
     rest = {name: value for name, value in kwargs.items() if name not in kept}
-    return {**wishes(rest, "collections.PolyCollection"), **kept}
+    return {**_style.wishes(rest, "collections.PolyCollection"), **kept}
 
 
 def title(ax: Any, run: Record, time: str) -> None:
     """Write the time with its unit above a scene."""
-    ax.set_title(f"time {time} {unit(run, 'time')}".rstrip(), fontsize="medium")
+    ax.set_title(f"time {time} {_style.unit(run, 'time')}".rstrip(), fontsize="medium")
 
 
 def draw_body(
     ax: Any,
     run: Record,
     body: int,
-    centre: Array,
-    attitude: Array,
+    centre: Floats,
+    attitude: Floats,
     name: str,
     kwargs: dict[str, Any],
     mesh: tuple[int, int] = (37, 19),
     light: Sunlight | None = None,
 ) -> list[Any]:
     """Draw the surface and axes of a body, in sunlight if it is given, and return the artists."""
-    drawn = surfaces(run, body)
+    drawn = _style.surfaces(run, body)
     if not drawn:
         return list(ax.plot(*centre[:, None], marker="o", color=LINES[body % len(LINES)]["color"], label=name))
     matrix = rotations.matrices(attitude)
@@ -174,23 +161,23 @@ def draw_body(
             shades = light.shade(body, k, middle.reshape(-1, 3), normals.reshape(-1, 3)).reshape(middle.shape[:2])
             named |= {"facecolors": _colours(style, shades), "shade": False}
         artists.append(ax.plot_surface(*np.moveaxis(grid, -1, 0), **{**style, **named, **kwargs}))
-    whole = reach(run, body)
+    whole = _style.reach(run, body)
     for column, letter in enumerate("xyz"):
         # The axis begins at the surface, since a plot in 3D does not hide lines inside a body.
         edge = max(surface.position[column] + np.linalg.norm(surface.columns[column]) for surface in drawn)
         ends = centre + np.outer([max(edge, 0.0), _REACH * whole], matrix[:, column])
-        artists += ax.plot(*ends.T, **line(column, {"linewidth": 1.4, "label": f"body {letter}"}))
+        artists += ax.plot(*ends.T, **_style.line(column, {"linewidth": 1.4, "label": f"body {letter}"}))
     return artists
 
 
-def _colours(style: dict[str, Any], shades: Array) -> Array:
+def _colours(style: dict[str, Any], shades: Floats) -> Floats:
     """Return colours (..., 4) of a style scaled by shades (...), in place of the style's own colour and edges."""
-    colour = np.array(matplotlib("colors").to_rgb(style.pop("color")))
+    colour = np.array(_style.matplotlib("colors").to_rgb(style.pop("color")))
     style.update(edgecolor="none", linewidth=0.0)
     return np.concatenate([colour * shades[..., None], np.ones((*shades.shape, 1))], axis=-1)
 
 
-def _facets(corners: Array, style: dict[str, Any]) -> Any:
+def _facets(corners: Floats, style: dict[str, Any]) -> Any:
     """Make triangles (F, 3, 3) in 3D, with the options of a surface."""
     colour = style.pop("color", None)
     style = {name: value for name, value in style.items() if name not in ("rstride", "cstride", "cmap")}
@@ -201,9 +188,9 @@ def _facets(corners: Array, style: dict[str, Any]) -> Any:
     return Poly3DCollection(corners, shade=np.ndim(style["facecolors"]) < 2, **style)
 
 
-def frame(ax: Any, run: Record, centres: Array, bodies: list[int]) -> None:
+def frame(ax: Any, run: Record, centres: Floats, bodies: list[int]) -> None:
     """Set equal scales on all axes, wide enough for the whole paths (T, n, 3) of some bodies, and labels with units."""
-    sizes = [_REACH * reach(run, body) for body in bodies]
+    sizes = [_REACH * _style.reach(run, body) for body in bodies]
     low = (centres - np.array(sizes)[:, None]).min(axis=(0, 1))
     high = (centres + np.array(sizes)[:, None]).max(axis=(0, 1))
     span = np.where(high > low, high - low, 1.0)
@@ -214,10 +201,10 @@ def frame(ax: Any, run: Record, centres: Array, bodies: list[int]) -> None:
     ax.set_box_aspect(span, zoom=min(1.05 / wide, 0.84 / high_up))
     digits = len(f"{np.abs([low, low + span]).max():.0f}")
     for letter, width in zip("xyz", span / span.max(), strict=True):
-        getattr(ax, f"set_{letter}label")(label(run, letter, "length"))
+        getattr(ax, f"set_{letter}label")(_style.label(run, letter, "length"))
         # There are fewer ticks on a shorter axis, and where their numbers are long.
         count = max(2, round((6 if digits < 5 else 4) * float(width)))
-        getattr(ax, f"{letter}axis").set_major_locator(matplotlib("ticker").MaxNLocator(count))
+        getattr(ax, f"{letter}axis").set_major_locator(_style.matplotlib("ticker").MaxNLocator(count))
     # Numbers beside the vertical axis are centred on a point near it, so that long ones need more room.
     more = max(0, digits - 2)
     ax.tick_params(axis="z", pad=ax.zaxis.get_tick_padding() + 2.5 * more)

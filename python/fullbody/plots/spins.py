@@ -8,22 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..base.kinds import choice
-from ._style import (
-    ArrayOfAxes,
-    RunPlots,
-    called,
-    chosen,
-    grid,
-    label,
-    legend,
-    line,
-    matrices,
-    panels,
-    steady,
-    time_label,
-    times,
-    wishes,
-)
+from . import _style
+from ._style import ArrayOfAxes, RunPlots
 
 
 def spins(
@@ -47,21 +33,21 @@ def spins(
     ndarray of Axes, (number of bodies,), or the axes given
     """
     choice(frame, "frame", ("body", "inertial"))
-    run, ax, kwargs = plots.sampled(), kwargs.pop("axes", ax), wishes(kwargs)
-    places = chosen(run, bodies)
-    flat, result = panels(ax, (len(places),), (7.0, 0.4 + 2.2 * len(places)))
-    time = times(run)
+    run, ax, kwargs = plots.sampled(), kwargs.pop("axes", ax), _style.wishes(kwargs)
+    places = _style.chosen(run, bodies)
+    flat, result = _style.panels(ax, (len(places),), (7.0, 0.4 + 2.2 * len(places)))
+    time = _style.times(run)
     for body, ax in zip(places, flat, strict=True):
         spin = run.arrays["spin"][:, body]
         if frame == "inertial":
-            spin = np.einsum("kij,kj->ki", matrices(run, body), spin)
+            spin = np.einsum("kij,kj->ki", _style.matrices(run, body), spin)
         for component, letter in enumerate("xyz"):
-            ax.plot(time, spin[:, component], **line(component, {"label": rf"$\omega_{letter}$", **kwargs}))
-        ax.set_ylabel(label(run, "spin", "spin"))
-        ax.set_title(f"{called(run, body)}, {frame} frame", fontsize="medium", loc="left")
+            ax.plot(time, spin[:, component], **_style.line(component, {"label": rf"$\omega_{letter}$", **kwargs}))
+        ax.set_ylabel(_style.label(run, "spin", "spin"))
+        ax.set_title(f"{_style.called(run, body)}, {frame} frame", fontsize="medium", loc="left")
         ax.ticklabel_format(axis="y", useOffset=False)
-        steady(ax)
-        grid(ax)
-        legend(ax)
-    time_label(flat[-1], run)
+        _style.steady(ax)
+        _style.grid(ax)
+        _style.legend(ax)
+    _style.time_label(flat[-1], run)
     return result

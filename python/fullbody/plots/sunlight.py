@@ -8,7 +8,8 @@ import numpy as np
 
 from ..base import rotations
 from ..record.record import Record
-from ._style import Array, surfaces
+from ..typing import Floats
+from ._style import surfaces
 
 if TYPE_CHECKING:
     from ..observing.vectors import Vectors
@@ -19,7 +20,7 @@ __all__ = ["Sunlight", "casts", "directions"]
 NIGHT = 0.18
 
 
-def directions(run: Record, geometry: Vectors, times: Array) -> Array:
+def directions(run: Record, geometry: Vectors, times: Floats) -> Floats:
     """Return unit vectors (T, 3) to the Sun at times of a run, in the inertial frame, from the observing geometry."""
     from ..observing.vectors import local_geometry
 
@@ -28,7 +29,7 @@ def directions(run: Record, geometry: Vectors, times: Array) -> Array:
     return np.asarray(toward / np.linalg.norm(toward, axis=1)[:, None])
 
 
-def casts(run: Record, body: int) -> list[tuple[Array, Array]]:
+def casts(run: Record, body: int) -> list[tuple[Floats, Floats]]:
     """Return the ellipsoids of a body that cast its shadow, in its frame: matrices to unit spheres, and centres.
 
     A polyhedron casts the shadow of an ellipsoid whose vertices have the same second moments.
@@ -57,7 +58,7 @@ class Sunlight:
     attitude : ndarray, (N, 4)
     """
 
-    def __init__(self, run: Record, sun: Array, centres: Array, attitude: Array) -> None:
+    def __init__(self, run: Record, sun: Floats, centres: Floats, attitude: Floats) -> None:
         self._sun = sun
         turns = rotations.matrices(attitude)
         self._casts = [
@@ -66,7 +67,7 @@ class Sunlight:
             for k, (inverse, position) in enumerate(casts(run, body))
         ]
 
-    def shade(self, body: int, part: int, points: Array, normals: Array) -> Array:
+    def shade(self, body: int, part: int, points: Floats, normals: Floats) -> Floats:
         """Return the brightness (M,) of points (M, 3) of a part's surface, which is 1 where the Sun is overhead.
 
         Normals (M, 3) point outward, of any length.

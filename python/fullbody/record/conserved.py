@@ -10,16 +10,14 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..model.interactions import Energy, Invariants
+from ..typing import Floats
 
 if TYPE_CHECKING:
     from ..base.units import Units
 
 __all__ = ["drift", "named", "size"]
-
-_Array = npt.NDArray[np.float64]
 
 
 def named(numbers: Any, units: Units) -> Invariants:
@@ -29,7 +27,7 @@ def named(numbers: Any, units: Units) -> Invariants:
     return Invariants(units.attach(float(numbers[0]), "time"), Energy(*energies), momentum)
 
 
-def size(name: str, start: _Array) -> float:
+def size(name: str, start: Floats) -> float:
     """Return the size to which a drift is relative, which may be zero."""
     _, total, translational, _, potential, *momentum = start
     if name == "angular_momentum_drift":
@@ -37,7 +35,7 @@ def size(name: str, start: _Array) -> float:
     return float(abs(total if name == "energy_drift" else translational + potential))
 
 
-def drift(name: str, start: _Array, record: Mapping[str, _Array]) -> _Array:
+def drift(name: str, start: Floats, record: Mapping[str, Floats]) -> Floats:
     """Return the drift (K,) since the start of the energies (K, 4) or angular momenta (K, 3) of a record; it is
     absolute if its size is zero.
 

@@ -14,11 +14,9 @@ from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..model.context import Context
 from ..model.state import State, wrap
-from ..typing import Array, Scalar
+from ..typing import Array, Floats, Scalar
 
 __all__ = ["Dense", "Samples"]
-
-_Array = npt.NDArray[np.float64]
 
 
 class Dense:
@@ -74,7 +72,7 @@ class Dense:
             units.attach(arrays["spin"], "spin"),
         )
 
-    def states(self, times: _Array, what: str = "time") -> dict[str, _Array]:
+    def states(self, times: Floats, what: str = "time") -> dict[str, Floats]:
         """Return the states at times (K,), all in numbers of the system's units; see :meth:`fullbody.Run.states`."""
         self._check(times, what)
         found = self.core.states(np.ascontiguousarray(times))
@@ -83,12 +81,12 @@ class Dense:
             return found
         return {name: values.reshape(0, len(self.context), values.shape[-1]) for name, values in found.items()}
 
-    def covers(self, times: _Array) -> npt.NDArray[np.bool_]:
+    def covers(self, times: Floats) -> npt.NDArray[np.bool_]:
         """Return which of some times, in the system's units, are within the run."""
         low, high = sorted(self.core.range)
         return np.asarray((times >= low) & (times <= high))
 
-    def _check(self, times: _Array, what: str = "time") -> None:
+    def _check(self, times: Floats, what: str = "time") -> None:
         outside = times[~self.covers(times)]
         if outside.size:
             attach = self.context.units.attach
@@ -126,5 +124,5 @@ class Samples(ArrayFields):
     time: Array
     position: Array
     velocity: Array
-    attitude: npt.NDArray[np.float64]
+    attitude: Floats
     spin: Array

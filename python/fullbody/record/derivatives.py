@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..model.state import strip
+from ..typing import Floats
 from .record import Record
 
 __all__ = ["EventDerivatives", "at_event"]
@@ -33,10 +33,10 @@ class EventDerivatives(ArrayFields):
         time.
     """
 
-    time: npt.NDArray[np.float64]
-    transition: npt.NDArray[np.float64]
+    time: Floats
+    transition: Floats
     time_sensitivity: dict[str, float]
-    sensitivity: dict[str, npt.NDArray[np.float64]]
+    sensitivity: dict[str, Floats]
 
     def __repr__(self) -> str:
         bodies, parameters = len(self.time) // 12, ", ".join(self.sensitivity)

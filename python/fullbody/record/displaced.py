@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, overload
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..base import rotations
@@ -17,10 +16,10 @@ from ..base.values import ArrayFields
 from ..errors import InvalidInput
 from ..events import Occurrence
 from ..model.state import strip, wrap
+from ..typing import Floats
 
 __all__ = ["FunctionDerivatives", "derivative_of"]
 
-_Array = npt.NDArray[np.float64]
 
 #: The largest displacement in natural sizes; the error of the differences, relative to their scale, is its square.
 _STEP = 1e-5
@@ -99,13 +98,13 @@ def derivative_of(run: Any, function: Callable[[Any], Any], *, start: bool = Tru
 
     plain = np.asarray(value if unit is None else value.value, dtype=np.float64)
 
-    def by(name: str | int) -> _Array:
+    def by(name: str | int) -> Floats:
         columns = run.transition[:, :, name] if isinstance(name, int) else run.sensitivity[name]
         step = _STEP / max(float(np.abs(columns / _sizes(run)).max(initial=0.0)), 1e-300)
         if isinstance(name, str):
             step = min(step, _STEP * run.context.natural_size(name))
 
-        def change(shift: float) -> _Array:
+        def change(shift: float) -> Floats:
             displaced = function(_displaced(run, name, columns, shift, events))
             numbers = np.asarray(displaced if unit is None else displaced.to_value(unit), dtype=np.float64)
             if numbers.shape != plain.shape:
@@ -122,15 +121,15 @@ def derivative_of(run: Any, function: Callable[[Any], Any], *, start: bool = Tru
     return FunctionDerivatives(value, by_start, {name: _scalar(numbers) for name, numbers in found.items()})
 
 
-def _scalar(numbers: _Array) -> Any:
+def _scalar(numbers: Floats) -> Any:
     return float(numbers) if numbers.ndim == 0 else numbers
 
 
-def _sizes(run: Any) -> _Array:
+def _sizes(run: Any) -> Floats:
     """Return natural sizes of the 12 N components of a tangent vector, over the whole run."""
     record = run.arrays
 
-    def largest(vectors: _Array) -> float:
+    def largest(vectors: Floats) -> float:
         return float(np.linalg.norm(vectors, axis=-1).max(initial=0.0))
 
     length = largest(record["position"] - record["position"].mean(axis=1, keepdims=True)) or 1.0
@@ -139,7 +138,7 @@ def _sizes(run: Any) -> _Array:
     return np.tile(np.repeat([length, speed, 1.0, spin], 3), record["position"].shape[1])
 
 
-def _displaced(run: Any, name: str | int, columns: _Array, by: float, events: _EventsByColumn) -> Any:
+def _displaced(run: Any, name: str | int, columns: Floats, by: float, events: _EventsByColumn) -> Any:
     """Return a run whose samples and events are displaced."""
     system = run.system.changed(name, by) if isinstance(name, str) else run.system
     record = _Record(system, _moved(run.arrays, columns, by))
@@ -161,7 +160,7 @@ def _displaced(run: Any, name: str | int, columns: _Array, by: float, events: _E
     return displaced
 
 
-def _moved(record: Any, columns: _Array, by: float) -> dict[str, _Array]:
+def _moved(record: Any, columns: Floats, by: float) -> dict[str, Floats]:
     """Return the numbers of states (K,) displaced by tangent vectors (K, 12 N)."""
     samples, bodies = record["position"].shape[:2]
     moved = (by * columns).reshape(samples, bodies, 4, 3)
@@ -174,14 +173,14 @@ def _moved(record: Any, columns: _Array, by: float) -> dict[str, _Array]:
     }
 
 
-class _Record(dict[str, _Array]):
+class _Record(dict[str, Floats]):
     """The arrays of a displaced run; energies and angular momenta are computed on demand."""
 
-    def __init__(self, system: Any, arrays: dict[str, _Array]) -> None:
+    def __init__(self, system: Any, arrays: dict[str, Floats]) -> None:
         super().__init__(arrays)
         self._system = system
 
-    def __missing__(self, name: str) -> _Array:
+    def __missing__(self, name: str) -> Floats:
         if name not in ("energy", "angular_momentum"):
             raise InvalidInput(
                 f"a function of a displaced run asks for its {name.replace('_', ' ')}; expected one of samples and "

@@ -19,7 +19,7 @@ from ..model.context import Context, S
 from ..model.interactions import Invariants
 from ..model.state import State, wrap
 from ..orbit.elements import KeplerElements, computed
-from ..typing import Array
+from ..typing import Array, Floats
 from . import conserved, tangent
 from .columns import Column, Numbers
 from .dense import Dense, Samples
@@ -29,7 +29,6 @@ from .track import Track
 
 __all__ = ["Record", "joined"]
 
-_Array = npt.NDArray[np.float64]
 _R = TypeVar("_R", bound="Record[Any]")
 #: The arrays of a state.
 STATE = ("position", "velocity", "attitude", "spin")
@@ -57,8 +56,8 @@ class Record(Tabled, Generic[S]):
         self,
         system: S,
         integrator: Integrator,
-        arrays: dict[str, _Array],
-        start: _Array,
+        arrays: dict[str, Floats],
+        start: Floats,
         statistics: Statistics,
         *,
         events: Iterable[Occurrence] = (),
@@ -79,7 +78,7 @@ class Record(Tabled, Generic[S]):
         self.invariants = start
         self.parameters = parameters
         #: The drifts that have been computed so far, by name.
-        self._drifts: dict[str, _Array] = {}
+        self._drifts: dict[str, Floats] = {}
         self._protect()
 
     @property
@@ -91,7 +90,7 @@ class Record(Tabled, Generic[S]):
         for values in self.arrays.values():
             values.flags.writeable = False
 
-    def _with(self, arrays: dict[str, _Array]) -> Self:
+    def _with(self, arrays: dict[str, Floats]) -> Self:
         """Return a copy with other samples."""
         record = copy.copy(self)
         record.arrays, record._drifts = arrays, {}
@@ -196,7 +195,7 @@ class Record(Tabled, Generic[S]):
             raise InvalidInput("this run keeps no continuous solution; integrate with dense=True")
         return self.dense
 
-    def states(self, times: Any, what: str = "time") -> dict[str, _Array]:
+    def states(self, times: Any, what: str = "time") -> dict[str, Floats]:
         """Return the states at times of the run, in numbers of the system's units.
 
         Parameters
@@ -231,7 +230,7 @@ class Record(Tabled, Generic[S]):
         index = self.indices(values, what)
         return {name: self.arrays[name][index] for name in STATE}
 
-    def indices(self, times: _Array, what: str = "time") -> npt.NDArray[np.intp]:
+    def indices(self, times: Floats, what: str = "time") -> npt.NDArray[np.intp]:
         """Return the indices of the samples at times (K,), which are numbers in the system's units."""
         known = self.arrays["time"]
         order = np.argsort(known, kind="stable")
@@ -305,7 +304,7 @@ class Record(Tabled, Generic[S]):
         return conserved.named(self.invariants, self.context.units)
 
     @property
-    def energy_drift(self) -> _Array:
+    def energy_drift(self) -> Floats:
         """Change of the total energy since the start of the run (K,), relative to its value there, or absolute if that
         is zero.
 
@@ -314,7 +313,7 @@ class Record(Tabled, Generic[S]):
         return self._drift("energy_drift")
 
     @property
-    def energy_drift_orbital(self) -> _Array:
+    def energy_drift_orbital(self) -> Floats:
         """Change of the total energy since the start of the run (K,), relative to abs(potential + translational) there.
 
         The energy of a fast spin can be so large that the error of the orbit does not show in :attr:`energy_drift`. The
@@ -323,14 +322,14 @@ class Record(Tabled, Generic[S]):
         return self._drift("energy_drift_orbital")
 
     @property
-    def angular_momentum_drift(self) -> _Array:
+    def angular_momentum_drift(self) -> Floats:
         """Length of the change of the angular momentum since the start of the run (K,), relative to its length there.
 
         The angular impulse of external forces is subtracted. The drift is absolute if the length at the start is zero.
         """
         return self._drift("angular_momentum_drift")
 
-    def _drift(self, name: str) -> _Array:
+    def _drift(self, name: str) -> Floats:
         if name not in self._drifts:
             drift = conserved.drift(name, self.invariants, self.arrays)
             drift.flags.writeable = False

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from ..base.attributes import Attribute
 from ..base.values import ByName
-from .columns import Attribute, Column, Numbers, array
+from ..typing import Floats
+from .columns import Column, Numbers, array
 
 __all__ = ["fast_lyapunov", "lyapunov", "megno", "sensitivity", "tangent_labels", "tangent_units", "transition"]
 
-_Array = npt.NDArray[np.float64]
 _KINDS = ("position", "velocity", "rotation", "spin")
 
 
@@ -70,7 +68,7 @@ transition = Numbers(
 
 
 @Attribute
-def sensitivity(record: Any) -> dict[str, _Array]:
+def sensitivity(record: Any) -> dict[str, Floats]:
     """Derivatives (K, 12 N) of the samples with respect to parameters of the system, by their names, at a fixed
     start.
 

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from ..base.limits import Limits
 from ..base.tables import number
-from ..base.units import Units, gathered, scalar
+from ..base.units import Units, gathered
 from ..errors import InvalidInput, caution
 
 __all__ = ["end_of_run", "given_end", "sampling", "spacing_warning"]
@@ -34,7 +35,7 @@ def end_of_run(until: Any, duration: Any, start: float, units: Units) -> float:
     """
     if "duration" in given_end(until, duration):
         return start + units.number(duration, "time", "duration")
-    end = scalar(units.strip(until, "time", "until"), "until")
+    end = units.number(until, "time", "until")
     _warn_of_date(until, end, start, units)
     if isinstance(until, str) and end < start:
         begin, length = (number(units.attach(np.float64(value), "time")) for value in (start, start - end))
@@ -63,19 +64,15 @@ def _warn_of_date(until: Any, end: float, start: float, units: Units) -> None:
 
 def sampling(output: Any, units: Units) -> Any:
     """Return the times to record in the form that the core takes: ``None``, ``"ends"``, a spacing, or times."""
-    expected = "a spacing above zero, or times"
     if output is None or (isinstance(output, str) and output == "ends"):
         return output
-    if isinstance(output, bool):
-        raise InvalidInput(f"output is {output!r}; expected None, 'ends', {expected}")
-    values = units.strip(output, "time", "output")
+    limits = Limits(infinite=True, text="None, 'ends', a spacing above zero, or finite times")
+    values = units.numbers(output, "time", "output", limits=limits)
     if values.ndim > 1:
         raise InvalidInput(f"output has shape {values.shape}; expected a number or (K,)")
-    if values.ndim == 1:
-        return values
-    if not values > 0.0:
-        raise InvalidInput(f"output is {output!r}; expected {expected}")
-    return float(values)
+    if values.ndim == 0 and not values > 0.0:
+        raise InvalidInput(f"output is {output!r}; expected {limits.text}")
+    return values if values.ndim else float(values)
 
 
 def spacing_warning(output: Any, length: float, units: Units) -> str | None:

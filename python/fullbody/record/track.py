@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
 from ..base import rotations
 from ..base.values import ArrayFields
-from ..typing import Array
+from ..typing import Array, Floats
 
 __all__ = ["Track"]
 
@@ -48,15 +45,15 @@ class Track(ArrayFields):
     time: Array
     position: Array
     velocity: Array
-    attitude: npt.NDArray[np.float64]
+    attitude: Floats
     spin: Array
 
     @property
-    def rotation_matrix(self) -> npt.NDArray[np.float64]:
+    def rotation_matrix(self) -> Floats:
         """Rotation matrices (K, 3, 3) from the body frame to the inertial frame."""
         return rotations.matrices(self.attitude)
 
     @property
-    def tait_bryan(self) -> npt.NDArray[np.float64]:
+    def tait_bryan(self) -> Floats:
         """The paper's angles (K, 3): phi and psi in (-pi, pi], theta in [-pi/2, pi/2], radians."""
         return rotations.tait_bryan(self.attitude)

@@ -20,12 +20,8 @@ from .start import Start
 def circular_orbit(system: System, found: Found, start: Start, *, keep: str) -> tuple[Found, float]:
     """Compute period and semi-major axis of a circular orbit, and its mu: r^2 times the relative acceleration.
 
-    If the primary turns relative to the secondary, mu is the mean over a turn, unless the bodies overlap in it.
-
-    Parameters
-    ----------
-    keep : {"period", "semi_major_axis"}
-        The quantity that stays as found; the other follows.
+    If the primary turns relative to the secondary, mu is the mean over a turn, unless the bodies overlap in it. The one
+    of "period" and "semi_major_axis" that is kept stays as found; the other follows.
     """
     primary, secondary = start.attitudes
     # Four attitudes at steps of an eighth turn cancel the equator's harmonics of the orders 2, 4 and 6.

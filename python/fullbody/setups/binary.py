@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, Literal, Self
@@ -11,24 +12,22 @@ import numpy as np
 
 from ..base.arguments import generator, options_of, refuse_unknown
 from ..base.kinds import choice, whole
-from ..base.limits import Limits
+from ..base.tables import number
 from ..base.unit_names import error_of
 from ..base.units import PLAIN, USUAL, Units, gathered, is_quantity
 from ..errors import InvalidInput, caution, interruptible, once
 from ..model.bodies import Body
 from ..model.state import State, from_numbers
 from ..motion.system import System
-from . import input_warnings
 from .attraction import circular_orbit
 from .component import Component, body_of, has_units
-from .masses import Found, Known, known_from, solve
+from .masses import Found, Known, known_from, plain, solve
 from .mean_period import start_with_period
 from .start import Orbit, Start
 
 __all__ = ["Binary", "binary"]
 
 #: Fields of a component that may have units of length, time and mass.
-_TOLERANCE = Limits(least=0.0, infinite=True, text="a number, zero or above")
 _WITH_UNITS = ("semi_axes", "diameters", "diameter", "mass", "density", "GM", "rotation_period")
 
 
@@ -117,6 +116,11 @@ def _drawn(value: Any, what: str, source: np.random.Generator) -> Any:
         found = source.normal(value.value, error)
         if signed or ((found < 0.0) == (value.value < 0.0)).all():
             return found * value.unit
+
+
+#: The semi-major axis relative to the primary's longest semi-axis; only a few known binaries, beyond Neptune, are
+#: wider.
+_WIDE = 200.0
 
 
 def binary(
@@ -267,23 +271,22 @@ def binary(
     convert, gravity = _units_and_gravity(units, G, (total_mass, GM, period, start_period, semi_major_axis), components)
     orbit = Orbit.published(eccentricity, pole, argument_of_periapsis, mean_anomaly)
     known = known_from(convert, gravity, components, total_mass, GM, mass_ratio, equal_density, period, semi_major_axis)
-    warn_above = convert.number(mismatch_warning, "number", "mismatch_warning", _TOLERANCE)
-    found = _found(known, warn_above, convert.number(mismatch_error, "number", "mismatch_error", _TOLERANCE))
+    warn_above = plain("mismatch_warning", mismatch_warning, convert)
+    found = _found(known, warn_above, plain("mismatch_error", mismatch_error, convert))
     system = System(_bodies(components, found.masses, convert), G=gravity, units=convert.names, **options)
-    for text in input_warnings.of_binary(system, components, synchronous, found.semi_major_axis):
+    for text in _doubts(system, components, synchronous, found.semi_major_axis):
         caution(text)
     start = Start.of(system, components, found, orbit, swing if synchronous else None, at_rest)
     start.refuse_overlap(system, start.separation)
     if elements == "mean":
-        made_for = None if start_period is None else convert.number(start_period, "time", "start_period")
-        plain, warning = _remembered(system, known, found, start, made_for)
-        start.refuse_overlap(system, plain.position[1] - plain.position[0])
+        made, warning = _remembered(system, known, found, start, plain("start_period", start_period, convert))
+        start.refuse_overlap(system, made.position[1] - made.position[0])
     else:
-        plain, warning = _osculating(system, found, start, warn_above)
+        made, warning = _osculating(system, found, start, warn_above)
     if warning is not None:
         caution(warning)
     begin = convert.number(time, "time", "time")
-    state = from_numbers(system.context, plain.position, plain.velocity, start.attitudes, plain.spin, begin)
+    state = from_numbers(system.context, made.position, made.velocity, start.attitudes, made.spin, begin)
     return Binary(system, state, given)
 
 
@@ -306,8 +309,7 @@ def _libration(secondary: Component, synchronous: bool, libration: Any) -> float
     """Return the libration in radians, after checking that it agrees with the secondary's rotation."""
     if synchronous and secondary.rotation_period is not None:
         raise InvalidInput("the secondary has a rotation_period and is synchronous; expected one of the two")
-    turn = Limits(least=-2 * np.pi, most=2 * np.pi, text="radians, a turn at most, or a Quantity")
-    swing = PLAIN.number(libration, "angle", "libration", turn)
+    swing: float = plain("libration", libration, PLAIN)
     if swing != 0.0 and not synchronous:
         raise InvalidInput(
             f"libration is {libration!r} of a secondary that is not synchronous; expected rotation_angle"
@@ -395,4 +397,37 @@ def _osculating(system: System, found: Found, start: Start, warn_above: float) -
     _, attracting = circular_orbit(system, there, start, keep="semi_major_axis")
     forced = abs(attracting / mu - 1.0)
     given = start.orbit.eccentricity
-    return state, input_warnings.too_round(state, given, forced, attracting) if forced - given > warn_above else None
+    return state, _too_round(state, given, forced, attracting) if forced - given > warn_above else None
+
+
+def _doubts(
+    system: System, components: tuple[Component, Component], synchronous: bool, separation: float
+) -> Iterator[str]:
+    """Yield warnings about sizes and spins; :class:`fullbody.System` itself warns of densities."""
+    units = system.context.units
+    longest = max(system.context.bodies[0].semi_axes)
+    if separation > _WIDE * longest:
+        far, size = (number(units.attach(np.float64(value), "length"), 4) for value in (separation, longest))
+        yield (
+            f"the semi-major axis, {far}, is {separation / longest:.4g} times the longest semi-axis of the primary "
+            f"{system.names[0]!r}, {size}; expected at most {_WIDE:g} times: check the units of the sizes, of the "
+            "masses and of the period or the semi-major axis"
+        )
+    for k, (name, component) in enumerate(zip(system.names, components, strict=True)):
+        called = f"{('primary', 'secondary')[k]} {name!r}"
+        if component.rotation_period is None and not (synchronous and k == 1):
+            yield (
+                f"the {called} has no rotation_period and starts without rotation; expected one, infinite if that is "
+                "meant"
+            )
+
+
+def _too_round(start: State, given: float, forced: float, mu: float) -> str:
+    """Return a warning of an osculating eccentricity below the forced one, with mu of the bodies' actual attraction."""
+    r, v = start.position[1] - start.position[0], start.velocity[1] - start.velocity[0]
+    free = np.linalg.norm(np.cross(v, np.cross(r, v)) / mu - r / np.linalg.norm(r))
+    return (
+        f"the eccentricity of {given:.3g} is osculating and below that of {forced:.3g} which the figures of the bodies "
+        f"force at this distance; the distance will vary as on an ellipse of eccentricity {free:.3g}; expected "
+        "elements='mean', with the eccentricity that the distance is to show"
+    )

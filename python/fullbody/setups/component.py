@@ -23,11 +23,11 @@ from ..model.polyhedron import Polyhedron
 from ..model.shapes import Ellipsoid, amounts, lengths_of
 from ..model.stokes import StokesCoefficients
 
-__all__ = ["Component"]
+__all__ = ["KINDS", "Component"]
 
 
 #: The kinds of the numbers of a component; an infinite period is that of a body that does not turn.
-_KINDS = {
+KINDS = {
     "semi_axes": Number("length", POSITIVE, (3,)),
     "diameters": Number("length", POSITIVE, (3,)),
     "diameter": Number("length", POSITIVE),
@@ -114,7 +114,7 @@ class Component(ArrayFields, Tabled):
         ratios = PLAIN.numbers(self.axis_ratios, "number", f"axis_ratios of {called}", (2,), POSITIVE)
         if self.diameter is None and not (ratios == 1.0).all():
             raise InvalidInput(f"{called} has axis_ratios without a diameter; expected them beside a diameter only")
-        for name, kind in _KINDS.items():
+        for name, kind in KINDS.items():
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, kind(value, f"{name} of {called}"))
         if PLAIN.number(self.tilt, "angle", "tilt") != 0.0 and self.pole is not None:
@@ -195,5 +195,5 @@ def rate(component: Component, units: Units, called: str) -> float:
     """Return the rate of rotation; zero if it is not given."""
     if component.rotation_period is None:
         return 0.0
-    period = _KINDS["rotation_period"].plain(component.rotation_period, f"rotation_period of {called}", units)
+    period = KINDS["rotation_period"].plain(component.rotation_period, f"rotation_period of {called}", units)
     return float(2 * np.pi / period)

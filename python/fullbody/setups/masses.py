@@ -2,18 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ..base.limits import POSITIVE
+from ..base.kinds import Number
+from ..base.limits import POSITIVE, Limits
 from ..base.units import Units
 from ..errors import InvalidInput
 from ..model.bodies import Body
 from ..model.composite import Composite
+from ..model.stokes import StokesCoefficients
+from .component import KINDS as OF_COMPONENTS
 from .component import Component
+
+_TOLERANCE = Number(limits=Limits(least=0.0, infinite=True, text="a number, zero or above"))
+#: The kinds of the numbers among the arguments of :func:`binary`.
+KINDS = {
+    "total_mass": Number("mass", POSITIVE),
+    "GM": Number("mu", POSITIVE),
+    "mass_ratio": Number(limits=POSITIVE),
+    "period": Number("time", POSITIVE),
+    "start_period": Number("time"),
+    "semi_major_axis": Number("length", POSITIVE),
+    "eccentricity": Number(limits=Limits(least=0.0, below=1.0)),
+    "argument_of_periapsis": Number("angle"),
+    "mean_anomaly": Number("angle"),
+    "libration": Number(
+        "angle", Limits(least=-2 * np.pi, most=2 * np.pi, text="radians, a turn at most, or a Quantity")
+    ),
+    "mismatch_warning": _TOLERANCE,
+    "mismatch_error": _TOLERANCE,
+}
+_OPTIONAL = ("total_mass", "GM", "period", "start_period", "semi_major_axis")
+
+
+def plain(name: str, value: Any, units: Units) -> Any:
+    """Return an argument of :func:`binary` as a number in a system's units; ``None`` for one that is not given."""
+    return None if value is None and name in _OPTIONAL else KINDS[name].plain(value, name, units)
 
 
 @dataclass(frozen=True)
@@ -71,48 +98,43 @@ def known_from(
     semi_major_axis: Any,
 ) -> Known:
     """Convert the arguments of :func:`binary` to plain numbers in one set of units."""
-
-    def plain(value: Any, dimension: str, what: str) -> float | None:
-        return None if value is None else convert.number(value, dimension, what, POSITIVE)
-
     volumes, masses = [], []
     for place, component in enumerate(components):
         called = component.name if component.name is not None else f"body {place}"
-        if isinstance(component.shape, Composite):
+        if isinstance(component.shape, Composite | StokesCoefficients):
             volume = _volume(component.shape, convert, called) if equal_density else np.nan
         else:
             volume = Body(component.shape, density=1.0, name=component.name)._core(convert, 0).volume
-        density = plain(component.density, "density", f"density of {called}")
+        mass, density, mu = (
+            None if value is None else OF_COMPONENTS[name].plain(value, f"{name} of {called}", convert)
+            for name, value in ((name, getattr(component, name)) for name in ("mass", "density", "GM"))
+        )
         volumes.append(volume)
-        mass = _mass(plain, gravity, component.mass, component.GM, f"mass of {called}", f"GM of {called}")
+        mass = mass if mu is None else mu / gravity
         masses.append(mass if density is None else density * volume)
     if equal_density and mass_ratio is not None:
         raise InvalidInput("both mass_ratio and equal_density are given; expected one of the two")
     ratio = volumes[1] / volumes[0] if equal_density else None
     if mass_ratio is not None:
-        ratio = convert.number(mass_ratio, "number", "mass_ratio", POSITIVE)
+        ratio = plain("mass_ratio", mass_ratio, convert)
+    if total_mass is not None and GM is not None:
+        raise InvalidInput("both total_mass and GM are given; expected one of the two")
+    total, mu = plain("total_mass", total_mass, convert), plain("GM", GM, convert)
+    total = total if mu is None else mu / gravity
     return Known(
         gravity,
         (masses[0], masses[1]),
-        _mass(plain, gravity, total_mass, GM, "total_mass", "GM"),
+        total,
         ratio,
-        plain(period, "time", "period"),
-        plain(semi_major_axis, "length", "semi_major_axis"),
+        plain("period", period, convert),
+        plain("semi_major_axis", semi_major_axis, convert),
     )
 
 
-def _mass(
-    plain: Callable[[Any, str, str], float | None], gravity: float, mass: Any, GM: Any, what: str, of_GM: str
-) -> float | None:
-    """Return a mass in plain numbers, as it is given or by its GM; ``None`` if neither is."""
-    if mass is not None and GM is not None:
-        raise InvalidInput(f"both {what} and {of_GM} are given; expected one of the two")
-    mu = plain(GM, "mu", of_GM)
-    return plain(mass, "mass", what) if mu is None else mu / gravity
-
-
-def _volume(composite: Composite, convert: Units, called: str) -> float:
+def _volume(composite: Composite | StokesCoefficients, convert: Units, called: str) -> float:
     """Return the sum of the volumes of the parts of a composite, which all have one density."""
+    if isinstance(composite, StokesCoefficients):
+        raise InvalidInput(f"equal_density is given, and {called} has no volume; expected mass_ratio")
     densities = {part.density for part in composite.parts}
     if None in densities or len(densities) > 1:
         raise InvalidInput(

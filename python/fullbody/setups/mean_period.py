@@ -35,15 +35,9 @@ def start_with_period(
     """Find the start whose run has a mean sidereal period, and a warning if longer runs do not keep it.
 
     The period is measured over some revolutions and then compared over more. The comparison is necessary, since
-    adjusting one number of the start can give even an irregular motion any mean over one length.
-
-    Parameters
-    ----------
-    start
-        A function that makes a start (in plain numbers) from a period. The mean period of its run changes almost in
-        proportion.
-    locked
-        Indices of the bodies that turn with the orbit, and may librate.
+    adjusting one number of the start can give even an irregular motion any mean over one length. The function ``start``
+    makes a start from a period, with which the mean period of its run changes almost in proportion; the bodies that are
+    ``locked`` turn with the orbit, and may librate.
     """
     best = start(period)
     if _of_points(system):

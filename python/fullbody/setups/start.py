@@ -6,20 +6,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import rotations
 from ..base.arguments import longitude_latitude, warn_if_degrees
-from ..base.limits import Limits
 from ..base.units import PLAIN
 from ..model.failures import explaining
 from ..model.state import State, strip
 from ..motion.system import System
 from ..orbit.elements import KeplerElements
+from ..typing import Floats
 from .component import Component, attitude, pointing, rate
-from .masses import Found
-
-_Array = npt.NDArray[np.float64]
+from .masses import Found, plain
 
 
 @dataclass(frozen=True)
@@ -35,21 +32,23 @@ class Orbit:
     @classmethod
     def published(cls, eccentricity: Any, pole: Any, periapsis: Any, anomaly: Any) -> Orbit:
         """Make an orbit from the arguments of :func:`binary` after checking each."""
-        e = PLAIN.number(eccentricity, "number", "eccentricity", Limits(least=0.0, below=1.0))
+        e = plain("eccentricity", eccentricity, PLAIN)
         node, inclination = 0.0, 0.0
         if pole is not None:
             longitude, latitude = longitude_latitude(pole, "pole")
             node, inclination = longitude + np.pi / 2, np.pi / 2 - latitude
-        angles = (_angle(periapsis, "argument_of_periapsis"), _angle(anomaly, "mean_anomaly"))
-        return cls(e, inclination, node, *angles)
+        angles = {"argument_of_periapsis": periapsis, "mean_anomaly": anomaly}
+        for name, value in angles.items():
+            warn_if_degrees(value, name)
+        return cls(e, inclination, node, *(plain(name, value, PLAIN) for name, value in angles.items()))
 
-    def cartesian(self, semi_major_axis: float, mu: float) -> tuple[_Array, _Array]:
+    def cartesian(self, semi_major_axis: float, mu: float) -> tuple[Floats, Floats]:
         """Return the secondary's position and velocity relative to the primary."""
         angles = (self.inclination, self.node, self.periapsis, self.anomaly)
         return KeplerElements(semi_major_axis, self.eccentricity, *angles).to_cartesian(mu)
 
     @property
-    def plane(self) -> _Array:
+    def plane(self) -> Floats:
         """The attitude of the orbit's plane: x towards the node, z towards the pole."""
         return rotations.product(rotations.turn(2, self.node), rotations.turn(0, self.inclination))
 
@@ -73,10 +72,10 @@ class Start:
     """
 
     orbit: Orbit
-    separation: _Array
-    attitudes: _Array
+    separation: Floats
+    attitudes: Floats
     rates: tuple[float, float | None]
-    shares: _Array
+    shares: Floats
     primary_turns: bool
 
     @classmethod
@@ -111,7 +110,7 @@ class Start:
         )
 
     @property
-    def direction(self) -> _Array:
+    def direction(self) -> Floats:
         """The unit vector from the primary to the secondary."""
         return self.separation / np.linalg.norm(self.separation)
 
@@ -127,13 +126,8 @@ class Start:
         shares = self.shares[:, None]
         return State(shares * r, shares * v, self.attitudes, [[0.0, 0.0, spin] for spin in spins])
 
-    def refuse_overlap(self, system: System, separation: _Array) -> None:
+    def refuse_overlap(self, system: System, separation: Floats) -> None:
         """Raise :class:`fullbody.errors.BodiesOverlap` for bodies that overlap at a separation."""
         state = strip(State([np.zeros(3), separation], np.zeros((2, 3)), self.attitudes), system.context)
         with explaining(system.context, state, " at the start"):
             system.context.core.energy(state)
-
-
-def _angle(value: Any, what: str) -> float:
-    warn_if_degrees(value, what)
-    return PLAIN.number(value, "angle", what)

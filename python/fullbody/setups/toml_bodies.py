@@ -7,14 +7,16 @@ from typing import Any
 import numpy as np
 
 from ..base.arguments import name_of
+from ..base.kinds import Number
 from ..model.bodies import Body
 from ..model.composite import Composite, Part
 from ..model.polyhedron import Polyhedron
 from ..model.shapes import Ellipsoid, PointMass, Solid, Sphere
 from ..model.stokes import StokesCoefficients
 from ..orbit.elements import KeplerElements
-from .component import Component
-from .toml_attitudes import ANGLES, attitude, flag
+from .component import KINDS, Component
+from .masses import KINDS as OF_BINARIES
+from .toml_state import ANGLES, attitude, flag
 from .toml_table import Table
 
 __all__ = ["FIGURES", "MASSES", "SHAPES", "body", "pair"]
@@ -22,25 +24,14 @@ __all__ = ["FIGURES", "MASSES", "SHAPES", "body", "pair"]
 SHAPES = ("semi_axes", "radius", "point", "polyhedron", "stokes", "diameters", "diameter")
 #: The keys of the figure beside a diameter: a/b and b/c, or the two ratios of the longest axis, or J2.
 FIGURES = ("axis_ratios", "a/b", "a/c", "J2")
-MASSES = {"mass": "mass", "density": "density", "GM": "mu"}
+MASSES = {"mass": KINDS["mass"], "density": KINDS["density"], "GM": Number("mu")}
 _SOLID = (*SHAPES, *FIGURES, *MASSES)
 #: The keys of a part, of a body that is placed by itself, and of a body of a binary.
 _PART = (*_SOLID, "position", *ANGLES)
 _BODY = ("name", "part", *_PART, "velocity", "orbit", "spin", "rotation_period", "synchronous")
-_ROTATION = {"rotation_period": "time", "rotation_angle": "angle", "tilt": "angle"}
+_ROTATION = {key: KINDS[key] for key in ("rotation_period", "rotation_angle", "tilt")}
 _COMPONENT = ("name", "part", *_SOLID, *_ROTATION, "pole", "synchronous")
-#: The arguments of :func:`fullbody.binary`: numbers, the pole and others.
-_NUMBERS = {
-    **{
-        "total_mass": "mass",
-        "mass_ratio": "number",
-        "period": "time",
-        "start_period": "time",
-        "semi_major_axis": "length",
-    },
-    **{"eccentricity": "number", "argument_of_periapsis": "angle", "mean_anomaly": "angle", "libration": "angle"},
-    **{"mismatch_warning": "number", "mismatch_error": "number"},
-}
+#: The arguments of :func:`fullbody.binary` that are neither numbers nor the pole.
 _CHOICES = ("equal_density", "elements", "synchronous", "at_rest")
 
 
@@ -58,11 +49,11 @@ def pair(table: Table, rows: list[Table], G: float) -> dict[str, Any]:
     Beside these arguments there may be ``GM`` for its total mass, ``inclination`` and
     ``ascending_node`` for the pole, and ``mean_longitude`` for the mean anomaly.
     """
-    table.only(*_NUMBERS, *_CHOICES, "pole", "GM", "inclination", "ascending_node", "mean_longitude")
+    table.only(*OF_BINARIES, *_CHOICES, "pole", "GM", "inclination", "ascending_node", "mean_longitude")
     if len(rows) != 2:
         raise table.fault("", f"has {len(rows)} bodies; expected two")
     arguments: dict[str, Any] = {key: table.take(key, "a choice") for key in _CHOICES if key in table}
-    arguments |= {key: table.number(key, dimension) for key, dimension in _NUMBERS.items() if key in table}
+    arguments |= table.given(OF_BINARIES)
     if "GM" in table:
         arguments["total_mass"] = table.number("GM", "mu") / G
     if table.one_of("pole", "inclination") == "pole":
@@ -106,7 +97,7 @@ def _component(table: Table, G: float) -> dict[str, Any]:
             given["composite"] = shape
         case _:
             given["composite"] = Composite([Part(shape, mass=1.0)])
-    given |= {key: table.number(key, dimension) for key, dimension in _ROTATION.items() if key in table}
+    given |= table.given(_ROTATION)
     if "pole" in table:
         given["pole"] = tuple(table.vector("pole", "angle", 2))
     return given
@@ -120,7 +111,7 @@ def _name(table: Table) -> str | None:
 
 def _masses(table: Table, G: float) -> dict[str, float]:
     """Return the mass or the density, or both if both are given, which is an error of the body."""
-    given = {key: table.number(key, dimension) for key, dimension in MASSES.items() if key in table}
+    given = table.given(MASSES)
     if "GM" in given:
         given["mass"] = given.pop("GM") / G
     return given

@@ -5,19 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import rotations
+from ..frames import attitude as attitude_of_pole
+from ..frames import rotate_pole
 from ..model.state import State, from_numbers
 from ..motion.system import System
 from ..orbit.elements import KeplerElements
-from .toml_attitudes import ANGLES, attitude, flag, spin
+from ..typing import Floats
 from .toml_forces import ELEMENTS, elements
 from .toml_table import Table
 
-__all__ = ["state_of"]
+__all__ = ["ANGLES", "attitude", "flag", "spin", "state_of"]
 
-_Array = npt.NDArray[np.float64]
+#: The keys of an attitude.
+ANGLES = ("attitude", "angles", "pole", "pole_frame", "rotation_angle")
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,8 +29,8 @@ class _Orbit:
     about: list[int]
     shape: KeplerElements
     mu: float
-    position: _Array
-    velocity: _Array
+    position: Floats
+    velocity: Floats
 
 
 def state_of(run: Table, system: System, rows: list[Table]) -> State:
@@ -68,7 +70,7 @@ def _order(rows: list[Table], orbits: list[_Orbit | None], names: list[str]) -> 
     return order
 
 
-def _orbit(table: Table, names: list[str], masses: _Array, G: float, k: int) -> _Orbit | None:
+def _orbit(table: Table, names: list[str], masses: Floats, G: float, k: int) -> _Orbit | None:
     """Return the orbit of a body, or ``None`` if its table has none."""
     if "orbit" not in table:
         return None
@@ -89,7 +91,7 @@ def _orbit(table: Table, names: list[str], masses: _Array, G: float, k: int) -> 
         return _Orbit(indices, shape, mu, *shape.to_cartesian(mu))
 
 
-def _place(table: Table, k: int) -> tuple[_Array, _Array]:
+def _place(table: Table, k: int) -> tuple[Floats, Floats]:
     """Return the position and the velocity of a body without an orbit."""
     if k > 0 and "position" not in table:
         raise table.fault("", "has no position and no orbit; expected one of them")
@@ -97,7 +99,7 @@ def _place(table: Table, k: int) -> tuple[_Array, _Array]:
     return position, table.vector("velocity", "velocity", 3) if "velocity" in table else np.zeros(3)
 
 
-def _rotation(table: Table, orbit: _Orbit | None, frame: str | None) -> tuple[_Array, _Array]:
+def _rotation(table: Table, orbit: _Orbit | None, frame: str | None) -> tuple[Floats, Floats]:
     """Return the attitude and the spin of a body.
 
     With ``pole = "orbit"`` the z-axis is the orbit's pole and the x-axis its node. A synchronous body also points its
@@ -116,3 +118,50 @@ def _rotation(table: Table, orbit: _Orbit | None, frame: str | None) -> tuple[_A
     x, y, _ = -orbit.position @ rotations.matrices(plane)
     rate = 2 * np.pi / orbit.shape.period(orbit.mu)
     return rotations.product(plane, rotations.turn(2, float(np.arctan2(y, x)))), np.array([0.0, 0.0, rate])
+
+
+def attitude(table: Table, frame: str | None = None) -> Floats:
+    """Return the attitude of a body in a frame, or of a part, as a quaternion: none by default."""
+    for key in ("rotation_angle", "pole_frame"):
+        if key in table and "pole" not in table:
+            raise table.fault(key, "is given without a pole; expected both")
+    match table.one_of("attitude", "angles", "pole"):
+        case "attitude":
+            value = table.vector("attitude", "number", 4)
+            if not value.any():
+                raise table.fault("attitude", "is zero; expected a quaternion [w, x, y, z]")
+            return value
+        case "angles":
+            zero = np.zeros((1, 3))
+            angles = table.vector("angles", "angle", 3)
+            return np.asarray(State.from_tait_bryan(zero, zero, angles[None]).attitude[0])
+        case "pole":
+            angle = table.number("rotation_angle", "angle") if "rotation_angle" in table else 0.0
+            longitude, latitude = table.vector("pole", "angle", 2)
+            if "pole_frame" in table:
+                with table.naming("pole_frame"):
+                    longitude, latitude = rotate_pole(longitude, latitude, table.text("pole_frame"), frame)
+            with table.naming("pole"):
+                return attitude_of_pole(longitude, latitude, angle)
+    return np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def flag(table: Table, key: str) -> bool:
+    """Return a choice of yes or no; no by default."""
+    value = table.content.get(key, False)
+    if not isinstance(value, bool):
+        raise table.fault(key, f"is {value!r}; expected true or false")
+    return value
+
+
+def spin(table: Table) -> Floats:
+    """Return the spin of a body in its own frame: none by default."""
+    match table.one_of("spin", "rotation_period"):
+        case "spin":
+            return table.vector("spin", "spin", 3)
+        case "rotation_period":
+            period = table.number("rotation_period", "time")
+            if period == 0.0:
+                raise table.fault("rotation_period", "is 0; expected a time, negative for a retrograde spin")
+            return np.array([0.0, 0.0, 2.0 * np.pi / period])
+    return np.zeros(3)

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import reprlib
-import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base.arguments import suggestion
-from ..base.units import Units, scalar
+from ..base.kinds import Number
+from ..base.units import Units
 from ..errors import FullbodyError, InvalidInput
+from ..typing import Floats
 
 __all__ = ["Table"]
 
@@ -89,7 +88,11 @@ class Table:
         """Return a number in the table's units, or a pure one, of the dimension "number"; a text may have a unit."""
         return self._plain(key, self.take(key, _expected("a number", dimension)), "a number", dimension)
 
-    def vector(self, key: str, dimension: str, count: int | None = None) -> npt.NDArray[np.float64]:
+    def given(self, kinds: Mapping[str, Number]) -> dict[str, float]:
+        """Return those numbers of some kinds that are given, by their keys."""
+        return {key: self.number(key, kind.dimension) for key, kind in kinds.items() if key in self}
+
+    def vector(self, key: str, dimension: str, count: int | None = None) -> Floats:
         """Return a list of such numbers, of any length unless a count is given."""
         what = f"{count or 'a list of'} numbers"
         items = self.take(key, _expected(what, dimension))
@@ -108,19 +111,13 @@ class Table:
         return plain(self.content[key])
 
     def _plain(self, key: str, item: Any, what: str, dimension: str) -> float:
-        if isinstance(item, str) and dimension != "number":
-            try:
-                number: Any = scalar(self.units.strip(item, dimension, key), key)
-            except InvalidInput as error:
-                raise self.fault(key, str(error).removeprefix(f"{key} ")) from error
-        elif isinstance(item, bool) or not isinstance(item, int | float):
+        kinds: Any = int | float if dimension == "number" else int | float | str
+        if isinstance(item, bool) or not isinstance(item, kinds):
             raise self.fault(key, f"is {item!r}; expected {_expected(what, dimension)}")
-        else:
-            number = item
-        if not abs(number) <= sys.float_info.max:
-            # Cut short in the middle where it has hundreds of digits.
-            raise self.fault(key, f"is {reprlib.repr(item)}; expected a finite number")
-        return float(number)
+        try:
+            return self.units.number(item, dimension, key)
+        except InvalidInput as error:
+            raise self.fault(key, str(error).removeprefix(f"{key} ")) from error
 
     def only(self, *known: str) -> Table:
         """Refuse keys other than these, before a misspelt one is reported as missing."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import epochs
 from ..base.arguments import integer, suggestion
@@ -15,8 +14,6 @@ from ..frames import rotation
 from ..model.context import SystemLike
 
 __all__ = ["Conventions", "body_numbers", "number", "spiceypy"]
-
-_Array = npt.NDArray[np.float64]
 
 
 def spiceypy() -> Any:
@@ -29,14 +26,8 @@ def spiceypy() -> Any:
 class Conventions:
     """The conversions of a system's times and vectors to SPICE's.
 
-    Attributes
-    ----------
-    km, second : float
-        The system's units of length in km and of time in s.
-    axes : ndarray, (3, 3)
-        The matrix from the system's axes to those of J2000.
-    epoch : float
-        Time zero in seconds of TDB past J2000.
+    The system's units of length in km and of time in s are ``km`` and ``second``, ``axes`` (3, 3) is the matrix from
+    the system's axes to those of J2000, and ``epoch`` is time zero in seconds of TDB past J2000.
     """
 
     def __init__(self, system: SystemLike, what: str) -> None:

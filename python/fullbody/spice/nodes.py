@@ -7,18 +7,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import rotations
 from ..errors import InvalidInput, PrecisionWarning, caution
 from ..record.record import Record
+from ..typing import Floats
 from .conventions import Conventions
 
 __all__ = ["Nodes", "centres", "nodes", "turns"]
 
-_Array = npt.NDArray[np.float64]
 #: A function from samples of a run to values (K, N, C) in SPICE's units and their rates per second.
-Curve = Callable[[dict[str, _Array]], tuple[_Array, _Array]]
+Curve = Callable[[dict[str, Floats]], tuple[Floats, Floats]]
 
 #: The number of nodes that a polynomial fits with value and rate: its degree is 11, which all versions of readers take.
 _WINDOW = 6
@@ -31,17 +30,17 @@ _CHUNK = 4096
 class Nodes:
     """Nodes: times in seconds past J2000 (K,), values and rates (K, N, C), and the polynomials' degree."""
 
-    et: _Array
-    values: _Array
-    rates: _Array
+    et: Floats
+    values: Floats
+    rates: Floats
     degree: int
 
 
-def centres(place: Conventions, masses: _Array) -> Curve:
+def centres(place: Conventions, masses: Floats) -> Curve:
     """Return the function to positions in km from the barycentre, in the axes of J2000."""
     weights = masses / masses.sum()
 
-    def about(vectors: _Array) -> _Array:
+    def about(vectors: Floats) -> Floats:
         relative = vectors - np.einsum("n,knc->kc", weights, vectors)[:, None]
         return np.asarray(relative @ place.axes.T * place.km)
 
@@ -52,7 +51,7 @@ def turns(place: Conventions) -> Curve:
     """Return the function to quaternions from the axes of J2000 to those of the bodies, without jumps of the sign."""
     axes = rotations.quaternion(place.axes)
 
-    def curve(samples: dict[str, _Array]) -> tuple[_Array, _Array]:
+    def curve(samples: dict[str, Floats]) -> tuple[Floats, Floats]:
         q = rotations.products(axes, samples["attitude"])
         return rotations.inverse(q), rotations.inverse(rotations.rates(q, samples["spin"] / place.second))
 
@@ -113,7 +112,7 @@ def _degree(count: int) -> int:
     return 2 * min(_WINDOW, count // 2 * 2) - 1
 
 
-def _of_samples(run: Record, place: Conventions, curve: Curve) -> tuple[_Array, _Array, _Array]:
+def _of_samples(run: Record, place: Conventions, curve: Curve) -> tuple[Floats, Floats, Floats]:
     """Return times, values and rates of the samples, forward in time."""
     record = run.arrays
     order = slice(None, None, -1 if len(run) > 1 and record["time"][-1] < record["time"][0] else 1)
@@ -129,7 +128,7 @@ def _of_samples(run: Record, place: Conventions, curve: Curve) -> tuple[_Array, 
     return et, values + rates * late, rates + np.gradient(rates, et, axis=0) * late
 
 
-def _error(et: _Array, values: _Array, rates: _Array) -> float:
+def _error(et: Floats, values: Floats, rates: Floats) -> float:
     """Return the largest distance of every second value from the interpolation between the others."""
     distance = 0.0
     for start in range(1, len(et), 2 * _CHUNK):
@@ -139,7 +138,7 @@ def _error(et: _Array, values: _Array, rates: _Array) -> float:
     return distance
 
 
-def _hermite(et: _Array, values: _Array, rates: _Array, at: _Array) -> Any:
+def _hermite(et: Floats, values: Floats, rates: Floats, at: Floats) -> Any:
     """Evaluate at given times the polynomials through the nodes about each time, which are chosen as by SPICE."""
     window = (_degree(len(et)) + 1) // 2 or 1
     first = np.clip(np.searchsorted(et, at) - window // 2, 0, len(et) - window)

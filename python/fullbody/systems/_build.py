@@ -5,30 +5,35 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..base import rotations
 from ..base.arguments import options_of, refuse_unknown
-from ..base.units import USUAL, Units
+from ..base.kinds import flag
+from ..base.units import USUAL, Units, need
 from ..errors import InvalidInput
-from ..frames import rotate_state
+from ..forces import ThirdBody
+from ..frames import rotate_state, rotation
 from ..model.description import functions
 from ..model.force import rebuilt
 from ..model.state import State, strip, wrap
 from ..motion.system import System, system_of
+from ..orbit.elements import KeplerElements
 from ..setups.toml import build
 from ..setups.toml_published import METADATA, plain, replaced
 from ..setups.toml_table import Table
+from ..typing import Floats
 from . import _files
-from ._sun import with_sun
 
-__all__ = ["FRAMES", "ready"]
+__all__ = ["FRAMES", "ready", "with_sun"]
 
 #: Methods of gravity for which the files have the starts of mean elements.
 _EXACT = ("focal", "harmonic", "surface")
 FRAMES = ("ecliptic", "equatorial", "orbit")
 #: CODATA 2018, 6.67430e-11 m^3 kg^-1 s^-2, in km^3 kg^-1 hour^-2, to the last bit as astropy has it.
 _G = 6.67430e-11 * 0.01296
+#: G times the Sun's mass in km^3/hour^2, from DE440 (Park et al. 2021), and the astronomical unit in km.
+_MU = 132712440041.279419 * 3600.0**2
+_AU = 149597870.7
 
 
 def ready(
@@ -113,13 +118,13 @@ def _plane(described: dict[str, Any]) -> tuple[float, float]:
     return orbits[0]["Omega"], orbits[0]["i"]
 
 
-def _into(plane: tuple[float, float]) -> npt.NDArray[np.float64]:
+def _into(plane: tuple[float, float]) -> Floats:
     """Return the quaternion that turns vectors into the axes of a plane: x towards its node, z its pole."""
     node, inclination = plane
     return rotations.product(rotations.turn(0, -inclination), rotations.turn(2, -node))
 
 
-def _rotated(state: State, quaternion: npt.NDArray[np.float64]) -> State:
+def _rotated(state: State, quaternion: Floats) -> State:
     """Return a state with positions, velocities and attitudes turned by a quaternion."""
     matrix = rotations.matrices(quaternion)
     return state.replace(
@@ -143,3 +148,39 @@ def _in_units(system: System, state: State, units: Any) -> tuple[System, State]:
     # The system is rebuilt from its description, so that the bodies are in these units too.
     final = system_of(turned.context.describe(), functions(system))
     return final, wrap(state.in_units(wanted), final.context)
+
+
+def with_sun(system: System, table: dict[str, Any] | None, sun: Any, axes: tuple[str | None, Floats | None]) -> System:
+    """Add the Sun's gravity to a system if it is requested.
+
+    Parameters
+    ----------
+    table
+        The heliocentric orbit in the ecliptic of J2000 (au, degrees), and the Julian date of its mean anomaly.
+    axes
+        The state's axes: the name of a frame, and a quaternion by which vectors turn from there or ``None``.
+    """
+    flag(sun, "sun")
+    if not sun:
+        return system
+    if table is None:
+        raise InvalidInput("sun is True; expected False: the heliocentric orbit of this system is not tabulated")
+    a, e, *degrees = table["orbit"]["value"]
+    i, node, argument, mean = np.radians(degrees)
+    if system.epoch is not None:
+        mean += np.sqrt(_MU / (a * _AU) ** 3) * 24.0 * (system.epoch.tdb.jd - table["epoch"]["value"])
+    r, v = KeplerElements(a * _AU, e, i, node, argument, np.remainder(mean, 2 * np.pi)).to_cartesian(_MU)
+    frame, quaternion = axes
+    matrix = rotation("ecliptic", frame)
+    if quaternion is not None:
+        matrix = rotations.matrices(quaternion) @ matrix
+    orbit = KeplerElements.from_cartesian(matrix @ r, matrix @ v, _MU)
+    if system.units is None:
+        third = ThirdBody(mu=_MU, orbit=orbit, of="system", name="Sun")
+    else:
+        with need("units", "a system with units"):
+            from astropy import units as u
+        angles = (orbit.i, orbit.Omega, orbit.omega, orbit.M)
+        united = KeplerElements(orbit.a * u.km, orbit.e, *angles)
+        third = ThirdBody(mu=_MU * u.km**3 / u.hour**2, orbit=united, of="system", name="Sun")
+    return system.with_force(third)

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ..base.units import Units
+from ..base.limits import Limits
+from ..base.units import PLAIN
 from ..errors import InvalidInput
 from ..model.state import State
 from ..motion.system import System
@@ -93,15 +94,8 @@ def _nested(value: Any) -> Any:
 def _changes(name: str, table: dict[str, Any], value: Any) -> Iterator[tuple[str, Any]]:
     """Yield the bodies that a parameter changes, each with the value of its key; nothing for the default."""
     dimension = table.get("dimension", "number")
-    try:
-        numbers = Units().strip(value, dimension, name)
-    except InvalidInput:
-        if dimension != "number":
-            raise
-        numbers = np.zeros(0)
     default = np.array(table["default"])
-    if numbers.shape != default.shape or not np.isfinite(numbers).all():
-        raise InvalidInput(f"{name} is {value!r}; expected {table['expected']}")
+    numbers = PLAIN.numbers(value, dimension, name, default.shape, Limits(text=table["expected"]))
     bodies, factors = table["bodies"], np.array(table.get("factors", 1.0))
     parts = numbers * factors if len(bodies) > 1 else [numbers]
     defaults = default * factors if len(bodies) > 1 else [default]

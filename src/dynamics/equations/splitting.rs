@@ -160,8 +160,7 @@ impl Splitting {
         &mut self,
         dynamics: &Dynamics,
         size: f64,
-        high: &mut [f64],
-        low: &mut [f64],
+        [high, low]: [&mut [f64]; 2],
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
         self.loaded = false;
@@ -233,8 +232,7 @@ impl Splitting {
         &mut self,
         dynamics: &mut Dynamics,
         size: f64,
-        high: &mut [f64],
-        low: &mut [f64],
+        [high, low]: [&mut [f64]; 2],
         interrupt: &mut InterruptCheck,
     ) -> Result<u64> {
         let evaluations = u64::from(!self.loaded);

@@ -20,6 +20,7 @@ mod splitting;
 mod sweeps;
 pub(super) mod tangent;
 
+use super::equations::parameter::OfPair;
 use super::{Dynamics, Parameter};
 use crate::error::{Error, Result};
 use crate::forces::{Load, LoadJacobian};
@@ -237,11 +238,13 @@ impl Variations {
             let loads = &jacobian.loads;
             self.torque[i] += strength * loads.torque_first;
             self.torque[j] += strength * loads.torque_second;
-            let add = |forcing: &mut [[Vec3; 2]], loads: &Interaction| {
-                forcing[i][0] += loads.force_on_first * (g * masses[1]);
-                forcing[j][0] -= loads.force_on_first * (g * masses[0]);
-                forcing[i][1] += over(&(loads.torque_first * strength), &self.inertia[i]);
-                forcing[j][1] += over(&(loads.torque_second * strength), &self.inertia[j]);
+            let alone = OfPair { acceleration: [g * masses[1], g * masses[0]], torque: [strength; 2] };
+            let inertia = &self.inertia;
+            let add = |forcing: &mut [[Vec3; 2]], by: &Interaction, of: &OfPair| {
+                forcing[i][0] += by.force_on_first * of.acceleration[0];
+                forcing[j][0] -= by.force_on_first * of.acceleration[1];
+                forcing[i][1] += over(&(by.torque_first * of.torque[0]), &inertia[i]);
+                forcing[j][1] += over(&(by.torque_second * of.torque[1]), &inertia[j]);
             };
             let mut by_lengths = None;
             let all = self.parameters.iter().zip(&self.by_part);
@@ -253,29 +256,20 @@ impl Variations {
                     };
                     by_lengths = Some(known);
                     let Some(loads) = parameter.of_shape([i, j], &known) else { continue };
-                    add(forcing, &loads);
-                    continue;
-                }
-                if let Some((body, derivative)) = by_part {
+                    add(forcing, &loads, &alone);
+                } else if let Some((body, derivative)) = by_part {
                     let Some(which) = [i, j].iter().position(|other| other == body) else { continue };
-                    let by = link.by_part(&pose, &parts, which, derivative);
-                    add(forcing, &by);
+                    add(forcing, &link.by_part(&pose, &parts, which, derivative), &alone);
                     // This is the effect of the body's own mass.
                     let sign = if which == 0 { 1.0 } else { -1.0 };
                     let attraction = sign * g * masses[1 - which] * derivative.mass / masses[which];
                     forcing[*body][0] -= loads.force_on_first * attraction;
-                    continue;
-                }
-                if let Some((body, index, factor)) = parameter.of_moment(dynamics.system.bodies()) {
+                } else if let Some((body, index, factor)) = parameter.of_moment(dynamics.system.bodies()) {
                     let Some(which) = [i, j].iter().position(|other| *other == body) else { continue };
-                    add(forcing, &link.by_moment(&pose, which, index).times(factor));
-                    continue;
+                    add(forcing, &link.by_moment(&pose, which, index).times(factor), &alone);
+                } else {
+                    add(forcing, loads, &parameter.of_pair([i, j], g, masses));
                 }
-                let by = parameter.of_pair([i, j], g, masses);
-                forcing[i][0] += loads.force_on_first * by.acceleration[0];
-                forcing[j][0] -= loads.force_on_first * by.acceleration[1];
-                forcing[i][1] += over(&(loads.torque_first * by.torque[0]), &self.inertia[i]);
-                forcing[j][1] += over(&(loads.torque_second * by.torque[1]), &self.inertia[j]);
             }
         }
         if self.free {

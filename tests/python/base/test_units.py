@@ -301,7 +301,7 @@ def test_texts_are_read_as_quantities():
     with pytest.raises(InvalidInput, match="until has the unit d, but the system has no units"):
         fullbody.systems.case1()[0].integrate(fullbody.systems.case1()[1], "1 day")
     for text, unknown in (("later", ""), ("1 parsnip", ", whose unit 'parsnip' is not known"), ("", "")):
-        what = f"until is '{text}'{unknown}; expected numbers, or text with a unit, such as '2.5 h'"
+        what = f"until is '{text}'{unknown}; expected a finite number, or text with a unit, such as '2.5 h'"
         with pytest.raises(InvalidInput, match=what):
             system.integrate(state, text)
     with pytest.raises(InvalidInput, match=r"until is '10', which has no unit; .*'10 h', or a number"):

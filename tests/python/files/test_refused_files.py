@@ -7,10 +7,9 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
-from fullbody import events
+from fullbody import events, loading
 from fullbody.errors import InvalidInput
 from fullbody.files import reading
-from fullbody.motion import loading
 
 
 @pytest.fixture(scope="module")

@@ -97,7 +97,7 @@ def test_bad_data_and_setups_are_refused(radar):
     with pytest.raises(InvalidInput, match="2 parameters, and there are 1 numbers of data"):
         fullbody.fit(pair, TRUE, few)
     other = {"range": radar.range, "sigma": 0.02, "about": 0, "geometry": radar.geometry}
-    with pytest.raises(InvalidInput, match="body is 7"):
+    with pytest.raises(InvalidInput, match="body of RadarAstrometry is 7"):
         fullbody.fit(pair, TRUE, observing.RadarAstrometry(radar.times, body=7, **other))
     with pytest.raises(InvalidInput, match="outside the span of the geometry"):
         fullbody.fit(pair, TRUE, observing.RadarAstrometry(radar.times + 90.0, body=1, **other))

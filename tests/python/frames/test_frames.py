@@ -167,7 +167,7 @@ def test_epoch_and_frame_survive_a_file(tmp_path):
         (1.0, r"has shape \(\); expected \(\.\.\., 3\)"),
         ([1.0, np.nan, 0.0], "is .*nan.*; expected finite numbers"),
         ("up", "is 'up'; expected numbers"),
-        (None, "is None; expected numbers"),
+        (None, "is None; expected finite numbers"),
     ],
 )
 def test_values_that_are_no_vectors_are_refused(vector, what):

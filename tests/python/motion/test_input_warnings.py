@@ -55,7 +55,10 @@ def input_warnings(call):
         (lambda: KeplerElements(HIDDEN[:, 0], 0, 0, 0, 0, 0), "a has 1 masked value of 2"),
         (lambda: KeplerElements(1, 0, 0, 0, 0, np.ma.masked), "M is masked"),
         (lambda: points(1, 1, G=np.ma.masked), "G is masked"),
-        (lambda: points(1, 1, gravity_tolerance=np.ma.masked), "gravity_tolerance is masked; expected a number"),
+        (
+            lambda: points(1, 1, gravity_tolerance=np.ma.masked),
+            "gravity_tolerance is masked; expected numbers throughout",
+        ),
         (lambda: points(1, 1).mu(0, np.ma.array(1, mask=True)), r"\w+ is masked_array.*; expected 0 to 1"),
         (lambda: points(1, 1).integrate(START, np.ma.masked), "until is masked"),
         (lambda: points(1, 1).integrate(START, 2.0, output=np.ma.array([0.0, 1], mask=[0, 1])), "output has 1 masked"),

@@ -212,9 +212,9 @@ def test_photometry(options, message):
     [
         (("x", 3, 1.0, 1.0), "function of 'x' is 3; expected a function of a run"),
         ((3, len, 1.0, 1.0), "name of a measured value is 3; expected text"),
-        (("x", len, True, 1.0), "value of x is True; expected numbers"),
-        (("x", len, 1.0, True), "sigma of x is True; expected numbers"),
-        (("x", len, None, 1.0), "value of x is None; expected numbers"),
+        (("x", len, True, 1.0), "value of x is True; expected finite numbers"),
+        (("x", len, 1.0, True), "sigma of x is True; expected finite numbers above zero"),
+        (("x", len, None, 1.0), "value of x is None; expected finite numbers"),
         (("x", len, [1.0, 2.0], [1.0, 2.0, 3.0]), r"sigma of x has shape \(3,\); expected \(2,\)"),
     ],
 )
@@ -226,8 +226,8 @@ def test_measured_values(arguments, message):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"times": [False, True]}, "times is False; expected numbers"),
-        ({"to_observer": [True, False, False]}, "to_observer is True; expected numbers"),
+        ({"times": [False, True]}, "times is False; expected finite numbers"),
+        ({"to_observer": [True, False, False]}, "to_observer is True; expected finite numbers"),
         ({"to_observer": [0.0, 0.0, 0.0]}, "not all zero"),
         ({"to_observer": [np.nan, 0.0, 0.0]}, "to_observer is .*; expected finite numbers"),
         ({"to_observer": np.ones((3, 3))}, r"to_observer has shape \(3, 3\); expected \(2, 3\)"),

@@ -105,7 +105,7 @@ def test_bad_radar_is_refused(arguments, message, geometry):
 
 
 def test_bodies_that_are_one_and_unknown_ones_are_refused(run, geometry):
-    for about, message in (("B", "both B; expected two bodies"), ("C", "about is 'C'")):
+    for about, message in (("B", "both B; expected two bodies"), ("C", "about of RadarAstrometry is 'C'")):
         data = observing.RadarAstrometry(
             [200.0] * u.s, range=[1.0], sigma=1.0, body="B", about=about, geometry=geometry
         )

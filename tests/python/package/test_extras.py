@@ -42,7 +42,7 @@ def said(missing, calls, folder):
     return lines
 
 
-SAMPLE = "from fullbody.fitting.posterior import sample; sample(None, 'emcee', 1, 2, 0, False)"
+SAMPLE = "from fullbody.fitting.uncertainty import sample; sample(None, rng=0)"
 NAMES = ("orbit", "elements", "spins", "angles", "libration", "energy", "scene")
 SWEEP = "fullbody.sweep(lambda x: 1 / 0, {{'x': [1]}}, 1.0, measure=print, {})"
 PICTURES = ["plot()", *(f"plot.{name}()" for name in NAMES)]

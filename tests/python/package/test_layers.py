@@ -52,8 +52,8 @@ def test_no_python_files_use_each_other():
 
 
 #: What the package asks of bodies, shapes, forces, events, integrators and laws, which users see.
-INWARD = {"_condition", "_core", "_describe", "_event_spec", "_input_warnings", "_layer", "_notes", "_numbers"}
-INWARD |= {"_phase", "_radius", "_rebuild", "_summary", "_tolerance", "_with"}
+INWARD = {"_condition", "_core", "_describe", "_event_spec", "_input_warnings", "_layer", "_minimised", "_notes"}
+INWARD |= {"_numbers", "_phase", "_radius", "_rebuild", "_summary", "_tolerance", "_with"}
 #: Names of Python's own modules.
 INWARD |= {"_getframe", "_Pointer"}
 

@@ -323,12 +323,12 @@ fn near_integrable() {
         fn prepare(&mut self, _: f64, _: &[f64], _: f64, _: &mut InterruptCheck) -> Result<()> {
             Ok(())
         }
-        fn drift(&mut self, h: f64, y: &mut [f64], _: &mut [f64], _: &mut InterruptCheck) -> Result<()> {
+        fn drift(&mut self, h: f64, [y, _]: [&mut [f64]; 2], _: &mut InterruptCheck) -> Result<()> {
             let (s, c) = h.sin_cos();
             (y[0], y[1]) = (c * y[0] + s * y[1], c * y[1] - s * y[0]);
             Ok(())
         }
-        fn kick(&mut self, h: f64, y: &mut [f64], _: &mut [f64], _: &mut InterruptCheck) -> Result<u64> {
+        fn kick(&mut self, h: f64, [y, _]: [&mut [f64]; 2], _: &mut InterruptCheck) -> Result<u64> {
             y[1] -= h * self.0 * y[0].powi(3);
             Ok(1)
         }
@@ -343,7 +343,7 @@ fn near_integrable() {
         (0..4 * steps).fold(0.0, |worst: f64, _| {
             scheme
                 .composition()
-                .step(&mut Oscillator(epsilon), h, &mut y, &mut [0.0; 2], &mut InterruptCheck::never())
+                .step(&mut Oscillator(epsilon), h, [&mut y, &mut [0.0; 2]], &mut InterruptCheck::never())
                 .unwrap();
             worst.max((energy(&y) - start).abs())
         })

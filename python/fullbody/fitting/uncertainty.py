@@ -1,0 +1,156 @@
+"""The uncertainty of fitted parameters and of what follows from them: covariance, and samples of the posterior."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ..base.arguments import generator
+from ..base.kinds import choice, whole
+from ..base.units import need
+from ..errors import once
+from ..observing.measured import Measured
+from ..typing import Floats
+from .free import Parameters
+from .problem import Problem
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["Covariance", "Derived", "derived", "sample"]
+
+
+#: The ratio of singular values below which a combination of parameters counts as unconstrained.
+_SINGULAR = 1e-9
+#: The smallest coefficient of a combination that its text includes.
+_NAMED = 0.05
+
+
+class Covariance:
+    """The inverse of an information matrix J^T J, given by its root J (R, P).
+
+    In ``matrix`` (P, P) rows and columns of unconstrained parameters are zero, with infinity on the diagonal.
+    ``condition`` is the ratio of the largest to the smallest singular value of J with columns of length one,
+    ``weakest`` (P,) the combination of parameters, in units of the inverse lengths of the columns, that is constrained
+    least, and ``unconstrained`` that combination as text, if it is not constrained at all.
+    """
+
+    def __init__(self, matrix: Floats, parameters: Parameters) -> None:
+        norms = np.linalg.norm(matrix, axis=0)
+        scale = np.divide(1.0, norms, out=np.zeros_like(norms), where=norms > 0.0)
+        _, sizes, vectors = np.linalg.svd(matrix * scale, full_matrices=False)
+        good = sizes > _SINGULAR * sizes[0]
+        self.weakest = vectors[-1]
+        # Beyond the precision of doubles this value is only a lower bound of the ratio.
+        self.condition = float(sizes[0] / max(sizes[-1], 1e-16 * sizes[0])) if sizes[0] > 0.0 else np.inf
+        self.unconstrained = None if good.all() else _combination(vectors[-1], norms, parameters)
+        self.matrix = vectors[good].T @ (vectors[good] / sizes[good, None] ** 2) * np.outer(scale, scale)
+        lost = (np.abs(vectors[~good]) > _NAMED).any(axis=0)
+        self.matrix[lost] = self.matrix[:, lost] = 0.0
+        self.matrix[lost, lost] = np.inf
+
+
+def _combination(vector: Floats, norms: Floats, parameters: Parameters) -> str:
+    """Return the combination of parameters along a unit vector of scaled ones as text."""
+    parts = []
+    for k in np.argsort(-np.abs(vector), kind="stable"):
+        if abs(vector[k]) > _NAMED:
+            # A parameter without any effect has no scale, and is shown in its own unit.
+            per = 1.0 / norms[k] if norms[k] > 0.0 else 1.0
+            sign = "+" if vector[k] > 0.0 else "-"
+            parts.append(f"{parameters.names[k]} {sign} {parameters.shown(k, abs(vector[k]) * per)} s")
+    if len(parts) == 1:
+        return str(parameters.names[int(np.argmax(np.abs(vector)))])
+    return ", ".join(parts) + " together, for any s"
+
+
+class Derived(NamedTuple):
+    """A quantity derived from the parameters of a fit, with its standard error to first order."""
+
+    value: Any
+    sigma: Any
+
+
+def derived(fit: Any, function: Callable[[Any], Any], times: Any = ()) -> Derived:
+    """Return a quantity that follows from the fitted motion, with its standard error by the chain rule.
+
+    Parameters
+    ----------
+    function : callable
+        A smooth function of a :class:`fullbody.Run` that returns a number, a Quantity or an array (C,).
+    times : astropy Time, or array_like or Quantity, (K,), optional
+        The times at which the run is sampled; none for a function of the system alone.
+
+    Returns
+    -------
+    Derived
+        ``.value`` and ``.sigma`` (C,).
+    """
+    problem, values = fit._minimised().problem, fit.numbers
+    places = [problem.parameters.names.index(name) for name in problem.of_setup]
+    made = problem.make(values)
+    probe = Measured("the derived quantity", function, 0.0, 1.0, times)
+    run = problem.sampled(made, [probe])
+    value = function(run)
+    unit = getattr(value, "unit", 1.0)
+    # The derivatives are those of the pulls of a measured value of the same size, whose error is one.
+    measured = Measured(probe.name, function, value, np.ones(np.shape(value)) * unit, times)
+    alone = Problem(problem.setup, problem.parameters.only(problem.of_setup), measured, problem.integrator)
+    rows = alone.jacobian(alone.point(values[places])).rows
+    spread = np.sqrt(np.einsum("ck,kl,cl->c", rows, fit.covariance[np.ix_(places, places)], rows))
+    return Derived(value, spread.reshape(np.shape(value)) * unit)
+
+
+def sample(
+    fit: Any,
+    sampler: str = "emcee",
+    *,
+    steps: int = 1000,
+    walkers: int | None = None,
+    rng: int | np.random.Generator,
+    progress: bool = False,
+) -> xarray.Dataset:
+    """Sample the posterior distribution.
+
+    Parameters
+    ----------
+    sampler : {"emcee"}
+        The ensemble sampler of Foreman-Mackey et al. (2013); the extra ``fit`` installs it.
+    steps : int
+        Steps of each walker; one evaluation takes a run.
+    walkers : int, optional
+        Four for each parameter unless given. They start at draws of the fit.
+    rng : int or numpy Generator
+    progress : bool
+
+    Returns
+    -------
+    xarray.Dataset
+        Parameters and ``log_posterior`` over ``chain`` (the walkers) and ``draw``, as arviz takes them, from the first
+        step on.
+    """
+    choice(sampler, "sampler", ("emcee",))
+    with need("fit", "a sample of the posterior distribution"):
+        import emcee
+    with need("data", "a sample of the posterior distribution"):
+        import xarray
+
+    length, least = whole(steps, "steps"), 2 * len(fit.names)
+    count = 2 * least if walkers is None else whole(walkers, "walkers", least)
+    ensemble = emcee.EnsembleSampler(count, len(fit.names), fit.log_posterior)
+    random = generator(rng)
+    with once():
+        begin = fit.draws_as_array(count, random)
+        numbers = np.random.RandomState(np.random.MT19937(random.integers(2**63))).get_state()
+        ensemble.run_mcmc(emcee.State(begin, random_state=numbers), length, progress=progress)
+    chain = np.moveaxis(ensemble.get_chain(), 0, 1)
+    dimensions = ("chain", "draw")
+    found: dict[str, Any] = {}
+    for k, (name, value) in enumerate(fit.values.items()):
+        unit = getattr(value, "unit", None)
+        found[name] = (dimensions, chain[..., k], {} if unit is None else {"units": str(unit)})
+    found["log_posterior"] = (dimensions, ensemble.get_log_prob().T)
+    notes = {"title": "posterior samples by emcee", "acceptance_fraction": float(ensemble.acceptance_fraction.mean())}
+    return xarray.Dataset(found, attrs=notes)
