@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from fullbody import events
 from fullbody.errors import BodiesOverlap, InvalidInput
-from support import points, worst
+from support import points, refused, worst
 
 CASE1 = fullbody.systems.case1()
 
@@ -243,14 +243,6 @@ def test_a_free_rotator_is_aligned_every_half_turn():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: events.Separation(0, 1), "value of Separation is not given; expected a finite number above zero"),
-        (lambda: events.Separation(0, 1, -1.0), "value of Separation is -1.0; expected a finite number above zero"),
-        (lambda: events.Separation(0, 1, "far"), "value of Separation is 'far'; expected a finite number above zero"),
-        (
-            lambda: events.Separation(0, 1, [1, 2]),
-            r"value of Separation is \[1, 2\], of shape \(2,\); expected a finite number",
-        ),
-        (lambda: events.Escape(0, 1, 0.0), "distance of Escape is 0.0; expected a finite number above zero"),
         (lambda: events.Contact(0, 5), "about of Contact is 5; expected 0 to 1, one of the 2 bodies"),
         (lambda: events.Contact(1, 1), "bodies of Contact is 1 twice; expected two bodies"),
         (lambda: events.Contact(-1, 1), "body of Contact is -1; expected 0 to 1"),
@@ -273,13 +265,11 @@ def test_a_free_rotator_is_aligned_every_half_turn():
 )
 def test_bad_events_are_refused(make, message):
     system, state = CASE1
-    with pytest.raises(InvalidInput, match=message):
-        system.integrate(state, 1.0, events=[make()])
+    refused(message, lambda: system.integrate(state, 1.0, events=[make()]))
 
 
 def test_events_are_a_list():
-    with pytest.raises(InvalidInput, match=r"events is Contact.*; expected a list"):
-        CASE1[0].integrate(CASE1[1], 1.0, events=events.Contact())
+    refused(r"events is Contact.*; expected a list", lambda: CASE1[0].integrate(CASE1[1], 1.0, events=events.Contact()))
 
 
 def test_numpy_integers_are_places():
@@ -347,8 +337,7 @@ def test_the_continuous_solution_has_units():
     assert many.position.unit == u.km
     assert many.velocity.unit == u.km / u.h
     assert (many.position[1] == run(1.5).position).all()
-    with pytest.raises(InvalidInput, match="time has the unit km; expected a unit such as h"):
-        run(1 * u.km)
+    refused("time has the unit km; expected a unit such as h", lambda: run(1 * u.km))
 
 
 def test_the_continuous_solution_refuses_times_outside_it():
@@ -359,11 +348,8 @@ def test_the_continuous_solution_refuses_times_outside_it():
             InvalidInput, match=r"time is .*; expected one from 0.0 to 10.0, since the run does not cover"
         ):
             run(time)
-    with pytest.raises(InvalidInput, match=r"time has shape \(1, 1\); expected a number or \(K,\)"):
-        run([[1.0]])
-    with pytest.raises(InvalidInput, match="time is 'noon'; expected numbers"):
-        run("noon")
+    refused(r"time has shape \(1, 1\); expected a number or \(K,\)", lambda: run([[1.0]]))
+    refused("time is 'noon'; expected numbers", lambda: run("noon"))
     assert run([]).position.shape[0] == 0
-    with pytest.raises(InvalidInput, match="integrate with dense=True"):
-        system.integrate(state, 1.0)(0.5)
+    refused("integrate with dense=True", lambda: system.integrate(state, 1.0)(0.5))
     assert "MB" in repr(run.dense)

@@ -4,8 +4,8 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import fields, plots
-from fullbody.errors import InvalidInput
 from scipy.spatial import ConvexHull
+from support import refused
 
 
 def hull(vertex_at_pole):
@@ -60,10 +60,8 @@ def test_surfaces_along_a_run_are_those_of_its_states(swinging):
     assert (found.greatest_slope > found.least_slope).all()
     label = plots.surface_map(found, "greatest_slope").child_axes[0].get_ylabel()
     assert label == "greatest slope [deg]"
-    with pytest.raises(InvalidInput, match="quantity is 'slope'; expected 'least_slope'"):
-        plots.surface_map(found, "slope")
-    with pytest.raises(InvalidInput, match=r"expected a fullbody\.Run with samples"):
-        fields.surface_along(swinging[:0])
+    refused("quantity is 'slope'; expected 'least_slope'", lambda: plots.surface_map(found, "slope"))
+    refused(r"expected a fullbody\.Run with samples", lambda: fields.surface_along(swinging[:0]))
 
 
 def test_zero_velocity_curves_are_named():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from fullbody import forces
 from fullbody.errors import ForceFailed, InvalidInput
+from support import refused
 from support.scenes import differential, pair
 
 POINTS = [fullbody.Body(fullbody.PointMass(), mass=mass, name=name) for mass, name in ((0.99, "A"), (0.01, "B"))]
@@ -37,8 +38,7 @@ def test_orbits_near_a_parabola(gap):
 @pytest.mark.parametrize("time", [5.5, -1e9, np.nan])
 def test_no_place_beyond_a_table(time):
     system = pair()[0].with_forces([table(-5.0, 5.0, 6, lambda t: [50.0 + t, 3.0, t * t])])
-    with pytest.raises(InvalidInput, match="time of bullet"):
-        system.third_body("bullet", time)
+    refused("time of bullet", lambda: system.third_body("bullet", time))
 
 
 @pytest.mark.parametrize("integrator", [fullbody.Verner98(), fullbody.SymplecticSplitting(step=0.3)])
@@ -52,8 +52,7 @@ def test_steps_end_with_a_table(integrator, end):
             break
         sim.step(np.sign(end) * np.inf)
     assert sim.time == end
-    with pytest.raises(InvalidInput, match="time of bullet"):
-        sim.step(2.0 * end)
+    refused("time of bullet", lambda: sim.step(2.0 * end))
     sim.step(0.0)
     assert abs(sim.time) < 5.0
 
@@ -72,8 +71,7 @@ def test_a_third_body_that_comes_inside_a_body(bodies):
 def test_torques_on_points():
     with pytest.raises(InvalidInput, match="on of tide on A"):
         fullbody.System(POINTS, G=1.0, forces=[forces.Tide("A", "B", k2=1.0, lag=0.5, radius=0.3)])
-    with pytest.raises(InvalidInput, match="on of YORP on A"):
-        fullbody.System(POINTS, G=1.0, forces=[forces.Yorp("A", along=1e-3)])
+    refused("on of YORP on A", lambda: fullbody.System(POINTS, G=1.0, forces=[forces.Yorp("A", along=1e-3)]))
 
     def push(time, state):
         return 0.0 * state.position, np.array([[0.0, 0.0, 1e-3], [0.0, 0.0, 0.0]])
@@ -148,8 +146,7 @@ def test_loads_that_are_no_numbers():
 def test_only_third_bodies_have_places():
     system, state = pair()
     system = system.with_forces([forces.Tide("A", "B", k2=0.3, lag=0.1, name="tide")])
-    with pytest.raises(InvalidInput, match="'tide', a Tide; expected a ThirdBody"):
-        system.third_body("tide", 0.0)
+    refused("'tide', a Tide; expected a ThirdBody", lambda: system.third_body("tide", 0.0))
     with pytest.raises(InvalidInput, match="'tide', a Tide; expected a ThirdBody"):
         system.integrate(state, 1.0, events=[fullbody.events.ClosestApproach("tide")])
 
@@ -171,8 +168,7 @@ def test_functions_of_a_simulation_from_a_file(tmp_path, given, words):
     system, state = pair()
     system = system.with_forces([forces.Function(still, depends_on_velocity=False)])
     fullbody.Simulation(system, state, integrator=fullbody.SymplecticSplitting(step=0.1)).save(tmp_path / "pair.sim")
-    with pytest.raises(InvalidInput, match=words):
-        fullbody.Simulation.load(tmp_path / "pair.sim", forces=given)
+    refused(words, lambda: fullbody.Simulation.load(tmp_path / "pair.sim", forces=given))
 
 
 def test_lags_of_text_and_of_rates_that_do_not_fit():

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from fullbody import observables
 from fullbody.errors import InconsistentInput, InvalidInput
-from support import angle_between, points
+from support import angle_between, points, refused
 
 SYSTEM, STATE = fullbody.systems.case1()
 
@@ -46,8 +46,7 @@ def test_output_ends_is_start_and_end():
     assert SYSTEM.integrate(start, 5.0, output="ends").time.tolist() == [5.0]
     crossing = fullbody.events.Function(lambda s: s.time - 7.0, terminal=True)
     assert SYSTEM.integrate(start, 15.0, output="ends", events=[crossing]).time == pytest.approx([5.0, 7.0], abs=1e-12)
-    with pytest.raises(InvalidInput, match="output is 'end'"):
-        SYSTEM.integrate(start, 15.0, output="end")
+    refused("output is 'end'", lambda: SYSTEM.integrate(start, 15.0, output="end"))
 
 
 def test_output_array_is_exactly_those_times():
@@ -67,8 +66,7 @@ def test_a_run_without_samples_has_empty_answers():
     assert list(run) == []
     assert "samples" in run._repr_html_()
     for needs_samples in (run.plot, run.plot.elements, run.plot.scene, run.view):
-        with pytest.raises(InvalidInput, match="the run has no samples; expected at least one"):
-            needs_samples()
+        refused("the run has no samples; expected at least one", needs_samples)
     for observable in (observables.mutual_period, observables.orbit_precession, observables.obliquity):
         with pytest.raises(InvalidInput, match=r"the run has 0 samples; .* needs"):
             observable(run)
@@ -163,8 +161,7 @@ def test_runs_go_backwards():
     back = SYSTEM.integrate(run[-1], 0.0, output=[-10.0, 0.0])
     assert np.abs(back.position[-1] - STATE.position).max() < 1e-12
     assert angle_between(back[-1].rotation_matrix, STATE.rotation_matrix).max() < 1e-12
-    with pytest.raises(InvalidInput, match="output"):
-        SYSTEM.integrate(STATE, -20.0, output=[-20.0, -10.0])
+    refused("output", lambda: SYSTEM.integrate(STATE, -20.0, output=[-20.0, -10.0]))
 
 
 def test_a_run_of_no_length_is_its_start():

@@ -26,10 +26,7 @@ J2_R2 = (1 - C * C) / 5
 
 def satellite(inclination, e, revolutions, apart=24, size=SIZE, turn=None, **options):
     """A light point about a spheroid at rest, G m = 1, and how a rotation turns the whole."""
-    bodies = [
-        fullbody.Body(fullbody.Ellipsoid(1.0, 1.0, C), mass=1.0),
-        fullbody.Body(fullbody.PointMass(), mass=1e-12),
-    ]
+    bodies = [fullbody.Body(fullbody.Ellipsoid(1.0, 1.0, C), mass=1.0), fullbody.Body(fullbody.PointMass(), mass=1e-12)]
     system = fullbody.System(bodies, G=1.0, gravity="focal")
     r, v = fullbody.KeplerElements(size, e, np.radians(inclination), 0.3, 0.7, 0.0).to_cartesian(1.0)
     attitude = np.array([[1.0, 0, 0, 0]] * 2)

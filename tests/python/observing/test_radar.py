@@ -7,6 +7,7 @@ import pytest
 from astropy.table import QTable
 from fullbody import observing
 from fullbody.errors import InconsistentInput, InvalidInput
+from support import refused
 from support.displacements import by_start
 
 DISTANCE = 3.0e7
@@ -139,5 +140,4 @@ def test_measured_values_are_compared_with_functions_of_a_run(run):
     ],
 )
 def test_bad_measurements_are_refused(run, function, value, sigma, message):
-    with pytest.raises(InvalidInput, match=message):
-        observing.Measured("period", function, value, sigma).residuals(run)
+    refused(message, lambda: observing.Measured("period", function, value, sigma).residuals(run))

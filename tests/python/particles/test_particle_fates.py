@@ -3,6 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
+from support import body_list
 
 
 def lone(radius=1.0, mass=1.0, spin=(0.0, 0.0, 0.0), shape=None):
@@ -64,9 +65,7 @@ def test_the_heights_of_bounces_fall_as_the_square_of_the_coefficient():
     system, state = lone()
     bounce = fullbody.particles.Bounce(normal=0.6, rest=1e-3)
     start = fullbody.Particles([[1.02, 0.0, 0.0]], [[0.0, 0.0, 0.0]])
-    top = [
-        fullbody.particles.Function(lambda t, x, v: v[0], direction=-1),
-    ]
+    top = [fullbody.particles.Function(lambda t, x, v: v[0], direction=-1)]
     flight = system.fly(state, start, 3.0, contact=bounce, events=top)
     # From the energy: v^2/2 = 1 - 1/r at the surface, times the square of the coefficient each time.
     energy = 1.0 - 1.0 / 1.02
@@ -103,10 +102,7 @@ def test_bounces_on_a_body_that_would_throw_off_what_rests_end():
 
 
 def test_a_particle_lifts_off_when_a_passing_mass_pulls_harder():
-    bodies = [
-        fullbody.Body(fullbody.Sphere(1.0), mass=0.02, name="A"),
-        fullbody.Body(fullbody.PointMass(), mass=1.0, name="B"),
-    ]
+    bodies = body_list(A=(fullbody.Sphere(1.0), 0.02), B=(fullbody.PointMass(), 1.0))
     system = fullbody.System(bodies, G=1.0)
     state = fullbody.State(
         position=[[0.0, 0.0, 0.0], [9.0, 0.0, 0.0]],
@@ -198,10 +194,7 @@ def test_ejecta_leave_on_a_cone():
 
 @pytest.mark.parametrize("speed", [1e2, 1e4, 1e7])
 def test_the_fastest_particles_strike_too(speed):
-    bodies = [
-        fullbody.Body(fullbody.Ellipsoid(1, 0.6, 0.3), mass=1e-12),
-        fullbody.Body(fullbody.Sphere(1e-3), mass=1e-12),
-    ]
+    bodies = body_list((fullbody.Ellipsoid(1, 0.6, 0.3), 1e-12), (fullbody.Sphere(1e-3), 1e-12))
     state = fullbody.State(position=[[0, 0, 0], [1e4, 0, 0]], velocity=np.zeros((2, 3)))
     places = np.random.default_rng(0).normal(size=(50, 3))
     places *= 5 / np.linalg.norm(places, axis=1)[:, None]

@@ -17,7 +17,7 @@ from fullbody import PointMass, systems
 from fullbody.errors import InvalidInput
 from fullbody.setups import mean_period
 from fullbody.systems import _files
-from support import ready
+from support import ready, refused
 
 pytestmark = pytest.mark.usefixtures("each_search_once")
 
@@ -72,8 +72,7 @@ def test_each_says_where_its_numbers_are_from(name):
         assert note.removeprefix("uncertainty of ") in facts.values
         assert note in text.partition("not confirmed against the source")[2]
     assert not set(facts.second_hand) & set(facts.unconfirmed)
-    with pytest.raises(InvalidInput, match="antiope"):
-        systems.published("vulcan")
+    refused("antiope", lambda: systems.published("vulcan"))
 
 
 def test_completion_offers_what_is_documented():
@@ -230,8 +229,7 @@ def test_frames_are_turned_as_a_whole(name):
     # The plane is that of Gamma's orbit in the triple.
     near = plane.position[2 if name == "sn263_2001" else 1] - plane.position[0]
     np.testing.assert_allclose(near[2], 0.0, atol=1e-12 * np.linalg.norm(near))
-    with pytest.raises(InvalidInput, match="frame is 'sky'"):
-        make(frame="sky")
+    refused("frame is 'sky'", lambda: make(frame="sky"))
 
 
 @pytest.mark.parametrize("name", [*PUBLISHED, "kw4", "kw4_ho2021"])
@@ -281,11 +279,9 @@ def test_ready_made_systems_take_epochs_where_their_numbers_hold_at_none(name):
     own = systems.published(name).epoch if name in PUBLISHED else None
     if own is None:
         assert make(epoch="2001-05-25T00:00:00 TDB")[0].options["epoch"] == "2001-05-25T00:00:00 TDB"
-        with pytest.raises(InvalidInput, match="scale"):
-            make(epoch="2001-05-25")
+        refused("scale", lambda: make(epoch="2001-05-25"))
     else:
-        with pytest.raises(InvalidInput, match=rf"epoch is '2001-05-25 TDB'; .* hold at its own, {own}"):
-            make(epoch="2001-05-25 TDB")
+        refused(rf"epoch is '2001-05-25 TDB'; .* hold at its own, {own}", lambda: make(epoch="2001-05-25 TDB"))
         assert make(epoch=None)[0].options["epoch"] == own
     for option in ("G", "bodies", "gravty"):
         with pytest.raises(InvalidInput, match=f"'{option}' is not an option of this system"):
@@ -537,8 +533,7 @@ def test_a_tilted_dimorphos_points_at_didymos():
     assert np.abs(roll).max() > 50 * angle
     still = system.integrate(upright, 200.0, output=2.0)
     assert np.abs(fullbody.observables.roll_pitch_yaw(still)[:, 0]).max() < 1e-9
-    with pytest.raises(InvalidInput, match="tilt is nan; expected an angle"):
-        systems.didymos_after_dart(tilt=float("nan"))
+    refused("tilt is nan; expected an angle", lambda: systems.didymos_after_dart(tilt=float("nan")))
 
 
 def test_dinkinesh_has_the_published_numbers():
@@ -734,8 +729,7 @@ def test_the_oblate_alpha_has_the_published_j2():
 )
 def test_axis_ratios_of_the_triple_are_three_pairs(ratios):
     what = r"^axis_ratios is .*; expected three pairs of numbers \(a/b, b/c\), of Alpha, of Beta and of Gamma$"
-    with pytest.raises(InvalidInput, match=what):
-        systems.sn263_2001(axis_ratios=ratios)
+    refused(what, lambda: systems.sn263_2001(axis_ratios=ratios))
 
 
 def test_axis_ratios_below_zero_name_the_body():
@@ -755,8 +749,7 @@ def test_axis_ratios_below_zero_name_the_body():
     ],
 )
 def test_what_is_no_text_is_refused_where_text_is_asked(call, what):
-    with pytest.raises(InvalidInput, match=what):
-        call()
+    refused(what, call)
 
 
 def test_the_search_for_a_mean_period_is_made_once(monkeypatch):
