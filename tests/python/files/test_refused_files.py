@@ -148,11 +148,15 @@ CONTENT = {
 
 
 @pytest.mark.parametrize("kind", CONTENT)
-def test_content_that_is_no_run_is_refused_by_name(kind, run, tmp_path):
+def test_content_that_is_no_run_is_refused_by_name(kind, run):
     change, words = CONTENT[kind]
-    path = tmp_path / "other.nc"
-    change(run.to_xarray()).to_netcdf(path, engine="h5netcdf")
-    refused(rf"other\.nc is not a readable run of fullbody: .*{words}", lambda: fullbody.load(path))
+    refused(words, lambda: loading.run_in(reading.Content(change(run.to_xarray()))))
+
+
+def test_the_file_whose_content_is_no_run_is_named(run, tmp_path):
+    values("energy", (1, 0), np.nan)(run.to_xarray()).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
+    text = r"other\.nc is not a readable run of fullbody: .*energy\[1, 0\] is nan; expected finite numbers"
+    refused(text, lambda: fullbody.load(tmp_path / "other.nc"))
 
 
 # What HDF5 can do

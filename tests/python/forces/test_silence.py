@@ -202,7 +202,7 @@ def test_ephemerides_over_many_periods(name):
     given = {"date": "2000-01-01 TDB", "orbit": orbit}
     system, _ = fullbody.systems.kw4(units=True, frame="ecliptic")
     places = []
-    for count in (1, 64):
+    for count in (1, 16):
         body = forces.ThirdBody.from_ephemeris(name, duration=count * period, **given)
         places.append(system.with_forces([body]).third_body(body.name, np.linspace(0, 1, 20) * period)[0])
     distance = np.linalg.norm(places[0], axis=1)

@@ -88,8 +88,9 @@ FACETED = [("box", other) for other in SOLIDS] + [("ellipsoid", "octahedron"), (
     [
         *((tumbling(gravity), 1e-3, 1e-9) for gravity in ("focal", "surface", "point", "multipole:2", "multipole:4")),
         *((tumbling(gravity), 1e-3, 1e-9) for gravity in ("multipole:8", "harmonic")),
-        *((solids(*pair, 1.25), 5e-4, 1e-7) for pair in FACETED),
-        *((solids(*pair, distance), 2e-3, 1e-7) for pair in FACETED for distance in (2.5, 12.0)),
+        *((solids("box", other, 1.25), 5e-4, 1e-7) for other in ("ellipsoid", "octahedron")),
+        *((solids(*pair, 2.5), 2e-3, 1e-7) for pair in FACETED),
+        *((solids("box", other, 12.0), 2e-3, 1e-7) for other in ("ellipsoid", "octahedron", "composite")),
         *((solids("box", "ellipsoid", 2.6, f"multipole:{degree}"), 1e-3, 1e-9) for degree in (2, 6)),
         *((solids("octahedron", "box", 2.6, f"multipole:{degree}"), 1e-3, 1e-9) for degree in (2, 6)),
         *((solids("composite", "box", 2.6, f"multipole:{degree}"), 1e-3, 1e-9) for degree in (2, 6)),

