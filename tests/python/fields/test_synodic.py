@@ -1,5 +1,9 @@
 """The rotating frame of a pair: equilibrium points, zero-velocity curves and Roche lobes of the classical problem."""
 
+import copy
+import pickle
+import warnings
+
 import astropy.units as u
 import fullbody
 import numpy as np
@@ -213,3 +217,17 @@ def test_pictures_of_the_rotating_frame_have_labels_and_units():
     ax = plots.zero_velocity(pair)
     assert {text.get_text() for text in ax.texts} == {"L1", "L2", "L3", "L4", "L5"}
     assert len(plots.roche_lobes(pair, rows=8).collections) == 4
+
+
+def test_a_rotating_frame_can_be_copied_and_pickled():
+    system, state = fullbody.systems.kw4(units=True)
+    with pytest.warns(InconsistentInput, match="rotating frame"):
+        frame = fullbody.fields.Synodic(system, state)
+    point = [0.5, 2.0, 0.1]
+    for make in (copy.copy, copy.deepcopy, lambda frame: pickle.loads(pickle.dumps(frame))):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            other = make(frame)
+        assert repr(other) == repr(frame)
+        assert (other.jacobi(point), other.rate) == (frame.jacobi(point), frame.rate)
+        np.testing.assert_array_equal(other.position, frame.position)
