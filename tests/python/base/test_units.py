@@ -61,32 +61,6 @@ def test_mixed_units_are_converted():
     assert np.abs(run.spin - expected.spin).max() < 1e-12 * PER_H
 
 
-def test_density_is_read_in_any_unit():
-    body = fullbody.Body(fullbody.Sphere(1 * u.km), density=2 * u.g / u.cm**3)
-    assert body.mass.to_value(u.kg) == pytest.approx(4 / 3 * np.pi * 2e12, rel=1e-15)
-    system = fullbody.System([body, fullbody.Body(fullbody.PointMass(), mass=1.0)], units=KM_H_KG)
-    assert system.masses[0].to_value(u.kg) == pytest.approx(4 / 3 * np.pi * 2e12, rel=1e-14)
-    back = fullbody.Body(fullbody.Sphere(1 * u.km), mass=body.mass).density
-    assert back.to_value(u.kg / u.m**3) == pytest.approx(2000.0, rel=1e-15)
-
-
-def test_spin_without_an_angle_may_count_turns_and_is_refused():
-    with pytest.raises(InvalidInput, match="spin has the unit 1 / h, which may count turns"):
-        fullbody.State([[0, 0, 0]] * u.km, [[0, 0, 0]] * u.km / u.s, spin=[[0, 0, 3.6]] / u.hour)
-
-
-def test_angles_in_degrees():
-    state = fullbody.State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], [[10, 20, 30]] * u.deg)
-    assert state.tait_bryan[0] == pytest.approx(np.deg2rad([10, 20, 30]), abs=1e-15)
-
-
-def test_output_times_as_quantities():
-    system, state = fullbody.systems.kw4(units=True)
-    run = system.integrate(state, 3600 * u.s, output=[0, 15, 60] * u.min)
-    assert run.time.to_value(u.hour) == pytest.approx([0, 0.25, 1.0], abs=1e-15)
-    assert system.integrate(state, -1 * u.hour).time[-1] == -1 * u.hour
-
-
 def test_differences_of_dates_are_times():
     start = Time("2026-12-01T00:00:00", scale="tdb")
     system, state = fullbody.systems.kw4(units=True, epoch=start)

@@ -114,23 +114,6 @@ def test_bad_data_and_setups_are_refused(radar):
             fullbody.fit(pair, {**TRUE, "jitter": 1.0}, lambda jitter, returned=returned: returned)
 
 
-@pytest.mark.parametrize(
-    ("sigma", "message"),
-    [
-        (0.0, "sigma of range of RadarAstrometry has the value 0.0; expected standard errors above zero"),
-        (-1.0, "sigma of range of RadarAstrometry has the value -1.0; expected standard errors above zero"),
-        (np.inf, r"sigma of range of RadarAstrometry has the value inf; expected numbers of at most 1e\+60 in size"),
-        (1e-61, "sigma of range of RadarAstrometry has the value 1e-61; expected standard errors .* not below 1e-60"),
-        (np.nan, "RadarAstrometry has no row without masked or missing values"),
-        (None, "sigma of range of RadarAstrometry is None; expected numbers"),
-        ([0.1, 0.2], r"sigma_range of RadarAstrometry has shape \(2,\); expected 15 rows"),
-    ],
-)
-def test_errors_that_are_none_are_refused(radar, sigma, message):
-    with pytest.raises(InvalidInput, match=message):
-        observing.RadarAstrometry(radar.times, range=radar.range, sigma=sigma, body=1, about=0, geometry=VIEW)
-
-
 def test_a_row_whose_error_is_missing_is_left_out_with_a_warning(radar):
     sigma = np.where(radar.times > 29.0, np.nan, 0.02)
     with pytest.warns(InconsistentInput, match="1 of 15 rows of RadarAstrometry .* left out: row 14"):

@@ -241,15 +241,17 @@ def test_a_table_that_ends_before_the_run_is_refused_before_the_first_step():
 
 
 @pytest.mark.parametrize("integrator", [fullbody.Verner98(), fullbody.LieGroupVariational(step=0.15)])
-def test_single_steps_end_with_the_table(integrator):
-    sim = fullbody.Simulation(SYSTEM.with_forces([table()]), STATE, integrator=integrator)
-    while sim.time < 2.5:
-        sim.step()
-    assert sim.time == 2.5
-    with pytest.raises(InvalidInput, match=r"time of Sun is 2\.5"):
-        sim.step()
+@pytest.mark.parametrize("end", [2.5, -2.5])
+def test_single_steps_end_with_the_table(integrator, end):
+    world = SYSTEM.with_forces([table((-2.5, -2.0, -1.0, 0.0, 1.0, 2.0, 2.5))])
+    sim = fullbody.Simulation(world, STATE, integrator=integrator)
+    while abs(sim.time) < 2.5:
+        sim.step(np.sign(end) * INF)
+    assert sim.time == end
+    with pytest.raises(InvalidInput, match=r"time of Sun is -?2\.5"):
+        sim.step(2.0 * end)
     sim.step(0.0)
-    assert sim.time < 2.5
+    assert abs(sim.time) < 2.5
 
 
 def test_bad_questions_about_positions_of_third_bodies_are_refused():
@@ -263,6 +265,8 @@ def test_bad_questions_about_positions_of_third_bodies_are_refused():
     ):
         with pytest.raises(InvalidInput, match=text):
             world.third_body(name, time)
+    with pytest.raises(InvalidInput, match="force of ClosestApproach is 'T', a Tide; expected one of Sun"):
+        world.integrate(STATE, 1.0, events=[fullbody.events.ClosestApproach("T")])
     with pytest.raises(InvalidInput, match="name is 'Sun'"):
         SYSTEM.third_body("Sun", 0.0)
 

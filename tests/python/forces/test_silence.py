@@ -35,52 +35,6 @@ def test_orbits_near_a_parabola(gap):
         assert np.linalg.norm(found - expected) < 1e-13 * np.linalg.norm(expected)
 
 
-@pytest.mark.parametrize("time", [5.5, -1e9, np.nan])
-def test_no_place_beyond_a_table(time):
-    system = pair()[0].with_forces([table(-5.0, 5.0, 6, lambda t: [50.0 + t, 3.0, t * t])])
-    refused("time of bullet", lambda: system.third_body("bullet", time))
-
-
-@pytest.mark.parametrize("integrator", [fullbody.Verner98(), fullbody.SymplecticSplitting(step=0.3)])
-@pytest.mark.parametrize("end", [5.0, -5.0])
-def test_steps_end_with_a_table(integrator, end):
-    system, state = pair()
-    system = system.with_forces([table(-5.0, 5.0, 6, lambda t: [50.0 + t, 3.0, t * t])])
-    sim = fullbody.Simulation(system, state, integrator=integrator)
-    for _ in range(1000):
-        if sim.time == end:
-            break
-        sim.step(np.sign(end) * np.inf)
-    assert sim.time == end
-    refused("time of bullet", lambda: sim.step(2.0 * end))
-    sim.step(0.0)
-    assert abs(sim.time) < 5.0
-
-
-@pytest.mark.parametrize("bodies", [SPHERES, list(pair()[0])])
-def test_a_third_body_that_comes_inside_a_body(bodies):
-    system = fullbody.System(bodies, G=1.0, forces=[table(-50.0, 50.0, 40, lambda t: [t, 0.1, 0.0])])
-    state = pair()[1].replace(time=-20.0)
-    with pytest.raises(ForceFailed, match="inside A") as caught:
-        system.integrate(state, 20.0, output=1.0)
-    # It moves at a speed of one.
-    assert -0.35 < caught.value.time < 0.1
-    assert caught.value.run.time[-1] < caught.value.time
-
-
-def test_torques_on_points():
-    with pytest.raises(InvalidInput, match="on of tide on A"):
-        fullbody.System(POINTS, G=1.0, forces=[forces.Tide("A", "B", k2=1.0, lag=0.5, radius=0.3)])
-    refused("on of YORP on A", lambda: fullbody.System(POINTS, G=1.0, forces=[forces.Yorp("A", along=1e-3)]))
-
-    def push(time, state):
-        return 0.0 * state.position, np.array([[0.0, 0.0, 1e-3], [0.0, 0.0, 0.0]])
-
-    system = fullbody.System(POINTS, G=1.0, forces=[forces.Function(push)])
-    with pytest.raises(ForceFailed, match=r"push.*torque on A, a point"):
-        system.integrate(pair()[1], 1.0)
-
-
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_yorp_that_stops_a_spin(direction):
     """The spin ends at C spin / torque; it would turn over from step to step there."""
@@ -143,14 +97,6 @@ def test_loads_that_are_no_numbers():
         system.loads(pair()[1])
 
 
-def test_only_third_bodies_have_places():
-    system, state = pair()
-    system = system.with_forces([forces.Tide("A", "B", k2=0.3, lag=0.1, name="tide")])
-    refused("'tide', a Tide; expected a ThirdBody", lambda: system.third_body("tide", 0.0))
-    with pytest.raises(InvalidInput, match="'tide', a Tide; expected a ThirdBody"):
-        system.integrate(state, 1.0, events=[fullbody.events.ClosestApproach("tide")])
-
-
 def still(time, state):
     return 0.0 * state.position
 
@@ -184,11 +130,6 @@ def test_lags_of_text_and_of_rates_that_do_not_fit():
     for spin, rate in ((2.0, 0.3 * unit), (2.0 * unit, 0.3), ([0, 0, 2.0], 0.3), ("fast", 0.3), (np.nan, 0.3)):
         with pytest.raises(InvalidInput, match="spin"):
             forces.lag_from_quality_factor(**given, mean_motion=rate, spin=spin)
-
-
-def test_obliquities_in_plain_degrees():
-    with pytest.raises(InvalidInput, match="obliquities of YORP on A is 0 to 180 rad"):
-        pair()[0].with_forces([forces.Yorp("A", along=[1e-6] * 5, obliquity=np.linspace(0, 180, 5))])
 
 
 @pytest.mark.parametrize("name", ["sun", "earth"])

@@ -195,27 +195,6 @@ def test_correlations_are_read_from_a_table_with_other_names_of_columns():
     assert data.correlation.tolist() == [0.3]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"sigma": 0.0}, "expected standard errors above zero"),
-        ({"sigma": [1.0, -1.0]}, "expected standard errors above zero"),
-        ({"correlation": 1.0}, "expected numbers between -1 and 1"),
-        ({"east": [1.0, np.inf]}, "the value inf"),
-        ({"east": [1.0]}, "east of Astrometry has shape"),
-        ({"east": [1.0, 2.0] * u.km}, "has the unit km"),
-        ({"east": [1.0, 2.0] * u.mas}, "north has no unit"),
-        ({"geometry": None}, "expected an observing.Geometry"),
-        ({"frame": "alpha"}, "cannot rotate from the frame"),
-        ({"times": [np.nan, np.nan]}, "no row without masked or missing values"),
-    ],
-)
-def test_bad_astrometry_is_refused(arguments, message):
-    _, geometry = pair()
-    given = {"times": [1.0, 2.0], "east": [0.0, 0.0], "north": [0.0, 0.0], "sigma": 1.0, "geometry": geometry}
-    refused(message, lambda: observing.Astrometry(**given | arguments))
-
-
 def test_runs_that_do_not_serve_are_refused():
     system, geometry = pair()
     state = fullbody.State(position=[[0, 0, 0], [0, 725.0, 1450.0]], velocity=np.zeros((2, 3)))

@@ -225,25 +225,6 @@ def test_rows_too_far_apart_are_warned_of_except_at_the_rows():
         geometry.to_observer(2.5)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"times": [0.0, 1.0, 1.0]}, "times has 1.0 twice"),
-        ({"times": []}, "times has shape"),
-        ({"times": [0.0, 1.0, np.nan]}, "expected finite numbers"),
-        ({"to_observer": np.ones((2, 3))}, r"to_observer has shape \(2, 3\); expected \(3, 3\)"),
-        ({"to_observer": np.ones((3, 2))}, "to_observer has shape"),
-        ({"to_observer": np.zeros((3, 3))}, "not all zero"),
-        ({"to_observer": [1.0, np.nan, 0.0]}, "expected finite numbers"),
-        ({"to_sun": [1.0, 0, 0] * u.au}, "expected both or neither"),
-        ({"light_time": 1}, "light_time is 1"),
-    ],
-)
-def test_bad_geometry_is_refused(arguments, message):
-    given = {"times": [0.0, 1.0, 2.0], "to_observer": [1.0, 0.0, 0.0]} | arguments
-    refused(message, lambda: observing.Geometry(given.pop("times"), **given))
-
-
 def test_what_a_geometry_does_not_know_is_refused_by_name():
     geometry = observing.Geometry([0.0, 10.0] * u.day, to_observer=[1.0, 0, 0] * u.au, frame="ecliptic")
     refused("has no Sun", lambda: geometry.to_sun(1 * u.day))

@@ -89,22 +89,6 @@ def test_tables_masks_and_order(run, geometry):
     np.testing.assert_array_equal(back.residuals(run).range, data.residuals(run).range)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({}, "range and range_rate are not given"),
-        ({"range": [1.0]}, "above zero"),
-        ({"range": [1.0], "range_rate": [1.0]}, "sigma is not a pair"),
-        ({"range": [1.0] * u.km, "sigma": 1.0}, "expected both or neither"),
-        ({"range": [1.0] * u.s, "sigma": 1.0 * u.km}, "has the unit s"),
-        ({"range": [1.0, 2.0], "sigma": 1.0}, "range of RadarAstrometry has shape"),
-    ],
-)
-def test_bad_radar_is_refused(arguments, message, geometry):
-    with pytest.raises(InvalidInput, match=message):
-        observing.RadarAstrometry([100.0] * u.s, **{"sigma": 0.0, "geometry": geometry} | arguments)
-
-
 def test_bodies_that_are_one_and_unknown_ones_are_refused(run, geometry):
     for about, message in (("B", "both B; expected two bodies"), ("C", "about is 'C'")):
         data = observing.RadarAstrometry(

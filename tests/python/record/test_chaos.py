@@ -126,7 +126,7 @@ def test_free_motion_whose_steps_have_no_bound(spin):
     system = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)], G=1.0)
     state = fullbody.State(position=[[0.0, 0.0, 0.0]], velocity=[[0.0, 0.0, 0.0]], spin=[spin])
     run = system.integrate(state, 1e5, output="ends", chaos=True)
-    assert abs(run.megno[-1] - 2.0) < 1e-3
+    assert abs(run.megno[-1] - 2.0) < 1e-2
 
 
 @pytest.mark.parametrize("integrator", [FAST, fullbody.LieGroupVariational(step=0.01)], ids=["verner98", "lie"])
