@@ -17,9 +17,9 @@ def oblate(e, size=5.0, c=0.9, revolutions=60, elements="mean", apart=24):
     return system.integrate(state, revolutions * period, output=period / apart)
 
 
-@pytest.mark.parametrize("e", [0.0, 0.01, 0.3, 0.7, 0.9])
-@pytest.mark.parametrize("apart", [10, 40])
-@pytest.mark.parametrize("way", [1, -1])
+@pytest.mark.parametrize(
+    ("e", "apart", "way"), [*((e, 40, 1) for e in (0.0, 0.01, 0.3, 0.7, 0.9)), (0.3, 10, -1), (0.7, 10, 1)]
+)
 def test_the_shape_of_a_kepler_orbit_is_its_elements(e, apart, way):
     system, state = pair_of_points(e)
     run = system.integrate(state, way * 20.4 * 2 * np.pi, output=2 * np.pi / apart)
@@ -37,8 +37,9 @@ def test_the_shape_of_a_kepler_orbit_is_its_elements(e, apart, way):
     assert mean.forced < 1e-4
 
 
-@pytest.mark.parametrize("degrees", [0.0, 6.0, 90.0, 174.0, 180.0, 186.0, 354.0])
-@pytest.mark.parametrize("apart", [24, 24.3, 9])
+@pytest.mark.parametrize(
+    ("degrees", "apart"), [*((angle, 24) for angle in (0.0, 6.0, 90.0, 174.0, 180.0, 354.0)), (186.0, 24.3), (6.0, 9)]
+)
 def test_no_revolution_misses_its_periapsis(degrees, apart):
     orbit = fullbody.KeplerElements(10.0, 0.3, 0.0, 0.0, 0.0, np.radians(degrees))
     r, v = orbit.to_cartesian(mu=1.0)
@@ -53,8 +54,7 @@ def test_no_revolution_misses_its_periapsis(degrees, apart):
     np.testing.assert_allclose(found.a, 10.0, rtol=1e-9)
 
 
-@pytest.mark.parametrize("e", [0.0, 0.005, 0.02, 0.1])
-@pytest.mark.parametrize("size", [5.0, 10.0])
+@pytest.mark.parametrize(("e", "size"), [*((e, 5.0) for e in (0.0, 0.005, 0.02, 0.1)), (0.02, 10.0)])
 def test_free_and_forced_eccentricity_are_told_apart(e, size):
     """A circle's osculating eccentricity is 3/2 J2 (R/a)^2."""
     run = oblate(e, size)

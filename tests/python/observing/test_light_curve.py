@@ -1,8 +1,6 @@
 """Light curves of runs and photometry: another program's nights, zero points, and derivatives."""
 
 import json
-import signal
-import threading
 
 import astropy.units as u
 import fullbody
@@ -11,7 +9,7 @@ import pandas
 import pytest
 from astropy.time import Time
 from fullbody import observing
-from fullbody.errors import InconsistentInput, Interrupted, InvalidInput
+from fullbody.errors import InconsistentInput, InvalidInput
 from support import DATA, refused
 from support.displacements import by_start
 
@@ -154,15 +152,6 @@ def test_times_beyond_what_is_known_are_refused(run, geometry):
     refused("does not cover", lambda: observing.light_curve(run, [40.9] * u.h, geometry))
     with pytest.raises(InvalidInput, match="has no Sun"):
         observing.light_curve(run, [1.0] * u.h, observing.Geometry([0.0, 2.0] * u.h, to_observer=[1.0, 0, 0] * u.au))
-
-
-def test_ctrl_c_ends_a_light_curve(run, geometry):
-    times = np.linspace(1.0, 39.0, 2_000_000)
-    timer = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
-    timer.start()
-    with pytest.raises(Interrupted, match="interrupted in a light curve"):
-        observing.light_curve(run, times * u.h, geometry)
-    timer.join()
 
 
 def test_a_near_observer_is_refused(run):
