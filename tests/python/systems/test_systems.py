@@ -196,15 +196,20 @@ def test_each_starts_at_rest_and_runs(name):
 
 
 @pytest.mark.parametrize(
-    ("name", "uncertainty"),
-    [("didymos", 0.000044), ("didymos_after_dart", 0.0004), ("antiope", 0.0001), ("patroclus_menoetius", 0.0006)],
+    ("name", "error"),
+    [
+        *(("didymos", 4e-6), ("didymos_after_dart", 4e-5), ("antiope", 1e-5), ("patroclus_menoetius", 6e-5)),
+        *(("dinkinesh", 5e-5), ("fg3_1996", 1.6e-5), ("pluto_charon", 1.5e-4)),
+    ],
 )
-def test_the_published_period_is_kept(name, uncertainty):
+def test_the_published_period_is_kept(name, error):
     facts = systems.published(name)
     period = facts["orbital period"] * (24.0 if facts.values["orbital period"].unit == "day" else 1.0)
     system, state = ready(name)
-    run = system.integrate(state, 50 * period, output=period / 24)
-    assert abs(fullbody.observables.mutual_period(run).mean - period) < uncertainty / 10
+    run = system.integrate(state, 30 * period, output=period / 24)
+    assert abs(fullbody.observables.mutual_period(run).mean - period) < error
+    distance = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
+    assert np.ptp(distance) < (0.1 if name == "didymos_after_dart" else 0.02) * distance[0]
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
@@ -497,25 +502,6 @@ def test_a_tilted_dimorphos_rolls_and_keeps_facing_didymos():
     matrix = np.array([fullbody.base.rotations.matrices(q) for q in run.attitude[:, 1]])
     cosine = np.sum(matrix[:, :, 0] * line, axis=1) / np.linalg.norm(line, axis=1)
     assert cosine.min() > np.cos(np.radians(50))
-
-
-@pytest.mark.parametrize(
-    ("name", "period"),
-    [
-        ("didymos", 11.921473),
-        ("dinkinesh", 52.67),
-        ("fg3_1996", 16.1508),
-        ("antiope", 16.505112),
-        ("pluto_charon", 24 * 6.3872273),
-    ],
-)
-def test_round_orbits_keep_the_published_period(name, period):
-    system, state = ready(name)
-    run = system.integrate(state, 15 * period, output=period / 40)
-    found = fullbody.observables.mutual_period(run)
-    np.testing.assert_allclose(found.mean, period, rtol=1e-6)
-    distance = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
-    assert np.ptp(distance) < 0.01 * distance[0]
 
 
 def test_a_tilted_dimorphos_points_at_didymos():
