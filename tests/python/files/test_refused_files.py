@@ -105,7 +105,7 @@ CONTENT = {
         attribute("fullbody_format", "junk{"),
         "the file's format is junk{, by its attribute fullbody_format; expected 2",
     ),
-    "many formats": (attribute("fullbody_format", [1, 1]), r"the file's format is \[1 1\], by its"),
+    "many formats": (attribute("fullbody_format", [1, 1]), r"the file's format is \[1,? 1\], by its"),
     "junk statistics": (attribute("fullbody_statistics", "junk{"), "attribute fullbody_statistics is not JSON"),
     "odd statistics": (
         attribute("fullbody_statistics", '["a", 1, 2]'),
