@@ -25,7 +25,7 @@ SYSTEM, STATE = fullbody.systems.kw4(units=True, epoch="2001-05-25 TDB")
 
 
 def setup(**values):
-    """The ready-made 1999 KW4 with other masses, semi-axes and attitudes, each as a factor or an angle."""
+    """Return the ready-made 1999 KW4 with other masses, semi-axes and attitudes, each as a factor or an angle."""
     bodies = []
     for body in SYSTEM:
         axes = [getattr(body.shape, axis) * values.get(f"{axis}_{body.name}", 1.0) for axis in "abc"]

@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 
 
 def particles(count, nearest=1.5, seed=1):
-    """Particles on circles of all inclinations, 1.5 to 8 km from the barycentre."""
+    """Return particles on circles of all inclinations, 1.5 to 8 km from the barycentre."""
     random = np.random.default_rng(seed)
     x = random.normal(size=(count, 3))
     x *= random.uniform(nearest, 8.0, count)[:, None] / np.linalg.norm(x, axis=1)[:, None]
@@ -26,7 +26,7 @@ def particles(count, nearest=1.5, seed=1):
 
 
 def old_way(run, x, v, until, rtol):
-    """Positions at the end, by the dense run, ``Body.gravity`` and DOP853."""
+    """Return positions at the end, by the dense run, ``Body.gravity`` and DOP853."""
     bodies, G = run.system.bodies, run.system.G
 
     def rate(time, y):
@@ -42,7 +42,7 @@ def old_way(run, x, v, until, rtol):
 
 
 def timed(work):
-    """What some work gives, the seconds that it takes by the clock, and by the processors."""
+    """Return what some work gives, the seconds that it takes by the clock, and by the processors."""
     clock, cpu = time.perf_counter(), resource.getrusage(resource.RUSAGE_SELF).ru_utime
     found = work()
     return found, time.perf_counter() - clock, resource.getrusage(resource.RUSAGE_SELF).ru_utime - cpu

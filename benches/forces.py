@@ -38,7 +38,7 @@ int nothing(double time, int64_t bodies, const double *position, const double *v
 
 
 def compiled(folder: str) -> Function:
-    """A force in C that does nothing."""
+    """Return a force in C that does nothing."""
     source, library = Path(folder) / "nothing.c", Path(folder) / "nothing.so"
     source.write_text(NOTHING)
     subprocess.run(["cc", "-O2", "-shared", "-fPIC", "-o", str(library), str(source)], check=True)
@@ -46,7 +46,7 @@ def compiled(folder: str) -> Function:
 
 
 def race(cases: dict[str, list[Force]], hours: float, repeats: int) -> dict[str, tuple[float, int]]:
-    """Shortest time of the processor, seconds, and evaluations of each."""
+    """Return the shortest time of the processor, seconds, and the evaluations of each."""
     found: dict[str, tuple[float, int]] = {}
     for _ in range(repeats):
         for name, forces in cases.items():

@@ -51,7 +51,7 @@ def shape(rng: np.random.Generator, kind: str) -> fullbody.Ellipsoid | fullbody.
 
 
 def place(body: fullbody.Body, q: Vector, n: Vector) -> Vector:
-    """The place of a body, from its centre, where its outward normal is n."""
+    """Return the place of a body, from its centre, where its outward normal is n."""
     if isinstance(body.shape, fullbody.PointMass):
         return np.zeros(3)
     w, v = q[0], q[1:]
@@ -62,7 +62,7 @@ def place(body: fullbody.Body, q: Vector, n: Vector) -> Vector:
 
 
 def integrator(rng: np.random.Generator, crossing: float) -> fullbody.record.integrators.Integrator:
-    """One of all; `crossing` is the time in which the bodies pass each other."""
+    """Return an integrator by its index; `crossing` is the time in which the bodies pass each other."""
     pairs = [
         fullbody.DormandPrince54,
         fullbody.Verner65,
@@ -85,7 +85,7 @@ def name(one: fullbody.record.integrators.Integrator) -> str:
 
 
 def one_run(rng: np.random.Generator) -> tuple[str, str, str]:
-    """The integrator, the kind of encounter, and what the run came to."""
+    """Return the integrator, the kind of encounter, and what the run came to."""
     kinds = [("sphere", "sphere"), ("sphere", "point"), ("ellipsoid", "point"), ("ellipsoid", "ellipsoid")]
     kind = kinds[rng.integers(len(kinds))]
     bodies = [

@@ -12,7 +12,7 @@ CODE = "import time; start = time.perf_counter(); import {}; print(time.perf_cou
 
 
 def best(module: str, repeats: int = 10) -> float:
-    """Shortest time, seconds."""
+    """Return the shortest time, seconds."""
     command = [sys.executable, "-c", CODE.format(module)]
     return min(float(subprocess.run(command, capture_output=True, check=True).stdout) for _ in range(repeats))
 

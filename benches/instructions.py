@@ -17,7 +17,7 @@ PROGRAM = ("target", "release", "examples", "interaction")
 
 
 def instructions(method: str, path: str, count: int) -> int:
-    """Instructions of a whole run."""
+    """Return the number of instructions of a whole run."""
     with tempfile.TemporaryDirectory() as folder:
         command = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out", "/".join(PROGRAM)]
         command += [method, "1e-14", path, str(count)]

@@ -16,7 +16,7 @@ ROWS, KILLS, LONGEST = 1600, 20, 1.0
 
 
 def sweep(store: str) -> None:
-    """Librations of Beta by its first attitude; a row in fifty collides, or has no set-up."""
+    """Return the librations of Beta by its first attitude; a row in fifty collides, or has no setup."""
     import fullbody
     import numpy as np
     import xarray  # noqa: F401  before the time counts

@@ -29,7 +29,7 @@ COUNT = 2000
 
 
 def best(call, count, repeats=7):
-    """Shortest CPU time of a call, in microseconds an epoch."""
+    """Return the shortest CPU time of a call, in microseconds an epoch."""
     times = []
     for _ in range(repeats):
         start = time.process_time()
@@ -39,7 +39,7 @@ def best(call, count, repeats=7):
 
 
 def epochs(count, bodies):
-    """A satellite that passes before the primary, and its shadow that follows."""
+    """Return a satellite that passes before the primary, and its shadow that follows."""
     way = np.linspace(-1.3, 1.3, count)
     position = np.zeros((count, bodies, 3))
     if bodies == 2:
@@ -50,7 +50,7 @@ def epochs(count, bodies):
 
 
 def by_facets(points, axes, position, e, s):
-    """Lommel-Seeliger's brightness of the first of two ellipsoids, by points of the unit sphere of equal weight."""
+    """Return Lommel-Seeliger's brightness of the first of two ellipsoids, by equal-weight points on the unit sphere."""
     rotation = fullbody.base.rotations.matrices(np.array([[0.9, 0.1, 0.3, 0.2]]))[0]
     (p, q), x = (rotation.T @ d / axes[0] for d in (e, s)), (points * axes[0]) @ rotation.T
     sight, light = points @ p, points @ q
@@ -63,7 +63,7 @@ def by_facets(points, axes, position, e, s):
 
 
 def sphere(count):
-    """Vertices of a unit sphere on a spiral, and its facets with the normals outward, grown to the sphere's area."""
+    """Return a unit sphere's vertices on a spiral, and its facets with normals outward, grown to the sphere's area."""
     z = 1 - 2 * (np.arange(count) + 0.5) / count
     angle = np.pi * (1 + 5**0.5) * np.arange(count)
     points = np.stack([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z], axis=1)
@@ -75,7 +75,7 @@ def sphere(count):
 
 
 def by_clipping(points, facets, axes, position, e, s):
-    """Lommel-Seeliger's brightness of the first of two ellipsoids before which the second stands, by its facets.
+    """Return Lommel-Seeliger's brightness of the first of two ellipsoids before which the second stands, by its facets.
 
     From each facet the outline of the second one is clipped, as the observer and as the Sun projects it on the facet.
     """
@@ -107,7 +107,7 @@ def by_clipping(points, facets, axes, position, e, s):
 
 
 def search():
-    """Number of mutual events of Didymos in 28 days from the Earth, and microseconds that the search takes."""
+    """Return the number of Didymos' mutual events in 28 days from the Earth, and the search's time in microseconds."""
     system, state = fullbody.systems.didymos_after_dart(units=True)
     run = system.integrate(state, "28 day", output=["28 day"], dense=True)
     view = {"to_observer": [0.07, 0.01, 0.01] * u.au, "to_sun": [0.9, 0.4, 0.0] * u.au}

@@ -12,7 +12,7 @@ from fullbody.systems import kw4_ho2021
 
 
 def globe(rings, meridians, axes):
-    """Triangles between meridians and parallels of an ellipsoid."""
+    """Return triangles between meridians and parallels of an ellipsoid."""
     theta = np.pi * np.arange(1, rings) / rings
     phi = 2.0 * np.pi * np.arange(meridians) / meridians
     ring = np.stack(
@@ -33,7 +33,7 @@ def globe(rings, meridians, axes):
 
 
 def best(work, repeat=5):
-    """The shortest of some times, s."""
+    """Return the shortest of some times, s."""
     times = []
     for _ in range(repeat):
         start = time.perf_counter()

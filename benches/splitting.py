@@ -17,7 +17,7 @@ STEP, YEAR, REPEATS = 0.365, 8766.0, 5
 
 
 def year(shape: str, integrator: object) -> tuple[float, int, float]:
-    """CPU time in seconds, evaluations of the forces, and the error of the energy at the end, of the orbit's."""
+    """Return the CPU time in seconds, the evaluations of the forces, and the error of the orbit's energy at the end."""
     system, state = fullbody.systems.kw4_ho2021(shape)
     started = time.process_time()
     run = system.integrate(state, YEAR, output="ends", integrator=integrator)

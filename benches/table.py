@@ -22,7 +22,7 @@ PROGRAM = ("target", "release", "examples", "interaction")
 
 
 def interaction(method: str, tolerance: float, path: str, count: int, repeats: int) -> tuple[int, float]:
-    """Nodes, and shortest time of one interaction of the bodies turned askew, 2.5 km apart, seconds."""
+    """Return the nodes and the shortest time of an interaction of the bodies turned askew, 2.5 km apart, seconds."""
     command = ["/".join(PROGRAM), method, str(tolerance), path, str(count)]
     printed = [subprocess.run(command, capture_output=True, text=True, check=True).stdout for _ in range(repeats)]
     rows = [line.split() for line in printed]
@@ -30,7 +30,7 @@ def interaction(method: str, tolerance: float, path: str, count: int, repeats: i
 
 
 def best(call: Callable[[], object], repeats: int, number: int) -> float:
-    """Shortest time per call, seconds."""
+    """Return the shortest time per call, seconds."""
     times = []
     for _ in range(repeats):
         started = time.perf_counter()
@@ -41,7 +41,7 @@ def best(call: Callable[[], object], repeats: int, number: int) -> float:
 
 
 def potential(semi_axes: tuple[float, float, float], x: np.ndarray) -> np.ndarray:
-    """MacMillan's exterior potential of unit GM, the paper's eq:Potential_elliptic, for a > b > c."""
+    """Return MacMillan's exterior potential of unit GM, the paper's eq:Potential_elliptic, for a > b > c."""
     a, b, c = semi_axes
     a2, b2, c2 = a * a, b * b, c * c
     x2, y2, z2 = x[0] ** 2, x[1] ** 2, x[2] ** 2
@@ -85,7 +85,7 @@ class NumpySurface:
     def __call__(
         self, origin: np.ndarray, rotation: np.ndarray, rotation_other: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Force (inertial) and torque (body frame) on the body at ``origin`` from the other's centre."""
+        """Return the force (inertial) and torque (body frame) on the body at ``origin`` from the other's centre."""
         x = rotation_other.T @ (rotation @ self.y + origin[:, None])
         phi = potential(self.other, x)
         return rotation @ (self.normal @ phi), self.lever @ phi

@@ -21,7 +21,7 @@ Study = Callable[[Path, bool, bool], Path]
 
 
 def command(name: str, text: str, out: str, study: Study, argv: Sequence[str] | None) -> int:
-    """The command ``python -m reproduction.NAME``."""
+    """Run the command ``python -m reproduction.NAME``."""
     parser = argparse.ArgumentParser(prog=f"python -m reproduction.{name}", description=text)
     parser.add_argument("--out", type=Path, default=Path(out), help="folder (%(default)s)")
     parser.add_argument("--draft", action="store_true", help="a small grid and short runs")
@@ -62,18 +62,18 @@ def publish(folder: Path, text: str, figures: Mapping[str, Any], numbers: Mappin
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table in Markdown."""
+    """Return a table in Markdown."""
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 def listed(items: Mapping[str, Any]) -> str:
-    """A list in Markdown of what is told by name."""
+    """Return a list in Markdown of named items."""
     return "\n".join(f"- **{name}**: {value}." for name, value in items.items())
 
 
 def percent(share: float) -> str:
-    """A share with its sign; a dash for none."""
+    """Return a share with its sign; a dash for none."""
     return "-" if np.isnan(share) else f"{100 * share:.1f} %"
 
 

@@ -30,7 +30,7 @@ _BATCH = 500
 
 
 def hunt(names: list[str], minutes: float, first: int, folder: Path) -> int:
-    """Batches for the doors in turn; the number of faults."""
+    """Send batches through the doors in turn; return the number of faults."""
     folder.mkdir(parents=True, exist_ok=True)
     end = time.monotonic() + 60.0 * minutes
     counts = dict.fromkeys(names, 0)
@@ -95,7 +95,7 @@ def batch(name: str, number: int, folder: Path) -> None:
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     parser = argparse.ArgumentParser(prog="python -m doors", description=__doc__)
     parser.add_argument("doors", nargs="*", help=f"some of {', '.join(DOORS)}; all, unless given")
     parser.add_argument("--minutes", type=float, default=60.0)

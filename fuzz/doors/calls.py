@@ -63,7 +63,7 @@ _POSITIVE = st.floats(1e-3, 10.0)
 
 
 def _or_any(good: Any, often: int = 7) -> Any:
-    """What is right, and now and then anything."""
+    """Return a strategy of what is right, and now and then anything."""
     return st.integers(0, often).flatmap(lambda k: _ANY if k == 0 else good)
 
 
@@ -198,7 +198,7 @@ def _stop(*_: Any) -> None:
 
 
 def _check_run(given: tuple[Any, Any, Any, Any, list[Any]]) -> None:
-    """A short run of case 1 with any integrator, end, output and events."""
+    """Check a short run of case 1 with any integrator, end, output and events."""
     (kind, settings), until, output, watched, dense = given
     integrator = getattr(fullbody, kind)(**settings)
     check_object(integrator)

@@ -40,13 +40,13 @@ class Door:
     suffix: str = ""
 
     def corpus(self) -> list[Path]:
-        """Files that once led to a fault."""
+        """Return files that once led to a fault."""
         return sorted((CORPUS / self.name).glob(f"*{self.suffix}")) if self.suffix else []
 
 
 @contextlib.contextmanager
 def refusing() -> Iterator[None]:
-    """A context in which the package's own errors and warnings are right, and nobody else's."""
+    """Refuse all errors and warnings but the package's own."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         # The package's are of this kind, numpy's about numbers that are none are not.
@@ -63,7 +63,7 @@ class Content(bytes):
 
 
 def file_door(name: str, suffix: str, inputs: SearchStrategy[bytes], read: Callable[[Path], Any]) -> Door:
-    """A door for files; ``read`` opens one and checks what is in it. Errors have to name the file."""
+    """Return a door for files; ``read`` opens one and checks what is in it. Errors have to name the file."""
 
     def enter(content: bytes) -> None:
         with tempfile.TemporaryDirectory() as folder:

@@ -19,7 +19,7 @@ _UNITS = st.sampled_from([None, u.h, u.km, u.mas, u.mag, u.km / u.s])
 
 
 def _columns(size: int) -> Any:
-    """Values of a column, with a unit now and then, and anything now and then."""
+    """Return a strategy of the values of a column, with a unit now and then, and anything now and then."""
     values = st.lists(st.one_of(st.floats(-5.0, 5.0), st.just(np.nan)), min_size=size, max_size=size)
     united = st.builds(lambda column, unit: column if unit is None else column * unit, values, _UNITS)
     return _or_any(st.one_of(values, united))
@@ -83,7 +83,7 @@ def _check_observed(given: tuple[dict[str, Any], tuple[str, dict[str, Any]], Any
 
 
 def _table(names: tuple[str, ...]) -> Any:
-    """Columns of two rows, which are mostly numbers of a usual size."""
+    """Return a strategy of columns of two rows, which are mostly numbers of a usual size."""
     usual = st.lists(st.floats(0.1, 5.0), min_size=2, max_size=2)
     numbers = st.lists(_NUMBERS, min_size=2, max_size=2)
     column = _or_any(st.one_of(usual, usual, numbers), 9)

@@ -31,7 +31,7 @@ _JSON = st.recursive(
 
 @functools.cache
 def _saved(kind: str) -> bytes:
-    """The file of a small run, or of a simulation."""
+    """Return the file of a small run, or of a simulation."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "run.nc")
         units = kind == "units"
@@ -57,24 +57,24 @@ _KINDS = ["plain", "units", "packed"]
 
 
 def _end(data: bytes) -> int:
-    """Where HDF5's part of such a file ends."""
+    """Return the position at which HDF5's part of such a file ends."""
     return int.from_bytes(data[40:48], "little")
 
 
 def _with_checksum(body: bytes) -> bytes:
-    """A file of HDF5 with a checksum that fits."""
+    """Return a file of HDF5 with a checksum that fits."""
     digest = hashlib.sha256(body).hexdigest()
     return body + f"\nfullbody: sha256 of the {len(body)} bytes before this line: {digest}\n".encode()
 
 
 @st.composite
 def _damaged(draw: Any, kinds: list[str]) -> bytes:
-    """A file after some damage."""
+    """Return a strategy of a file after some damage."""
     data = bytearray(_saved(draw(st.sampled_from(kinds))))
     structures = [found.start() for found in _STRUCTURES.finditer(data)] or [0]
 
     def place() -> int:
-        """Anywhere, or in one of HDF5's structures."""
+        """Return a position anywhere, or in one of HDF5's structures."""
         if draw(st.booleans()):
             return draw(st.integers(0, len(data) - 1))
         return min(draw(st.sampled_from(structures)) + draw(st.integers(0, 600)), len(data) - 1)
@@ -112,7 +112,7 @@ def _damaged(draw: Any, kinds: list[str]) -> bytes:
 
 @st.composite
 def _rewritten(draw: Any) -> bytes:
-    """A whole file of HDF5 in which others wrote what they liked."""
+    """Return a strategy of a whole file of HDF5 in which others wrote what they liked."""
     stream = io.BytesIO(_saved(draw(st.sampled_from(_KINDS))))
     with h5py.File(stream, "r+") as file:
         for _ in range(draw(st.integers(1, 3))):
@@ -127,7 +127,7 @@ def _rewritten(draw: Any) -> bytes:
 
 
 def _other_text(draw: Any, text: Any) -> Any:
-    """A text in the place of another: JSON with another entry, or anything."""
+    """Return another text in the place of one: JSON with another entry, or anything."""
     try:
         value = json.loads(text)
         holder, key = [value], 0

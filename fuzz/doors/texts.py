@@ -29,7 +29,7 @@ _TOML = [
 
 @st.composite
 def _edited(draw: Any, originals: list[str], words: list[str]) -> bytes:
-    """One of some texts after a few edits."""
+    """Return a strategy of one of some texts after a few edits."""
     text = draw(st.sampled_from(originals))
     for _ in range(draw(st.integers(1, 5))):
         lines = text.splitlines() or [""]
@@ -67,7 +67,7 @@ def _texts(*paths: Path) -> list[str]:
 
 
 def _example() -> str:
-    """The set-up in the documentation of the format."""
+    """Return the setup in the documentation of the format."""
     block = (toml_setup.__doc__ or "").partition(".. code-block:: toml\n")[2]
     return "\n".join(line.removeprefix("    ") for line in block.splitlines())
 

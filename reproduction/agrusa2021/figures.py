@@ -19,7 +19,7 @@ _COLOURS = ("#e41a1c", "#ff7f00", "#ffffff", "#f781bf", "#4daf4a", "#00e5ff", "#
 
 
 def all_figures(found: xarray.Dataset) -> dict[str, Figure]:
-    """One map."""
+    """Return the only map, by its name."""
     return {"map": _map(found)}
 
 

@@ -30,7 +30,7 @@ DRAFT = {"beta": [1.0, 3.0], "a_b": [1.1, 1.42], "b_c": [1.1, 1.3]}
 
 
 def setup(beta: float, a_b: float, b_c: float) -> tuple[System, State]:
-    """Didymos and a synchronous Dimorphos, in km, hours and kg, just after the impact."""
+    """Return Didymos and a synchronous Dimorphos, in km, hours and kg, just after the impact."""
     system, state = binary(
         Component(diameters=(0.838, 0.832, 0.786), rotation_period=2.26, name="Didymos"),
         Component(diameter=0.164, axis_ratios=(a_b, b_c), name="Dimorphos"),
@@ -46,12 +46,12 @@ def setup(beta: float, a_b: float, b_c: float) -> tuple[System, State]:
 
 
 def measure(run: Run) -> dict[str, Any]:
-    """The largest roll, pitch and yaw; when one of them passed the limit; and the drifts."""
+    """Return the largest roll, pitch and yaw; when one of them passed the limit; and the drifts."""
     return observables.tumbles(run, limit=UNSTABLE).as_dict() | observables.drift(run).as_dict()
 
 
 def sweep(folder: Path | None, draft: bool = False, progress: bool = False, **options: Any) -> xarray.Dataset:
-    """The map, kept in the folder while it grows."""
+    """Return the map, kept in the folder while it grows."""
     return fullbody.sweep(
         setup,
         DRAFT if draft else GRID,
@@ -71,7 +71,7 @@ NEAR = 0.03
 
 
 def counts(found: xarray.Dataset) -> dict[str, Any]:
-    """By beta: the unstable shapes among all, among those near each resonance of the theory, and far from them."""
+    """Count, for each beta, the unstable shapes: among all, near each resonance of the theory, and far from them."""
     three = theory.frequencies(*np.meshgrid(found.a_b, found.b_c, indexing="ij"))
     near = {name: np.abs(vanishing(*three)) < NEAR for name, vanishing in theory.RESONANCES.items()}
     where = {"all": np.full(three[0].shape, True), **near, "none of these": ~np.any(list(near.values()), axis=0)}
@@ -90,7 +90,7 @@ def counts(found: xarray.Dataset) -> dict[str, Any]:
 
 
 def _shapes(part: xarray.Dataset, place: Any) -> dict[str, float]:
-    """What the shapes at some places of the map do; angles in degrees."""
+    """Return a sentence on the shapes at some rows of the map; angles in degrees."""
     roll, tumbles = (part[name].values[place] for name in ("largest_roll", "tumbles"))
     if not len(roll):
         return {"shapes": 0, "unstable": np.nan, "rolls_over": np.nan, "roll_median": np.nan}

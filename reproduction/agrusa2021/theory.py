@@ -26,7 +26,7 @@ __all__ = ["RESONANCES", "frequencies"]
 
 
 def frequencies(a_b: Any, b_c: Any) -> tuple[Any, Any, Any]:
-    """The frequencies of libration, precession and nutation of a homogeneous ellipsoid, in mean motions."""
+    """Return the frequencies of libration, precession and nutation of a homogeneous ellipsoid, in mean motions."""
     a, b, c = np.asarray(a_b) * b_c, np.asarray(b_c), 1.0
     # The moments but for a common factor.
     small, middle, large = b * b + c * c, a * a + c * c, a * a + b * b

@@ -90,7 +90,7 @@ def _circular(
 def _spheroid(
     J2: float, a: float, period: float, e: float, i: float, node: float, periapsis: float, longitude: float
 ) -> tuple[fullbody.System, fullbody.State]:
-    """Eris as a spheroid that turns once an orbit about the orbit's normal.
+    """Return Eris as a spheroid that turns once an orbit about the orbit's normal.
 
     The period is that of a circular orbit in the equator, n^2 a^3 = G M (1 + 3/2 J2 R^2/a^2), which J2 hardly changes.
     """

@@ -19,7 +19,7 @@ __all__ = ["findings"]
 def findings(
     catalogue: Sequence[Refit], eris: Eris, lempo: Lempo | None, haumea: Haumea | None
 ) -> dict[str, list[str]]:
-    """Titles and paragraphs."""
+    """Return titles and paragraphs."""
     found = {"The catalogue": _catalogue(catalogue), "Eris and Dysnomia": _eris(eris)}
     if lempo is not None:
         found["Lempo, Hiisi and Paha"] = _lempo(lempo)

@@ -164,14 +164,14 @@ def _points(haumea: float, namaka: float, hiiaka: float, **orbits: float) -> tup
 
 
 def _with_masses(haumea: float, **orbits: float) -> tuple[fullbody.System, fullbody.State]:
-    """Points with the published masses of the moons."""
+    """Return points with the published masses of the moons."""
     return _points(haumea, MASSES["namaka"][0], MASSES["hiiaka"][0], **orbits)
 
 
 def _spheroid(
     J2: float, ra: float, dec: float, haumea: float, namaka: float, hiiaka: float, **orbits: float
 ) -> tuple[fullbody.System, fullbody.State]:
-    """Haumea as the spheroid that has the time average of the triaxial figure's gravity; its axis in degrees."""
+    """Return Haumea as the spheroid that has the time average of the triaxial figure's gravity; its axis in degrees."""
     return nested(
         NAMES,
         (haumea * 1e21, namaka * 1e18, hiiaka * 1e18),
@@ -246,7 +246,7 @@ def verdicts(found: Haumea) -> list[Verdict]:
 
 
 def _figure(found: Haumea) -> Verdict:
-    """Whether the J2 that the moons show is that of the figure."""
+    """Judge whether the J2 that the moons show is that of the figure."""
     free = found.axis_j2
     j2, error = free.values["J2"], free.sigma["J2"]
     off = (j2 - TRIAXIAL) / error
@@ -263,7 +263,7 @@ def _figure(found: Haumea) -> Verdict:
 
 
 def _parity(found: Haumea) -> Verdict:
-    """Which sign of right ascension the data have."""
+    """Judge which sign of right ascension the data have."""
     tables, turned = found.mirror, found.axis
     assert tables.p_value is not None
     assert turned.p_value is not None

@@ -18,7 +18,7 @@ _Array = npt.NDArray[np.float64]
 
 
 def lempo(as_collected: bool = False) -> list[observing.Astrometry]:
-    """Hiisi and Paha about Lempo, nine epochs (Benecchi et al. 2010); times are less light time.
+    """Return Hiisi and Paha about Lempo, nine epochs (Benecchi et al. 2010); times are less light time.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def lempo(as_collected: bool = False) -> list[observing.Astrometry]:
 
 
 def haumea(east: int = 1, as_collected: bool = False) -> list[observing.Astrometry]:
-    """Namaka and Hi'iaka about Haumea (Ragozzine & Brown 2009, Proudfoot et al. 2024).
+    """Return Namaka and Hi'iaka about Haumea (Ragozzine & Brown 2009, Proudfoot et al. 2024).
 
     The errors cannot have been independent on the equator: in some rows those along the ecliptic differ by more than
     any such pair would make them. They are taken to be independent along the ecliptic, as they were collected.

@@ -100,7 +100,7 @@ def catalogued(name: str, exchanged: Sequence[int] = ()) -> Catalogued:
 
 
 def eris(light_time: bool = True) -> observing.Astrometry:
-    """Dysnomia about Eris, 19 epochs from 2005 to 2018 (Brown & Schaller 2007, Holler et al. 2021)."""
+    """Return Dysnomia about Eris, 19 epochs from 2005 to 2018 (Brown & Schaller 2007, Holler et al. 2021)."""
     table = pd.read_csv(FOLDER / "eris_dysnomia.csv")
     dates = _dates(table)
     geometry = observing.Geometry.from_orbit(ERIS_ORBIT, ERIS_EPOCH, span=dates, light_time=light_time)

@@ -65,7 +65,7 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
 
 
 def _fits(found: Results) -> dict[str, Any]:
-    """Each fit in numbers."""
+    """Return each fit in numbers."""
     fits: dict[str, Any] = {one.catalogued.name: one.fit for one in found.catalogue}
     for what, study in (("Eris", found.eris), ("Lempo", found.lempo), ("Haumea", found.haumea)):
         for name, fit in vars(study).items() if study is not None else ():

@@ -28,7 +28,7 @@ ACROSS: Final = {name: INPUTS[name].sigma for name in ("normal", "miss_normal")}
 
 
 def setup(a_b: float, b_c: float) -> tuple[System, State]:
-    """The start with the values of the table of inputs and a motion across the plane of one standard error."""
+    """Return the start with the values of the table of inputs and a motion across the plane of one standard error."""
     bodies, state = model.start(**FIXED, **ACROSS, a_b=a_b, b_c=b_c)
     return System(bodies, G=model.G, gravity=model.GRAVITY), state
 
@@ -39,7 +39,7 @@ def measure(run: Run) -> dict[str, Any]:
 
 
 def sweep(folder: Path | None, draft: bool = False, progress: bool = False) -> xarray.Dataset:
-    """The map, kept in the folder while it grows."""
+    """Return the map, kept in the folder while it grows."""
     return fullbody.sweep(
         setup,
         DRAFT if draft else GRID,

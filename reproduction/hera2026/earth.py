@@ -25,7 +25,7 @@ STEP: Final = 0.05
 
 
 def apparition(dates: Any) -> Geometry:
-    """The directions of the earth and the Sun from the system over some dates."""
+    """Return the directions of the earth and the Sun from the system over some dates."""
     from astropy import units as u
     from astropy.time import Time
 
@@ -37,7 +37,7 @@ def apparition(dates: Any) -> Geometry:
 
 
 def _plain(start: float, end: float) -> Geometry:
-    """The geometry in km and hours since the impact, as systems without units take it."""
+    """Return the geometry in km and hours since the impact, as systems without units take it."""
     from astropy import units as u
     from astropy.time import Time
 
@@ -49,7 +49,7 @@ def _plain(start: float, end: float) -> Geometry:
 
 
 def night(found: xarray.Dataset, members: npt.NDArray[np.intp]) -> dict[str, Any]:
-    """Light curves of some members over a day, each from the middle of an occultation of Dimorphos by Didymos on.
+    """Return light curves of some members over a day, from the middle of an occultation of Dimorphos by Didymos on.
 
     Returns
     -------
@@ -93,7 +93,7 @@ def night(found: xarray.Dataset, members: npt.NDArray[np.intp]) -> dict[str, Any
 
 
 def _first(seen: list[Any], middle: float) -> dict[str, tuple[float, float]]:
-    """Middle, from a time on, and duration of the first event of each kind and body at or after that time."""
+    """Return the middle, from a time on, and the duration of the first event of each kind and body at or after it."""
     found: dict[str, tuple[float, float]] = {}
     for one in seen:
         if one.middle is not None and one.middle >= middle - 1e-9:

@@ -32,7 +32,7 @@ _LOOK = {
 
 
 def outcomes(found: xarray.Dataset, axes_map: xarray.Dataset) -> Figure:
-    """Members over their axis ratios, sizes by weight, over how long the first motion lasts."""
+    """Draw members over their axis ratios, sizes by weight, over how long the first motion lasts."""
     figure = Figure(figsize=(7.2, 5.4), layout="constrained")
     axes = figure.subplots()
     days = np.where(np.isfinite(axes_map.tumbling_time), axes_map.tumbling_time / 24.0, posterior.OBSERVED_DAYS)
@@ -68,7 +68,7 @@ def outcomes(found: xarray.Dataset, axes_map: xarray.Dataset) -> Figure:
 
 
 def angles(found: xarray.Dataset, count: int = 12) -> Figure:
-    """Yaw and roll over the last days, of the first members that are locked and that roll; an ellipsoid looks the same
+    """Draw yaw and roll over the last days, of members that are locked and that roll; an ellipsoid looks alike
     after half a turn.
     """
     figure = Figure(figsize=(7.4, 4.8), layout="constrained")
@@ -95,7 +95,7 @@ def angles(found: xarray.Dataset, count: int = 12) -> Figure:
 
 
 def night(found: dict[str, Any]) -> Figure:
-    """The light curves of a night: the median and the middle 90 per cent of the members."""
+    """Draw the light curves of a night: the median and the middle 90 per cent of the members."""
     figure = Figure(figsize=(7.2, 3.6), layout="constrained")
     axes = figure.subplots()
     time, curves = np.asarray(found["time"]), np.asarray(found["magnitude"])
@@ -111,7 +111,7 @@ def night(found: dict[str, Any]) -> Figure:
 
 
 def sensitivity(table: dict[str, dict[str, float]]) -> Figure:
-    """Rank correlations of what is predicted with the inputs."""
+    """Draw rank correlations of what is predicted with the inputs."""
     figure = Figure(figsize=(7.6, 4.6), layout="constrained")
     axes = figure.subplots()
     values = np.array([list(row.values()) for row in table.values()])

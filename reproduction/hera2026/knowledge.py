@@ -16,20 +16,20 @@ __all__ = ["moments", "of_member", "table"]
 
 
 def of_member(row: xarray.Dataset) -> mission.Truth:
-    """The pair of a member at arrival."""
+    """Return the pair of a member at arrival."""
     figure = {name: float(row[name]) for name in ("equatorial", "polar", "diameter")}
     big, small = model.masses(float(row.separation), density=float(row.density), **figure)
     return mission.Truth(big, small, **figure, a_b=float(row.a_b), b_c=float(row.b_c), state=row.state.values)
 
 
 def moments(a_b: Any, b_c: Any) -> npt.NDArray[np.float64]:
-    """(B - A)/C, (C - A)/B and (C - B)/A of homogeneous ellipsoids (..., 3)."""
+    """Return (B - A)/C, (C - A)/B and (C - B)/A of homogeneous ellipsoids (..., 3)."""
     a, b, c = (np.asarray(a_b) * b_c) ** 2, np.asarray(b_c) ** 2, 1.0
     return np.stack([(a - b) / (a + b), (a - c) / (a + c), (b - c) / (b + c)], axis=-1)
 
 
 def table(found: xarray.Dataset, truth: mission.Truth, fit: Any) -> dict[str, Any]:
-    """Standard errors today, which are the scatter of the members, and after the survey.
+    """Return standard errors today, which are the scatter of the members, and after the survey.
 
     The fitted figure of Dimorphos has the volume of the truth, so that its two ratios stand for its moments of inertia.
     The change of its velocity along the motion, which beta needs beside the mass, stays what is known today.
@@ -77,7 +77,7 @@ def _of(fit: Any, names: tuple[str, ...]) -> npt.NDArray[np.float64]:
 
 
 def _closest(truth: mission.Truth) -> list[float]:
-    """The least distance of each pass from Didymos, km."""
+    """Return the least distance of each pass from Didymos, km."""
     setup, values = mission.survey(truth)
     system, state = setup(**values)
     run = system.integrate(state, mission.LENGTH, output=1.0)

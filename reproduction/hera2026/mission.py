@@ -108,7 +108,7 @@ class Landmarks:
 
     @staticmethod
     def directions(run: Run, body: str, camera: str, places: _Array) -> _Array:
-        """Unit vectors (K, L, 3) from the camera to places on a body."""
+        """Return unit vectors (K, L, 3) from the camera to places on a body."""
         body_, camera_ = run.system.index(body), run.system.index(camera)
         turned = np.einsum("kij,lj->kli", rotations.matrices(run.attitude[:, body_]), places)
         line = run.position[:, None, body_] + turned - run.position[:, None, camera_]
@@ -146,7 +146,7 @@ class Landmarks:
 
 
 def bodies(truth: Truth, big: float, small: float, polar: float, a_b: float, b_c: float) -> list[Body]:
-    """Didymos, Dimorphos and the passes."""
+    """Return Didymos, Dimorphos and the passes."""
     round_ = truth.equatorial / 1e3
     return [
         Body(Ellipsoid(round_, round_, polar / 1e3), mass=big, name="Didymos"),
@@ -156,7 +156,7 @@ def bodies(truth: Truth, big: float, small: float, polar: float, a_b: float, b_c
 
 
 def craft() -> tuple[_Array, _Array]:
-    """Positions and velocities (P, 3) of the passes at the start, on straight lines through their middles."""
+    """Return positions and velocities (P, 3) of the passes at the start, on straight lines through their middles."""
     places, speeds = [], []
     for middle, distance, direction in PASSES:
         u = np.array(direction) / np.linalg.norm(direction)
@@ -168,7 +168,7 @@ def craft() -> tuple[_Array, _Array]:
 
 
 def survey(truth: Truth) -> tuple[Any, dict[str, Any]]:
-    """The setup of the fit, and its parameters where the truth is: masses, figures, and departures of the state.
+    """Return the setup of the fit, and its parameters where the truth is: masses, figures, and departures of the state.
 
     Departures are of Dimorphos from Didymos, of Dimorphos' attitude (a rotation vector in its frame) and spin, and of
     each pass. The path of the pair's barycentre about the Sun counts as known.
@@ -199,13 +199,13 @@ def survey(truth: Truth) -> tuple[Any, dict[str, Any]]:
 
 
 def _turn(vector: _Array) -> _Array:
-    """The quaternion of a small rotation vector."""
+    """Return the quaternion of a small rotation vector."""
     angle = np.linalg.norm(vector)
     return np.concatenate([[np.cos(angle / 2)], 0.5 * np.sinc(angle / (2 * np.pi)) * vector])
 
 
 def simulated(truth: Truth) -> list[Any]:
-    """Range, range rate and directions that the spacecraft would give of the truth, with errors."""
+    """Return the range, range rate and directions that the spacecraft would give of the truth, with errors."""
     rng = np.random.default_rng(SEED)
     setup, values = survey(truth)
     system, state = setup(**values)

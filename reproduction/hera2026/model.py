@@ -50,13 +50,13 @@ BEFORE: Final = (INPUTS["a_b_before"].value, INPUTS["b_c_before"].value)
 
 
 def ellipsoid(diameter: float, a_b: float, b_c: float) -> Ellipsoid:
-    """An ellipsoid by the diameter of its volume and the ratios of its axes; km."""
+    """Return an ellipsoid by the diameter of its volume and the ratios of its axes; km."""
     b = diameter / 2 * (b_c / a_b) ** (1 / 3)
     return Ellipsoid(b * a_b, b, b / b_c)
 
 
 def masses(separation: float, equatorial: float, polar: float, diameter: float, density: float) -> tuple[float, float]:
-    """Masses of Didymos and Dimorphos, kg, from metres and kg/m3.
+    """Return masses of Didymos and Dimorphos, kg, from metres and kg/m3.
 
     The relative acceleration at the distance is that of the circular orbit of the period before the impact. It is
     linear in both masses, and the mass of Dimorphos is its density times its volume.
@@ -145,7 +145,7 @@ def start(
     b_c: float,
     yaw: float,
 ) -> tuple[list[Body], State]:
-    """The bodies and their state just after the impact: x from Didymos to Dimorphos, z along the orbit's pole."""
+    """Return bodies and state just after the impact: x from Didymos to Dimorphos, z along the orbit's pole."""
     big, small = masses(separation, equatorial, polar, diameter, density)
     bodies = [
         Body(Ellipsoid(equatorial / 1e3, equatorial / 1e3, polar / 1e3), mass=big, name="Didymos"),
@@ -169,7 +169,7 @@ def start(
 
 
 def beta(along: Any, density: Any, diameter: Any) -> Any:
-    """The momentum enhancement along the motion: that of Dimorphos over the spacecraft's, in the numbers of `setup`."""
+    """Return the momentum enhancement along the motion: Dimorphos' momentum over the spacecraft's, as in `setup`."""
     momentum = INPUTS["dart_mass"].value * INPUTS["dart_speed"].value
     return -along * 1e-3 * density * np.pi / 6 * diameter**3 / momentum
 
@@ -194,7 +194,7 @@ def _slow(log_k2_q: float, log_k2_q_primary: float, byorp: float) -> list[forces
 
 @lru_cache(maxsize=1)
 def _sunlight() -> tuple[forces.Force, float]:
-    """The Sun as in the published system, and the mean pressure of its light, kg/(km h^2)."""
+    """Return the Sun as in the published system, and the mean pressure of its light, kg/(km h^2)."""
     published = systems.published("didymos_after_dart")
     a, e = published["heliocentric orbit (a, e, i, Omega, omega, M), ecliptic"][:2]
     system, _ = systems.didymos_after_dart(sun=True)

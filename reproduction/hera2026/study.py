@@ -123,7 +123,7 @@ def observed(run: fullbody.Run) -> dict[str, float]:
 
 @contextmanager
 def workers() -> Iterator[Any]:
-    """The executor of the study: none, or by the variable HERA_DASK that of a cluster of dask.
+    """Yield the executor of the study: none, or that of a cluster of dask by the variable HERA_DASK.
 
     ``HERA_DASK=local`` starts workers on this machine; otherwise it is the address of a scheduler.
     """

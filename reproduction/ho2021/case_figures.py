@@ -32,7 +32,7 @@ _WINDOW = 4.0
 
 
 def all_figures(runs: Runs) -> dict[str, Any]:
-    """The figures by name."""
+    """Return the figures by name."""
     steps = runs.cases
     drawn = {number: run[::_THINNED] for number, run in runs.fine.items()}
     return {
@@ -45,7 +45,7 @@ def all_figures(runs: Runs) -> dict[str, Any]:
 
 
 def motion(run: Run, number: int) -> Any:
-    """(a) orbits, (b) z, (c, d) sines of the angles, (e, f) spins; the fast angles of case 2 also in part."""
+    """Draw (a) orbits, (b) z, (c, d) sines of the angles, (e, f) spins; the fast angles of case 2 also in part."""
     fast = number == 2
     heights = (1.0, 0.45, 1.0, 1.0) if fast else (1.0, 1.0, 1.0)
     drawn, axes = figure(len(heights), 2, (9.0, 10.5 if fast else 9.0), height_ratios=heights)
@@ -90,7 +90,7 @@ def motion(run: Run, number: int) -> Any:
 
 
 def force(run: Run, forces: Any) -> Any:
-    """F_z on A."""
+    """Draw f_z on A."""
     drawn, axes = figure(1, 1, (7.0, 3.2))
     ax = axes[0, 0]
     exponent = power(forces[:, 2])
@@ -105,7 +105,7 @@ def force(run: Run, forces: Any) -> Any:
 
 
 def energy(run: Run, number: int) -> Any:
-    """Energies, and the errors from step to step (the paper's) and from the start."""
+    """Draw energies, and the errors from step to step (the paper's) and from the start."""
     drawn, axes = figure(3, 1, (7.0, 8.5), sharex=True)
     top, middle, bottom = axes[:, 0]
     for name, values, style in _ENERGIES:

@@ -72,7 +72,7 @@ class CaseNumbers:
 
 
 def case(number: int, theta_0: float | None = None, **options: Any) -> tuple[Run, float]:
-    """Case 1 or 2 until t = 200 by the paper's surface integrals, and its CPU time in seconds."""
+    """Run case 1 or 2 until t = 200 by the paper's surface integrals; return it and its CPU time in seconds."""
     build = {1: systems.case1, 2: systems.case2}[number]
     system, state = build(**({} if theta_0 is None else {"theta_0": theta_0}), **{"gravity": "surface", **options})
     started = time.process_time()
@@ -81,7 +81,7 @@ def case(number: int, theta_0: float | None = None, **options: Any) -> tuple[Run
 
 
 def fine(run: Run) -> Run:
-    """The same motion sampled so closely that no peak falls between samples."""
+    """Return the same motion sampled so closely that no peak falls between samples."""
     return _finely(run.system, run[0])
 
 
@@ -91,18 +91,18 @@ def _finely(system: Any, state: Any) -> Run:
 
 
 def angles(run: Run) -> _Array:
-    """Tait-Bryan angles phi, theta, psi (K, N, 3) without jumps."""
+    """Return the Tait-Bryan angles phi, theta, psi (K, N, 3) without jumps."""
     found = Rotation.from_quat(run.attitude.reshape(-1, 4), scalar_first=True).as_euler("ZYX")[:, ::-1]
     return np.asarray(np.unwrap(found.reshape(run.spin.shape), axis=0))
 
 
 def forces(run: Run) -> _Array:
-    """Force on A along a run (K, 3)."""
+    """Return the force on A along a run (K, 3)."""
     return np.array([run.system.interactions(state).force[0] for state in run])
 
 
 def measure(run: Run, drawn: Run, seconds: float = 0.0) -> CaseNumbers:
-    """The quantities of which the paper speaks: errors and cost of a run's steps, the rest of its :func:`fine` twin."""
+    """Return the paper's quantities: errors and cost of a run's steps, the rest of its :func:`fine` twin."""
     turned = angles(drawn)
     force = np.abs(forces(drawn))
     place = np.abs(drawn.position)
@@ -134,12 +134,12 @@ def measure(run: Run, drawn: Run, seconds: float = 0.0) -> CaseNumbers:
 
 
 def _first(times: _Array, true: npt.NDArray[np.bool_]) -> float:
-    """The first time of those at which something is true; NaN where it never is."""
+    """Return the first time of those at which something is true; NaN where it never is."""
     return float(times[np.argmax(true)]) if true.any() else float("nan")
 
 
 def _near_approaches(run: Run) -> float:
-    """Share of the largest tenth of A's transverse spins that lie near a closest approach."""
+    """Return the share of the largest tenth of A's transverse spins that lie near a closest approach."""
     distance = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
     spin = np.hypot(*run.spin[:, 0, :2].T)
     inner = np.flatnonzero((distance[1:-1] < distance[:-2]) & (distance[1:-1] < distance[2:])) + 1
@@ -151,13 +151,13 @@ def _near_approaches(run: Run) -> float:
 
 
 def growth(theta_0: float) -> float:
-    """Growth of case 2's transverse spin when it starts with this tilt in place of pi/32."""
+    """Return the growth of case 2's transverse spin when it starts with this tilt in place of pi/32."""
     small, large = (np.abs(_finely(*systems.case2(theta)).spin[..., :2]).max() for theta in (np.pi / 32, theta_0))
     return float(large / small)
 
 
 def from_coplanar() -> float:
-    """Largest distance of case 2's A from its place when nothing is tilted, relative to that from the origin."""
+    """Return the largest distance of case 2's A from where it is untilted, relative to that from the origin."""
     runs = [systems.case2(theta) for theta in (np.pi / 32, 0.0)]
     places = [system.integrate(state, paper.CASES_END, output=0.5).position[:, 0] for system, state in runs]
     return float(np.linalg.norm(places[0] - places[1], axis=1).max() / np.linalg.norm(places[1], axis=1).max())

@@ -25,7 +25,7 @@ _POLAR = 90.0
 
 
 def all_figures(results: Results) -> dict[str, Any]:
-    """The figures by name."""
+    """Return the figures by name."""
     return {
         "z_motion": z_motion(results),
         "spin_starts": spin_starts(results),
@@ -35,7 +35,7 @@ def all_figures(results: Results) -> dict[str, Any]:
 
 
 def z_motion(results: Results) -> Any:
-    """Case 1's motion along z by kind of arithmetic."""
+    """Draw case 1's motion along z by kind of arithmetic."""
     drawn, axes = figure(1, 1, (7.0, 4.6))
     ax = axes[0, 0]
     labels = {
@@ -72,7 +72,7 @@ def z_motion(results: Results) -> Any:
 
 
 def spin_starts(results: Results) -> Any:
-    """Beta's spin over the first 200 h along families of starts, beside the printed ranges."""
+    """Draw Beta's spin over the first 200 h along families of starts, beside the printed ranges."""
     columns = len(results.scans)
     drawn, axes = figure(4, columns, (10.5, 9.0), sharex="col", sharey="row")
     for column, scan in enumerate(results.scans):
@@ -103,7 +103,7 @@ def spin_starts(results: Results) -> Any:
 
 
 def inclination(results: Results) -> Any:
-    """The inclination to the xy-plane over the year, and the nodal period by the orbit's inclination."""
+    """Draw the inclination to the xy-plane over the year, and the nodal period by the orbit's inclination."""
     from astropy import units as u
 
     drawn, axes = figure(2, 1, (7.0, 6.8))
@@ -142,7 +142,7 @@ def inclination(results: Results) -> Any:
 
 
 def physical(results: Results) -> Any:
-    """Eccentricity and Beta's spin of the physical states and of the paper's."""
+    """Draw the eccentricity and Beta's spin of the physical states and of the paper's."""
     drawn, axes = figure(4, len(results.physical), (10.5, 8.5), sharex=True, sharey="row")
     for column, (name, motion) in enumerate(results.physical.items()):
         run = results.runs.physical[name]

@@ -27,7 +27,7 @@ TITLES = {
 
 
 def findings(r: Results) -> dict[str, list[str]]:
-    """Paragraphs of plain text by the names in ``TITLES``."""
+    """Return paragraphs of plain text by the names in ``TITLES``."""
     parts = (_z, _tilt, _period, _spin, _inclination, _errors, _momentum, _physical)
     return {
         name: [" ".join(paragraph.split()) for paragraph in part(r).split("\n\n")]
@@ -36,7 +36,7 @@ def findings(r: Results) -> dict[str, list[str]]:
 
 
 def sine_growth(theta: float) -> float:
-    """Growth of sin(2 theta), as which the torque on a tilted spheroid goes, from pi/32."""
+    """Return the growth of sin(2 theta), as which the torque on a tilted spheroid goes, from pi/32."""
     return math.sin(2 * theta) / math.sin(math.pi / 16)
 
 

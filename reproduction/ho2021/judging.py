@@ -45,14 +45,14 @@ class Judge:
         self.found: dict[str, tuple[str, Word, str, str, str]] = {}
 
     def verdicts(self) -> list[Verdict]:
-        """All of them in the paper's order, one for each of its statements."""
+        """Return all verdicts in the paper's order, one for each of its statements."""
         said = paper.STATEMENTS
         return [Verdict(key, s.where, s.quantity, s.text, *self.found[key]) for key, s in said.items()]
 
     def claim(
         self, key: str, ours: str, holds: bool, counted: str = "", *, why: str = "", note: str = "", see: str = ""
     ) -> None:
-        """A statement; ``why`` it fails, or a ``note`` where it holds."""
+        """Add a statement; ``why`` it fails, or a ``note`` where it holds."""
         self.found[key] = (ours, "holds" if holds else "differs", counted, note if holds else why, see)
 
     def within(
@@ -65,17 +65,17 @@ class Judge:
         unit: str = "",
         **words: str,
     ) -> None:
-        """A statement in words, counted as a value between limits, which the verdict shows."""
+        """Add a statement in words, counted as a value between limits, which the verdict shows."""
         limits = (f"above {low:g}", f"below {high:g}", f"{low:g} to {high:g}")
         counted = limits[0 if high == math.inf else 1 if low == -math.inf else 2]
         self.claim(key, ours, low < value < high, f"{counted} {unit}".strip(), **words)
 
     def bound(self, key: str, value: float, limit: float, **words: str) -> None:
-        """A printed bound."""
+        """Add a printed bound."""
         self.claim(key, f"{value:.1e}", value < limit, **words)
 
     def numbers(self, key: str, text: str, values: Sequence[float], *, why: str = "", see: str = "") -> None:
-        """Printed numbers, to their digits; ``text`` is what they stand in."""
+        """Add printed numbers, to their digits; ``text`` is what they stand in."""
         said = re.findall(r"-?\d+\.\d+", paper.STATEMENTS[key].text)
         ours = [as_printed(value, number) for value, number in zip(values, said, strict=True)]
         if ours == said:
@@ -84,11 +84,11 @@ class Judge:
             self.found[key] = (text.format(*ours), "differs", "", why, see)
 
     def leave_open(self, key: str, ours: str, why: str) -> None:
-        """What cannot be decided."""
+        """Add a statement that cannot be decided."""
         self.found[key] = (ours, "open", "", why, "")
 
     def cpu(self, key: str, printed: float, ours: float) -> None:
-        """A CPU time."""
+        """Add a CPU time."""
         less = ours < printed
         ratio = float(f"{max(printed / ours, ours / printed):.1g}")
         text = f"{ours:.2g} s: about {ratio:g} times {'less' if less else 'more'}"
@@ -96,12 +96,12 @@ class Judge:
 
 
 def as_printed(value: float, printed: str) -> str:
-    """A value rounded to the decimals of a printed number."""
+    """Return a value rounded to the decimals of a printed number."""
     exponent = Decimal(printed).as_tuple().exponent
     assert isinstance(exponent, int)
     return f"{value:.{max(0, -exponent)}f}"
 
 
 def counts(verdicts: Sequence[Verdict]) -> dict[str, int]:
-    """How many verdicts of each kind."""
+    """Return the number of verdicts of each kind."""
     return {word: sum(verdict.verdict == word for verdict in verdicts) for word in WORDS}

@@ -87,14 +87,14 @@ def _ranges(attitude: Rotation, spacing: float) -> _Array:
 
 
 def _turn(attitude: Rotation) -> tuple[float, float]:
-    """Angle from the stated orientation in the sense of the motion, and of its axis from the normal, degrees."""
+    """Return the angle from the stated orientation in the sense of the motion, its axis from the normal, degrees."""
     turn = attitude.as_rotvec(degrees=True)
     size, along = float(np.linalg.norm(turn)), float(turn @ _NORMAL)
     return float(np.copysign(size, along)), float(np.rad2deg(np.arccos(np.clip(abs(along) / size, 0.0, 1.0))))
 
 
 def _nearest(guess: Rotation) -> Minimum:
-    """The smallest largest difference from the printed numbers near a guess."""
+    """Return the smallest of the largest differences from the printed numbers near a guess."""
 
     def margins(x: _Array) -> _Array:
         misses = (_ranges(Rotation.from_rotvec(x[:3]) * guess, 0.05) - PRINTED).ravel()
@@ -109,7 +109,7 @@ def _nearest(guess: Rotation) -> Minimum:
 
 
 def _farthest(of: Callable[[Rotation], float], about: Rotation) -> float:
-    """The largest value of a function among the orientations about one that give all six printed numbers."""
+    """Return the largest value of a function among the orientations about one that give all six printed numbers."""
 
     def margins(x: _Array) -> _Array:
         misses = _ranges(Rotation.from_rotvec(x) * about, 0.02) - PRINTED
@@ -123,7 +123,7 @@ def _farthest(of: Callable[[Rotation], float], about: Rotation) -> float:
 def _least(
     target: Callable[[_Array], float], first: list[float], margins: Callable[[_Array], _Array], step: float
 ) -> _Array:
-    """Minimize where no margin is negative; the extremes of a spin change place, so that derivatives do not help."""
+    """Minimise where no margin is negative; extremes of a spin change place, so derivatives do not help."""
     options = {"rhobeg": step, "tol": 1e-5, "maxiter": 200}
     constraints = {"type": "ineq", "fun": margins}
     return np.asarray(minimize(target, first, method="COBYLA", constraints=constraints, options=options).x)

@@ -87,7 +87,7 @@ def write_report(out: Any, *, draft: bool = False, progress: bool = False) -> Re
 
 
 def _render(results: Results, verdicts: list[Verdict], found: dict[str, list[str]], figures: Path) -> str:
-    """The page, with the figures from a folder inside it."""
+    """Return the page, with the figures from a folder inside it."""
 
     def picture(name: str) -> str:
         data = base64.b64encode((figures / f"{name}.png").read_bytes()).decode("ascii")

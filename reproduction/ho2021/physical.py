@@ -42,7 +42,7 @@ class Motion:
 
 
 def states() -> dict[str, tuple[str, Any, State]]:
-    """Name: what it starts from, system, state."""
+    """Return, by their names, what the states start from, their systems and states."""
     paper_system, paper_state = systems.kw4_ho2021()
     system, nominal = _prograde(paper_system, paper_state)
     return {
@@ -76,7 +76,7 @@ def states() -> dict[str, tuple[str, Any, State]]:
 
 
 def _prograde(system: System, state: State) -> tuple[System, State]:
-    """The orbit in the xy-plane, Alpha's pole tilted from its normal, Beta aligned; the elements are osculating."""
+    """Return the orbit in the xy-plane, Alpha's pole tilted from its normal, Beta aligned; osculating elements."""
     alpha, beta = system.bodies
     return binary(
         Component(
@@ -95,14 +95,14 @@ def _prograde(system: System, state: State) -> tuple[System, State]:
 
 
 def _equator_in_orbit(state: State) -> State:
-    """Beta turned, the short way, so that its pole is the orbit's, counted as its spin goes; the orbit as it was."""
+    """Return the start with Beta turned, the short way, so that its pole is the orbit's; the orbit is as it was."""
     pole = -normal(state)
     axis = np.cross([0.0, 0.0, 1.0], pole)
     return turned(state, Rotation.from_rotvec(axis / np.linalg.norm(axis) * np.arccos(pole[2])))
 
 
 def _relaxed(system: Any, state: State) -> State:
-    """The circular orbit for the force that acts, averaged over a turn of Alpha."""
+    """Return the circular orbit for the force that acts, averaged over a turn of Alpha."""
     alpha, beta = system.bodies
     rotation = 2 * np.pi / state.spin[0, 2]
     return binary(
@@ -115,7 +115,7 @@ def _relaxed(system: Any, state: State) -> State:
 
 
 def _excited(system: Any, state: State) -> State:
-    """An eccentric orbit and a Beta that starts off the line."""
+    """Return an eccentric orbit and a Beta that starts off the line."""
     orbit = KeplerElements(a=ORBIT["a"], e=_EXCITED_E, i=0.0, Omega=0.0, omega=0.0, M=0.0)
     r, v = orbit.to_cartesian(system.mu())
     m = [body.mass for body in system.bodies]
@@ -126,7 +126,7 @@ def _excited(system: Any, state: State) -> State:
 
 
 def motions() -> tuple[dict[str, Motion], dict[str, Run]]:
-    """All states by name, run and measured, and their runs."""
+    """Return all states by name, run and measured, and their runs."""
     found, runs = {}, {}
     for name, (begins, system, state) in states().items():
         run = runs[name] = system.integrate(state, HOURS, output=0.1)

@@ -145,14 +145,14 @@ def compute(*, draft: bool = False, progress: bool = False) -> Results:
 
 
 def _momentum(run: Run) -> dict[str, tuple[float, float]]:
-    """Medians of the first and the last quarter of the drift of the angular momentum."""
+    """Return the medians of the first and the last quarter of the drift of the angular momentum."""
     drifts = {"places": kw4.drift(kw4.momentum_of_places(run)), "apart": run.angular_momentum_drift}
     quarter = len(run) // 4
     return {name: (float(np.median(d[:quarter])), float(np.median(d[-quarter:]))) for name, d in drifts.items()}
 
 
 def as_numbers(results: Results) -> dict[str, Any]:
-    """Everything but the runs."""
+    """Return everything but the runs."""
     return {
         "program": f"fullbody {__version__}",
         "paper": "Ho, Wold, Conway & Poursina (2021), Celest. Mech. Dyn. Astron. 133, 35",

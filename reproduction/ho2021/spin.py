@@ -42,12 +42,12 @@ COARSE = Verner98(1e-10, 1e-10)
 
 
 def misfit(ranges: _Array) -> Any:
-    """Largest difference of ranges (..., 3, 2) from the six printed numbers, 1e-5 rad/s."""
+    """Return the largest difference of ranges (..., 3, 2) from the six printed numbers, 1e-5 rad/s."""
     return np.abs(ranges - PRINTED).max(axis=(-2, -1))
 
 
 def shared(work: Callable[[Any], Any], over: Any) -> list[Any]:
-    """The results of one function for many arguments, in order; integration leaves Python's lock alone."""
+    """Return the results of one function for many arguments, in order; integration leaves Python's lock alone."""
     with ThreadPoolExecutor() as pool:
         return list(pool.map(work, over))
 
@@ -102,7 +102,7 @@ class Scan:
 
 
 def scan(name: str, steps: int = 18) -> Scan:
-    """Beta's spin along one of the ``FAMILIES``: ``steps`` to either side, then finer about the best."""
+    """Return Beta's spin along one of the ``FAMILIES``: ``steps`` to either side, then finer about the best."""
     system, state = systems.kw4_ho2021()
     unit, stated, reach, make = FAMILIES[name]
 
@@ -133,7 +133,7 @@ class Reading:
 
 
 def readings(best: tuple[float, float, float]) -> list[Reading]:
-    """The stated start, the best orientation of Beta (phi, theta, psi in degrees), and slips that come to about it."""
+    """Return the stated start, Beta's best orientation (phi, theta, psi in degrees), and slips that come near it."""
     system, state = systems.kw4_ho2021()
     hour = float(np.rad2deg(np.sqrt(system.mu() / ORBIT["a"] ** 3)))
     rate = float(np.rad2deg(RATE))

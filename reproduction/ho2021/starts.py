@@ -23,7 +23,7 @@ SKY = {
 
 
 def start(state: State, mu: float, *, spin: float | None = None, **elements: float) -> State:
-    """The start with another rate of Beta's spin, rad/h, or with other elements of the orbit, angles in degrees."""
+    """Return the start with another rate of Beta's spin, rad/h, or other elements of the orbit, angles in degrees."""
     changes: dict[str, Any] = {}
     if spin is not None:
         changes["spin"] = [state.spin[0], [0.0, 0.0, spin]]
@@ -36,12 +36,12 @@ def start(state: State, mu: float, *, spin: float | None = None, **elements: flo
 
 
 def turned(state: State, attitude: Rotation) -> State:
-    """The start with another attitude of Beta; its spin stays along its own z-axis."""
+    """Return the start with another attitude of Beta; its spin stays along its own z-axis."""
     return state.replace(attitude=[state.attitude[0], attitude.as_quat(scalar_first=True)])
 
 
 def ahead(system: System, state: State, hours: float, *, alpha: bool = True) -> State:
-    """The start with all but Beta's attitude and spin taken some hours later from the motion itself.
+    """Return the start with all but Beta's attitude and spin taken some hours later from the motion itself.
 
     ``alpha`` tells whether Alpha's attitude and spin go on too.
     """
@@ -56,6 +56,6 @@ def ahead(system: System, state: State, hours: float, *, alpha: bool = True) -> 
 
 
 def normal(state: State) -> npt.NDArray[np.float64]:
-    """The orbit's normal, a unit vector."""
+    """Return the orbit's normal, a unit vector."""
     across = np.cross(state.position[1] - state.position[0], state.velocity[1] - state.velocity[0])
     return np.asarray(across / np.linalg.norm(across))

@@ -31,7 +31,7 @@ class Motion:
 
 
 def z_motion(until: float = paper.CASES_LATE) -> tuple[dict[str, Motion], Run]:
-    """Case 1's motion along z by kind of arithmetic, and the run by the default integrator.
+    """Return case 1's motion along z by kind of arithmetic, and the run by the default integrator.
 
     ``"double"`` is SciPy's DOP853 in plain double precision; ``"symmetric"`` the same with the rates made exactly
     symmetric under the half turn about z that swaps the bodies, so that z stays zero by construction;
@@ -57,7 +57,7 @@ def _motion(times: _Array, z: _Array) -> Motion:
 
 
 def dop853(system: System, state: State, until: float, symmetric: bool) -> tuple[_Array, _Array]:
-    """Times and z of A by an independent integrator; its rates are written out here in plain doubles."""
+    """Return times and z of A by an independent integrator; its rates are written out here in plain doubles."""
     mass = np.array([body.mass for body in system.bodies])[:, None]
     inertia = np.array([body.inertia for body in system.bodies])
     half_turn = np.array([-1.0, -1.0, 1.0])
@@ -92,7 +92,7 @@ def dop853(system: System, state: State, until: float, symmetric: bool) -> tuple
 
 
 def late_separation(run: Run) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Range of case 1's separation until t = 200 and in the last 200 of a run to t = 2200."""
+    """Return the range of case 1's separation until t = 200 and in the last 200 of a run to t = 2200."""
     distance = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
     first, last = distance[run.time <= paper.CASES_END], distance[run.time >= run.time[-1] - paper.CASES_END]
     return (float(first.min()), float(first.max())), (float(last.min()), float(last.max()))

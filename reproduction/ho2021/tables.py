@@ -25,7 +25,7 @@ _ORBIT = (
 
 
 def tables(r: Results) -> dict[str, _Table]:
-    """All of them, by name."""
+    """Return all tables, by name."""
     made = (_years, _ways, _readings, _families, _physical)
     return {table.__name__.lstrip("_"): table(r) for table in made}
 

@@ -18,7 +18,7 @@ __all__ = ["judge"]
 
 
 def judge(results: Results) -> list[Verdict]:
-    """All verdicts, in the paper's order."""
+    """Return all verdicts, in the paper's order."""
     j = Judge()
     for part in (_cases, _tumbling, _tops, _year, _shapes, _spin, _states, _errors):
         part(j, results)
@@ -31,7 +31,7 @@ def _times(values: tuple[float, ...], shares: tuple[float, ...]) -> str:
 
 
 def _cases(j: Judge, r: Results) -> None:
-    """What the paper says of both cases."""
+    """Judge what the paper says of both cases."""
     for number, case in r.cases.items():
         key = f"case{number}"
         orders = -math.log10(case.z_max / case.xy_max) if case.z_max else math.inf
@@ -44,7 +44,7 @@ def _cases(j: Judge, r: Results) -> None:
 
 
 def _tumbling(j: Judge, r: Results) -> None:
-    """Case 1."""
+    """Judge case 1."""
     one = r.cases[1]
     j.within("case1.force", f"at most {one.xy_force:.1e}", one.xy_force, 0.03, 0.3)
     j.within("case1.force_z", f"{one.z_force:.0e}", one.z_force, 1e-14, why="It is zero by symmetry.", see="z")
@@ -77,7 +77,7 @@ def _tumbling(j: Judge, r: Results) -> None:
 
 
 def _tops(j: Judge, r: Results) -> None:
-    """Case 2."""
+    """Judge case 2."""
     two = r.cases[2]
     share = two.tilt / (math.pi / 32)
     j.within("case2.angles", f"largest {share:.3f} pi/32", share, 0.99, 1.01, "pi/32")
@@ -102,7 +102,7 @@ def _tops(j: Judge, r: Results) -> None:
 
 
 def _year(j: Judge, r: Results) -> None:
-    """The numbers of section 4."""
+    """Judge the numbers of section 4."""
     for shape, numbers in r.year["surface"].items():
         for name in ("e_max", "a_min", "a_max", "a_mean"):
             j.numbers(f"kw4.{shape}.{name}", "{}", [getattr(numbers, name)])
@@ -116,7 +116,7 @@ def _year(j: Judge, r: Results) -> None:
 
 
 def _shapes(j: Judge, r: Results) -> None:
-    """What the shape does."""
+    """Judge what the paper says of the shape."""
     one, two = (r.year["surface"][shape] for shape in ("ellipsoid", "spheroid"))
     apart = 100 * max(abs(getattr(two, name) / getattr(one, name) - 1) for name in ("a_min", "a_max", "a_mean"))
     j.within("kw4.shape_a", f"{apart:.2f} % at most", apart, high=1.0, unit="%")
@@ -144,7 +144,7 @@ def _shapes(j: Judge, r: Results) -> None:
 
 
 def _spin(j: Judge, r: Results) -> None:
-    """Beta's spin."""
+    """Judge Beta's spin."""
     year, round_ = (r.year["surface"][shape] for shape in ("ellipsoid", "spheroid"))
     for axis in "xyz":
         j.numbers(f"kw4.spin_{axis}", "[{}, {}]", getattr(year, f"spin_{axis}"), see="spin")
@@ -166,7 +166,7 @@ def _spin(j: Judge, r: Results) -> None:
 
 
 def _states(j: Judge, r: Results) -> None:
-    """What section 4 compares with Fahnestock & Scheeres (2008)."""
+    """Judge what section 4 compares with Fahnestock & Scheeres (2008)."""
     e = max(numbers.e_max for numbers in r.year["surface"].values())
     j.claim("kw4.excited_e", f"{e:.4f}", e < paper.EXCITED_E)
     spins = {name: r.physical[name].spin for name in (PAPER, "relaxed", "excited")}
@@ -187,7 +187,7 @@ def _states(j: Judge, r: Results) -> None:
 
 
 def _errors(j: Judge, r: Results) -> None:
-    """Errors of the year and of all runs."""
+    """Judge the errors of the year and of all runs."""
     years = r.year["surface"]
     for shape, numbers in years.items():
         j.bound(f"kw4.{shape}.energy_error", numbers.energy_step, paper.ERRORS["energy"])

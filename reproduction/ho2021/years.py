@@ -24,7 +24,7 @@ NODAL_HOURS = 12000.0
 
 
 def with_printed_axes(shape: kw4.Shape) -> kw4.Numbers:
-    """The year from the semi-axes as Table 2 prints them."""
+    """Return the year from the semi-axes as Table 2 prints them."""
     system, state = systems.kw4_ho2021(shape)
     bodies = [
         Body(Ellipsoid(a, a if shape == "spheroid" else b, c), mass=body.mass, name=body.name)
@@ -34,7 +34,7 @@ def with_printed_axes(shape: kw4.Shape) -> kw4.Numbers:
 
 
 def with_g(shape: kw4.Shape, g: float) -> kw4.Numbers:
-    """The year with another G, in m^3 kg^-1 s^-2, from the stated elements."""
+    """Return the year with another G, in m^3 kg^-1 s^-2, from the stated elements."""
     stated, state = systems.kw4_ho2021(shape)
     system = System(stated.bodies, G=stated.G * g / G_RUN)
     return kw4.measure(system.integrate(start(state, system.mu(), M=0.0), paper.YEAR_HOURS))
@@ -52,7 +52,7 @@ class Way:
 
 
 def six_ways(until: float = paper.YEAR_HOURS) -> list[Way]:
-    """Two methods of gravity, by each of which two kinds of integrator and two charts of the attitudes.
+    """Return the results of two methods of gravity, each by two kinds of integrator and two charts of the attitudes.
 
     Ctrl-C takes effect when the runs under way have ended.
     """
@@ -98,7 +98,7 @@ class Nodal:
         return float(self.period[self.inclination > 90].min())
 
     def prograde(self, period: float) -> float:
-        """The prograde inclination with some period; NaN where none of those scanned has it."""
+        """Return the prograde inclination with some period; NaN where none of those scanned has it."""
         # The period grows with the inclination there.
         slopes, periods = (x[self.inclination < 90] for x in (self.inclination, self.period))
         return float(np.interp(period, periods, slopes, left=np.nan, right=np.nan)) if len(slopes) else float("nan")

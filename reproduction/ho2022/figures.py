@@ -18,7 +18,7 @@ _COLOURS = {"bound": "#3b528b", "escape": "#f2c14e"}
 
 
 def all_figures(found: xarray.Dataset) -> dict[str, Figure]:
-    """One map of fates for each excess, and the times."""
+    """Return a map of fates for each excess, and the times."""
     maps = {f"fates-{k}": _fates(found.sel(excess=excess)) for k, excess in enumerate(found.excess.values)}
     return maps | {"fission": _times(found)}
 

@@ -40,7 +40,7 @@ PRIMARY, DENSITY = (1.0, 0.70, 0.65), 2000.0
 
 
 def fission(case: str, mass_ratio: float, tilt: float, gravity: str = "focal") -> tuple[System, State]:
-    """The start, in km, hours and kg.
+    """Return the start, in km, hours and kg.
 
     The long axes lie on the x-axis, both bodies turn about z. The secondary is then tilted about its y-axis by some
     degrees, and put where its surface is 1 cm from the primary's. The common rate is that at which the secondary
@@ -71,7 +71,7 @@ def fission(case: str, mass_ratio: float, tilt: float, gravity: str = "focal") -
 
 
 def spin_limit(axes: _Axes, density: float) -> float:
-    """The rate, rad/h, at which dust at the end of an ellipsoid's long axis weighs nothing: sqrt(2 pi G rho A1).
+    """Return the rate, rad/h, at which dust at the end of an ellipsoid's long axis weighs nothing: sqrt(2 pi G rho A1).
 
     Semi-axes in km, the density in kg/km^3. A1 = 2/3 a b c R_D(b^2, c^2, a^2) is the index symbol of that axis
     (Chandrasekhar 1969): the attraction there is 2 pi G rho A1 a.
@@ -82,7 +82,7 @@ def spin_limit(axes: _Axes, density: float) -> float:
 
 
 def closest(first: _Axes, second: _Axes, tilt: float, gap: float) -> float:
-    """The distance of the centres at which the surfaces are so far apart.
+    """Return the distance of the centres at which the surfaces are so far apart.
 
     Both bodies are symmetric about the plane y = 0, so that their nearest points lie in it. The gap is the largest,
     over directions in that plane, of the centres' distance less both bodies' extents.

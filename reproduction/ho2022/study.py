@@ -31,13 +31,13 @@ ENDS = (events.Contact(0, 1, terminal=True), events.Escape(0, 1, distance=100.0,
 
 
 def setup(excess: float, case: str, mass_ratio: float, tilt: float) -> tuple[System, State]:
-    """The start, with the spin and the motion a little faster than the limit."""
+    """Return the start, with the spin and the motion a little faster than the limit."""
     system, state = fission(case, mass_ratio, tilt)
     return system, state.replace(velocity=state.velocity * (1 + excess), spin=state.spin * (1 + excess))
 
 
 def measure(run: Run) -> dict[str, Any]:
-    """How and when a run ended, how far apart the bodies were, and when the secondary turned too fast."""
+    """Return how and when a run ended, how far apart the bodies were, and when the secondary turned too fast."""
     gap = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
     secondary: Any = run.system["secondary"]
     spin = np.linalg.norm(run.spin[:, 1], axis=1) / spin_limit(secondary.shape.semi_axes, secondary.density)
@@ -51,7 +51,7 @@ def measure(run: Run) -> dict[str, Any]:
 
 
 def sweep(folder: Path | None, draft: bool = False, progress: bool = False, **options: Any) -> xarray.Dataset:
-    """The map, kept in the folder while it grows."""
+    """Return the map, kept in the folder while it grows."""
     return fullbody.sweep(
         setup,
         DRAFT if draft else GRID,
@@ -68,7 +68,7 @@ def sweep(folder: Path | None, draft: bool = False, progress: bool = False, **op
 
 
 def counts(found: xarray.Dataset) -> dict[str, Any]:
-    """Shares of fates and of secondary fission, by excess and case; times in hours."""
+    """Return the shares of fates and of secondary fission, by excess and case; times in hours."""
     told: dict[str, Any] = {}
     for excess in found.excess.values:
         part = found.sel(excess=excess)
@@ -114,7 +114,7 @@ def write(folder: Path, draft: bool, progress: bool) -> Path:
 
 
 def verdicts(told: dict[str, Any]) -> list[dict[str, str]]:
-    """The abstract's statements beside what comes out, at the limit and above it."""
+    """Return the abstract's statements beside what comes out, at the limit and above it."""
     found = []
     for excess, part in told.items():
         where = "at the limit" if float(excess) == 0.0 else f"{100 * float(excess):g} per cent above it"

@@ -29,14 +29,14 @@ CAPTION = "Libration of Beta in the first 200 hours."
 
 
 def with_ellipsoids(system: System) -> System:
-    """The same bodies as homogeneous ellipsoids with their masses and moments of inertia."""
+    """Return the system with homogeneous ellipsoids that have the bodies' masses and moments of inertia."""
     for index, body in enumerate(system.bodies):
         system = system.with_body(index, body.fitted_ellipsoid(), mass=body.mass)
     return system
 
 
 def runs(until: float, progress: bool = False) -> dict[str, tuple[Run, float]]:
-    """A run with the radar shapes and one with the equivalent ellipsoids from one start, each with its CPU seconds."""
+    """Return runs with radar shapes and with equivalent ellipsoids from one start, each with its CPU seconds."""
     radar, state = fullbody.systems.kw4(shape="radar")
     smooth = with_ellipsoids(radar)
     found = {}
@@ -50,7 +50,7 @@ def runs(until: float, progress: bool = False) -> dict[str, tuple[Run, float]]:
 
 
 def by_degree(until: float) -> dict[str, dict[str, float]]:
-    """Measures of the radar shapes with their mutual potential to some total degrees, and of the exact one."""
+    """Measure the radar shapes with their mutual potential to some total degrees, and the exact one."""
     radar, state = fullbody.systems.kw4(shape="radar")
     systems = {f"degree {n}": radar.with_options(gravity=f"multipole:{n}") for n in DEGREES} | {"exact": radar}
     integrator = Verner98(1e-10, 1e-10)
@@ -61,7 +61,7 @@ def by_degree(until: float) -> dict[str, dict[str, float]]:
 
 
 def measure(run: Run) -> dict[str, float]:
-    """Drifts, periods, slow rates and the libration of Beta, with angles in degrees, times in hours and days."""
+    """Return drifts, periods, slow rates and the libration of Beta, with angles in degrees, times in hours and days."""
     precession = observables.orbit_precession(run)
     libration = observables.libration(run)
     elements = run.elements()
@@ -132,7 +132,7 @@ A quarter of a year of the radar shapes at the tolerance 1e-10, with their mutua
 
 
 def _figure(found: dict[str, tuple[Run, float]]) -> Figure:
-    """The libration of Beta in the first 200 hours."""
+    """Draw the libration of Beta in the first 200 hours."""
     figure: Figure = matplotlib("figure").Figure(figsize=(8.0, 3.5), layout="constrained")
     ax = figure.subplots()
     for (name, (run, _)), style in zip(found.items(), LINES, strict=False):

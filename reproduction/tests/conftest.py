@@ -7,7 +7,7 @@ import pytest
 
 @pytest.fixture(scope="session")
 def drafted(tmp_path_factory):
-    """A draft of the report on Ho et al. (2021), and the results that are in it."""
+    """Return a draft of the report on Ho et al. (2021), and the results that are in it."""
     from reproduction.ho2021 import page
 
     compute, found = page.compute, []
@@ -24,11 +24,11 @@ def drafted(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def draft(drafted):
-    """The draft alone."""
+    """Return the draft alone."""
     return drafted[0]
 
 
 @pytest.fixture(scope="session")
 def numbers(draft):
-    """What it writes for programs."""
+    """Return the numbers that the draft writes for programs."""
     return json.loads(draft.numbers.read_text(), parse_constant=lambda name: pytest.fail(f"{name} in the numbers"))

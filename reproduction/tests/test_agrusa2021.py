@@ -13,8 +13,8 @@ from reproduction.agrusa2021.__main__ import main
 
 
 @pytest.mark.parametrize(("a_b", "b_c"), [(1.05, 1.02), (1.3, 1.2), (1.2, 1.45)])
-def test_frequencies(a_b, b_c):
-    """Those of Euler's equations with the torque of the exact gravity of a far point, linearised by differences."""
+def test_frequencies_are_those_of_linearised_equations(a_b, b_c):
+    """The frequencies are those of Euler's equations with the torque of a far point, linearised by differences."""
     axes = np.array([a_b * b_c, b_c, 1.0]) * 1e-3
     # A mass of 5 has m/5 = 1 in its moments; the orbit is the heavy point's, which is at the unit distance.
     moments = (axes**2).sum() - axes**2
@@ -22,7 +22,7 @@ def test_frequencies(a_b, b_c):
     system = fullbody.System([fullbody.Body(fullbody.PointMass(), mass=1.0, name="point"), body], G=1.0)
 
     def rates(y):
-        """Of a small rotation from the orbit's frame, and of the inertial spin in the body's frame; n = 1."""
+        """Return the rates of a small rotation from the orbit's frame, and of the spin in the body's frame; n = 1."""
         turn, spin = y[:3], y[3:]
         state = fullbody.State([[0, 0, 0], [1, 0, 0]], np.zeros((2, 3)))
         size = np.linalg.norm(turn)
@@ -43,13 +43,13 @@ def test_frequencies(a_b, b_c):
     assert np.abs(values.real).max() < 1e-4
 
 
-def test_where_the_libration_meets_the_orbit():
-    """3 (B - A)/C = 1 at a/b = sqrt(2), whatever b/c is."""
+def test_the_libration_meets_the_orbit_at_its_axis_ratio():
+    """The condition 3 (B - A)/C = 1 holds at a/b = sqrt(2), whatever b/c is."""
     libration, *others = theory.frequencies(np.sqrt(2.0), np.array([1.1, 1.4]))
     np.testing.assert_allclose(theory.RESONANCES["libration = 1"](libration, *others), 0.0, atol=1e-15)
 
 
-def test_the_impact():
+def test_the_impact_adds_momentum_and_angular_momentum():
     system, state = study.setup(3.0, 1.2, 1.1)
     _, before = study.setup(0.0, 1.2, 1.1)
     change = (state.velocity - before.velocity)[1]

@@ -120,8 +120,8 @@ def test_the_axis_of_haumea_from_its_moons():
     assert norm.isf(0.5 * np.exp(-0.5 * (2.45**2 + 2.97**2))) == pytest.approx(off, abs=0.15)
 
 
-def test_the_largest_of_some_directions():
-    """Along one direction a one-sided normal distribution, along all of a plane chi2 of two degrees of freedom."""
+def test_the_largest_of_some_directions_has_its_distribution():
+    """One direction has a one-sided normal distribution, all of a plane have chi2 of two degrees of freedom."""
     angles = 2 * np.pi * np.arange(400) / 400
     plane = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     for along, fall, expected in (

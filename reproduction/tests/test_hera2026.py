@@ -38,8 +38,8 @@ ROOT = Path(__file__).parents[2]
 NOMINAL = {name: inputs.INPUTS[name].value for name in model.NAMES}
 
 
-def test_masses_of_the_orbit_before():
-    """Kepler's third law with the first term of the oblateness; the next one is of the order of its square."""
+def test_masses_follow_from_the_orbit_before():
+    """Kepler's third law has the first term of the oblateness; the next one is of the order of its square."""
     big, small = model.masses(1189.0, 425.0, 310.0, 151.5, 2400.0)
     oblateness = (425.0**2 - 310.0**2) / 5 / 1189.0**2
     kepler = 4 * np.pi**2 * 1189.0**3 / (6.6743e-11 * (11.921473 * 3600) ** 2)
@@ -48,7 +48,7 @@ def test_masses_of_the_orbit_before():
 
 
 def test_inelastic_damping_by_the_rigidity_and_radius_of_a_sphere():
-    """D mu Q/(rho R^2 omega^3), with the rigidity of a sphere of 75 m that has k2 = 1e-3 and Q = 10."""
+    """The time is D mu Q/(rho R^2 omega^3), with the rigidity of a sphere of 75 m that has k2 = 1e-3 and Q = 10."""
     density, radius, rotation = 2400.0, 75.0, 2 * np.pi / (11.3674 * 3600)
     gravity = 6.6743e-11 * 4 / 3 * np.pi * density * radius
     rigidity = 3 * density * gravity * radius / (19 * 1e-3)
@@ -56,8 +56,7 @@ def test_inelastic_damping_by_the_rigidity_and_radius_of_a_sphere():
     assert damping.years(1e-4, 300.0) == pytest.approx(seconds / 3.15576e7, rel=1e-12)
 
 
-def test_the_impact():
-    """An impulse beside the centre changes momentum and angular momentum as it does for any body."""
+def test_the_impact_adds_momentum_and_angular_momentum():
     values = NOMINAL | {"yaw": 25.0, "miss_radial": 7.0, "miss_normal": -4.0, "normal": 1.0, "radial": 0.5}
     system, state = model.setup(**values)
     _, before = model.setup(**values | {"along": 0.0, "normal": 0.0, "radial": 0.0})
@@ -93,8 +92,7 @@ def truth():
     return mission.Truth(*system.masses, *(NOMINAL[name] for name in names), columns)
 
 
-def test_derivatives_of_landmarks():
-    """Equal to differences of the directions themselves."""
+def test_derivatives_of_landmarks_are_differences_of_the_directions():
     pair = truth()
     setup, values = mission.survey(pair)
     system, state = setup(**values)
@@ -112,8 +110,7 @@ def test_derivatives_of_landmarks():
     np.testing.assert_allclose(found.by_parameter["mass of Dimorphos"], mass, rtol=1e-5, atol=1e-7 * np.abs(mass).max())
 
 
-def test_moments():
-    """Of a body's own moments of inertia."""
+def test_moments_are_those_of_a_body():
     body = fullbody.Body(fullbody.Ellipsoid(1.3 * 1.2, 1.2, 1.0), mass=1.0)
     a, b, c = body.inertia
     np.testing.assert_allclose(knowledge.moments(1.3, 1.2), [(b - a) / c, (c - a) / b, (c - b) / a])
@@ -129,8 +126,8 @@ def test_reshaping_keeps_the_angular_momentum():
     np.testing.assert_allclose(state.spin[1], [0.0, 0.0, expected], rtol=1e-9, atol=1e-12)
 
 
-def test_fitted_ellipse_of_a_precessing_kepler_orbit():
-    """The ellipse of an orbit r = p/(1 + e cos f) whose apses advance has its period, eccentricity and precession."""
+def test_the_fitted_ellipse_of_a_precessing_kepler_orbit_is_the_orbit():
+    """The orbit is r = p/(1 + e cos f), with apses that advance."""
     period, eccentricity, rate = 11.3674, 0.028, np.radians(6.7) / 24.0
     time = np.arange(0.0, 1609.0, 2.0)
     motion = 2.0 * np.pi / period
@@ -160,7 +157,6 @@ def test_fitted_ellipse_of_a_precessing_kepler_orbit():
 
 
 def test_prior_and_likelihood_are_normal():
-    """Against scipy's densities, up to their constants."""
     columns = {name: NOMINAL[name] + np.array([0.0, 0.7]) * inputs.INPUTS[name].sigma for name in model.NAMES}
     expected = sum(
         np.diff(norm.logpdf(columns[name], inputs.INPUTS[name].value, inputs.INPUTS[name].sigma))
@@ -175,10 +171,7 @@ def test_prior_and_likelihood_are_normal():
 
 
 def test_weights_turn_the_proposal_into_the_posterior():
-    """Of a surrogate that is exact, the weighted mean of a narrower prior is that of the normal distribution.
-
-    The orbit's period is a linear function of one number, whose posterior is known in closed form.
-    """
+    """With an exact surrogate, the weighted mean of a narrower prior is that of the normal distribution."""
     names = posterior.SHAPED
     value, sigma = inputs.INPUTS["along"].value, inputs.INPUTS["along"].sigma
     count = len(names)
@@ -228,8 +221,8 @@ def test_change_is_a_circular_or_an_incoherent_orbit():
     assert list(weights.changed(found)) == [True, True, False]
 
 
-def test_drift_by_kepler_s_third_law():
-    """Against the integral of the mean motion sqrt(mu/a^3) of an orbit that shrinks."""
+def test_the_drift_is_that_of_keplers_third_law():
+    """The drift is the integral of the mean motion sqrt(mu/a^3) of an orbit that shrinks."""
     effect = rival.consequences(-7.0, 1150.0, 36000.0)
     mu = (2.0 * np.pi / 11.3674) ** 2 * 1150.0**3
     time = np.linspace(0.0, 36000.0, 20001)
@@ -314,7 +307,6 @@ def test_criteria_are_improbable(kept):
 
 
 def test_score_prefers_what_members_have(kept):
-    """A finding far from all members scores lower than a member, and an outcome that none has minus infinity."""
     first = kept.isel(row=int(np.argmax(kept.log_weight.values)))
     finding = {"eccentricity": float(first.eccentricity), "a_b": float(first.a_b)}
     near = results.score(kept, str(first.outcome.values), finding)

@@ -20,8 +20,8 @@ def test_the_distance_of_upright_and_lying_bodies():
     assert closest(PRIMARY, second, np.pi / 2, 0.01) == pytest.approx(1.0 + 0.3 + 0.01, abs=1e-12)
 
 
-def test_the_gap_of_a_tilted_body():
-    """Beside the nearest of many points of both surfaces, in all of space."""
+def test_the_gap_of_a_tilted_body_is_that_of_its_nearest_points():
+    """The gap is that of the nearest of many points of both surfaces, in all of space."""
     second, tilt, gap = (0.5, 0.4, 0.3), 0.7, 0.05
     distance = closest(PRIMARY, second, tilt, gap)
     u, v = np.meshgrid(np.linspace(0.0, np.pi, 91), np.linspace(-0.5, 0.5, 41))
@@ -56,15 +56,15 @@ def test_a_start(case):
             assert overlap
 
 
-def test_a_sphere_of_dust():
-    """4/3 pi G rho is the square of the rate; of a needle it is less."""
+def test_a_sphere_of_dust_comes_apart_at_the_closed_form():
+    """The square of the rate is 4/3 pi G rho; a needle has less."""
     limit = np.sqrt(4 / 3 * np.pi * paper.G * DENSITY)
     assert spin_limit((1.0, 1.0, 1.0), DENSITY) == pytest.approx(limit, rel=1e-14)
     assert spin_limit((1.0, 0.5, 0.5), DENSITY) < limit
 
 
-def test_an_ellipsoid_of_dust():
-    """What the program attracts a point at the tip with."""
+def test_an_ellipsoid_of_dust_comes_apart_where_its_tip_weighs_nothing():
+    """The attraction at the tip is what the program attracts a point with."""
     axes, density = (0.5, 0.4, 0.3), 2e12
     body = fullbody.Body(fullbody.Ellipsoid(*axes), density=density)
     speck = fullbody.Body(fullbody.PointMass(), mass=1.0)

@@ -30,7 +30,7 @@ def test_growth_with_the_tilt_follows_the_sine_of_twice_the_angle(theta):
 
 
 def test_fine_samples_miss_no_peak():
-    """Case 2's spins turn fast: of the accepted steps alone the largest is missed by a hundredth."""
+    """Case 2's spins turn fast: the accepted steps alone miss the largest by a hundredth."""
     run, _ = cases.case(2)
     dense = run.system.integrate(run[0], 200.0, dense=True)
     largest = np.abs(dense(np.linspace(0.0, 200.0, 40001)).spin[..., :2]).max()
@@ -47,7 +47,7 @@ def test_motion_along_z_by_arithmetic():
 
 
 def test_plain_doubles_follow_the_default_integrator():
-    """Started off the symmetry, an independent integrator with rates written out anew finds the same motion along z."""
+    """An independent integrator, started off the symmetry, finds the same motion along z."""
     system, state = fullbody.systems.case1()
     state = state.replace(position=np.add(state.position, [[0, 0, 1e-3], [0, 0, -1e-3]]))
     times, z = symmetry.dop853(system, state, 50.0, False)
@@ -58,7 +58,7 @@ def test_plain_doubles_follow_the_default_integrator():
 
 @pytest.mark.parametrize("inclination", [150.0, 179.0])
 def test_node_goes_round_as_the_quadrupole_says(inclination):
-    """Spin S and orbit L under the averaged quadrupole go round their sum J at 3/2 (G m_B (C - A)/a^3) cos J/(L S)."""
+    """Spin S and orbit L go round their sum J at 3/2 (G m_B (C - A)/a^3) cos J/(L S) under the averaged quadrupole."""
     (found,) = years.nodal("spheroid", np.array([inclination])).period
     system, _ = fullbody.systems.kw4_ho2021("spheroid")
     m, axes = [b.mass for b in system.bodies], [b.shape.semi_axes for b in system.bodies]
@@ -94,7 +94,7 @@ def test_physical_states(drafted):
     assert np.mean(motions["relaxed"].e) == pytest.approx(forced, rel=0.05)
 
 
-def test_table_2_is_rounded(numbers):
+def test_the_axes_of_table_2_miss_digits_of_the_year(numbers):
     """With its axes the year misses digits that the authors' own axes give; the spin's range stays."""
     rounded, year = (numbers["year"][which]["ellipsoid"] for which in ("printed_axes", "surface"))
     assert as_printed(rounded["a_min"], "2.5418") != "2.5418" == as_printed(year["a_min"], "2.5418")

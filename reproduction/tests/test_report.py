@@ -38,7 +38,6 @@ def test_verdicts_are_the_known_ones(draft):
 
 
 def test_words_are_counted_as_something(draft):
-    """Unless they compare two numbers, or the paper prints a number or a bound."""
     compared = {"larger for spheroids", "longer for spheroids", "longer for ellipsoids", "below 0.03", "synchronous"}
     for verdict in draft.verdicts:
         number = re.match(r"[\[<\d]", verdict.printed) and not re.search("[a-z]{4}", verdict.printed)
@@ -54,7 +53,6 @@ def test_what_a_threshold_decides_is_open(draft, key):
 
 
 def test_the_mean_periods_are_run_with_both_values_of_g(draft, numbers):
-    """The printed digits, from a run and not from Kepler's third law; a system of its own says the same."""
     for shape, said in paper.YEAR.items():
         ours, other = (numbers["year"][way][shape]["period"] for way in ("surface", "other_g"))
         assert f"{other:.4f}" == f"{said.period:.4f}" != f"{ours:.4f}"

@@ -13,19 +13,19 @@ MOTION = np.degrees(np.sqrt(SYSTEM.mu() / 2.548**3))
 
 
 def six(state):
-    """Beta's six numbers from a start (3, 2), 1e-5 rad/s, by the surface integrals."""
+    """Return Beta's six numbers from a start (3, 2), 1e-5 rad/s, by the surface integrals."""
     run = SYSTEM.integrate(state, 200.0, output=0.02, integrator=fullbody.Verner98(1e-12, 1e-12))
     found = run.spin[:, 1] * 1e5 / 3600
     return np.stack([found.min(axis=0), found.max(axis=0)], axis=1)
 
 
 def off(state):
-    """The largest difference from the printed six."""
+    """Return the largest difference from the printed six."""
     return np.abs(six(state) - [paper.SPIN[axis] for axis in "xyz"]).max()
 
 
 def turned(rotation):
-    """The stated start with Beta turned."""
+    """Return the stated start with Beta turned."""
     attitude = rotation.as_quat(scalar_first=True)
     return STATE.replace(attitude=[STATE.attitude[0], attitude])
 
@@ -54,8 +54,7 @@ def test_beta_turned_by_half_a_turn_spins_alike():
     assert one[:2] == pytest.approx(-two[:2, ::-1], abs=1e-9)
 
 
-def test_all_but_beta_goes_on():
-    """As two runs tell: the one until then, and the one from the start made."""
+def test_starts_ahead_are_the_motion_but_for_beta():
     made = starts.ahead(SYSTEM, STATE, 1.0)
     later = SYSTEM.integrate(STATE, 1.0, output=[1.0])[-1]
     for name in ("position", "velocity", "attitude", "spin"):
@@ -97,7 +96,7 @@ def test_an_orientation_gives_all_six_printed_numbers(best):
 
 
 def test_rounding_leaves_the_turn_a_range(numbers, best):
-    """It holds an hour of mean motion and the spin rate taken as an angle; beyond it a number differs."""
+    """The range holds an hour of mean motion and the spin rate taken as an angle; beyond it a number differs."""
     least, largest = sorted(abs(turn) for turn in numbers["search"]["turn"])
     size = np.degrees(best.magnitude())
     assert least < min(MOTION, size, np.degrees(0.3611))
@@ -115,7 +114,6 @@ def test_rounding_leaves_the_turn_a_range(numbers, best):
 
 
 def test_rivals_stand_side_by_side(readings):
-    """Each within two units of the rounding of all six, none within one; the angle about another axis is far off."""
     rate = np.degrees(0.3611)
     hour = {
         f"about the orbit's normal by an hour of mean motion, {-MOTION:.2f}": about_normal(-MOTION),

@@ -171,8 +171,9 @@ impl Pair {
         lengths: bool,
         interrupt: &mut InterruptCheck,
     ) -> Result<()> {
+        let is_fixed = self.has_fixed_degrees();
         if let (Some(harmonic), Some(truncation)) = (&mut self.harmonic, &self.truncation) {
-            return if lengths { harmonic.know_lengths(truncation.degrees, interrupt) } else { Ok(()) };
+            return if lengths { harmonic.know_lengths(truncation, is_fixed, interrupt) } else { Ok(()) };
         }
         if self.is_faceted() {
             return self.prepare_faceted_jacobian(pose, lengths, interrupt);

@@ -152,7 +152,7 @@ proptest! {
         prop_assert!(distance < 2.0 * body.circumradius() || !found.overlap);
     }
 
-    /// As the exterior field less a point, where that keeps its digits.
+    /// The pull is the exterior field less a point's, where that keeps its digits.
     #[test]
     fn the_pull_of_a_composite(direction in direction(), distance in 4.0..60.0f64) {
         let body = club();

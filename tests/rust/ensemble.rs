@@ -39,7 +39,7 @@ struct Keeper<M> {
     answers: Vec<Option<MemberOutcome>>,
     /// The most members that were handed out and not answered.
     ahead: usize,
-    /// Whether to stop once something is under way.
+    /// The hook stops once something is under way, if this is set.
     stops: bool,
     seen: Vec<JobProgress>,
 }
@@ -96,7 +96,7 @@ fn starts() -> Vec<Start> {
     starts
 }
 
-/// What a simulation on its own records.
+/// The records of a simulation on its own.
 fn alone(start: &Start, until: f64) -> (Trajectory, Statistics) {
     let mut member = member(start, until, Some(Condition::Periapsis { first: 0, second: 1 }));
     let mut simulation = Simulation::new(&start.0, &start.1, start.2).unwrap();
@@ -238,7 +238,7 @@ fn nodes_and_series_of_equal_shapes_are_made_once() {
     }
 }
 
-/// What a polyhedron takes belongs to it: to its copies, and to no other one that is the same.
+/// The facets and layers of a polyhedron belong to it: to its copies, and to no other one that is the same.
 #[test]
 fn facets_and_layers_of_a_polyhedron_are_made_once() {
     let store = Arc::new(Store::default());

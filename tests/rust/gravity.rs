@@ -213,7 +213,7 @@ fn sorted(mut axes: [f64; 3]) -> [f64; 3] {
     axes
 }
 
-/// What a kernel gives at one point.
+/// The values of a kernel at one point.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Values {
     excess: f64,

@@ -18,7 +18,7 @@ const SPEED: f64 = 1.0;
 /// Two bodies that do not attract each other, seen from far along z. The first one rests at the origin.
 struct Passage {
     shapes: [Shape; 2],
-    /// Where the second one is at time zero.
+    /// The position of the second one at time zero.
     place: Vec3,
     attitude: [[f64; 4]; 2],
     spin: [Vec3; 2],
@@ -97,7 +97,7 @@ fn inverse_outline(axes: [f64; 3], attitude: [f64; 4]) -> [f64; 3] {
     [yy / below, -xy / below, xx / below]
 }
 
-/// Where p x^2 + 2 q x y + r y^2 = reach^2.
+/// The points at which p x^2 + 2 q x y + r y^2 = reach^2.
 fn roots([p, q, r]: [f64; 3], y: f64, reach: f64) -> Vec<f64> {
     let rest = (q * y).powi(2) - p * (r * y * y - reach * reach);
     if rest <= 0.0 { Vec::new() } else { [-1.0, 1.0].map(|s| (-q * y + s * rest.sqrt()) / p).to_vec() }

@@ -329,7 +329,7 @@ fn exponential(x: f64) -> f64 {
     10f64.powf(x)
 }
 
-/// What rounding the six numbers alone may cost, in units of a few roundings.
+/// The error that rounding the six numbers alone may cause, in units of a few roundings.
 fn conditioning(k: &KeplerElements) -> f64 {
     let from_one = (1.0 - k.eccentricity).abs().min(1.0);
     let late = k.eccentricity < 1.0 && k.mean_anomaly > PI;

@@ -80,8 +80,8 @@ def numbers(value: object, what: str, expected: str = "numbers") -> Floats:
 def _floats(value: object, what: str, expected: str = "numbers") -> Floats:
     try:
         kind = np.asarray(value).dtype.kind
-        if value is None or kind not in "biufO" or (kind == "O" and _has_text(value)):
-            raise TypeError("numpy would make it nan, drop the imaginary part, or read the text")
+        if value is None or kind not in "iufO" or (kind == "O" and _has_text(value)):
+            raise TypeError("numpy would make it nan or one, drop the imaginary part, or read the text")
         return np.array(value, dtype=np.float64, order="C")
     except (TypeError, ValueError, OverflowError) as error:
         raise InvalidInput(f"{what} is {shown(value)}; expected {expected}") from error

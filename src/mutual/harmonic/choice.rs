@@ -124,7 +124,7 @@ impl Pair {
         Harmonic::new([&self.bodies[0].shape, &self.bodies[1].shape], degrees, self.arch, interrupt)
     }
 
-    fn has_fixed_degrees(&self) -> bool {
+    pub(in crate::mutual) fn has_fixed_degrees(&self) -> bool {
         self.fixed.is_some() || matches!(self.method, Method::Multipole(_))
     }
 

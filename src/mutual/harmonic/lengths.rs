@@ -7,13 +7,20 @@ use crate::math::exchange::Exchange;
 use crate::mutual::{Pose, ShapeDerivatives};
 
 impl Harmonic {
-    /// Prepares [`Self::shape_derivatives`] for degrees in use.
+    /// Prepares [`Self::shape_derivatives`] for the truncation in use, which follows from a tolerance unless
+    /// it is fixed.
     ///
     /// # Errors
     /// [`crate::error::Error::Interrupted`].
-    pub fn know_lengths(&mut self, degrees: [usize; 2], interrupt: &mut InterruptCheck) -> Result<()> {
+    pub fn know_lengths(
+        &mut self,
+        truncation: &Truncation,
+        is_fixed: bool,
+        interrupt: &mut InterruptCheck,
+    ) -> Result<()> {
         // The derivatives of a sphere's moments begin two degrees above its own.
-        let degrees = degrees.map(|degree| (degree + 2).min(Exchange::MAX_DEGREE));
+        let more = if is_fixed { 0 } else { 2 };
+        let degrees = truncation.degrees.map(|degree| (degree + more).min(Exchange::MAX_DEGREE));
         if self.lengths.as_ref().is_some_and(|lengths| lengths.truncation.degrees == degrees) {
             return Ok(());
         }
@@ -23,7 +30,10 @@ impl Harmonic {
             second.to_degree(degrees[1], self.arch, interrupt)?,
         ];
         let derivatives = [0, 1].map(|body| moments[body].by_lengths(degrees[body], self.arch));
-        let truncation = Truncation::new(degrees, degrees[0] + degrees[1], 0.0);
+        let truncation = match is_fixed {
+            true => truncation.clone(),
+            false => Truncation::new(degrees, degrees[0] + degrees[1], 0.0),
+        };
         self.lengths = Some(Box::new(Lengths { moments, derivatives, truncation }));
         self.know_tables(degrees);
         Ok(())

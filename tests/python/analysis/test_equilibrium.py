@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import support
 from scipy.special import elliprd
+from support import body_list
 
 analysis = fullbody.analysis
 AXES = (0.5, 0.42, 0.37)
@@ -20,10 +21,7 @@ def small(mass, size, axes=(1.0, 0.9, 0.8)):
 @pytest.mark.parametrize("line", "xyz")
 @pytest.mark.parametrize("separation", [1.6, 2.5, 40.0])
 def test_rate_of_sphere_and_ellipsoid_is_the_closed_form(line, separation):
-    bodies = [
-        fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name="A"),
-        fullbody.Body(fullbody.Ellipsoid(*AXES), mass=0.3, name="B"),
-    ]
+    bodies = body_list(A=(fullbody.Sphere(1.0), 1.0), B=(fullbody.Ellipsoid(*AXES), 0.3))
     pole = {"x": "z", "y": "z", "z": "x"}[line]
     found = analysis.relative_equilibrium(
         fullbody.System(bodies, G=1.0), separation=separation, axes={"B": line + pole}
@@ -67,10 +65,7 @@ def test_roll_and_yaw_in_the_limit_of_small_figures():
 def test_epicyclic_frequencies_about_a_spheroid_are_the_closed_form():
     # A light sphere about a heavy spheroid: the radial and the vertical frequency of a particle in its field.
     a, c, r = 1.0, 0.7, 1.9
-    bodies = [
-        fullbody.Body(fullbody.Ellipsoid(a, a, c), mass=1.0, name="A"),
-        fullbody.Body(fullbody.Sphere(1e-4), mass=1e-9, name="B"),
-    ]
+    bodies = body_list(A=(fullbody.Ellipsoid(a, a, c), 1.0), B=(fullbody.Sphere(1e-4), 1e-9))
     found = analysis.relative_equilibrium(fullbody.System(bodies, G=1.0), separation=r, spin={"A": 2.3})
 
     def squared_rate(x):
@@ -171,11 +166,7 @@ def test_curvature_is_that_of_the_energy(ellipsoids, locked):
 def test_energy_of_deviations_is_conserved(locked):
     # A^T Q + Q A = 0 for the rates A and the energy Q of deviations; with bodies that spin as well.
     spinning = fullbody.System(
-        [
-            fullbody.Body(fullbody.Ellipsoid(1.0, 1.0, 0.8), mass=1.0, name="A"),
-            fullbody.Body(fullbody.Ellipsoid(*AXES), mass=0.3, name="B"),
-        ],
-        G=1.0,
+        body_list(A=(fullbody.Ellipsoid(1.0, 1.0, 0.8), 1.0), B=(fullbody.Ellipsoid(*AXES), 0.3)), G=1.0
     )
     other = analysis.relative_equilibrium(spinning, separation=2.5, spin={"A": -1.7})
     assert len(other.modes) == 6

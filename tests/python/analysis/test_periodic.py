@@ -6,6 +6,7 @@ import pytest
 import support
 from fullbody.errors import BodiesOverlap
 from scipy.special import ellipk
+from support import body_list
 
 analysis = fullbody.analysis
 
@@ -112,10 +113,7 @@ def test_shooting_may_be_multiple(ellipsoids, locked, orbit):
 
 def test_a_turning_primary_comes_back_by_half_turns():
     # Kepler's orbit about a body that turns freely: with half a turn of the primary in a third of a revolution.
-    bodies = [
-        fullbody.Body(fullbody.Ellipsoid(0.8, 0.7, 0.6), mass=1.0, name="A"),
-        fullbody.Body(fullbody.Ellipsoid(0.3, 0.27, 0.2), mass=0.02, name="B"),
-    ]
+    bodies = body_list(A=(fullbody.Ellipsoid(0.8, 0.7, 0.6), 1.0), B=(fullbody.Ellipsoid(0.3, 0.27, 0.2), 0.02))
     system = fullbody.System(bodies, G=1.0)
     mean = analysis.averaged(system, "A", copies=8)
     equilibrium = analysis.relative_equilibrium(mean, separation=3.0, spin={"A": 1.1})

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import support
 from fullbody.errors import InvalidInput, NotConverged
+from support import refused
 
 analysis = fullbody.analysis
 E, S = analysis.relative_equilibrium, fullbody.FullbodyError
@@ -55,18 +56,15 @@ def test_a_cube_is_no_sphere():
 
 def test_systems_that_have_no_equilibria_are_refused(ellipsoids, locked):
     alone = fullbody.System([ellipsoids["A"]], G=1.0)
-    with pytest.raises(InvalidInput, match="the system has 1 bodies; expected two"):
-        E(alone, separation=1.0)
+    refused("the system has 1 bodies; expected two", lambda: E(alone, separation=1.0))
     tide = fullbody.forces.Tide(on="A", by="B", k2=1e-5, lag=0.01)
     with pytest.raises(InvalidInput, match=r"external forces \(tide on A\); expected system.with_forces"):
         E(ellipsoids.with_forces([tide]), separation=3.0)
     still = fullbody.State([[0, 0, 0], [4, 0, 0]], np.zeros((2, 3)))
-    with pytest.raises(InvalidInput, match="start has no angular momentum"):
-        E(ellipsoids, separation=3.0, start=still)
+    refused("start has no angular momentum", lambda: E(ellipsoids, separation=3.0, start=still))
     with pytest.raises(InvalidInput, match="axes and start are both given"):
         E(ellipsoids, separation=3.0, start=locked.state, axes={"B": "xz"})
-    with pytest.raises(InvalidInput, match="copies is 1; expected a whole number, 2 or more"):
-        analysis.averaged(ellipsoids, "A", copies=1)
+    refused("copies is 1; expected a whole number, 2 or more", lambda: analysis.averaged(ellipsoids, "A", copies=1))
 
 
 def test_folds_are_named():
@@ -111,17 +109,12 @@ def test_bad_arguments_of_periodic_orbits_are_refused(ellipsoids, locked, option
 def test_bad_arguments_of_branches_and_sections_are_refused(ellipsoids, locked):
     with pytest.raises(InvalidInput, match=r"over is 'rate'; expected 'separation' or 'angular_momentum'"):
         analysis.branch(locked, "rate", until=1.0)
-    with pytest.raises(InvalidInput, match=r"until is -1\.0; expected a finite number above zero"):
-        analysis.branch(locked, until=-1.0)
-    with pytest.raises(InvalidInput, match=r"equilibrium is 3; expected a RelativeEquilibrium"):
-        analysis.branch(3, until=1.0)
+    refused(r"until is -1\.0; expected a finite number above zero", lambda: analysis.branch(locked, until=-1.0))
+    refused(r"equilibrium is 3; expected a RelativeEquilibrium", lambda: analysis.branch(3, until=1.0))
     assert analysis.branch(locked, until=3.0, steps=2).end == "steps"
     with pytest.raises(InvalidInput, match=r"angular_momentum is 0\.0; expected a finite number above zero"):
         analysis.equilibria(ellipsoids, 0.0)
-    with pytest.raises(InvalidInput, match="mode is 9; expected 0 to 6"):
-        locked.modes.excited(9, 0.1)
-    with pytest.raises(InvalidInput, match=r"event is 3; expected one of fullbody\.events"):
-        analysis.section(ellipsoids, locked.state, 1.0, 3)
+    refused("mode is 9; expected 0 to 6", lambda: locked.modes.excited(9, 0.1))
+    refused(r"event is 3; expected one of fullbody\.events", lambda: analysis.section(ellipsoids, locked.state, 1.0, 3))
     run = ellipsoids.integrate(locked.state, 5.0, output=0.5)
-    with pytest.raises(InvalidInput, match=r"quantity has shape \(3,\); expected \(11,\)"):
-        analysis.frequencies(run, np.zeros(3))
+    refused(r"quantity has shape \(3,\); expected \(11,\)", lambda: analysis.frequencies(run, np.zeros(3)))

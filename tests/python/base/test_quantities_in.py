@@ -1,5 +1,6 @@
 """Every dimensional argument takes any unit of its kind, as Quantity or text, and refuses all else."""
 
+import re
 from collections import namedtuple
 
 import fullbody
@@ -16,7 +17,6 @@ R, V, W = START.position, START.velocity, START.spin
 MU = SYSTEM.mu()
 RUN = SYSTEM.integrate(START, 1.0, dense=True)
 BALL = Body(Sphere(1 * u.km), mass=1e12 * u.kg)
-NEVER = float("inf")
 SPEED, RATE = u.km / u.h, u.rad / u.h
 ORBIT = {"a": 2 * u.km, "e": 0.1, "i": 0.1, "Omega": 0.2, "omega": 0.3, "M": 0.4}
 
@@ -103,10 +103,7 @@ CASES = {
         "value of Separation", lambda x: integrate(events=[fullbody.events.Separation(0, 1, x)]).time, 3 * u.km, u.h
     ),
     "Escape": Case(
-        "distance of Escape",
-        lambda x: integrate(events=[fullbody.events.Escape(0, 1, distance=x)]).time,
-        3 * u.km,
-        u.h,
+        "distance of Escape", lambda x: integrate(events=[fullbody.events.Escape(0, 1, distance=x)]).time, 3 * u.km, u.h
     ),
     "Run.elements mu": Case("mu", lambda x: RUN.elements(mu=x).a, MU, u.km),
     "element_rates mu": Case(
@@ -253,3 +250,13 @@ def test_wrong_shapes_are_refused(name):
     with pytest.raises(InvalidInput) as caught:
         case.call(u.Quantity([value, value]) if value.ndim == 0 else value[..., :-1])
     assert case.what in str(caught.value)
+
+
+@pytest.mark.parametrize("wrong", ["wide", True, 1j, b"1", 10**309, np.ma.masked], ids=repr)
+@pytest.mark.parametrize("name", [name for name in CASES if not name.endswith("points")])
+def test_what_is_no_number_is_refused(name, wrong):
+    case = CASES[name]
+    with pytest.raises(InvalidInput) as caught:
+        case.call(wrong)
+    assert re.search(rf"{re.escape(case.what)}\b.* (is|has) .*; expected ", str(caught.value), re.DOTALL)
+    assert "masked" in str(caught.value) or wrong is not np.ma.masked

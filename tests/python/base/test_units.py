@@ -9,7 +9,7 @@ from astropy import constants
 from astropy import units as u
 from astropy.time import Time
 from fullbody.errors import InvalidInput
-from support import worst
+from support import refused, worst
 
 KM_H_KG = ("km", "hour", "kg")
 PER_H = u.rad / u.hour
@@ -61,92 +61,20 @@ def test_mixed_units_are_converted():
     assert np.abs(run.spin - expected.spin).max() < 1e-12 * PER_H
 
 
-def test_density_is_read_in_any_unit():
-    body = fullbody.Body(fullbody.Sphere(1 * u.km), density=2 * u.g / u.cm**3)
-    assert body.mass.to_value(u.kg) == pytest.approx(4 / 3 * np.pi * 2e12, rel=1e-15)
-    system = fullbody.System([body, fullbody.Body(fullbody.PointMass(), mass=1.0)], units=KM_H_KG)
-    assert system.masses[0].to_value(u.kg) == pytest.approx(4 / 3 * np.pi * 2e12, rel=1e-14)
-    back = fullbody.Body(fullbody.Sphere(1 * u.km), mass=body.mass).density
-    assert back.to_value(u.kg / u.m**3) == pytest.approx(2000.0, rel=1e-15)
-
-
-def test_spin_without_an_angle_may_count_turns_and_is_refused():
-    with pytest.raises(InvalidInput, match="spin has the unit 1 / h, which may count turns"):
-        fullbody.State([[0, 0, 0]] * u.km, [[0, 0, 0]] * u.km / u.s, spin=[[0, 0, 3.6]] / u.hour)
-
-
-def test_angles_in_degrees():
-    state = fullbody.State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], [[10, 20, 30]] * u.deg)
-    assert state.tait_bryan[0] == pytest.approx(np.deg2rad([10, 20, 30]), abs=1e-15)
-
-
-def test_output_times_as_quantities():
-    system, state = fullbody.systems.kw4(units=True)
-    run = system.integrate(state, 3600 * u.s, output=[0, 15, 60] * u.min)
-    assert run.time.to_value(u.hour) == pytest.approx([0, 0.25, 1.0], abs=1e-15)
-    assert system.integrate(state, -1 * u.hour).time[-1] == -1 * u.hour
-
-
 def test_differences_of_dates_are_times():
     start = Time("2026-12-01T00:00:00", scale="tdb")
     system, state = fullbody.systems.kw4(units=True, epoch=start)
     later = Time("2026-12-01T06:00:00", scale="tdb")
     run = system.integrate(state, later - system.epoch, output=start + [0, 3, 6] * u.hour - system.epoch)
     assert run.time.to_value(u.hour) == pytest.approx([0.0, 3.0, 6.0], abs=1e-12)
-    with pytest.raises(InvalidInput, match=r"until is the date 2026-12-01.*such as date - system\.epoch"):
-        system.integrate(state, later)
-    with pytest.raises(InvalidInput, match="output is the date"):
-        system.integrate(state, 6.0, output=[start, later])
+    refused(r"until is the date 2026-12-01.*such as date - system\.epoch", lambda: system.integrate(state, later))
+    refused("output is the date", lambda: system.integrate(state, 6.0, output=[start, later]))
 
 
 def test_plain_numbers_are_in_the_systems_units():
     system, state = fullbody.systems.kw4(units=True)
     bare = fullbody.State(state.position.value, state.velocity.value, state.attitude, state.spin.value)
     assert np.array_equal(system.interactions(bare).force, system.interactions(state).force)
-
-
-REFUSED = {
-    "position": (lambda s: fullbody.State([[0, 0, 0]] * u.kg, [[0, 0, 0]]), ["position", "kg", " m"]),
-    "velocity": (lambda s: fullbody.State([[0, 0, 0]] * u.km, [[0, 0, 0]] * u.km), ["velocity", "km", "m / s"]),
-    "spin": (lambda s: fullbody.State([[0, 0, 0]], [[0, 0, 0]], spin=[[0, 0, 0]] * u.m), ["spin", "m", "rad / s"]),
-    "time": (lambda s: fullbody.State([[0, 0, 0]], [[0, 0, 0]], time=1 * u.m), ["time", "m", " s"]),
-    "until": (lambda s: s[0].integrate(s[1], 3 * u.km), ["until", "km", " h"]),
-    "output": (lambda s: s[0].integrate(s[1], 3, output=1 * u.kg), ["output", "kg", " h"]),
-    "semi-axis": (
-        lambda s: fullbody.System([fullbody.Body(fullbody.Sphere(1 * u.kg), mass=1, name="Al")], units=KM_H_KG),
-        ["radius", "kg", " m"],
-    ),
-    "mass": (
-        lambda s: fullbody.System([fullbody.Body(fullbody.Sphere(1), mass=1 * u.m, name="Al")], units=KM_H_KG),
-        ["mass", "Al", " m", "kg"],
-    ),
-    "density": (
-        lambda s: fullbody.System([fullbody.Body(fullbody.Sphere(1), density=1 * u.kg, name="Al")], units=KM_H_KG),
-        ["density", "Al", "kg", "kg / m3"],
-    ),
-    "G": (lambda s: fullbody.System(s[0].bodies, G=1 * u.m, units=KM_H_KG), ["G", " m", "km3 / (kg h2)"]),
-    "angles": (
-        lambda s: fullbody.State.from_tait_bryan([[0, 0, 0]], [[0, 0, 0]], [[0, 0, 0]] * u.m),
-        ["angles", "rad"],
-    ),
-    "mu of a run": (lambda s: s[0].integrate(s[1], 0.1).elements(mu=1 * u.kg), ["mu", "kg", "km3 / h2"]),
-    "a": (lambda s: fullbody.KeplerElements(1 * u.kg, 0, 0, 0, 0, 0), ["a has", "kg", " m"]),
-    "i": (lambda s: fullbody.KeplerElements(1, 0, 1 * u.m, 0, 0, 0), ["i has", " m", "rad"]),
-    "mu": (lambda s: fullbody.KeplerElements(1 * u.km, 0, 0, 0, 0, 0).to_cartesian(1 * u.km), ["mu", "km", "m3 / s2"]),
-    "v": (
-        lambda s: fullbody.KeplerElements.from_cartesian([1, 0, 0] * u.km, [0, 1, 0] * u.m, 1 * u.km**3 / u.s**2),
-        ["v has", " m", "km / s"],
-    ),
-}
-
-
-@pytest.mark.parametrize("name", REFUSED)
-def test_wrong_units_name_both(name):
-    call, words = REFUSED[name]
-    with pytest.raises(InvalidInput) as caught:
-        call(fullbody.systems.kw4(units=True))
-    for word in words:
-        assert word in str(caught.value)
 
 
 def test_quantities_into_a_system_without_units():
@@ -167,12 +95,9 @@ def test_quantities_into_a_system_without_units():
 
 
 def test_elements_and_mu_have_both_units_or_neither():
-    with pytest.raises(InvalidInput, match="both or neither"):
-        fullbody.KeplerElements(1 * u.km, 0, 0, 0, 0, 0).to_cartesian(1.0)
-    with pytest.raises(InvalidInput, match="both or neither"):
-        fullbody.KeplerElements(1.0, 0, 0, 0, 0, 0).period(1 * u.km**3 / u.s**2)
-    with pytest.raises(InvalidInput, match="both or neither"):
-        fullbody.KeplerElements.from_cartesian([1, 0, 0], [0, 1, 0] * u.km / u.s, 1.0)
+    refused("both or neither", lambda: fullbody.KeplerElements(1 * u.km, 0, 0, 0, 0, 0).to_cartesian(1.0))
+    refused("both or neither", lambda: fullbody.KeplerElements(1.0, 0, 0, 0, 0, 0).period(1 * u.km**3 / u.s**2))
+    refused("both or neither", lambda: fullbody.KeplerElements.from_cartesian([1, 0, 0], [0, 1, 0] * u.km / u.s, 1.0))
 
 
 def test_plain_numbers_beside_quantities_name_both():
@@ -232,8 +157,7 @@ def test_parts_of_a_state_have_units_all_or_none():
     for name, value in (("spin", [[0, 0, 2e-4]] * 2), ("time", 3.0)):
         with pytest.raises(InvalidInput, match=f"position has the unit km, but {name} has none"):
             whole.replace(**{name: value})
-    with pytest.raises(InvalidInput, match="spin has the unit rad / h, but position has none"):
-        fullbody.State(r, v, spin=whole.spin)
+    refused("spin has the unit rad / h, but position has none", lambda: fullbody.State(r, v, spin=whole.spin))
     # Zeros are zeros in any unit; attitudes have none.
     rest = fullbody.State(r * u.km, np.zeros((2, 3)), spin=np.zeros((2, 3)), time=0.0)
     assert rest.position[1, 0] == 9 * u.km
@@ -290,8 +214,7 @@ def test_pure_numbers_have_no_unit():
             "axis_ratios of a component has the unit m",
         ),
     ):
-        with pytest.raises(InvalidInput, match=f"{what}; expected pure numbers"):
-            call()
+        refused(f"{what}; expected pure numbers", call)
     assert fullbody.KeplerElements(1.0, 20 * u.percent, 0, 0, 0, 0).period(1.0) == pytest.approx(2 * np.pi)
 
 
@@ -304,8 +227,7 @@ def test_texts_are_read_as_quantities():
         what = f"until is '{text}'{unknown}; expected a finite number, or text with a unit, such as '2.5 h'"
         with pytest.raises(InvalidInput, match=what):
             system.integrate(state, text)
-    with pytest.raises(InvalidInput, match=r"until is '10', which has no unit; .*'10 h', or a number"):
-        system.integrate(state, "10")
+    refused(r"until is '10', which has no unit; .*'10 h', or a number", lambda: system.integrate(state, "10"))
     with pytest.raises(InvalidInput, match=r"position is '1', which has no unit; .*'1 km', or a num"):
         fullbody.State(position=[["1", 0, 0]], velocity=[[0, 0, 0]])
 
@@ -363,8 +285,7 @@ def test_plain_elements_beside_the_mu_of_a_system():
     for other in (1 * mu, mu.to(u.au**3 / u.yr**2), 3.0 * u.km**3 / u.s**2):
         with pytest.raises(InvalidInput, match=r"mu has the unit .*, but a has none; expected both"):
             plain.to_cartesian(other)
-    with pytest.raises(InvalidInput, match="v has the unit km / d, but r has none"):
-        fullbody.KeplerElements.from_cartesian(r.value, v, mu)
+    refused("v has the unit km / d, but r has none", lambda: fullbody.KeplerElements.from_cartesian(r.value, v, mu))
 
 
 def test_semi_axes_with_units_are_one_quantity():

@@ -1,5 +1,7 @@
 """``fullbody run`` and ``fullbody info``."""
 
+import json
+import re
 import subprocess
 import sys
 
@@ -135,3 +137,57 @@ def test_the_module_is_a_command():
     wrong = subprocess.run([sys.executable, "-m", "fullbody", "walk"], capture_output=True, text=True, check=False)
     assert wrong.returncode == 2
     assert "invalid choice" in wrong.stderr
+
+
+def test_kw4_prints_and_writes_both_shapes(tmp_path, capsys):
+    assert main(["kw4", "--out", str(tmp_path), "--gravity", "focal", "--until", "210", "--quiet"]) == 0
+    read = json.loads((tmp_path / "numbers.json").read_text(), parse_constant=lambda name: pytest.fail(name))
+    assert {shape: list(methods) for shape, methods in read.items()} == {"ellipsoid": ["focal"], "spheroid": ["focal"]}
+    # Beta's spin about z in the first 200 h, 1e-5 rad/s, by two independent programs.
+    ellipsoid = read["ellipsoid"]["focal"]
+    assert [round(value, 2) for value in ellipsoid["spin_z"]] == [9.05, 10.69]
+    printed = capsys.readouterr().out
+    assert "1999 KW4, spheroids, 210 hours" in printed
+    assert f"{ellipsoid['a_mean']:.6g}" in printed
+    for shape in read:
+        saved = fullbody.load(tmp_path / f"kw4_{shape}_focal.nc")
+        assert 205.0 < saved.time[-1].value <= 210.0
+        assert ellipsoid["a_min"] < saved.elements().a.value.min() or shape == "spheroid"
+    assert sorted(path.name for path in tmp_path.glob("page_*")) == [
+        f"page_{shape}.{kind}" for shape in read for kind in ("pdf", "png")
+    ]
+
+
+@pytest.mark.parametrize("until", ["-3", "0", "nan", "inf"])
+def test_years_are_given_in_hours(until, tmp_path, capsys):
+    assert main(["kw4", "--out", str(tmp_path / "kw4"), "--until", until, "--quiet"]) == 1
+    assert f"--until is {until}; expected hours above zero" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_info_tells_what_maps_and_flights_hold(tmp_path, capsys):
+    system, state = fullbody.systems.kw4()
+    particles = fullbody.Particles([[4.0, 0.0, 0.0]], [[0.0, 0.0, 0.7]])
+    system.fly(state, particles, 10.0, output=5.0).save(tmp_path / "flight.nc")
+
+    def setup(angle):
+        if angle > 0.15:
+            raise ValueError("too far")
+        return system, state.rotated("Beta", [0, 0, 1], angle)
+
+    options = {"measure": lambda run: {"place": run.position[-1]}, "store": tmp_path / "map.nc", "key": "places"}
+    fullbody.sweep(setup, {"angle": [0.0, 0.1, 0.2]}, 1.0, **options)
+    system.integrate(state, 1.0).save(tmp_path / "run.nc")
+    assert main(["info", *(str(tmp_path / f"{name}.nc") for name in ("flight", "map", "run"))]) == 0
+    flight, found, run = capsys.readouterr().out.split(f"{tmp_path}/")[1:]
+    for text in ("particles +1", "flying +1"):
+        assert re.search(text, flight)
+    for text in ("angle +3 values", "place +angle, place_0, place_1", "ValueError +1", "none +2"):
+        assert re.search(text, found)
+    assert "Integrator" in run or "steps" in run
+
+
+def test_a_damaged_map_is_named(tmp_path, capsys):
+    (tmp_path / "map.nc").write_bytes(np.arange(100).tobytes())
+    assert main(["info", str(tmp_path / "map.nc")]) == 1
+    assert "map.nc" in capsys.readouterr().err

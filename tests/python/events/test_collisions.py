@@ -3,8 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
-from fullbody import events
-from fullbody.errors import BodiesOverlap
+from fullbody.errors import BodiesOverlap, StepSizeTooSmall
 from scipy.integrate import quad
 
 #: The bodies here are shot at each other.
@@ -81,29 +80,6 @@ def test_spheres_do_not_pass_through_each_other(G, integrator):
     assert back.stop_reason == "end"
 
 
-def test_time_of_contact_is_that_of_the_terminal_event():
-    shapes = (fullbody.Ellipsoid(1.0, 0.8, 0.5), fullbody.Ellipsoid(0.7, 0.3, 0.2))
-    bodies = [fullbody.Body(shape, mass=1.0, name=name) for shape, name in zip(shapes, "AB", strict=True)]
-    state = fullbody.State([[-8, 0.2, 0], [0, 0, 0.1]], [[3, 0, 0], [0, 0, 0]], spin=[[0.3, 0.2, 2.0], [1.0, 3.0, 0.5]])
-    system = fullbody.System(bodies, G=0.1)
-    for integrator in (fullbody.Verner98(), fullbody.DormandPrince54(1e-4, 1e-4), fullbody.SymplecticSplitting(0.05)):
-        with pytest.raises(BodiesOverlap) as caught:
-            system.integrate(
-                state, 10.0, integrator=integrator, events=[events.Contact(), events.Separation(value=4.0)]
-            )
-        run = caught.value.run
-        assert [type(o.event).__name__ for o in run.events] == ["Separation", "Contact"]
-        assert run.events[-1].time == caught.value.time > run.time[-1]
-        ended = system.integrate(state, 10.0, integrator=integrator, events=[events.Contact(terminal=True)])
-        assert ended.stop_reason == "event"
-        assert ended.time[-1] == pytest.approx(caught.value.time, abs=1e-12)
-        # Grown by a hair they overlap there.
-        grown = [fullbody.Ellipsoid(*(np.array(b.shape.semi_axes) * (1 + 1e-9))) for b in bodies]
-        larger = fullbody.System([fullbody.Body(shape, mass=1.0) for shape in grown], G=0.1)
-        with pytest.raises(BodiesOverlap):
-            larger.interactions(ended[-1])
-
-
 def test_the_error_of_a_collision_has_units():
     u = pytest.importorskip("astropy.units")
     bodies = [fullbody.Body(fullbody.Sphere(1.0), mass=1e3, name=name) for name in ("A", "B")]
@@ -115,18 +91,73 @@ def test_the_error_of_a_collision_has_units():
     assert caught.value.run.time[-1] < 9.8 * u.h
 
 
-def test_the_first_of_two_contacts_ends_the_run():
-    sphere, point = fullbody.Sphere(1.0), fullbody.PointMass()
-    shapes = {"left": sphere, "moon": point, "right": sphere, "grain": point}
-    bodies = [fullbody.Body(shape, mass=1e-9, name=name) for name, shape in shapes.items()]
-    position = [[-20, 0, 0], [0, 0, 0], [20, 0, 0], [0, 5, 0]]
-    for speed, names, expected in ((-3.0, ("left", "moon"), 19 / 3), (4.0, ("moon", "right"), 19 / 4)):
-        state = fullbody.State(position, [[0, 0, 0], [speed, 0, 0], [0, 0, 0], [0, 0, 0]])
-        for integrator in INTEGRATORS:
-            with pytest.raises(BodiesOverlap) as caught:
-                fullbody.System(bodies, G=1e-3).integrate(state, 100.0, integrator=integrator)
-            assert caught.value.bodies == names
-            assert caught.value.time == pytest.approx(expected, abs=1e-9)
-    passing = fullbody.State(position, [[0, 0, 0], [0, 1, 0], [0, 0, 0], [0, -1, 0.0001]])
-    run = fullbody.System(bodies, G=1e-12).integrate(passing, 5.0)
-    assert run.stop_reason == "end"
+PAIR = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name=name) for name in ("Alpha", "Beta")], G=1.0)
+
+
+def test_falling_points_end_at_the_time_of_the_closed_form():
+    """From rest at distance d two points meet after pi sqrt(d^3 / (8 G M))."""
+    system = fullbody.System([fullbody.Body(fullbody.PointMass(), mass=m) for m in (1.0, 3.0)], G=2.0)
+    state = fullbody.State([[0, 0, 0], [1.5, 0, 0]], np.zeros((2, 3)), time=1.0)
+    with pytest.raises(StepSizeTooSmall) as caught:
+        system.integrate(state, 10.0)
+    error = caught.value
+    assert isinstance(error, fullbody.FullbodyError)
+    assert isinstance(error, RuntimeError)
+    assert error.time == pytest.approx(1.0 + np.pi * np.sqrt(1.5**3 / (8 * 2.0 * 4.0)), rel=1e-9)
+    assert abs(error.step) < 1e-12
+    assert "time" in str(error)
+    assert error.run.time[-1] <= error.time
+    assert np.isfinite(error.run.position).all()
+
+
+def test_bodies_that_meet_stop_with_their_names_and_the_time():
+    """Spheres falling from rest overlap at d = 2 R after t = sqrt(d^3 / (2 G M)) (sqrt(x (1 - x)) + acos sqrt x)."""
+    system = PAIR
+    state = fullbody.State([[0, 0, 0], [6.0, 0, 0]], np.zeros((2, 3)))
+    x = 2.0 / 6.0
+    contact = np.sqrt(6.0**3 / (2 * 2.0)) * (np.sqrt(x * (1 - x)) + np.arccos(np.sqrt(x)))
+    with pytest.raises(BodiesOverlap, match="Alpha") as caught:
+        system.integrate(state, 50.0)
+    error = caught.value
+    assert error.bodies == ("Alpha", "Beta")
+    assert "Beta" in str(error)
+    # Found at the first step's end inside; the steps are long compared with the accuracy of the run.
+    assert contact <= error.time < 1.2 * contact
+    assert np.isfinite(error.run.position).all()
+
+
+@pytest.mark.filterwarnings("ignore:A and B start at 1 km / h relative to each other")
+def test_overlaps_say_how_far_or_when():
+    """Two spheres of radius one whose centres are 1.5 apart, or fall at each other from 5 with speed one: at 3 they
+    touch."""
+    near = fullbody.State([[0, 0, 0], [1.5, 0, 0]], np.zeros((2, 3)))
+    for call, what in (
+        (lambda: PAIR.integrate(near, 1.0), "Alpha and Beta overlap at the start, their centres 1.5 apart;"),
+        (lambda: fullbody.Simulation(PAIR, near), "Alpha and Beta overlap at the start, their centres 1.5 apart;"),
+        (lambda: PAIR.energy(near), "Alpha and Beta overlap, their centres 1.5 apart;"),
+        (lambda: PAIR.interactions(near), "Alpha and Beta overlap, their centres 1.5 apart;"),
+    ):
+        with pytest.raises(BodiesOverlap, match=what) as caught:
+            call()
+        assert "Contact" not in str(caught.value)
+        assert caught.value.bodies == ("Alpha", "Beta")
+        assert isinstance(caught.value, RuntimeError)
+    units = fullbody.System(
+        [fullbody.Body(fullbody.Sphere(1.0), mass=1e9, name=name) for name in "AB"], units=("km", "hour", "kg")
+    )
+    falling = fullbody.State([[0, 0, 0], [5, 0, 0]], [[0, 0, 0], [-1, 0, 0]])
+
+    def steps():
+        sim = fullbody.Simulation(units, falling, integrator=fullbody.SymplecticSplitting(step=0.1))
+        while True:
+            sim.step()
+
+    for run in (lambda: units.integrate(falling, 9.0, output=1.0), steps):
+        what = r"A and B overlap at time \d(\.\d+)? h; .*events\.Contact"
+        with pytest.raises(BodiesOverlap, match=what) as caught:
+            run()
+        assert 2.9 < caught.value.time < 9.0
+    with pytest.raises(BodiesOverlap) as caught:
+        units.integrate(falling, 9.0, output=1.0)
+    assert caught.value.run.time[-2].value == 2.0
+    assert 2.0 < caught.value.run.time[-1].value < 3.0

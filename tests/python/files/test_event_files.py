@@ -7,6 +7,7 @@ import xarray as xr
 from astropy import units as u
 from fullbody import events
 from fullbody.errors import BodiesOverlap, InvalidInput
+from support import refused
 
 
 def distance_from_usual(state):
@@ -123,5 +124,4 @@ def test_damaged_events_are_named(many, tmp_path):
             fullbody.load(tmp_path / "run.nc")
     dataset = many.to_xarray().drop_vars("event_spin")
     dataset.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
-    with pytest.raises(InvalidInput, match=r"run\.nc .* has no .*event_spin"):
-        fullbody.load(tmp_path / "run.nc")
+    refused(r"run\.nc .* has no .*event_spin", lambda: fullbody.load(tmp_path / "run.nc"))

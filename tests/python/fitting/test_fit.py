@@ -10,7 +10,7 @@ from fullbody import observing
 from fullbody.errors import InconsistentInput, InvalidInput
 from fullbody.fitting import Free, Outliers
 from scipy.spatial.transform import Rotation
-from support import DATA
+from support import DATA, refused
 from support.eris import EPOCH, ERIS
 from support.fits import QUICK, START, kw4, noisy, pair
 
@@ -159,8 +159,7 @@ def test_an_unconstrained_combination_is_named(radar):
     assert 0.0 < found.sigma["a"] < 0.1
     assert not np.isnan(found.covariance).any()
     assert found.values["mass"] + 2 * found.values["more"] == pytest.approx(2.353, abs=0.05)
-    with pytest.raises(InvalidInput, match="no distribution to draw from"):
-        found.draw(3, 0)
+    refused("no distribution to draw from", lambda: found.draw(3, 0))
 
     with pytest.warns(InconsistentInput, match="the data do not constrain colour"):
         fullbody.fit(lambda a, colour: pair(a=a), {"a": 2.545, "colour": 1.0}, radar)
@@ -308,8 +307,7 @@ def test_log_posterior_is_chi2_and_its_gradient(radar, found):
         expected = (8 * (ends[0] - ends[1]) - (ends[2] - ends[3])) / (12 * step)
         assert gradient[k] == pytest.approx(expected, rel=1e-6)
     assert found.log_posterior([-1.0, 2.55]) == -np.inf
-    with pytest.raises(InvalidInput, match="values has no 'a'"):
-        found.log_posterior({"mass": 2.0})
+    refused("values has no 'a'", lambda: found.log_posterior({"mass": 2.0}))
 
 
 def test_draws_have_the_covariance_and_go_through_a_sweep(found):
@@ -338,10 +336,8 @@ def test_many_starts_find_mirror_images(radar):
     chi2 = [one.chi2 for one in found.minima]
     assert chi2 == sorted(chi2)
     assert "Minima from 6 starts" in repr(found)
-    with pytest.raises(InvalidInput, match="rng is None"):
-        fullbody.fit(setup, start, radar, starts=3)
-    with pytest.raises(InvalidInput, match="no parameter has two bounds or a prior"):
-        fullbody.fit(pair, {"a": 2.5}, radar, starts=3, rng=1)
+    refused("rng is None", lambda: fullbody.fit(setup, start, radar, starts=3))
+    refused("no parameter has two bounds or a prior", lambda: fullbody.fit(pair, {"a": 2.5}, radar, starts=3, rng=1))
 
 
 def test_progress_tells_runs_and_chi2(radar, capsys):
@@ -365,8 +361,7 @@ def test_samples_and_figures_have_the_values_of_the_fit(radar, found):
     np.testing.assert_array_equal(samples.mass, again.mass)
     assert len(found.plot.residuals()) == 1
     assert len(found.plot.corner(samples).axes) == 4
-    with pytest.raises(InvalidInput, match="sampler is 'gibbs'"):
-        found.sample("gibbs", rng=1)
+    refused("sampler is 'gibbs'", lambda: found.sample("gibbs", rng=1))
     import matplotlib.pyplot as plt
 
     plt.close("all")

@@ -8,6 +8,7 @@ from fullbody.errors import InconsistentInput, InvalidInput
 from fullbody.fitting import Free
 from fullbody.fitting.free import Parameters
 from fullbody.fitting.problem import Problem
+from support import body_list
 from support.fits import pair
 
 FAR = observing.Geometry([-100.0, 400.0], to_observer=[1e6, 2e5, 1e5], light_time=False)
@@ -87,10 +88,7 @@ def test_a_jitter_beside_zero_points_of_nights_is_not_too_small():
 
 
 def tidal(radius, mass):
-    bodies = [
-        fullbody.Body(fullbody.Ellipsoid(1.0, 0.8, 0.6), mass=mass, name="A"),
-        fullbody.Body(fullbody.PointMass(), mass=0.1, name="B"),
-    ]
+    bodies = body_list(A=(fullbody.Ellipsoid(1.0, 0.8, 0.6), mass), B=(fullbody.PointMass(), 0.1))
     tide = fullbody.forces.Tide(on="A", by="B", k2=0.5, lag=0.05, radius=radius, name="tide")
     state = fullbody.State([[0, 0, 0], [4.0, 0, 0.3]], [[0, 0, 0], [0, 0.52, 0.1]], spin=[[0.1, 0, 0.7], [0, 0, 0]])
     return fullbody.System(bodies, G=1.0, forces=[tide]), state

@@ -3,6 +3,8 @@
 import fullbody
 import numpy as np
 import pytest
+import support
+from astropy import units as u
 from fullbody.errors import ForceFailed, Interrupted, InvalidInput
 from fullbody.forces import Byorp, Function, ThirdBody, Tide, Yorp, lag_from_quality_factor
 from support.scenes import KINDS, at_rest, drag, pair, sun
@@ -36,17 +38,8 @@ def refused(make, *texts):
     ("given", "texts"),
     [
         ({"lag": -1.0}, ("lag of T", "-1", "zero or above")),
-        ({"lag": NAN}, ("lag of T", "nan")),
-        ({"lag": INF}, ("lag of T", "inf")),
-        ({"lag": [0.1, 0.2]}, ("lag of T", "(2,)")),
-        ({"lag": None}, ("lag of T", "None")),
         ({"k2": 1.6}, ("k2 of T", "1.6", "0 to 1.5")),
         ({"k2": -0.1}, ("k2 of T", "-0.1", "0 to 1.5")),
-        ({"k2": NAN}, ("k2 of T", "nan")),
-        ({"k2": "soft"}, ("k2 of T", "soft")),
-        ({"radius": 0.0}, ("radius of T", "above zero")),
-        ({"radius": -0.1}, ("radius of T", "above zero")),
-        ({"radius": NAN}, ("radius of T", "nan")),
         ({"by": "A"}, ("on and by of T", "A", "two bodies")),
         ({"on": "Alpha"}, ("on of T", "'Alpha'", "A, B")),
         ({"by": 7}, ("by of T", "7", "0 to 1")),
@@ -70,13 +63,8 @@ def test_the_ends_of_love_numbers_and_no_lag_are_allowed(value):
     [
         ({"mass": 1.0}, ("mass and mu of Sun", "one of the two")),
         ({"mu": None}, ("mass and mu of Sun", "one of the two")),
-        ({"mu": 0.0}, ("mu of Sun", "above zero")),
-        ({"mu": -1.0}, ("mu of Sun", "-1", "above zero")),
-        ({"mu": NAN}, ("mu of Sun", "nan")),
-        ({"mu": None, "mass": NAN}, ("mass of Sun", "nan")),
         ({"of": None}, ("argument 'of' of Sun is None", "'system'", "'body'")),
         ({"of": "sun"}, ("argument 'of' of Sun is 'sun'", "'system'")),
-        ({"time": NAN}, ("time of Sun", "nan")),
         ({"orbit": (1, 2, 3, 4, 5, 6)}, ("orbit of Sun", "KeplerElements")),
         ({"orbit": None}, ("path of Sun", "times and positions")),
         ({"orbit": None, "times": [0, 1, 2, 3]}, ("path of Sun", "times and positions")),
@@ -98,8 +86,6 @@ def test_a_third_body_of_which_only_the_mass_is_given_is_refused():
         ([0, 2, 1, 3], None, ("times of Sun", "2 followed by 1", "rising")),
         ([0, 1, 1, 3], None, ("times of Sun", "1.0 and 1.0 in rows 1 and 2", "round-off")),
         ([0, 1, 2], None, ("times of Sun", "3", "four or more")),
-        ([0, 1, NAN, 3], None, ("times", "Sun", "finite")),
-        ([0, 1, 2, 3], np.full((4, 3), NAN), ("positions of Sun", "finite")),
         ([0, 1, 2, 3], np.ones((4, 4)), ("Sun", "(4, 4)", "(T, 3)")),
         ([0, 1, 2, 3], np.ones((5, 3)), ("Sun", "(5, 3)", "(T, 3)")),
         (np.zeros((2, 2)), np.ones((4, 3)), ("Sun", "(2, 2)", "(T,)")),
@@ -122,7 +108,6 @@ def test_bad_tables_of_positions_are_refused(times, positions, texts):
         ({"obliquity": [0, 1, 2, 3.0]}, ("obliquities of Y", "0 to 3", "0 to pi")),
         ({"obliquity": [0, 60.0, 120.0, 180.0]}, ("obliquities of Y", "0 to 180", "0 to pi")),
         ({"obliquity": [0, 2, 1, np.pi]}, ("obliquities of Y", "2 followed by 1")),
-        ({"obliquity": [0, 1, NAN, np.pi]}, ("obliquity of Y", "nan", "finite")),
         ({"obliquity": [0, 1, np.pi]}, ("obliquities of Y", "four or more")),
         ({"obliquity": [0, 1, 2, np.pi], "along": [1, 2, 3]}, ("along of Y", "at each obliquity")),
     ],
@@ -134,10 +119,7 @@ def test_bad_yorp_is_refused(given, texts):
 @pytest.mark.parametrize(
     ("given", "texts"),
     [
-        ({"force": NAN}, ("force of Y", "nan")),
         ({"force": [1.0, 2.0]}, ("force of Y", "(2,)", "a finite number, or three")),
-        ({"torque": 1.0}, ("torque of Y", "shape ()", "(3,)")),
-        ({"torque": [1.0, NAN, 0.0]}, ("torque of Y", "nan", "finite numbers")),
         ({"about": "B"}, ("on and about of Y", "B", "two bodies")),
         ({"about": "sun"}, ("about of Y", "'sun'", "A, B")),
     ],
@@ -205,28 +187,10 @@ def test_bad_functions_of_forces_are_refused():
             lag_from_quality_factor(**given)
 
 
-def test_units_of_forces_that_do_not_fit_are_refused():
-    from astropy import units as u
-
-    orbit = ELEMENTS(1 * u.au, 0, 0, 0, 0, 0)
-    for make, text in (
-        (lambda: Tide(on="Alpha", by="Beta", k2=0.1, lag=1 * u.km, name="T"), "lag of T has the unit km"),
-        (lambda: Byorp(on="Beta", about="Alpha", force=1 * u.kg, name="Y"), "force of Y has the unit kg"),
-        (lambda: Yorp(on="Beta", along=1 * u.N, name="Y"), "along of Y has the unit N"),
-        (lambda: ThirdBody(mu=1 * u.M_sun, orbit=orbit, of="system", name="S"), "mu of S has the unit"),
-    ):
-        with pytest.raises(InvalidInput, match=text):
-            make()
-
-
-@pytest.mark.parametrize(
-    ("k2", "text"), [(float("nan"), "a finite number"), (-0.1, "0 to 1.5"), ("3 deg", "pure numbers")]
-)
-def test_numbers_are_refused_where_a_force_is_made(k2, text):
-    with pytest.raises(InvalidInput, match=rf"k2 of T .*; expected .*{text}"):
-        Tide(on="A", by="B", k2=k2, lag=1.0, name="T")
-    with pytest.raises(InvalidInput, match="lag of T is -1; expected a finite time, zero or above"):
-        Tide(on="A", by="B", k2=0.1, lag=-1.0, name="T")
+def test_numbers_are_refused_where_a_force_is_made():
+    support.refused(r"k2 of T .*; expected .*0 to 1\.5", lambda: tide(k2=-0.1))
+    support.refused("lag of T is -1; expected a finite time, zero or above", lambda: tide(lag=-1.0))
+    support.refused("along of Y has the unit N", lambda: yorp(along=1 * u.N))
 
 
 # Of a state or a run.
@@ -277,15 +241,17 @@ def test_a_table_that_ends_before_the_run_is_refused_before_the_first_step():
 
 
 @pytest.mark.parametrize("integrator", [fullbody.Verner98(), fullbody.LieGroupVariational(step=0.15)])
-def test_single_steps_end_with_the_table(integrator):
-    sim = fullbody.Simulation(SYSTEM.with_forces([table()]), STATE, integrator=integrator)
-    while sim.time < 2.5:
-        sim.step()
-    assert sim.time == 2.5
-    with pytest.raises(InvalidInput, match=r"time of Sun is 2\.5"):
-        sim.step()
+@pytest.mark.parametrize("end", [2.5, -2.5])
+def test_single_steps_end_with_the_table(integrator, end):
+    world = SYSTEM.with_forces([table((-2.5, -2.0, -1.0, 0.0, 1.0, 2.0, 2.5))])
+    sim = fullbody.Simulation(world, STATE, integrator=integrator)
+    while abs(sim.time) < 2.5:
+        sim.step(np.sign(end) * INF)
+    assert sim.time == end
+    with pytest.raises(InvalidInput, match=r"time of Sun is -?2\.5"):
+        sim.step(2.0 * end)
     sim.step(0.0)
-    assert sim.time < 2.5
+    assert abs(sim.time) < 2.5
 
 
 def test_bad_questions_about_positions_of_third_bodies_are_refused():
@@ -299,6 +265,8 @@ def test_bad_questions_about_positions_of_third_bodies_are_refused():
     ):
         with pytest.raises(InvalidInput, match=text):
             world.third_body(name, time)
+    with pytest.raises(InvalidInput, match="force of ClosestApproach is 'T', a Tide; expected one of Sun"):
+        world.integrate(STATE, 1.0, events=[fullbody.events.ClosestApproach("T")])
     with pytest.raises(InvalidInput, match="name is 'Sun'"):
         SYSTEM.third_body("Sun", 0.0)
 

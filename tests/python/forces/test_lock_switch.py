@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from fullbody.errors import ForceFailed
 from fullbody.forces import Byorp
+from support import body_list
 
 FORCE = 2e-4
 TORQUE = (1e-7, 2e-7, 3e-7)
@@ -12,10 +13,7 @@ TORQUE = (1e-7, 2e-7, 3e-7)
 
 def swinging(force=FORCE, axes=(0.1, 0.08, 0.07), mass=1e-2, e=0.2, rate=1.3, G=1.0, primary=1.0, torque=TORQUE):
     """A secondary that swings near the separatrix on an eccentric orbit, so that its lock comes and goes."""
-    bodies = [
-        fullbody.Body(fullbody.Ellipsoid(0.3, 0.28, 0.25), mass=primary, name="A"),
-        fullbody.Body(fullbody.Ellipsoid(*axes), mass=mass, name="B"),
-    ]
+    bodies = body_list(A=(fullbody.Ellipsoid(0.3, 0.28, 0.25), primary), B=(fullbody.Ellipsoid(*axes), mass))
     system = fullbody.System(bodies, G=G, forces=[Byorp("B", "A", force, torque=torque, name="BYORP")])
     r, v = fullbody.KeplerElements(1.0, e, 0.1, 0.3, 0.2, 0.1).to_cartesian(1.01)
     share = 0.01 / 1.01

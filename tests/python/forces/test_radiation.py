@@ -5,16 +5,13 @@ import numpy as np
 import pytest
 from fullbody.forces import Byorp, Tide, Yorp
 from scipy.spatial.transform import Rotation
-from support import inertia, matrix, worst
+from support import body_list, inertia, matrix, worst
 from support.scenes import body_alone
 
 
 def synchronous(turned=0.0, rate=1.0, axes=(0.1, 0.09, 0.08), mass=1e-3, primary=None, tilt=0.0, forces=()):
     """A triaxial secondary on a circle of radius one, its long axis turned from the line of the centres."""
-    bodies = [
-        fullbody.Body(primary or fullbody.Sphere(0.3), mass=1.0, name="A"),
-        fullbody.Body(fullbody.Ellipsoid(*axes), mass=mass, name="B"),
-    ]
+    bodies = body_list(A=(primary or fullbody.Sphere(0.3), 1.0), B=(fullbody.Ellipsoid(*axes), mass))
     system = fullbody.System(bodies, G=1.0, forces=forces)
     # On the circle that the secondary's quadrupole leaves, so that nothing else librates.
     a, b, c = axes
@@ -96,10 +93,7 @@ def test_the_eccentricity_changes_with_the_semi_major_axis_as_by_theory(e, axes)
     mass = 1e-3
     a, b, _ = axes
     primary = fullbody.Sphere(0.01)
-    bodies = [
-        fullbody.Body(primary, mass=1.0, name="A"),
-        fullbody.Body(fullbody.Ellipsoid(*axes), mass=mass, name="B"),
-    ]
+    bodies = [fullbody.Body(primary, mass=1.0, name="A"), fullbody.Body(fullbody.Ellipsoid(*axes), mass=mass, name="B")]
     n = np.sqrt(1.0 + mass)
     ratio = 3.0 * (a * a - b * b) / (a * a + b * b)
     libration = 2.0 * e * ratio / (ratio - 1.0)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from fullbody import forces
 from fullbody.errors import ForceFailed, InvalidInput
+from support import refused
 from support.scenes import differential, pair
 
 POINTS = [fullbody.Body(fullbody.PointMass(), mass=mass, name=name) for mass, name in ((0.99, "A"), (0.01, "B"))]
@@ -32,55 +33,6 @@ def test_orbits_near_a_parabola(gap):
         expected = differential([0.99, 0, 0], system.third_body("comet", time)[0], 1e4)
         found = system.loads(state)["comet"].force[1] / 0.01
         assert np.linalg.norm(found - expected) < 1e-13 * np.linalg.norm(expected)
-
-
-@pytest.mark.parametrize("time", [5.5, -1e9, np.nan])
-def test_no_place_beyond_a_table(time):
-    system = pair()[0].with_forces([table(-5.0, 5.0, 6, lambda t: [50.0 + t, 3.0, t * t])])
-    with pytest.raises(InvalidInput, match="time of bullet"):
-        system.third_body("bullet", time)
-
-
-@pytest.mark.parametrize("integrator", [fullbody.Verner98(), fullbody.SymplecticSplitting(step=0.3)])
-@pytest.mark.parametrize("end", [5.0, -5.0])
-def test_steps_end_with_a_table(integrator, end):
-    system, state = pair()
-    system = system.with_forces([table(-5.0, 5.0, 6, lambda t: [50.0 + t, 3.0, t * t])])
-    sim = fullbody.Simulation(system, state, integrator=integrator)
-    for _ in range(1000):
-        if sim.time == end:
-            break
-        sim.step(np.sign(end) * np.inf)
-    assert sim.time == end
-    with pytest.raises(InvalidInput, match="time of bullet"):
-        sim.step(2.0 * end)
-    sim.step(0.0)
-    assert abs(sim.time) < 5.0
-
-
-@pytest.mark.parametrize("bodies", [SPHERES, list(pair()[0])])
-def test_a_third_body_that_comes_inside_a_body(bodies):
-    system = fullbody.System(bodies, G=1.0, forces=[table(-50.0, 50.0, 40, lambda t: [t, 0.1, 0.0])])
-    state = pair()[1].replace(time=-20.0)
-    with pytest.raises(ForceFailed, match="inside A") as caught:
-        system.integrate(state, 20.0, output=1.0)
-    # It moves at a speed of one.
-    assert -0.35 < caught.value.time < 0.1
-    assert caught.value.run.time[-1] < caught.value.time
-
-
-def test_torques_on_points():
-    with pytest.raises(InvalidInput, match="on of tide on A"):
-        fullbody.System(POINTS, G=1.0, forces=[forces.Tide("A", "B", k2=1.0, lag=0.5, radius=0.3)])
-    with pytest.raises(InvalidInput, match="on of YORP on A"):
-        fullbody.System(POINTS, G=1.0, forces=[forces.Yorp("A", along=1e-3)])
-
-    def push(time, state):
-        return 0.0 * state.position, np.array([[0.0, 0.0, 1e-3], [0.0, 0.0, 0.0]])
-
-    system = fullbody.System(POINTS, G=1.0, forces=[forces.Function(push)])
-    with pytest.raises(ForceFailed, match=r"push.*torque on A, a point"):
-        system.integrate(pair()[1], 1.0)
 
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
@@ -145,15 +97,6 @@ def test_loads_that_are_no_numbers():
         system.loads(pair()[1])
 
 
-def test_only_third_bodies_have_places():
-    system, state = pair()
-    system = system.with_forces([forces.Tide("A", "B", k2=0.3, lag=0.1, name="tide")])
-    with pytest.raises(InvalidInput, match="'tide', a Tide; expected a ThirdBody"):
-        system.third_body("tide", 0.0)
-    with pytest.raises(InvalidInput, match="'tide', a Tide; expected a ThirdBody"):
-        system.integrate(state, 1.0, events=[fullbody.events.ClosestApproach("tide")])
-
-
 def still(time, state):
     return 0.0 * state.position
 
@@ -171,8 +114,7 @@ def test_functions_of_a_simulation_from_a_file(tmp_path, given, words):
     system, state = pair()
     system = system.with_forces([forces.Function(still, depends_on_velocity=False)])
     fullbody.Simulation(system, state, integrator=fullbody.SymplecticSplitting(step=0.1)).save(tmp_path / "pair.sim")
-    with pytest.raises(InvalidInput, match=words):
-        fullbody.Simulation.load(tmp_path / "pair.sim", forces=given)
+    refused(words, lambda: fullbody.Simulation.load(tmp_path / "pair.sim", forces=given))
 
 
 def test_lags_of_text_and_of_rates_that_do_not_fit():
@@ -190,11 +132,6 @@ def test_lags_of_text_and_of_rates_that_do_not_fit():
             forces.lag_from_quality_factor(**given, mean_motion=rate, spin=spin)
 
 
-def test_obliquities_in_plain_degrees():
-    with pytest.raises(InvalidInput, match="obliquities of YORP on A is 0 to 180 rad"):
-        pair()[0].with_forces([forces.Yorp("A", along=[1e-6] * 5, obliquity=np.linspace(0, 180, 5))])
-
-
 @pytest.mark.parametrize("name", ["sun", "earth"])
 def test_ephemerides_over_many_periods(name):
     """A first guess of the table's step that is a whole period sees no motion."""
@@ -206,7 +143,7 @@ def test_ephemerides_over_many_periods(name):
     given = {"date": "2000-01-01 TDB", "orbit": orbit}
     system, _ = fullbody.systems.kw4(units=True, frame="ecliptic")
     places = []
-    for count in (1, 64):
+    for count in (1, 16):
         body = forces.ThirdBody.from_ephemeris(name, duration=count * period, **given)
         places.append(system.with_forces([body]).third_body(body.name, np.linspace(0, 1, 20) * period)[0])
     distance = np.linalg.norm(places[0], axis=1)

@@ -31,11 +31,7 @@ def lagging(r, v, omega, mass, k2, radius, lag):
     with mp.workdps(40):
         r, v, omega = (mp.matrix([mp.mpf(float(c)) for c in x]) for x in (r, v, omega))
         turned = mp.matrix(
-            [
-                omega[1] * r[2] - omega[2] * r[1],
-                omega[2] * r[0] - omega[0] * r[2],
-                omega[0] * r[1] - omega[1] * r[0],
-            ]
+            [omega[1] * r[2] - omega[2] * r[1], omega[2] * r[0] - omega[0] * r[2], omega[0] * r[1] - omega[1] * r[0]]
         )
 
         def potential(x, y, z, late):
@@ -284,7 +280,6 @@ def test_a_lag_in_hours_where_seconds_were_meant_is_warned_of():
     right = Tide(on="Alpha", by="Beta", k2=1e-5, lag=60.0 * u.s)
     system.with_forces([right]).integrate(state, 0.01)
     with pytest.warns(
-        InconsistentInput,
-        match="the starts of 1 of 2 members are probably a mistake; member 1: tide on Al",
+        InconsistentInput, match="the starts of 1 of 2 members are probably a mistake; member 1: tide on Al"
     ):
         fullbody.integrate_many([(system.with_forces([tide]), state) for tide in (right, wrong[1])], 0.01)

@@ -7,8 +7,8 @@ import pickle
 import fullbody
 import numpy as np
 import pytest
-from fullbody.errors import InvalidInput
 from fullbody.forces import Function
+from support import refused
 from support.scenes import KINDS, drag, pair, sun
 
 COMBINATIONS = [names for count in (1, 2, 3, 4, 5) for names in itertools.combinations(KINDS, count)]
@@ -106,8 +106,7 @@ def test_kicks_close_the_energy(integrator):
 @pytest.mark.parametrize("integrator", [fullbody.SymplecticSplitting(step=0.1), fullbody.LieGroupVariational(step=0.1)])
 def test_forces_that_do_not_fit_are_refused_by_name(kind, integrator):
     system, state = world("Sun", kind)
-    with pytest.raises(InvalidInput, match=rf"(?s){kind}.*velocit"):
-        system.integrate(state, 1.0, integrator=integrator)
+    refused(rf"(?s){kind}.*velocit", lambda: system.integrate(state, 1.0, integrator=integrator))
 
 
 # Runs and their parts.
@@ -184,8 +183,7 @@ def test_a_simulation_goes_on_from_its_file(kind, tmp_path):
 def test_a_function_that_is_missing_is_asked_for(forces, tmp_path):
     system, state = world("Sun", "own")
     fullbody.Simulation(system, state).save(tmp_path / "x.sim")
-    with pytest.raises(InvalidInput, match=r"'own'"):
-        fullbody.Simulation.load(tmp_path / "x.sim", forces=forces)
+    refused(r"'own'", lambda: fullbody.Simulation.load(tmp_path / "x.sim", forces=forces))
 
 
 def test_a_switch_is_kept_in_files(tmp_path):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from fullbody.errors import ForceFailed
 from fullbody.forces import Yorp
+from support import body_list
 from support.scenes import body_alone
 
 C = 0.4 * 0.25  # of a sphere of mass one and radius 1/2
@@ -37,10 +38,7 @@ def test_a_spin_that_is_driven_to_its_pole_is_an_error_that_names_it(obliquity, 
 
 
 def test_a_tumbling_body_that_is_driven_to_its_pole_ends_too():
-    bodies = [
-        fullbody.Body(fullbody.Ellipsoid(1.0, 0.9, 0.8), mass=1.0, name="A"),
-        fullbody.Body(fullbody.Sphere(0.2), mass=1e-3, name="B"),
-    ]
+    bodies = body_list(A=(fullbody.Ellipsoid(1.0, 0.9, 0.8), 1.0), B=(fullbody.Sphere(0.2), 1e-3))
     system = fullbody.System(bodies, G=1.0, forces=[Yorp(on="A", along=0.0, across=-1e-3)])
     state = fullbody.State(
         [[0, 0, 0], [5, 0, 0]], [[0, 0, 0], [0, 0.45, 0]], spin=[[0.0, np.sin(0.02), np.cos(0.02)], [0, 0, 0]]

@@ -10,7 +10,7 @@ from astropy.coordinates import BarycentricMeanEcliptic, SkyCoord
 from astropy.time import Time
 from fullbody import frames
 from fullbody.errors import InvalidInput
-from support import ready
+from support import ready, refused
 
 #: Obliquity of the ecliptic at J2000, IAU 2006 (Capitaine et al. 2003).
 OBLIQUITY = np.radians(84381.406 / 3600)
@@ -40,8 +40,7 @@ def test_any_frame_of_astropy_and_none_else():
     for name in ("elliptic", "altaz", "hadec", "teme", "itrs", "hcrs", "fk4", None, 3):
         for pair in ((name, "equatorial"), ("ecliptic", name)):
             with pytest.raises(
-                InvalidInput,
-                match=f"{name!r}.*; expected 'ecliptic', 'eclipj2000', 'equatorial' or a frame",
+                InvalidInput, match=f"{name!r}.*; expected 'ecliptic', 'eclipj2000', 'equatorial' or a frame"
             ):
                 frames.rotation(*pair)
 
@@ -55,8 +54,7 @@ def test_attitude_of_a_pole_points_z_there():
     node = np.array([-np.sin(lon), np.cos(lon), 0.0])
     np.testing.assert_allclose(x @ node, np.cos(w), atol=1e-15)
     np.testing.assert_allclose(np.cross(node, x) @ z, np.sin(w), atol=1e-15)
-    with pytest.raises(InvalidInput, match="latitude"):
-        frames.attitude(0.0, 2.0)
+    refused("latitude", lambda: frames.attitude(0.0, 2.0))
 
 
 @pytest.mark.parametrize("degrees", [False, True])
@@ -143,10 +141,8 @@ def test_epochs_are_read_in_any_form():
     np.testing.assert_allclose((run.dates - system.epoch).to_value(u.s), [0, 3600, 7200], atol=1e-6)
     plain, _ = fullbody.systems.case1(epoch="2000-01-01T12:00:00 tt")
     assert plain.options["epoch"] == "2000-01-01T12:00:00 TT"
-    with pytest.raises(InvalidInput, match="scale"):
-        fullbody.systems.case1(epoch="2000-01-01")
-    with pytest.raises(InvalidInput, match="no epoch"):
-        _ = fullbody.systems.case1()[0].integrate(fullbody.systems.case1()[1], 1.0).dates
+    refused("scale", lambda: fullbody.systems.case1(epoch="2000-01-01"))
+    refused("no epoch", lambda: fullbody.systems.case1()[0].integrate(fullbody.systems.case1()[1], 1.0).dates)
 
 
 def test_epoch_and_frame_survive_a_file(tmp_path):
@@ -171,17 +167,14 @@ def test_epoch_and_frame_survive_a_file(tmp_path):
     ],
 )
 def test_values_that_are_no_vectors_are_refused(vector, what):
-    with pytest.raises(InvalidInput, match="vectors " + what):
-        frames.rotate(vector, "ecliptic", "equatorial")
-    with pytest.raises(InvalidInput, match="vector " + what):
-        frames.pole_angles(vector)
+    refused("vectors " + what, lambda: frames.rotate(vector, "ecliptic", "equatorial"))
+    refused("vector " + what, lambda: frames.pole_angles(vector))
 
 
 def test_values_that_are_no_directions_or_states_are_refused():
     with pytest.raises(InvalidInput, match=r"vector is .*; expected three numbers that are not all zero"):
         frames.pole_angles([[0, 0, 1], [0, 0, 0]])
-    with pytest.raises(InvalidInput, match="state is 3; expected a State"):
-        frames.rotate_state(3, "ecliptic", "equatorial")
+    refused("state is 3; expected a State", lambda: frames.rotate_state(3, "ecliptic", "equatorial"))
 
 
 def test_vectors_with_units_keep_them():

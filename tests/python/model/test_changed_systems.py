@@ -6,6 +6,7 @@ import pytest
 from astropy import units as u
 from fullbody import forces
 from fullbody.errors import InvalidInput
+from support import refused
 
 EPOCH = "2022-09-26T23:14:24.183 UTC"
 
@@ -67,17 +68,14 @@ def test_one_more_force_keeps_the_rest(didymos):
     other = didymos.with_force(tide)
     assert [force.name for force in other.forces] == ["Sun", "tide on Didymos"]
     assert other == didymos.with_forces([*didymos.forces, tide])
-    with pytest.raises(InvalidInput, match="tide on Didymos"):
-        other.with_force(tide)
-    with pytest.raises(InvalidInput, match=r"forces has .tide.; expected forces of fullbody\.forces"):
-        didymos.with_force("tide")
+    refused("tide on Didymos", lambda: other.with_force(tide))
+    refused(r"forces has .tide.; expected forces of fullbody\.forces", lambda: didymos.with_force("tide"))
 
 
 @pytest.mark.parametrize("option", ["bodies", "G", "units"])
 def test_what_a_system_is_made_of_is_no_option(didymos, option):
     message = rf"'{option}' is not an option of with_options, .*; expected some of gravity, "
-    with pytest.raises(InvalidInput, match=message):
-        didymos.with_options(**{option: 1.0})
+    refused(message, lambda: didymos.with_options(**{option: 1.0}))
 
 
 def ephemeris():

@@ -247,68 +247,6 @@ def test_the_quadratures_name_parts_and_method():
                 assert (row["integrated"], row["points"], row["order"]) == (None, None, None)
 
 
-def test_composites_obey_the_third_law():
-    system = fullbody.System([Body(Composite(lump()), name="A"), Body(Composite(lump(7)), name="B"), PROBE], G=1.3)
-    rng = np.random.default_rng(4)
-    attitude = rng.normal(size=(3, 4))
-    attitude /= np.linalg.norm(attitude, axis=1)[:, None]
-    state = fullbody.State([[0, 0, 0], [3.9, 1.0, 0.2], [-1.5, 3.0, 1.0]], np.zeros((3, 3)), attitude=attitude)
-    f = system.interactions(state)
-    size = np.abs(f.force).max()
-    close(f.force.sum(axis=0), np.zeros(3), 1e-15, scale=size)
-    turned = sum(matrix(q) @ m for q, m in zip(attitude, f.torque, strict=True))
-    close(np.cross(state.position, f.force).sum(axis=0) + turned, np.zeros(3), 1e-14, scale=4.0 * size)
-
-
-def test_interactions_are_invariant_under_rotation_order_frame_and_units():
-    parts, state = lump(), pose(4.0)
-    system = fullbody.System([Body(Composite(parts), name="A"), PROBE], G=1.3)
-    f = system.interactions(state)
-    q = turn()
-    position, attitude = state.position @ matrix(q).T, [quaternion_product(q, a) for a in state.attitude]
-    g = system.interactions(state.replace(position=position, attitude=attitude))
-    close(g.force, f.force @ matrix(q).T, 1e-14)
-    close(g.torque, f.torque, 1e-14, scale=np.abs(f.force).max())
-
-    mixed = fullbody.System([Body(Composite(parts[::-1]), name="A"), PROBE], G=1.3)
-    same_interactions(mixed, system, state, 1e-14)
-
-    # Small turns and any shift: the principal axes keep their names.
-    q, shift = np.array([1.0, 0.02, -0.01, 0.03]), np.array([7.0, -3.0, 2.0])
-    q /= np.linalg.norm(q)
-    moved = [
-        Part(
-            p.shape,
-            mass=p.mass,
-            density=p.density,
-            position=matrix(q) @ p.position + shift,
-            attitude=quaternion_product(q, p.attitude),
-        )
-        for p in parts
-    ]
-    same_interactions(fullbody.System([Body(Composite(moved), name="A"), PROBE], G=1.3), system, state, 3e-14)
-
-    from astropy import units as u
-
-    united = fullbody.System(
-        [Body(Composite(parts), name="A"), PROBE], G=1.3 * u.km**3 / u.kg / u.hour**2, units=("km", "hour", "kg")
-    )
-    metres = [
-        Part(
-            type(p.shape)(*(getattr(p.shape, name) * 1000.0 * u.m for name in p.shape.__slots__)),
-            mass=None if p.mass is None else p.mass * u.kg,
-            density=None if p.density is None else p.density * u.kg / u.km**3,
-            position=np.array(p.position) * 1000.0 * u.m,
-            attitude=p.attitude,
-        )
-        for p in parts
-    ]
-    found = fullbody.System([Body(Composite(metres), name="A"), united.bodies[1]], G=united.G, units=united.units)
-    h = found.interactions(state)
-    close(h.force.to_value("kg km / hour2"), f.force, 1e-13)
-    close(h.torque.to_value("kg km2 / hour2"), f.torque, 1e-13)
-
-
 @pytest.mark.parametrize(
     "integrator",
     [
@@ -333,22 +271,6 @@ def test_composites_keep_energy_and_momenta(integrator):
     assert momentum < 1e-12, momentum
     # The motion does matter: the bodies turn by more than a radian, and their spins change.
     assert np.abs(np.diff(run.spin[[0, -1]], axis=0)).max() > 0.01
-
-
-def test_the_rule_of_quadrature_follows_the_distance_of_the_parts():
-    arm = [Part(Sphere(1.0), mass=5.0), Part(Ellipsoid(0.4, 0.2, 0.1), mass=0.05, position=(3.0, 0.0, 0.0))]
-    club = Body(Composite(arm), name="club")
-    stone = Body(Ellipsoid(0.5, 0.3, 0.2), mass=0.3, name="stone")
-    system = fullbody.System([club, stone], G=1.0)
-    state = fullbody.State([[0, 0, 0], [0, 4.2, 0]], [[0, 0, 0], [0, 0, 0.3]], spin=[[0, 0, 1.5], [0.1, 0.2, 0.3]])
-    coarse = system.integrate(state, 2.0, integrator=fullbody.Verner98(1e-7, 1e-7), output=[2.0])
-    fine = system.integrate(state, 2.0, integrator=fullbody.Verner98(1e-13, 1e-13), output=[2.0])
-    nodes = system.with_options(order=(60, 120)).integrate(
-        state, 2.0, integrator=fullbody.Verner98(1e-13, 1e-13), output=[2.0]
-    )
-    close(fine.position, nodes.position, 1e-12)
-    close(fine.spin, nodes.spin, 1e-12)
-    close(coarse.position, fine.position, 1e-5)
 
 
 def test_point_method_takes_the_whole_as_a_point():

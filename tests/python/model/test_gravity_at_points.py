@@ -10,8 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 from fullbody import Body, Composite, Ellipsoid, Part, PointMass, Polyhedron, Sphere
-from fullbody.errors import InvalidInput
-from support import matrix, reference
+from support import matrix, reference, refused
 
 AXES = (1.0, 0.8, 0.5)
 CUBE = Polyhedron(
@@ -150,12 +149,9 @@ def test_gravity_along_a_run_is_that_of_its_states(flown):
     bare = flown[:]
     bare.dense = None
     assert np.array_equal(bare.gravity(2.0, places).field, flown.system.gravity(flown[1], places).field)
-    with pytest.raises(InvalidInput, match=r"time is 2\.5, of no sample; .* dense=True"):
-        bare.gravity(2.5, places)
-    with pytest.raises(InvalidInput, match="time is 7"):
-        flown.gravity(7.0, places)
-    with pytest.raises(InvalidInput, match=r"times of shape \(2,\) and points of shape \(3, 3\)"):
-        flown.gravity([1.0, 2.0], places)
+    refused(r"time is 2\.5, of no sample; .* dense=True", lambda: bare.gravity(2.5, places))
+    refused("time is 7", lambda: flown.gravity(7.0, places))
+    refused(r"times of shape \(2,\) and points of shape \(3, 3\)", lambda: flown.gravity([1.0, 2.0], places))
 
 
 def test_gravity_at_points_has_units():
@@ -187,21 +183,17 @@ def test_bad_points_are_refused_by_index(places, words):
     system = fullbody.System([Body(CUBE, mass=1.0, name="cube"), Body(PointMass(), mass=0.1, name="dust")], G=1.0)
     state = resting([[0, 0, 0], [0, 0, 4.0]])
     if words is not None:
-        with pytest.raises(InvalidInput, match=words):
-            system.gravity(state, places)
+        refused(words, lambda: system.gravity(state, places))
         return
     found = system.gravity(state, places)
     assert np.isfinite(found.field).all()
-    with pytest.raises(InvalidInput, match=r"point 1 is \[1, 0.3, 0.2\]; expected one off the surface of cube"):
-        _ = found.gradient
+    refused(r"point 1 is \[1, 0.3, 0.2\]; expected one off the surface of cube", lambda: found.gradient)
 
 
 def test_unknown_bodies_and_states_are_refused():
     system, state = fullbody.systems.kw4()
-    with pytest.raises(InvalidInput, match="body is 'Gamma'"):
-        system.gravity(state, [1, 2, 3], body="Gamma")
-    with pytest.raises(InvalidInput, match="state has 1 bodies; expected 2"):
-        system.gravity(resting([[0, 0, 0]]), [1, 2, 3])
+    refused("body is 'Gamma'", lambda: system.gravity(state, [1, 2, 3], body="Gamma"))
+    refused("state has 1 bodies; expected 2", lambda: system.gravity(resting([[0, 0, 0]]), [1, 2, 3]))
 
 
 HASH = """

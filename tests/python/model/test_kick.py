@@ -5,10 +5,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import observables
-from fullbody.errors import InvalidInput
-from support import matrix, points, ready, rot_x, rot_y, rot_z
-
-UNITS = ("km", "hour", "kg")
+from support import matrix, points, ready, refused, rot_x, rot_y, rot_z
 
 
 def circle(n=1.0):
@@ -141,10 +138,8 @@ def test_states_know_the_names_of_their_bodies():
     for happened in run.events:
         happened.state.kick("Gamma", dv)
     plain = fullbody.State(state.position, state.velocity)
-    with pytest.raises(InvalidInput, match=r"body of kick is 'Gamma', and this state does not know .* 0 to 2"):
-        plain.kick("Gamma", dv)
-    with pytest.raises(InvalidInput, match=r"body of kick is 'gamma'; did you mean 'Gamma'\?"):
-        state.kick("gamma", dv)
+    refused(r"body of kick is 'Gamma', and this state does not know .* 0 to 2", lambda: plain.kick("Gamma", dv))
+    refused(r"body of kick is 'gamma'; did you mean 'Gamma'\?", lambda: state.kick("gamma", dv))
     # Names are no part of what a state is.
     assert plain == state.replace(attitude=plain.attitude, spin=plain.spin)
 
@@ -183,8 +178,7 @@ def test_states_know_the_names_of_their_bodies():
 )
 def test_bad_kicks_are_refused(call, what):
     state = fullbody.State([[0, 0, 0], [2, 0, 0], [4, 0, 0]], [[0, 0, 0], [0, 1, 0], [1, 0, 0]])
-    with pytest.raises(InvalidInput, match=what):
-        call(state)
+    refused(what, lambda: call(state))
 
 
 def test_kicks_have_units():
@@ -195,10 +189,8 @@ def test_kicks_have_units():
     np.testing.assert_allclose(again.velocity[1].to_value(u.m / u.s), [0, 2, 0])
     assert again.kick(0, [0, 0, 0]) == again
     assert still.kick(0, [0, 0, 0]) == still
-    with pytest.raises(InvalidInput, match=r"the state has units such as .*, but dv has none; expected both"):
-        kicked.kick(1, [0, 1, 0])
-    with pytest.raises(InvalidInput, match="dv has the unit km; expected a unit such as m / s"):
-        kicked.kick(1, [0, 1, 0] * u.km)
+    refused(r"the state has units such as .*, but dv has none; expected both", lambda: kicked.kick(1, [0, 1, 0]))
+    refused("dv has the unit km; expected a unit such as m / s", lambda: kicked.kick(1, [0, 1, 0] * u.km))
     _, state = fullbody.systems.kw4(units=("m", "s", "kg"))
     np.testing.assert_allclose(
         (state.kick("Beta", [0, 0, 1] * u.km / u.hour).velocity - state.velocity)[1].to_value(u.m / u.s),

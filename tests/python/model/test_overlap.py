@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from fullbody.errors import BodiesOverlap, InvalidInput, NotConverged
 from hypothesis import given, settings
-from support import directions, matrix, quaternion_product, quaternions, semi_axes
+from support import directions, matrix, quaternions, semi_axes
 
 
 def pair(first, second, position, attitudes=((1, 0, 0, 0), (1, 0, 0, 0)), gravity="focal"):
@@ -110,26 +110,6 @@ def test_overlaps_name_the_bodies():
     assert caught.value.bodies == ("Earth", "Moon")
 
 
-@pytest.mark.parametrize("thickness", [1e-2, 1e-5, 3e-8, 1e-8, 1e-10])
-@pytest.mark.parametrize("factor", [0.01, 0.99, 1.01, 100.0])
-def test_thin_bodies_touch_on_their_common_normal(thickness, factor):
-    """Discs laid face to face and crossed needles touch at 2 c on their common normal."""
-    rng = np.random.default_rng(7)
-    for turn in rng.normal(size=(25, 4)):
-        first = turn / np.linalg.norm(turn)
-        half = rng.uniform(0.1, np.pi - 0.1) / 2
-        about_normal = np.array([np.cos(half), 0, 0, np.sin(half)])
-        normal = matrix(first)[:, 2]
-        for axes in ((1.0, 1.0, thickness), (1.0, thickness, thickness)):
-            place = 2 * thickness * factor * normal
-            attitudes = (first, quaternion_product(first, about_normal))
-            system, state = pair(axes, axes, place, attitudes, gravity="point")
-            if factor < 1:
-                assert_overlap(system, state)
-            else:
-                assert np.isfinite(system.energy(state).total)
-
-
 def test_bodies_too_thin_to_tell_are_named():
     disc, attitudes = (1.0, 1.0, 1e-13), [(0.8, 0.36, 0.48, 0.0)] * 2
     normal = matrix(np.array(attitudes[0]))[:, 2]
@@ -140,15 +120,3 @@ def test_bodies_too_thin_to_tell_are_named():
     assert_overlap(*pair(disc, disc, 1e-13 * normal, attitudes, gravity="point"))
     apart, state = pair(disc, disc, 4e-13 * normal, attitudes, gravity="point")
     assert np.isfinite(apart.energy(state).total)
-
-
-def test_thin_discs_touch_after_the_gap_between_their_faces():
-    disc = fullbody.Body(fullbody.Ellipsoid(1.0, 1.0, 1e-8), mass=1.0)
-    system = fullbody.System([disc, disc], G=0.0, gravity="point")
-    attitude = np.array([0.5, -0.3, 0.7, 0.4]) / np.linalg.norm([0.5, -0.3, 0.7, 0.4])
-    normal = matrix(attitude)[:, 2]
-    state = fullbody.State([[0, 0, 0], 8e-8 * normal], [[0, 0, 0], -normal], [attitude] * 2)
-    meeting = fullbody.events.Contact(0, 1, terminal=True)
-    run = system.integrate(state, 7e-8, events=[meeting])
-    assert len(run.events) == 1
-    assert run.events[0].time == pytest.approx(6e-8, rel=1e-6)

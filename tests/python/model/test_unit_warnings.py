@@ -14,8 +14,7 @@ def test_angles_that_look_like_degrees_are_warned_of(units):
     state = fullbody.systems.didymos_after_dart(units=units)[1]
     for angle in (10, 10.0, -10.5, 90):
         with pytest.warns(
-            InconsistentInput,
-            match=f"angle is {abs(angle):g} radians in size.*such as '{abs(angle):g} deg'",
+            InconsistentInput, match=f"angle is {abs(angle):g} radians in size.*such as '{abs(angle):g} deg'"
         ):
             state.rotated("Dimorphos", [0, 0, 1], angle)
     for angle in (np.radians(10), -np.pi, 3.0, "10 deg", 4000 * u.deg, np.radians(500.0)):

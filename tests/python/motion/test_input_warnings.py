@@ -10,10 +10,10 @@ import pytest
 from astropy import units as u
 from astropy.table import Table
 from astropy.utils.masked import Masked
-from fullbody import Body, Component, KeplerElements, PointMass, Sphere, State, System
+from fullbody import Body, Component, KeplerElements, Sphere, State, System
 from fullbody.errors import InconsistentInput, InvalidInput
 from scipy.spatial.transform import Rotation
-from support import points
+from support import points, refused
 
 POSITION = np.array([[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]])
 VELOCITY = np.array([[0.0, 0.0, 0.0], [0.0, 0.3, 0.0]])
@@ -44,32 +44,18 @@ def input_warnings(call):
             lambda: State(Masked(POSITION * u.km, mask=HIDDEN.mask), VELOCITY * u.km / u.h),
             "position has 1 masked value",
         ),
-        (lambda: State(POSITION, VELOCITY, time=np.ma.masked), "time is masked"),
-        (lambda: Sphere(np.ma.masked), "radius is masked"),
-        (lambda: Sphere(Masked(1 * u.km, mask=True)), "radius is masked"),
-        (lambda: Body(PointMass(), mass=np.ma.array(1.0, mask=True)), "mass of the body is masked"),
         (
             lambda: Component(semi_axes=np.ma.array([3.0, 2, 1], mask=[0, 0, 1])),
             "semi_axes of a component has 1 masked",
         ),
         (lambda: KeplerElements(HIDDEN[:, 0], 0, 0, 0, 0, 0), "a has 1 masked value of 2"),
-        (lambda: KeplerElements(1, 0, 0, 0, 0, np.ma.masked), "M is masked"),
-        (lambda: points(1, 1, G=np.ma.masked), "G is masked"),
-        (
-            lambda: points(1, 1, gravity_tolerance=np.ma.masked),
-            "gravity_tolerance is masked; expected numbers throughout",
-        ),
-        (lambda: points(1, 1).mu(0, np.ma.array(1, mask=True)), r"\w+ is masked_array.*; expected 0 to 1"),
-        (lambda: points(1, 1).integrate(START, np.ma.masked), "until is masked"),
         (lambda: points(1, 1).integrate(START, 2.0, output=np.ma.array([0.0, 1], mask=[0, 1])), "output has 1 masked"),
-        (lambda: fullbody.SymplecticSplitting(np.ma.masked), "step is masked"),
         (lambda: fullbody.frames.rotate(HIDDEN, "ecliptic", "equatorial"), "vectors has 1 masked value"),
         (lambda: fullbody.events.PlaneCrossing(normal=HIDDEN[1]), "normal of PlaneCrossing has 1 masked value"),
     ],
 )
 def test_masked_values_are_refused(call, what):
-    with pytest.raises(InvalidInput, match=rf"(?s)^{what}"):
-        call()
+    refused(rf"(?s)^{what}", call)
 
 
 def test_masks_that_hide_nothing_are_the_numbers():
@@ -112,8 +98,7 @@ def test_rotations_of_scipy_are_attitudes():
     for wrong in (None, "z", [1, 2], rotations.as_quat()):
         with pytest.raises(InvalidInput, match=r"(?s)^rotation is .*expected a scipy\.spatial\.transform\.Rotation"):
             State.from_scipy(POSITION, VELOCITY, wrong)
-    with pytest.raises(InvalidInput, match="attitude is 1; expected 2"):
-        State.from_scipy(POSITION, VELOCITY, rotations[0])
+    refused("attitude is 1; expected 2", lambda: State.from_scipy(POSITION, VELOCITY, rotations[0]))
 
 
 def thrown(way, **options):
@@ -341,5 +326,4 @@ def test_names_of_another_unicode_form_are_the_same():
     assert names[0] != names[1]
     assert system.index(names[0]) == system.index(names[1]) == 0
     assert system.names[0] == names[1]
-    with pytest.raises(InvalidInput, match="name"):
-        System([Body(Sphere(1.0), mass=1.0, name=name) for name in names], G=1.0)
+    refused("name", lambda: System([Body(Sphere(1.0), mass=1.0, name=name) for name in names], G=1.0))

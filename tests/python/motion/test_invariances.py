@@ -16,49 +16,6 @@ def scale_of(f):
     return np.abs(f.force).max()
 
 
-@given(pairs())
-def test_third_law_and_balance_of_torques(pair):
-    system, state = pair
-    f = system.interactions(state)
-    assert np.abs(f.force.sum(axis=0)).max() <= 1e-15 * scale_of(f)
-    arms = np.cross(state.position - state.position[0], f.force)
-    torques = np.einsum("nij,nj->ni", state.rotation_matrix, f.torque)
-    assert np.abs((arms + torques).sum(axis=0)).max() < 1e-14 * scale_of(f) * 5.0
-
-
-@given(pairs(gravity=("focal",)))
-def test_surface_and_focal_rules_agree(pair):
-    system, state = pair
-    focal = system.interactions(state)
-    surface = system.with_options(gravity="surface").interactions(state)
-    assert worst(surface.force, focal.force) < 1e-13
-    assert np.abs(surface.torque - focal.torque).max() < 1e-13 * scale_of(focal)
-    assert surface.potential_energy == pytest.approx(focal.potential_energy, rel=1e-13)
-
-
-@given(pairs(), vectors, vectors)
-@settings(max_examples=15)
-def test_force_and_torque_are_the_derivative_of_the_energy(pair, shift, turn):
-    """Moving and rotating body 1 by a little changes the potential energy by -(F . shift + M . rotation)."""
-    system, state = pair
-    f = system.interactions(state)
-
-    def energy(h):
-        angle = h * np.linalg.norm(turn)
-        axis = turn / max(np.linalg.norm(turn), 1e-300)
-        small = np.array([np.cos(angle / 2), *(np.sin(angle / 2) * axis)])
-        position, attitude = state.position.copy(), state.attitude.copy()
-        position[1] += h * shift
-        attitude[1] = quaternion_product(attitude[1], small)  # on the right: about body axes
-        return system.energy(state.replace(position=position, attitude=attitude)).potential
-
-    # Central differences of order 8.
-    h = 0.01
-    weights = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
-    slope = sum(w * (energy(k * h) - energy(-k * h)) for k, w in weights.items()) / h
-    assert -(f.force[1] @ shift + f.torque[1] @ turn) == pytest.approx(slope, abs=2e-12 * scale_of(f) * 5.0)
-
-
 @given(pairs(), quaternions)
 def test_rotating_everything_rotates_forces_and_leaves_body_torques(pair, q):
     system, state = pair

@@ -6,6 +6,7 @@ import pytest
 from fullbody import State, events
 from fullbody.errors import BodiesOverlap, InvalidInput
 from fullbody.observables import Drift, Fate, drift, fate, libration, mean_elements, mutual_period, tumbles
+from support import body_list, refused
 
 YEARS = pytest.mark.parametrize("units", [False, True])
 
@@ -92,8 +93,7 @@ def test_fates_have_units():
 
 def test_a_run_that_tells_nothing_is_refused():
     run = answer(spheres(6.0, 0.0, 0.4), 1.0, output=[])
-    with pytest.raises(InvalidInput, match="no samples"):
-        fate(run)
+    refused("no samples", lambda: fate(run))
     for measure in (fate, drift):
         with pytest.raises(InvalidInput, match=r"is a ValueError; expected a fullbody\.Run"):
             measure(ValueError("in the place of a run"))
@@ -107,10 +107,7 @@ def test_a_run_that_tells_nothing_is_refused():
 
 def turning(rate):
     """A light triaxial moon on a circular orbit of n = 1 that rolls about its long axis, which points at the planet."""
-    bodies = [
-        fullbody.Body(fullbody.Sphere(0.05), mass=1.0, name="planet"),
-        fullbody.Body(fullbody.Ellipsoid(0.02, 0.017, 0.014), mass=1e-9, name="moon"),
-    ]
+    bodies = body_list(planet=(fullbody.Sphere(0.05), 1.0), moon=(fullbody.Ellipsoid(0.02, 0.017, 0.014), 1e-9))
     system = fullbody.System(bodies, G=1.0)
     state = State([[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, 1, 0]], spin=[[0, 0, 0], [rate, 0, 1]])
     return system, state

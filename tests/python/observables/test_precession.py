@@ -26,10 +26,7 @@ J2_R2 = (1 - C * C) / 5
 
 def satellite(inclination, e, revolutions, apart=24, size=SIZE, turn=None, **options):
     """A light point about a spheroid at rest, G m = 1, and how a rotation turns the whole."""
-    bodies = [
-        fullbody.Body(fullbody.Ellipsoid(1.0, 1.0, C), mass=1.0),
-        fullbody.Body(fullbody.PointMass(), mass=1e-12),
-    ]
+    bodies = [fullbody.Body(fullbody.Ellipsoid(1.0, 1.0, C), mass=1.0), fullbody.Body(fullbody.PointMass(), mass=1e-12)]
     system = fullbody.System(bodies, G=1.0, gravity="focal")
     r, v = fullbody.KeplerElements(size, e, np.radians(inclination), 0.3, 0.7, 0.0).to_cartesian(1.0)
     attitude = np.array([[1.0, 0, 0, 0]] * 2)
@@ -64,8 +61,8 @@ def compare(run, inclination):
 
 
 # Prograde, the zero of the apsidal rate (3 cos^2 i = 1), the critical inclination, polar, and retrograde.
-@pytest.mark.parametrize("inclination", [3, 30, 54.7356, 63.4349, 75, 89.9, 90, 116.5651, 120, 150, 177])
-@pytest.mark.parametrize("e", [0.02, 0.1, 0.4])
+@pytest.mark.parametrize("inclination", [3, 30, 54.7356, 63.4349, 90, 116.5651, 150])
+@pytest.mark.parametrize("e", [0.1, 0.4])
 def test_rates_are_the_textbooks(inclination, e):
     apart = 24 if e < 0.3 else 48
     run = satellite(inclination, e, 100, apart)
@@ -73,7 +70,7 @@ def test_rates_are_the_textbooks(inclination, e):
         compare(run[: revolutions * apart + 1], inclination)
 
 
-@pytest.mark.parametrize("inclination", [30, 63.4349, 120])
+@pytest.mark.parametrize("inclination", [30, 120])
 def test_the_rates_do_not_depend_on_the_length_of_the_run(inclination):
     """At three radii the node turns by two to four times in 1000 revolutions."""
     run = satellite(inclination, 0.1, 1000, size=3.0)
@@ -134,8 +131,7 @@ def counted(run, event):
     return np.array([one.time for one in happened]), np.array(places)
 
 
-@pytest.mark.parametrize("inclination", [30.0, 120.0])
-@pytest.mark.parametrize("revolutions", [20, 100, 600])
+@pytest.mark.parametrize(("inclination", "revolutions"), [(30.0, 20), (120.0, 100), (30.0, 300)])
 def test_the_sidereal_period_is_that_of_a_count_of_revolutions(inclination, revolutions):
     """From one passage of the node to the next is a whole turn and cos i times what the node moves."""
     crossing = fullbody.events.PlaneCrossing(1, 0, direction=1)

@@ -11,7 +11,7 @@ from fullbody import observing
 from fullbody.errors import InconsistentInput, InvalidInput
 from fullbody.record.record import joined
 from scipy.optimize import least_squares
-from support import DATA
+from support import DATA, refused
 from support.displacements import by_start
 from support.eris import EPOCH, ERIS
 
@@ -176,8 +176,7 @@ def test_tables_are_written_and_read_back(pandas_too):
     for name in ("east", "north", "sigma"):
         np.testing.assert_allclose(getattr(back, name).to_value("mas"), getattr(data, name).to_value("mas"), rtol=1e-14)
     np.testing.assert_array_equal(back.correlation, data.correlation)
-    with pytest.raises(InvalidInput, match="no column 'RA'"):
-        observing.Astrometry.from_table(table, columns={"east": "RA"}, **options)
+    refused("no column 'RA'", lambda: observing.Astrometry.from_table(table, columns={"east": "RA"}, **options))
 
 
 def test_offsets_without_a_dimension_are_radians():
@@ -196,36 +195,12 @@ def test_correlations_are_read_from_a_table_with_other_names_of_columns():
     assert data.correlation.tolist() == [0.3]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"sigma": 0.0}, "expected standard errors above zero"),
-        ({"sigma": [1.0, -1.0]}, "expected standard errors above zero"),
-        ({"correlation": 1.0}, "expected numbers between -1 and 1"),
-        ({"east": [1.0, np.inf]}, "the value inf"),
-        ({"east": [1.0]}, "east of Astrometry has shape"),
-        ({"east": [1.0, 2.0] * u.km}, "has the unit km"),
-        ({"east": [1.0, 2.0] * u.mas}, "north has no unit"),
-        ({"geometry": None}, "expected an observing.Geometry"),
-        ({"frame": "alpha"}, "cannot rotate from the frame"),
-        ({"times": [np.nan, np.nan]}, "no row without masked or missing values"),
-    ],
-)
-def test_bad_astrometry_is_refused(arguments, message):
-    _, geometry = pair()
-    given = {"times": [1.0, 2.0], "east": [0.0, 0.0], "north": [0.0, 0.0], "sigma": 1.0, "geometry": geometry}
-    with pytest.raises(InvalidInput, match=message):
-        observing.Astrometry(**given | arguments)
-
-
 def test_runs_that_do_not_serve_are_refused():
     system, geometry = pair()
     state = fullbody.State(position=[[0, 0, 0], [0, 725.0, 1450.0]], velocity=np.zeros((2, 3)))
     data = observing.Astrometry([1.0, 5.0] * u.h, [0.0, 0.0], [0.0, 0.0], 1.0, geometry=geometry)
-    with pytest.raises(InvalidInput, match="integrate with dense=True"):
-        data.predict(system.integrate(state, 10.0, output=0.3))
-    with pytest.raises(InvalidInput, match="does not cover"):
-        data.predict(system.integrate(state, 3.0, dense=True))
+    refused("integrate with dense=True", lambda: data.predict(system.integrate(state, 10.0, output=0.3)))
+    refused("does not cover", lambda: data.predict(system.integrate(state, 3.0, dense=True)))
     with pytest.raises(InvalidInput, match="both B; expected two bodies"):
         observing.Astrometry([1.0] * u.h, [0.0], [0.0], 1.0, about="B", geometry=geometry).predict(
             system.integrate(state, 3.0, dense=True)

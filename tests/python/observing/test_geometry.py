@@ -14,7 +14,7 @@ from fullbody import observing
 from fullbody.errors import InconsistentInput, InvalidInput
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
-from support import DATA
+from support import DATA, refused
 from support.eris import EPOCH, ERIS
 
 C = 299792.458
@@ -225,47 +225,20 @@ def test_rows_too_far_apart_are_warned_of_except_at_the_rows():
         geometry.to_observer(2.5)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"times": [0.0, 1.0, 1.0]}, "times has 1.0 twice"),
-        ({"times": []}, "times has shape"),
-        ({"times": [0.0, 1.0, np.nan]}, "expected finite numbers"),
-        ({"to_observer": np.ones((2, 3))}, r"to_observer has shape \(2, 3\); expected \(3, 3\)"),
-        ({"to_observer": np.ones((3, 2))}, "to_observer has shape"),
-        ({"to_observer": np.zeros((3, 3))}, "not all zero"),
-        ({"to_observer": [1.0, np.nan, 0.0]}, "expected finite numbers"),
-        ({"to_sun": [1.0, 0, 0] * u.au}, "expected both or neither"),
-        ({"light_time": 1}, "light_time is 1"),
-    ],
-)
-def test_bad_geometry_is_refused(arguments, message):
-    given = {"times": [0.0, 1.0, 2.0], "to_observer": [1.0, 0.0, 0.0]} | arguments
-    with pytest.raises(InvalidInput, match=message):
-        observing.Geometry(given.pop("times"), **given)
-
-
 def test_what_a_geometry_does_not_know_is_refused_by_name():
     geometry = observing.Geometry([0.0, 10.0] * u.day, to_observer=[1.0, 0, 0] * u.au, frame="ecliptic")
-    with pytest.raises(InvalidInput, match="has no Sun"):
-        geometry.to_sun(1 * u.day)
-    with pytest.raises(InvalidInput, match="outside the span of the geometry"):
-        geometry.to_observer(11 * u.day)
-    with pytest.raises(InvalidInput, match="is a date"):
-        geometry.to_observer(Time("2022-09-26"))
-    with pytest.raises(InvalidInput, match="expected a Quantity"):
-        geometry.to_observer(1.0)
+    refused("has no Sun", lambda: geometry.to_sun(1 * u.day))
+    refused("outside the span of the geometry", lambda: geometry.to_observer(11 * u.day))
+    refused("is a date", lambda: geometry.to_observer(Time("2022-09-26")))
+    refused("expected a Quantity", lambda: geometry.to_observer(1.0))
     data = observing.Astrometry([1.0] * u.day, [0.0], [0.0], 1.0, geometry=geometry)
-    with pytest.raises(InvalidInput, match=r"frame='ecliptic'"):
-        data.emission(system_of(units=True))
-    with pytest.raises(InvalidInput, match="needs the system's units"):
-        data.emission(system_of(frame="ecliptic"))
+    refused(r"frame='ecliptic'", lambda: data.emission(system_of(units=True)))
+    refused("needs the system's units", lambda: data.emission(system_of(frame="ecliptic")))
     plain = observing.Geometry([0.0, 10.0], to_observer=[1.0, 0, 0])
     with pytest.raises(InvalidInput, match=r"light time .* needs the system's units"):
         observing.Astrometry([1.0], [0.0], [0.0], 1.0, geometry=plain).emission(system_of())
     dated = observing.Astrometry(Time(["2022-09-26"]), [0.0], [0.0], 1.0, geometry=plain)
-    with pytest.raises(InvalidInput, match="needs the date of the system's time zero"):
-        dated.emission(system_of(units=True))
+    refused("needs the date of the system's time zero", lambda: dated.emission(system_of(units=True)))
     for span in ("2022-09-26 TDB", [], ["yesterday"]):
         with pytest.raises(InvalidInput, match="span"):
             observing.Geometry.from_orbit(ERIS, EPOCH, span=span)

@@ -7,6 +7,7 @@ import pytest
 from fullbody import observing
 from fullbody.errors import InconsistentInput, InvalidInput
 from scipy.optimize import minimize_scalar
+from support import refused
 
 A, R1, R2 = 10.0, 1.5, 1.0
 #: Both to the observer and to the Sun along the axis in the orbit's plane.
@@ -235,24 +236,18 @@ def test_events_are_kept_in_files(tmp_path):
 
 def test_what_cannot_be_is_refused():
     system, state, run = circular()
-    with pytest.raises(InvalidInput, match="integrate with dense=True"):
-        observing.mutual_events(system.integrate(state, 1.0), view())
+    refused("integrate with dense=True", lambda: observing.mutual_events(system.integrate(state, 1.0), view()))
     with pytest.raises(InvalidInput, match="no time in common"):
         observing.mutual_events(run, observing.Geometry([50.0, 60.0], to_observer=AXIS, light_time=False))
     # At time zero body A is at y = -3.
     inside = view(to_observer=[0.0, -3.2, 0.1])
-    with pytest.raises(InvalidInput, match=r"the observer of the geometry is inside A at time 0\.0"):
-        observing.mutual_events(run, inside)
+    refused(r"the observer of the geometry is inside A at time 0\.0", lambda: observing.mutual_events(run, inside))
     with pytest.raises(InvalidInput, match="the Sun of the geometry is inside A at time"):
         observing.mutual_events(run, view(to_sun=[0.0, -3.2, 0.1]))
-    with pytest.raises(InvalidInput, match="the observer of the geometry is inside A at time"):
-        observing.light_curve(run, [0.5, 0.01], inside)
-    with pytest.raises(InvalidInput, match="kind is 'transit'"):
-        observing.occultation(system, view(), "B", "A", kind="transit")
-    with pytest.raises(InvalidInput, match="toward of Occultation is not given"):
-        fullbody.events.Occultation(0, 1)
-    with pytest.raises(InvalidInput, match="toward of Occultation has shape"):
-        fullbody.events.Occultation(0, 1, toward=[AXIS, AXIS])
+    refused("the observer of the geometry is inside A at time", lambda: observing.light_curve(run, [0.5, 0.01], inside))
+    refused("kind is 'transit'", lambda: observing.occultation(system, view(), "B", "A", kind="transit"))
+    refused("toward of Occultation is not given", lambda: fullbody.events.Occultation(0, 1))
+    refused("toward of Occultation has shape", lambda: fullbody.events.Occultation(0, 1, toward=[AXIS, AXIS]))
     short = fullbody.events.Occultation(1, 0, toward=[AXIS] * 4, times=[0.0, 0.5, 1.0, 1.5])
     with pytest.raises(InvalidInput, match=r"time of Occultation is 1\.5.*; expected one from 0 to 1\.5"):
         system.integrate(state, 3.0, events=[short])

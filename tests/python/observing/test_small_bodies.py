@@ -114,7 +114,7 @@ def projected(axes, attitude):
 def test_elongated_bodies_have_the_overlap_of_ellipses():
     rng = np.random.default_rng(46)
     partly = 0
-    for _ in range(300):
+    for _ in range(80):
         ratio = 10.0 ** rng.uniform(-7.0, 0.0)
         axes = [ratio * np.array([1.0, *rng.uniform(0.05, 1.0, 2)]), np.array([1.0, *rng.uniform(0.3, 1.0, 2)])]
         attitude = rng.normal(size=(2, 4))
@@ -135,7 +135,7 @@ def test_elongated_bodies_have_the_overlap_of_ellipses():
         # The attitude of the large body moves its outline by the last digit of its size.
         narrow = float(mpmath.sqrt(mpmath.eigsy(small, eigvals_only=True)[0]))
         assert abs(2 * found - expected) < (1e-10 + 20 * EPSILON / narrow) * area, (ratio, found, expected)
-    assert partly > 150
+    assert partly > 40
 
 
 def strips(radius, gap, s, law):
@@ -198,7 +198,7 @@ def strips(radius, gap, s, law):
 def test_small_spheres_at_a_phase_angle_are_sums_of_strips(law):
     rng = np.random.default_rng(47)
     laws = {"seeliger": observing.LommelSeeliger(), "lambert": observing.Lambert()}
-    for _ in range(40):
+    for _ in range(12):
         ratio = 10.0 ** rng.uniform(-7.0, 0.0)
         s = rng.normal(size=3)
         s[2] = abs(s[2])

@@ -5,14 +5,14 @@ from doors import DOORS
 from hypothesis import HealthCheck, given, settings
 
 #: How many inputs, for some seconds a door.
-EXAMPLES = {"netcdf": 80, "netcdf-content": 60, "system": 250, "run": 100, "fit": 40}
+EXAMPLES = {"netcdf": 40, "netcdf-content": 20, "observations": 40, "run": 40, "fit": 15}
 
 
 @pytest.mark.parametrize("name", DOORS)
 def test_nothing_wrong_behind_any_door(name):
     door = DOORS[name]
 
-    @settings(max_examples=EXAMPLES.get(name, 200), suppress_health_check=list(HealthCheck))
+    @settings(max_examples=EXAMPLES.get(name, 80), suppress_health_check=list(HealthCheck))
     @given(door.inputs)
     def enter(value):
         door.enter(value)

@@ -86,11 +86,7 @@ def locked(folder):
 
 
 def test_one_version_is_told_everywhere():
-    told = {
-        "the package": version("fullbody"),
-        "Cargo.lock": locked("."),
-        "fuzz/Cargo.lock": locked("fuzz"),
-    }
+    told = {"the package": version("fullbody"), "Cargo.lock": locked("."), "fuzz/Cargo.lock": locked("fuzz")}
     for file, pattern in runpy.run_path(str(ROOT / "packaging" / "release.py"))["STATED"].items():
         told[file] = re.search(pattern, (ROOT / file).read_text(), re.MULTILINE)[1]
     # Cargo writes 0.3.0-dev for Python's 0.3.0.dev0.

@@ -3,9 +3,10 @@
 import fullbody
 import numpy as np
 import pytest
-from fullbody.errors import InvalidInput, PrecisionWarning
+from fullbody.errors import PrecisionWarning
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from support import refused
 
 #: Random input also causes warnings.
 pytestmark = pytest.mark.filterwarnings("ignore::fullbody.errors.InconsistentInput")
@@ -106,10 +107,8 @@ def test_separations_whose_force_would_underflow(gravity, radius, distance):
     bodies = [fullbody.Body(shape, mass=1e150, name=name) for name in "AB"]
     system = fullbody.System(bodies, G=1.0, gravity=gravity)
     state = fullbody.State([[0, 0, 0], [0, distance, 0]], np.zeros((2, 3)))
-    with pytest.raises(InvalidInput, match=r"separation of A and B is .*expected at most .*choose units"):
-        system.interactions(state)
-    with pytest.raises(InvalidInput, match="separation of A and B"):
-        system.integrate(state, 1.0)
+    refused(r"separation of A and B is .*expected at most .*choose units", lambda: system.interactions(state))
+    refused("separation of A and B", lambda: system.integrate(state, 1.0))
 
 
 @pytest.mark.parametrize("gravity", ["surface", "focal", "multipole:2", "point"])
@@ -176,8 +175,7 @@ def test_field_of_a_body(a, b, c, mass, G, point, density):
 
 
 @given(
-    anything.filter(lambda t: not 20 < abs(t) < 1e17),
-    st.one_of(st.none(), anything, st.lists(anything, max_size=4)),
+    anything.filter(lambda t: not 20 < abs(t) < 1e17), st.one_of(st.none(), anything, st.lists(anything, max_size=4))
 )
 @settings(max_examples=60)
 def test_until_and_output(until, output):

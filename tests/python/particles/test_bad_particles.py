@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from fullbody.errors import InconsistentInput, Interrupted, InvalidInput
 from fullbody.particles import Bounce, Escape, Particles, Radiation, Shadow
+from support import refused
 
 
 @pytest.fixture(scope="module")
@@ -33,8 +34,7 @@ ONE = Particles([[3.0, 0.0, 0.0]], [[0.0, 0.8, 0.0]])
     ],
 )
 def test_particles_that_are_none(position, velocity, ratio, says):
-    with pytest.raises(InvalidInput, match=says):
-        Particles(position, velocity, area_to_mass=ratio)
+    refused(says, lambda: Particles(position, velocity, area_to_mass=ratio))
 
 
 @pytest.mark.parametrize("value", [1e155, -1e155, 1e77, 1e308])
@@ -57,8 +57,7 @@ def test_numbers_whose_powers_overflow(value):
 def test_what_is_out_of_range_in_the_units_of_the_system():
     system, state = fullbody.systems.kw4(units=True)
     far = Particles([["9e59 pc", "0 km", "0 km"]], [["0 km/h"] * 3])
-    with pytest.raises(InvalidInput, match=r"position of particle 0 is .*in units that keep them in range"):
-        system.fly(state, far, 1.0)
+    refused(r"position of particle 0 is .*in units that keep them in range", lambda: system.fly(state, far, 1.0))
 
 
 @pytest.mark.parametrize(("position", "speed"), [(1e60, 1.0), (3.0, 1e60), (1e60, 1e60), (-1e60, 1e60)])
@@ -90,8 +89,7 @@ def test_a_particle_that_passes_a_body_in_less_than_the_time_rounds(run):
 
 def test_a_particle_inside_a_body(run):
     inside = Particles([[3.0, 0.0, 0.0], run[0].position[1] + np.array([0.05, 0.0, 0.0])], [[0.0, 0.8, 0.0]] * 2)
-    with pytest.raises(InvalidInput, match="particle 1 is inside Beta"):
-        run.fly(inside)
+    refused("particle 1 is inside Beta", lambda: run.fly(inside))
 
 
 @pytest.mark.parametrize(
@@ -112,14 +110,12 @@ def test_a_particle_inside_a_body(run):
     ],
 )
 def test_options_that_mean_nothing(run, options, says):
-    with pytest.raises(InvalidInput, match=says):
-        run.fly(ONE, **options)
+    refused(says, lambda: run.fly(ONE, **options))
 
 
 def test_a_run_without_its_solution():
     system, state = fullbody.systems.kw4()
-    with pytest.raises(InvalidInput, match="dense=True"):
-        system.integrate(state, 1.0).fly(ONE)
+    refused("dense=True", lambda: system.integrate(state, 1.0).fly(ONE))
 
 
 def test_units():
@@ -136,11 +132,6 @@ def test_units():
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: Bounce(normal=1.5, rest=1.0),
-        lambda: Bounce(normal=0.5, tangential=-0.1, rest=1.0),
-        lambda: Bounce(normal=0.5, rest=0.0),
-        lambda: Escape(-1.0),
-        lambda: Shadow(1.0),
         lambda: fullbody.particles.Function(3),
         lambda: Particles.from_surface(*fullbody.systems.kw4(), "Beta", longitude=0.0, latitude=2.0, speed=1.0),
         lambda: Particles.ejecta(*fullbody.systems.kw4(), 0, longitude=0, latitude=0, speed=1.0, n=0),
@@ -189,8 +180,7 @@ def test_refusals_are_the_same_with_any_output(output):
     system = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0, name="A")], G=1.0)
     state = fullbody.State([[0.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]])
     inside = fullbody.Particles([[3.0, 0.0, 0.0], [0.1, 0.0, 0.0]], np.zeros((2, 3)))
-    with pytest.raises(InvalidInput, match="position of particle 1 is inside A"):
-        system.fly(state, inside, 1.0, output=output)
+    refused("position of particle 1 is inside A", lambda: system.fly(state, inside, 1.0, output=output))
 
 
 def test_light_on_particles_without_an_area_is_warned_of():

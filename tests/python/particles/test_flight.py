@@ -3,6 +3,11 @@
 import fullbody
 import numpy as np
 import pytest
+from astropy import units as u
+from fullbody import Particles
+from fullbody.errors import InvalidInput
+from fullbody.particles import Bounce, Escape, Function, Periapsis
+from support import refused
 
 TURN = 2.0 * np.pi
 
@@ -227,3 +232,100 @@ def test_particles_fly_among_many_bodies():
     expected = fullbody.System([*bodies, tiny], G=1.0).integrate(state(6), 10.0, output="ends").position[-1, 5]
     flight = fullbody.System(bodies, G=1.0).fly(state(5), fullbody.Particles([probe], [speed]), 10.0, output="ends")
     assert np.abs(flight.position[-1, 0] - expected).max() < 1e-10
+
+
+@pytest.fixture(scope="module")
+def run():
+    system, state = fullbody.systems.kw4(units=True)
+    return system.integrate(state, "30 hour", dense=True)
+
+
+def thrown(run, state):
+    options = {"longitude": "10 deg", "latitude": "5 deg", "speed": "0.1 m/s"}
+    return [
+        Particles.from_surface(run.system, state, "Beta", **options),
+        Particles.ejecta(run.system, state, "Beta", **options, n=3),
+    ]
+
+
+def test_a_flight_starts_at_the_time_of_its_particles(run):
+    later = run("7.3 hour")
+    for particles in thrown(run, later):
+        assert particles.time == 7.3 * u.hour
+        flight = run.fly(particles, output="ends")
+        assert flight.time[0] == 7.3 * u.hour
+        np.testing.assert_array_equal(flight.position[0], particles.position)
+        assert flight == run.fly(particles, output="ends", start="438 min")
+        assert (run.system.fly(later, particles, "30 hour", output="ends").fate == flight.fate).all()
+
+
+def test_another_start_is_refused(run):
+    for particles in thrown(run, run("7.3 hour")):
+        with pytest.raises(InvalidInput, match=r"particles are those of time 7.3 h, but the flight starts at 0 h"):
+            run.system.fly(run[0], particles, "30 hour")
+        with pytest.raises(InvalidInput, match=r"particles are those of time 7.3 h, but the flight starts at 8 h"):
+            run.fly(particles, start="8 hour")
+        anywhen = Particles(particles.position, particles.velocity)
+        assert anywhen.time is None
+        assert anywhen != particles
+        assert run.fly(anywhen, output="ends", start="7.3 hour") == run.fly(particles, output="ends")
+    refused("time of particles is nan", lambda: Particles([[3.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]], time=np.nan))
+
+
+def test_particles_show_their_time(run):
+    assert repr(thrown(run, run("7.3 hour"))[1]) == "Particles(3 particles at time 7.3 h)"
+
+
+@pytest.fixture(scope="module")
+def flight():
+    system, state = fullbody.systems.kw4(units=True)
+    x = np.array([[4.0, 0.0, 0.0], [2.9, 0.0, 0.3], [0.0, 1.2, 0.0]])
+    particles = fullbody.Particles(x, [[0.0, 0.0, 0.8], [0.0, 3.0, 0.0], [0.0, 0.0, 0.0]])
+
+    def height(time, position, velocity):
+        return position[2] - 0.1
+
+    events = [Periapsis("Alpha"), Function(height)]
+    return system.fly(state, particles, 10.0, output=5.0, escape=Escape(8.0), events=events)
+
+
+def test_flights_tell_their_fates(flight):
+    assert flight.fate.tolist() == ["flying", "escape", "impact"]
+    assert repr(flight) == "Flight(3 particles, 3 samples: 1 flying, 1 impact, 1 escape)"
+    assert flight.counts == {"flying": 1, "impact": 1, "escape": 1}
+    assert "impact on Alpha" in flight._repr_html_()
+    assert str(flight.speed.unit) == "km / h"
+    assert {type(e.event).__name__ for e in flight.events} == {"Periapsis", "Function"}
+    assert len(fullbody.Particles(np.eye(3), np.eye(3))) == 3
+
+
+def test_a_file_holds_all_of_it(flight, tmp_path):
+    path = tmp_path / "flight.nc"
+    flight.save(path)
+    again = fullbody.load_flight(path)
+    assert again == flight
+    assert again.system.names == ("Alpha", "Beta")
+    np.testing.assert_array_equal(again.position, flight.position)
+    assert [e.time for e in again.events] == [e.time for e in flight.events]
+    refused("load_flight", lambda: fullbody.load(path))
+    refused(r"\.nc", lambda: flight.save(tmp_path / "flight.txt"))
+
+
+def test_a_damaged_file_is_refused(flight, tmp_path):
+    path = tmp_path / "flight.nc"
+    flight.save(path)
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+    refused("readable flight", lambda: fullbody.load_flight(path))
+
+
+def test_a_dataset_of_a_flight_has_names_and_units(flight):
+    data = flight.to_xarray()
+    assert data.position.dims == ("time", "particle", "axis")
+    assert data.position.attrs["units"] == "km"
+    assert data.fate.attrs["flag_meanings"].split()[int(data.fate[2])] == "impact"
+
+
+def test_equal_bounces_are_equal():
+    assert Bounce(normal=0.5, rest=1.0) == Bounce(normal=0.5, rest=1.0) != Bounce(normal=0.6, rest=1.0)

@@ -3,6 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
+from support import body_list
 
 
 def lone(radius=1.0, mass=1.0, spin=(0.0, 0.0, 0.0), shape=None):
@@ -64,9 +65,7 @@ def test_the_heights_of_bounces_fall_as_the_square_of_the_coefficient():
     system, state = lone()
     bounce = fullbody.particles.Bounce(normal=0.6, rest=1e-3)
     start = fullbody.Particles([[1.02, 0.0, 0.0]], [[0.0, 0.0, 0.0]])
-    top = [
-        fullbody.particles.Function(lambda t, x, v: v[0], direction=-1),
-    ]
+    top = [fullbody.particles.Function(lambda t, x, v: v[0], direction=-1)]
     flight = system.fly(state, start, 3.0, contact=bounce, events=top)
     # From the energy: v^2/2 = 1 - 1/r at the surface, times the square of the coefficient each time.
     energy = 1.0 - 1.0 / 1.02
@@ -103,10 +102,7 @@ def test_bounces_on_a_body_that_would_throw_off_what_rests_end():
 
 
 def test_a_particle_lifts_off_when_a_passing_mass_pulls_harder():
-    bodies = [
-        fullbody.Body(fullbody.Sphere(1.0), mass=0.02, name="A"),
-        fullbody.Body(fullbody.PointMass(), mass=1.0, name="B"),
-    ]
+    bodies = body_list(A=(fullbody.Sphere(1.0), 0.02), B=(fullbody.PointMass(), 1.0))
     system = fullbody.System(bodies, G=1.0)
     state = fullbody.State(
         position=[[0.0, 0.0, 0.0], [9.0, 0.0, 0.0]],
@@ -198,10 +194,7 @@ def test_ejecta_leave_on_a_cone():
 
 @pytest.mark.parametrize("speed", [1e2, 1e4, 1e7])
 def test_the_fastest_particles_strike_too(speed):
-    bodies = [
-        fullbody.Body(fullbody.Ellipsoid(1, 0.6, 0.3), mass=1e-12),
-        fullbody.Body(fullbody.Sphere(1e-3), mass=1e-12),
-    ]
+    bodies = body_list((fullbody.Ellipsoid(1, 0.6, 0.3), 1e-12), (fullbody.Sphere(1e-3), 1e-12))
     state = fullbody.State(position=[[0, 0, 0], [1e4, 0, 0]], velocity=np.zeros((2, 3)))
     places = np.random.default_rng(0).normal(size=(50, 3))
     places *= 5 / np.linalg.norm(places, axis=1)[:, None]
@@ -222,3 +215,38 @@ def test_a_particle_on_an_equator_that_turns_as_an_orbit_does_comes_to_rest(exce
     assert flight.fate.tolist() == ["rest"]
     assert flight.strikes[0] < 10
     assert flight.position[-1, 0] == pytest.approx([np.cos(2.0), np.sin(2.0), 0.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("width", [0.03, 0.01])
+@pytest.mark.parametrize("direction", [0, 1, -1])
+def test_two_zeros_near_a_minimum_are_found_for_bodies_and_particles(width, direction):
+    """The function (t - 5)^2 - w^2 falls through zero at 5 - w and rises at 5 + w, within a step."""
+    expected = {0: [5.0 - width, 5.0 + width], 1: [5.0 + width], -1: [5.0 - width]}[direction]
+    system, state = fullbody.systems.kw4_ho2021()
+    parabola = fullbody.events.Function(lambda s: (s.time - 5.0) ** 2 - width**2, direction=direction)
+    run = system.integrate(state, 24.0, output=24.0, events=[parabola], dense=True)
+    assert [event.time for event in run.events] == pytest.approx(expected, rel=1e-13)
+    # Thirty kilometres away a particle takes steps of several hours.
+    particles = fullbody.Particles([[30.0, 0.0, 0.0]], [[0.0, 2.0e-3, 0.0]])
+    watched = fullbody.particles.Function(lambda t, x, v: (t - 5.0) ** 2 - width**2, direction=direction)
+    flight = run.fly(particles, events=[watched])
+    assert [event.time for event in flight.events] == pytest.approx(expected, rel=1e-13)
+
+
+def test_a_zero_where_two_steps_meet_is_found_once():
+    """The function vanishes at the end of a step: it belongs to that step, and not to the next one too."""
+    system, state = fullbody.systems.kw4_ho2021()
+    run = system.integrate(state, 24.0, output=24.0, dense=True)
+    ends = []
+
+    def clock(time, position, velocity):
+        ends.append(time)
+        return 1.0
+
+    particles = fullbody.Particles([[5.0, 0.0, 0.0]], [[0.0, 0.5, 0.0]])
+    run.fly(particles, events=[fullbody.particles.Function(clock)])
+    joints = sorted({time for time in ends if 0.0 < time < 24.0 and ends.count(time) > 1})
+    assert len(joints) > 3
+    for joint in joints[:4]:
+        event = fullbody.particles.Function(lambda t, x, v, joint=joint: t - joint)
+        assert [found.time for found in run.fly(particles, events=[event]).events] == [joint]

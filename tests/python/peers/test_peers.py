@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import rebound
 from fullbody.errors import InvalidInput
+from support import refused
 
 DATA = pathlib.Path(__file__).parents[2] / "data" / "peers"
 
@@ -67,8 +68,7 @@ def test_sians_period_is_in_days(tmp_path):
     np.testing.assert_allclose(orbit.period(system.mu()) / 24.0, 0.72583, rtol=1e-12)
     # The mean longitude is counted from the node: M = 330 - 319.7 degrees.
     np.testing.assert_allclose(np.degrees([orbit.omega, orbit.M]), [319.7, 10.3], rtol=1e-9)
-    with pytest.raises(InvalidInput, match="days"):
-        fullbody.read_sians(path)
+    refused("days", lambda: fullbody.read_sians(path))
 
 
 def test_sians_densities_and_points_are_read(tmp_path):
@@ -106,8 +106,7 @@ def test_sians_names_the_line(tmp_path, old, new, what):
     line = line_of(path, new.splitlines()[-1])
     if "\n" in new:
         line = line_of(path, new.splitlines()[0]) + 1
-    with pytest.raises(InvalidInput, match=f"line {line}: .*{what}"):
-        fullbody.read_sians(path)
+    refused(f"line {line}: .*{what}", lambda: fullbody.read_sians(path))
 
 
 def test_sians_names_are_distinct(tmp_path):
@@ -115,8 +114,7 @@ def test_sians_names_are_distinct(tmp_path):
     text = (DATA / "sians_pair.txt").read_text() + "\n@ Names\nTwin of\nTwin  of\n"
     path.write_text(text)
     line = len(text.splitlines())
-    with pytest.raises(InvalidInput, match=rf"named\.txt, line {line}: 'Twin of' is the name of body 0 too"):
-        fullbody.read_sians(path)
+    refused(rf"named\.txt, line {line}: 'Twin of' is the name of body 0 too", lambda: fullbody.read_sians(path))
     path.write_text(text.replace("Twin  of", "Beta"))
     assert fullbody.read_sians(path)[0].names == ("Twin of", "Beta")
 
@@ -124,12 +122,10 @@ def test_sians_names_are_distinct(tmp_path):
 def test_a_missing_section_of_sians_is_named(tmp_path):
     path = tmp_path / "cut.txt"
     path.write_text((DATA / "sians_pair.txt").read_text().split("@ Angular")[0])
-    with pytest.raises(InvalidInput, match="no section of angular velocities"):
-        fullbody.read_sians(path)
+    refused("no section of angular velocities", lambda: fullbody.read_sians(path))
     with pytest.raises(FileNotFoundError):
         fullbody.read_sians(tmp_path / "none.txt")
-    with pytest.raises(InvalidInput, match="'km'"):
-        fullbody.read_sians(DATA / "sians_pair.txt", units="km")
+    refused("'km'", lambda: fullbody.read_sians(DATA / "sians_pair.txt", units="km"))
 
 
 def test_sians_files_without_a_kind_of_start_are_refused(tmp_path):
@@ -206,8 +202,7 @@ def test_gubas_euler_angles_give_the_attitude(tmp_path):
     np.testing.assert_allclose(state.rotation_matrix[1][1, 2], -np.sin(np.pi / 18) * c2, rtol=1e-14)
     _, radians = fullbody.read_gubas(path, euler="radian")
     np.testing.assert_allclose(radians.rotation_matrix[1][0, 2], np.sin(20.0), rtol=1e-14)
-    with pytest.raises(InvalidInput, match="euler"):
-        fullbody.read_gubas(path, euler="grad")
+    refused("euler", lambda: fullbody.read_gubas(path, euler="grad"))
 
 
 @pytest.mark.parametrize(
@@ -240,8 +235,7 @@ def test_gubas_euler_angles_are_as_the_comments_say(tmp_path, comment, second, w
 
 def test_gubas_comments_that_contradict_are_refused(tmp_path):
     path = turned(tmp_path, "# All rotations are in degrees\n# All rotations are in radians")
-    with pytest.raises(InvalidInput, match=r"gubas_pair\.cfg: comments of .* degrees and of radians"):
-        fullbody.read_gubas(path)
+    refused(r"gubas_pair\.cfg: comments of .* degrees and of radians", lambda: fullbody.read_gubas(path))
     fullbody.read_gubas(path, euler="radian")
     # Angles of zero are the same in both.
     path.write_text(path.read_text().replace(": 10.", ": 0.").replace(": 20.", ": 0.").replace(": 30.", ": 0."))
@@ -267,14 +261,12 @@ def test_gubas_comments_that_contradict_are_refused(tmp_path):
 def test_gubas_config_names_the_line(tmp_path, old, new, what):
     line = line_of(DATA / "gubas_pair.cfg", old)
     path = changed(tmp_path, "gubas_pair.cfg", old, new)
-    with pytest.raises(InvalidInput, match=f"line {line}: .*{what}"):
-        fullbody.read_gubas(path)
+    refused(f"line {line}: .*{what}", lambda: fullbody.read_gubas(path))
 
 
 def test_an_axis_that_underflows_in_kilometres_names_the_file(tmp_path):
     path = changed(tmp_path, "gubas_pair.cfg", "Semi-Minor Axis: 60.", "Semi-Minor Axis: 5e-324")
-    with pytest.raises(InvalidInput, match=r"gubas_pair\.cfg: semi-axis c is 0\.0; expected a finite number above"):
-        fullbody.read_gubas(path)
+    refused(r"gubas_pair\.cfg: semi-axis c is 0\.0; expected a finite number above", lambda: fullbody.read_gubas(path))
 
 
 @pytest.mark.parametrize(
@@ -287,8 +279,7 @@ def test_an_axis_that_underflows_in_kilometres_names_the_file(tmp_path):
 )
 def test_a_missing_entry_of_gubas_is_named(tmp_path, line, option):
     path = changed(tmp_path, "gubas_pair.cfg", line, "")
-    with pytest.raises(InvalidInput, match=rf"gubas_pair\.cfg: no '{option}' in the section"):
-        fullbody.read_gubas(path)
+    refused(rf"gubas_pair\.cfg: no '{option}' in the section", lambda: fullbody.read_gubas(path))
 
 
 @pytest.mark.parametrize("line", ["Fahnestock Input File Flag: 0\n", "Solar Gravity: 0\n"])
@@ -315,8 +306,7 @@ def test_numbers_that_gubas_writes_for_itself_are_refused(tmp_path):
     path = tmp_path / "ic_input.txt"
     path.write_text("6.67e-20\n4\n")
     text = r"ic_input\.txt, line 1: text before the first \[section\]; expected a \.cfg of GUBAS"
-    with pytest.raises(InvalidInput, match=text):
-        fullbody.read_gubas(path)
+    refused(text, lambda: fullbody.read_gubas(path))
 
 
 # REBOUND
@@ -363,12 +353,10 @@ def test_to_rebound_strips_units():
 
 def test_rebound_refuses_what_we_lack():
     sim = rebound.Simulation()
-    with pytest.raises(InvalidInput, match="no particles"):
-        fullbody.from_rebound(sim)
+    refused("no particles", lambda: fullbody.from_rebound(sim))
     sim.add(m=1.0)
     sim.add(a=1.0)
-    with pytest.raises(InvalidInput, match="particle 1"):
-        fullbody.from_rebound(sim)
+    refused("particle 1", lambda: fullbody.from_rebound(sim))
 
 
 @pytest.mark.parametrize(("active", "first"), [(0, 0), (1, 1), (2, 2)])
@@ -453,8 +441,7 @@ def test_rebound_units_without_a_name_are_refused():
     sim = sun_and_earth("AU", "yr2pi", "Msun")
     with pytest.raises(InvalidInput, match="'yr2pi', which astropy has no name for; expected one of s, hour"):
         fullbody.from_rebound(sim, units=True)
-    with pytest.raises(InvalidInput, match="'yr2pi'"):
-        fullbody.from_rebound(sim, units=("au", "yr", "solMass"))
+    refused("'yr2pi'", lambda: fullbody.from_rebound(sim, units=("au", "yr", "solMass")))
     # A sidereal year is not a Julian one.
     with pytest.raises(InvalidInput, match="'sidereal_yr'"):
         fullbody.from_rebound(sun_and_earth("AU", "sidereal_yr", "Msun"), units=("au", "yr", "solMass"))
@@ -473,12 +460,9 @@ def test_rebound_names_go_there_and_back():
 def test_rebound_wrong_arguments_are_named():
     system, state = fullbody.systems.case1()
     one = fullbody.State([[0, 0, 0]], [[0, 0, 0]])
-    with pytest.raises(InvalidInput, match="number of bodies in the state is 1; expected 2"):
-        fullbody.to_rebound(system, one)
-    with pytest.raises(InvalidInput, match=r"system is 3; expected a System"):
-        fullbody.to_rebound(3, state)
-    with pytest.raises(InvalidInput, match=r"state is 4; expected a State"):
-        fullbody.to_rebound(system, 4)
+    refused("number of bodies in the state is 1; expected 2", lambda: fullbody.to_rebound(system, one))
+    refused(r"system is 3; expected a System", lambda: fullbody.to_rebound(3, state))
+    refused(r"state is 4; expected a State", lambda: fullbody.to_rebound(system, 4))
     for wrong in (3, None, "sim", [rebound.Simulation()]):
         with pytest.raises(InvalidInput, match=r"sim is .*; expected a rebound\.Simulation"):
             fullbody.from_rebound(wrong)

@@ -9,6 +9,7 @@ import rebound
 from fullbody import forces
 from fullbody.errors import InvalidInput
 from scipy.optimize import brentq
+from support import refused
 
 DATA = Path(__file__).parents[2] / "data" / "peers"
 EXTRA = "Additional Forces and Perturbations"
@@ -23,11 +24,7 @@ FLYBY_NAMES = (
     "Argument of Periapsis",
     "Flyby Time",
 )
-HELIO_NAMES = (
-    "Solar Mass",
-    *(f"Heliocentric {name}" for name in FLYBY_NAMES[1:6]),
-    "Time of periapsis passage",
-)
+HELIO_NAMES = ("Solar Mass", *(f"Heliocentric {name}" for name in FLYBY_NAMES[1:6]), "Time of periapsis passage")
 TIDE_NAMES = ("Love Number", "Reference Radius", "Tidal Lag Angle")
 pytestmark = pytest.mark.filterwarnings("ignore:.* asks for:UserWarning")
 
@@ -247,8 +244,7 @@ def test_sians_warns_of_the_torque(tmp_path):
     with pytest.warns(UserWarning, match="SIANS's pulls on the bodies' centres alone"):
         fullbody.read_sians(path, units="kmhr")
     path.write_text(SIANS.format(kepler=0, positions="0 0 0\n0 0 0", velocities="0 0 0\n0 1 0"))
-    with pytest.raises(InvalidInput, match=r"sun\.txt, line 10: orbit about the Sun"):
-        fullbody.read_sians(path, units="kmhr")
+    refused(r"sun\.txt, line 10: orbit about the Sun", lambda: fullbody.read_sians(path, units="kmhr"))
 
 
 def test_rebound_is_told_what_it_loses():

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from fullbody.errors import InvalidInput
 from PIL import Image
+from support import refused
 
 SMALL = {"seconds": 0.5, "fps": 10, "size": (3.01, 2.53), "dpi": 50}
 
@@ -82,12 +83,10 @@ def test_mp4_on_a_full_disk_is_an_error_of_the_file(short_run, tmp_path, monkeyp
 
 
 def test_bad_requests_for_films_are_named(short_run, tmp_path):
-    with pytest.raises(InvalidInput, match=r"ends in one of \.mp4, \.gif, \.html"):
-        short_run.animate(tmp_path / "film.avi")
+    refused(r"ends in one of \.mp4, \.gif, \.html", lambda: short_run.animate(tmp_path / "film.avi"))
     with pytest.raises(InvalidInput, match="seconds is -1; expected a finite number above zero"):
         short_run.animate(tmp_path / "film.gif", seconds=-1)
-    with pytest.raises(InvalidInput, match="fps is 0; expected a whole number above zero"):
-        short_run.animate(tmp_path / "film.gif", fps=0)
+    refused("fps is 0; expected a whole number above zero", lambda: short_run.animate(tmp_path / "film.gif", fps=0))
     with pytest.raises(FileNotFoundError, match="no folder"):
         short_run.animate(tmp_path / "nowhere" / "film.gif")
     for size in (3, "big", (3.0,), (1, 2, 3), (0.0, 2.0), (np.nan, 2.0), (2.0, np.inf), ("a", "b"), None):

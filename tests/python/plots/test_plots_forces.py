@@ -6,7 +6,7 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody import forces
-from fullbody.errors import InvalidInput
+from support import refused
 
 
 def made(units=True, byorp="1e-3 N"):
@@ -58,11 +58,9 @@ def test_work_of_alike_forces_is_linear_and_none_is_said():
 def test_without_forces_there_is_no_work_to_draw():
     system, state = fullbody.systems.case1()
     run = system.integrate(state, 5.0, output=1.0)
-    with pytest.raises(InvalidInput, match="the run has no external forces"):
-        run.plot.work()
+    refused("the run has no external forces", lambda: run.plot.work())
     assert "work" not in run.plot().axes
-    with pytest.raises(InvalidInput, match="no samples"):
-        run[:0].plot.work()
+    refused("no samples", lambda: run[:0].plot.work())
 
 
 def test_the_page_tells_the_forces(run):
@@ -105,3 +103,43 @@ def test_tables_and_texts_name_the_forces(run):
         assert text in page
     assert "Forces" not in system._repr_html_()
     assert "forces" not in repr(system)
+
+
+#: The axis is 9.28 degrees from the pole of the ecliptic: the angle about that pole varies in speed by 1 / cos - 1.
+INCLINED = 1.01 * (1 / np.cos(np.radians(9.28)) - 1)
+
+
+@pytest.fixture(scope="module")
+def system_and_state():
+    return fullbody.systems.didymos_after_dart(units=True, gravity="point")
+
+
+def psi(run):
+    """The curve of Didymos' rotation, in turns and hours."""
+    (line,) = [line for line in run.plot.angles()[0, 1].lines if line.get_label() == r"$\psi$"]
+    time, angle = (np.asarray(values, dtype=float) for values in line.get_data())
+    scale = 1.0 if np.nanmax(time) > 200.0 else 24.0
+    keep = np.isfinite(angle)
+    return scale * time[keep], angle[keep] / 360.0
+
+
+@pytest.mark.parametrize("dense", [False, True])
+def test_the_curve_of_a_fast_rotation_follows_each_turn(system_and_state, dense):
+    system, state = system_and_state
+    run = system.integrate(state, "10 days", output="15 min", dense=dense)
+    time, turns = psi(run)
+    step = np.diff(time)
+    followed = np.diff(turns) - np.round(np.diff(turns))
+    assert np.abs(followed).max() < 1 / 40
+    np.testing.assert_allclose((followed / step), -1 / 2.26, rtol=INCLINED)
+
+
+def test_samples_too_far_apart_bring_a_warning(system_and_state):
+    system, state = system_and_state
+    run = system.integrate(state, "10 days", output="2 hour")
+    with pytest.warns(UserWarning, match=r"Didymos makes up to 0.88 turns between two samples .*dense=True"):
+        run.plot.angles()
+    dense = system.integrate(state, "10 days", output="2 hour", dense=True)
+    time, turns = psi(dense)
+    followed = np.diff(turns) - np.round(np.diff(turns))
+    np.testing.assert_allclose(followed / np.diff(time), -1 / 2.26, rtol=INCLINED)

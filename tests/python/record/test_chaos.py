@@ -3,7 +3,7 @@
 import fullbody
 import numpy as np
 import pytest
-from fullbody.errors import InvalidInput
+from support import refused
 from support.flows import deviation, displaced, scales
 from support.meshes import box
 
@@ -95,8 +95,7 @@ def test_the_motion_has_the_same_bits_and_files_keep_all(tumbling_moon, tmp_path
     assert np.array_equal(plain.position, run.position)
     run.save(tmp_path / "run.nc")
     assert fullbody.load(tmp_path / "run.nc") == run
-    with pytest.raises(InvalidInput, match="chaos=True"):
-        _ = plain.megno
+    refused("chaos=True", lambda: plain.megno)
 
 
 def test_splittings_measure_it_too():
@@ -126,8 +125,8 @@ def test_free_motion_whose_steps_have_no_bound(spin):
     # A deviation that grows in proportion to the time has a MEGNO of 2, within ln(t)/t.
     system = fullbody.System([fullbody.Body(fullbody.Sphere(1.0), mass=1.0)], G=1.0)
     state = fullbody.State(position=[[0.0, 0.0, 0.0]], velocity=[[0.0, 0.0, 0.0]], spin=[spin])
-    run = system.integrate(state, 1e6, output="ends", chaos=True)
-    assert abs(run.megno[-1] - 2.0) < 1e-3
+    run = system.integrate(state, 1e5, output="ends", chaos=True)
+    assert abs(run.megno[-1] - 2.0) < 1e-2
 
 
 @pytest.mark.parametrize("integrator", [FAST, fullbody.LieGroupVariational(step=0.01)], ids=["verner98", "lie"])

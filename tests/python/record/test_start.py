@@ -7,8 +7,8 @@ import fullbody
 import numpy as np
 import pytest
 from fullbody.commands.cli import main
-from fullbody.errors import BodiesOverlap, InvalidInput
-from support import points
+from fullbody.errors import BodiesOverlap
+from support import points, refused
 
 MASSES, G = np.array([0.7, 0.2, 0.1]), 1.3
 LOOSE = fullbody.DormandPrince54(1e-6, 1e-6)
@@ -210,5 +210,95 @@ def test_damaged_starts_are_refused(fault, tmp_path):
             dataset = dataset.drop_vars(fault)
             said = "the file has no variable start_energy"
     dataset.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
-    with pytest.raises(InvalidInput, match=said):
-        fullbody.load(tmp_path / "run.nc")
+    refused(said, lambda: fullbody.load(tmp_path / "run.nc"))
+
+
+def falling():
+    """Two spheres that meet after pi/2 sqrt(d^3 / (2 G m)) times a factor: long after the first samples."""
+    bodies = [fullbody.Body(fullbody.Sphere(0.1), mass=1.0, name=name) for name in "AB"]
+    state = fullbody.State([[0, 0, 0], [2.0, 0, 0]], np.zeros((2, 3)))
+    return fullbody.System(bodies, G=1.0), state
+
+
+@pytest.mark.parametrize("output", ["ends", 100.0, [0.5, 90.0], None])
+@pytest.mark.parametrize("derivatives", [False, True])
+def test_the_last_sample_is_the_state_at_the_end_of_the_last_step(output, derivatives):
+    system, state = falling()
+    sim = fullbody.Simulation(system, state)
+    with pytest.raises(BodiesOverlap) as caught:
+        sim.integrate(100.0, output=output, derivatives=derivatives)
+    run = caught.value.run
+    assert run.time[-1] == sim.time > 1.5
+    assert (run.position[-1] == sim.state.position).all()
+    assert (np.diff(run.time) > 0).all()
+    if derivatives:
+        assert run.transition.shape == (len(run), 24, 24)
+    # Free fall: v^2 = 2 G (m + m) (1/r - 1/d), from the start to that state.
+    r = np.linalg.norm(run.position[-1, 1] - run.position[-1, 0])
+    v = np.linalg.norm(run.velocity[-1, 1] - run.velocity[-1, 0])
+    assert v**2 == pytest.approx(4.0 * (1.0 / r - 0.5), rel=1e-10)
+
+
+def test_the_last_sample_of_an_interrupted_run_is_its_last_step():
+    system, state = fullbody.systems.case1()
+    seen = []
+
+    def stop(done, total, description):
+        seen.append(done)
+        if done > 20.0:
+            raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError) as caught:
+        system.integrate(state, 1e6, output="ends", progress=stop)
+    run = caught.value.run
+    assert len(run) == 2
+    assert run.time[-1] == seen[-1]
+
+
+SYSTEM, STATE = fullbody.systems.case1()
+RUN = SYSTEM.integrate(STATE, 10.0, output=1.0, derivatives=True)
+
+
+@pytest.mark.parametrize("index", [[0, 5, 9], (0, 5, 9), np.array([0, 5, -2]), np.isin(np.arange(11), [0, 5, 9])])
+def test_a_list_or_a_mask_selects_these_samples(index):
+    part = RUN[index]
+    assert part.time.tolist() == [0.0, 5.0, 9.0]
+    assert [state == RUN[k] for state, k in zip(part, (0, 5, 9), strict=True)] == [True] * 3
+    np.testing.assert_array_equal(part.transition, RUN.transition[[0, 5, 9]])
+
+
+def test_a_selection_keeps_the_start_and_has_drifts_of_its_own():
+    whole = RUN.energy_drift
+    part = RUN[[3, 7]]
+    assert part.start == RUN.start
+    assert part.energy_drift.tolist() == whole[[3, 7]].tolist()
+
+
+def test_lists_against_the_order_of_time_and_empty_ones_select_too():
+    assert RUN[[9, 5, 0]].time.tolist() == [9.0, 5.0, 0.0]
+    assert len(RUN[[]]) == len(RUN[np.zeros(11, bool)]) == 0
+
+
+@pytest.mark.parametrize("index", [[0, 0], [0, 5, 3], [[0, 1]]])
+def test_lists_that_have_no_order_in_time_are_refused(index):
+    refused(r"the index of samples is .*; expected a list of distinct indices", lambda: RUN[index])
+
+
+@pytest.mark.parametrize("index", [[99], [True] * 3, [0.5]])
+def test_indices_that_are_out_of_range_are_errors_of_numpy(index):
+    with pytest.raises(IndexError):
+        RUN[index]
+
+
+def test_states_between_samples_come_from_the_continuous_solution():
+    run = SYSTEM.integrate(STATE, 10.0, output=1.0, dense=True)
+    states = run.states([2.5, 7.0])
+    np.testing.assert_array_equal(states["attitude"][0], run(2.5).attitude)
+    np.testing.assert_allclose(states["position"][1], run.position[7], rtol=1e-12)
+
+
+def test_states_of_a_run_without_continuous_solution_are_those_of_samples():
+    back = SYSTEM.integrate(STATE, -10.0, output=1.0)
+    np.testing.assert_array_equal(back.states([-7.0, -2.0])["spin"], back.spin[[7, 2]])
+    refused(r"moment is -2\.5, of no sample; .* integrate with dense=True", lambda: back.states([-2.0, -2.5], "moment"))
+    refused(r"time has shape \(1, 2\); expected \(K,\)", lambda: back.states([[-2.0, -3.0]]))

@@ -1,23 +1,12 @@
-"""Transition matrices and sensitivities against closed forms, the laws of mechanics, and neighbouring runs."""
+"""Transition matrices and sensitivities against closed forms and the laws of mechanics."""
 
 import fullbody
 import numpy as np
 import pytest
 from fullbody.errors import InvalidInput
 from mpmath import mp, mpf
-from support import pair_of_points, worst
-from support.flows import (
-    TIGHT,
-    central,
-    displaced,
-    energy_gradient,
-    momentum_gradients,
-    rates,
-    scaled,
-    scales,
-    symplectic_form,
-    tumbling,
-)
+from support import pair_of_points, refused, worst
+from support.flows import TIGHT, energy_gradient, momentum_gradients, rates, scaled, scales, symplectic_form, tumbling
 from support.scenes import pair
 
 
@@ -77,13 +66,8 @@ def test_faster_motion_is_motion_in_shorter_time(tumble):
     # Rates times f and G times f^2 make time run f times as fast.
     system, run = tumble
     start, end, time = run[0], run[2], run.time[2]
-    along = np.tile([0.0, 1.0, 0.0, 1.0], 2).repeat(3)
-    velocities = np.concatenate(
-        [np.concatenate([0 * v, v, 0 * v, w]) for v, w in zip(start.velocity, start.spin, strict=True)]
-    )
-    by_factor = run.transition[2] @ velocities + 2.0 * float(system.G) * run.sensitivity["G"][2]
-    now = np.concatenate([np.concatenate([0 * v, v, 0 * v, w]) for v, w in zip(end.velocity, end.spin, strict=True)])
-    assert along.shape == now.shape
+    then, now = (np.hstack([0 * at.velocity, at.velocity, 0 * at.velocity, at.spin]).ravel() for at in (start, end))
+    by_factor = run.transition[2] @ then + 2.0 * float(system.G) * run.sensitivity["G"][2]
     size = scales(system, start)
     assert worst(by_factor / size, (now + time * rates(system, end)) / size) < 1e-11
 
@@ -111,10 +95,7 @@ def test_transition_matrices_of_points_are_keplers():
     assert worst(relative, expected) < 1e-11
     assert worst(phi[12:18, 0:6] - phi[0:6, 0:6], -expected) < 1e-11
     # Points do not turn.
-    assert (
-        np.array_equal(phi[6:9, 6:12], np.hstack([np.eye(3), time * np.eye(3)]))
-        or worst(phi[6:9, 6:12], np.hstack([np.eye(3), time * np.eye(3)])) < 1e-14
-    )
+    assert worst(phi[6:9, 6:12], np.hstack([np.eye(3), time * np.eye(3)])) < 1e-14
 
 
 def kepler(start, time, mu):
@@ -131,32 +112,6 @@ def kepler(start, time, mu):
     f, g = 1 - a / distance * (1 - mp.cos(change)), time + (mp.sin(change) - change) / n
     df, dg = -mp.sqrt(mu * a) / (now * distance) * mp.sin(change), 1 - a / now * (1 - mp.cos(change))
     return [f * x + g * y for x, y in zip(r, v, strict=True)] + [df * x + dg * y for x, y in zip(r, v, strict=False)]
-
-
-@pytest.mark.parametrize(("body", "kind", "axis"), [(0, 0, 1), (0, 1, 2), (0, 2, 0), (1, 0, 2), (1, 2, 1), (1, 3, 2)])
-def test_transition_matrices_are_differences_of_runs(tumble, body, kind, axis):
-    system, run = tumble
-    size = scales(system, run[0])
-    column = 12 * body + 3 * kind + axis
-
-    def moved(by):
-        return system.integrate(displaced(run[0], body, kind, axis, by), 12.0, output="ends", integrator=TIGHT)[-1]
-
-    differences = central(moved, 1e-4 * size[column])
-    assert worst(run.transition[2][:, column] / size, differences / size) < 1e-8
-
-
-def test_sensitivities_are_differences_of_runs(tumble):
-    system, run = tumble
-    size = scales(system, run[0])
-
-    def heavier(by):
-        first, second = system.bodies
-        first = fullbody.Body(first.shape, mass=first.mass + by, name=first.name)
-        changed = fullbody.System([first, second], G=system.G, gravity=system.options["gravity"])
-        return changed.integrate(run[0], 12.0, output="ends", integrator=TIGHT)[-1]
-
-    assert worst(run.sensitivity["mass of A"][2] / size, central(heavier, 1e-4) / size) < 1e-8
 
 
 def test_density_is_mass_over_volume():
@@ -185,10 +140,8 @@ def test_unknown_parameters_answer_with_those_that_exist():
     system, state = tumbling()
     with pytest.raises(InvalidInput, match=r'"mass of C".*"G".*"mass of A".*"mass of B"'):
         system.integrate(state, 1.0, derivatives=["mass of C"])
-    with pytest.raises(InvalidInput, match="which is text"):
-        system.integrate(state, 1.0, derivatives="G")
-    with pytest.raises(InvalidInput, match="derivatives=True"):
-        _ = system.integrate(state, 1.0).transition
+    refused("which is text", lambda: system.integrate(state, 1.0, derivatives="G"))
+    refused("derivatives=True", lambda: system.integrate(state, 1.0).transition)
 
 
 def test_files_keep_derivatives(tumble, tmp_path):

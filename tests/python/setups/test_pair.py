@@ -9,6 +9,7 @@ import pytest
 from fullbody import Component, binary
 from fullbody.errors import BodiesOverlap, InconsistentInput, InvalidInput
 from fullbody.setups import mean_period
+from support import refused
 
 INF = float("inf")
 NAN = float("nan")
@@ -28,12 +29,9 @@ def test_sizes_have_their_closed_forms():
     shape = Component(diameter=1.0, axis_ratios=(2.0, 2.0)).shape
     np.testing.assert_allclose([shape.a, shape.b, shape.c], [1.0, 0.5, 0.25], rtol=1e-15)
     assert Component(diameter=2 * u.km).shape == fullbody.Ellipsoid(1 * u.km, 1 * u.km, 1 * u.km)
-    with pytest.raises(InvalidInput, match="expected one of them"):
-        Component(diameter=1.0, diameters=(1, 1, 1))
-    with pytest.raises(InvalidInput, match="beside a diameter"):
-        Component(diameters=(1, 1, 1), axis_ratios=(1.2, 1.0))
-    with pytest.raises(InvalidInput, match="both a mass and a density"):
-        Component(diameter=1.0, mass=1.0, density=1.0)
+    refused("expected one of them", lambda: Component(diameter=1.0, diameters=(1, 1, 1)))
+    refused("beside a diameter", lambda: Component(diameters=(1, 1, 1), axis_ratios=(1.2, 1.0)))
+    refused("both a mass and a density", lambda: Component(diameter=1.0, mass=1.0, density=1.0))
 
 
 VOLUMES = 4 / 3 * np.pi * np.array([0.72, 0.009])
@@ -78,12 +76,10 @@ def test_contradictions_are_reported():
     with pytest.warns(InconsistentInput, match=r"semi-major axis is 4 by .* and 4.04 by .* 0.99 %"):
         _, state = binary(first, second, G=1.0, **given, elements="osculating")
     np.testing.assert_allclose(relative(state)[0][0], 4.0 * 0.9, rtol=1e-14)
-    with pytest.raises(InvalidInput, match="a difference of 20 %"):
-        binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=5.0)
+    refused("a difference of 20 %", lambda: binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=5.0))
     with pytest.raises(InvalidInput, match="total mass is 4 by the components and 5 by total_mass"):
         binary(first, second, G=1.0, period=1.0, total_mass=5.0)
-    with pytest.raises(InvalidInput, match="mass ratio"):
-        binary(first, second, G=1.0, period=1.0, mass_ratio=0.5)
+    refused("mass ratio", lambda: binary(first, second, G=1.0, period=1.0, mass_ratio=0.5))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         binary(first, second, G=1.0, period=8 * np.pi, semi_major_axis=4.04, mismatch_warning=0.02)
@@ -122,8 +118,7 @@ def test_tolerances_of_nothing_and_of_all():
     ],
 )
 def test_what_is_missing_or_wrong_is_named(given, what):
-    with pytest.raises(InvalidInput, match=what):
-        binary(Component(**BIG), Component(**SMALL), G=1.0, **given)
+    refused(what, lambda: binary(Component(**BIG), Component(**SMALL), G=1.0, **given))
     with pytest.raises(InvalidInput, match="G is not given"):
         binary(Component(**BIG), Component(**SMALL), period=1.0, total_mass=1.0, mass_ratio=0.1)
 
@@ -223,8 +218,7 @@ def test_mean_elements_keep_the_period():
     fourth = 15 / 8 * 3 / 35 * (a**2 - c**2) ** 2 / size**4
     np.testing.assert_allclose(rate**2 * size**3, 1 + loss + fourth, rtol=1e-6)
     np.testing.assert_allclose(state.spin[1, 2], rate, rtol=1e-12)
-    with pytest.raises(InvalidInput, match="elements is 'true'"):
-        binary(*shapes, period=period, elements="true", **given)
+    refused("elements is 'true'", lambda: binary(*shapes, period=period, elements="true", **given))
 
 
 def test_an_observed_period_is_a_mean():
@@ -320,10 +314,7 @@ def test_a_mean_that_does_not_last_is_told():
 
     Irregular motion over 64 revolutions is another one with every rounding.
     """
-    shapes = (
-        Component(semi_axes=(0.4, 0.38, 0.31), rotation_period=2.5),
-        Component(semi_axes=(0.1, 0.08, 0.07)),
-    )
+    shapes = (Component(semi_axes=(0.4, 0.38, 0.31), rotation_period=2.5), Component(semi_axes=(0.1, 0.08, 0.07)))
     given = {"G": 8.6498928e-13, "total_mass": 5e11, "equal_density": True, "period": 12.0}  # km^3 kg^-1 hour^-2
     with pytest.warns(InconsistentInput, match="given over 16 revolutions and differs by .* no mean") as caught:
         system, state = binary(*shapes, **given, eccentricity=0.1, mean_anomaly=np.pi / 2)
@@ -501,8 +492,7 @@ def test_a_pole_is_two_angles(pole):
     what = r"expected \(longitude, latitude\) in radians, the latitude from -pi/2 to pi/2, or Quantities"
     with pytest.raises(InvalidInput, match=f"^pole is .*{what}"):
         binary(Component(**BIG, mass=3.0), Component(**SMALL, mass=1.0), G=1.0, semi_major_axis=5.0, pole=pole)
-    with pytest.raises(InvalidInput, match=f"^pole of Alpha is .*{what}"):
-        Component(**BIG, mass=3.0, pole=pole, name="Alpha")
+    refused(f"^pole of Alpha is .*{what}", lambda: Component(**BIG, mass=3.0, pole=pole, name="Alpha"))
 
 
 def test_a_tilt_is_from_the_orbits_pole():
@@ -514,8 +504,7 @@ def test_a_tilt_is_from_the_orbits_pole():
     normal = np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
     node = np.array([-np.sin(lon), np.cos(lon), 0.0])
     np.testing.assert_allclose(z, np.cos(np.pi / 30) * normal + np.sin(np.pi / 30) * np.cross(node, normal), atol=1e-14)
-    with pytest.raises(InvalidInput, match="Alpha is given both a pole and a tilt"):
-        Component(**BIG, pole=(0.1, 0.2), tilt=0.1, name="Alpha")
+    refused("Alpha is given both a pole and a tilt", lambda: Component(**BIG, pole=(0.1, 0.2), tilt=0.1, name="Alpha"))
 
 
 def test_published_ratios_of_a_to_c_are_taken():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from fullbody.errors import InvalidInput
 from fullbody.setups.toml import __doc__ as MANUAL
+from support import refused
 from support.toml_texts import KW4, PAIR
 
 
@@ -172,8 +173,7 @@ def test_faults_name_file_key_and_expectation(tmp_path, old, new, message):
 
 
 @pytest.mark.parametrize(
-    ("output", "what"),
-    [("[1, 0.5]", "direction"), ("[1, 9]", "from 0 to 2"), ("1e-9", "which ask for 2e")],
+    ("output", "what"), [("[1, 0.5]", "direction"), ("[1, 9]", "from 0 to 2"), ("1e-9", "which ask for 2e")]
 )
 def test_times_that_do_not_fit_name_the_file_too(tmp_path, output, what):
     setup = read(tmp_path, f"{PAIR}output = {output}")
@@ -192,8 +192,7 @@ def test_units_of_the_usual_kind(tmp_path):
 def test_units_in_a_system_without_any_are_refused(tmp_path):
     with pytest.raises(InvalidInput, match=r"body\[0\]\.radius: .*the system has no units"):
         read(tmp_path, PAIR.replace("radius = 1.0", 'radius = "1 km"'))
-    with pytest.raises(InvalidInput, match=r"system: G is not given"):
-        read(tmp_path, PAIR.replace("G = 1.0", ""))
+    refused(r"system: G is not given", lambda: read(tmp_path, PAIR.replace("G = 1.0", "")))
     with pytest.raises(InvalidInput, match=r"body\[1\]: has no position and no orbit"):
         read(tmp_path, PAIR.replace("position = [3, 0, 0]", ""))
     with pytest.raises(FileNotFoundError, match=r"no file .*nothing\.toml$"):
@@ -228,19 +227,16 @@ def test_a_byte_order_mark_is_no_statement(tmp_path):
     ],
 )
 def test_whole_numbers_beyond_all_doubles_are_refused(tmp_path, old, new, what):
-    with pytest.raises(InvalidInput, match=what):
-        read(tmp_path, PAIR.replace(old, new.format("9" * 400), 1))
+    refused(what, lambda: read(tmp_path, PAIR.replace(old, new.format("9" * 400), 1)))
 
 
 @pytest.mark.parametrize("value", ["9" * 5000, "[" * 3000 + "]" * 3000])
 def test_files_that_cannot_be_read_are_refused(tmp_path, value):
-    with pytest.raises(InvalidInput, match=r"system\.toml: not valid TOML: "):
-        read(tmp_path, PAIR.replace("until = 2.0", f"until = {value}"))
+    refused(r"system\.toml: not valid TOML: ", lambda: read(tmp_path, PAIR.replace("until = 2.0", f"until = {value}")))
 
 
 def test_a_name_that_is_none_is_the_fault(tmp_path):
     path = tmp_path / "a.toml"
     body = "[[body]]\nname = 'a\u0085b'\nradius = 1.0\nmass = 1.0\n"
     path.write_text(f"[system]\nG = 1.0\n{body}[run]\nuntil = 1.0\n")
-    with pytest.raises(InvalidInput, match=r"a.toml: body\[0\].name: name is .* without control characters"):
-        fullbody.read_toml(path)
+    refused(r"a.toml: body\[0\].name: name is .* without control characters", lambda: fullbody.read_toml(path))

@@ -9,6 +9,7 @@ import spiceypy
 from astropy import units as u
 from fullbody.errors import InvalidInput, PrecisionWarning
 from fullbody.spice import state as state_from_spice
+from support import body_list, refused
 
 IDS = {"Alpha": 920066391, "Beta": 120066391}
 CENTRE = 20066391
@@ -195,8 +196,7 @@ def test_samples_that_are_too_far_apart_are_refused(system, start, tmp_path):
 def test_what_the_system_lacks_is_named(system, start, change, message, tmp_path):
     run = system.with_options(**change).integrate(start, 1.0, dense=True)
     for write in (lambda: run.to_spk(tmp_path / "a.bsp", IDS, CENTRE), lambda: run.to_ck(tmp_path / "a.bc", IDS)):
-        with pytest.raises(InvalidInput, match=message):
-            write()
+        refused(message, write)
     assert not list(tmp_path.iterdir())
 
 
@@ -212,8 +212,7 @@ def test_the_ends_of_a_run_are_within_it(system, start, tmp_path):
 def test_plain_numbers_have_no_kilometres(tmp_path):
     system, state = fullbody.systems.kw4()
     run = system.with_options(epoch=EPOCH, frame="ecliptic").integrate(state, 1.0, dense=True)
-    with pytest.raises(InvalidInput, match="an SPK kernel needs the system's units"):
-        run.to_spk(tmp_path / "a.bsp", IDS, CENTRE)
+    refused("an SPK kernel needs the system's units", lambda: run.to_spk(tmp_path / "a.bsp", IDS, CENTRE))
 
 
 @pytest.mark.parametrize(
@@ -231,8 +230,7 @@ def test_plain_numbers_have_no_kilometres(tmp_path):
     ],
 )
 def test_bad_arguments_of_kernels_are_refused(run, path, ids, barycentre, message, tmp_path):
-    with pytest.raises(InvalidInput, match=message):
-        run.to_spk(tmp_path / path, ids, barycentre)
+    refused(message, lambda: run.to_spk(tmp_path / path, ids, barycentre))
     assert not list(tmp_path.iterdir())
 
 
@@ -240,8 +238,7 @@ def test_names_that_give_no_frames_are_refused(system, start, tmp_path):
     bodies = [fullbody.Body(b.shape, mass=b.mass, name=name) for b, name in zip(system, ("a!", "A?"), strict=True)]
     twins = fullbody.System(bodies, units=True, epoch=EPOCH, frame="icrs")
     run = twins.integrate(start, 1.0, dense=True)
-    with pytest.raises(InvalidInput, match="the name of a! gives 'A_FIXED' for its frame"):
-        run.to_ck(tmp_path / "a.bc", {"a!": 1, "A?": 2})
+    refused("the name of a! gives 'A_FIXED' for its frame", lambda: run.to_ck(tmp_path / "a.bc", {"a!": 1, "A?": 2}))
     run.to_ck(tmp_path / "a.bc", {"a!": -658030})
     assert "FRAME_A_FIXED = -658030000" in (tmp_path / "a.tf").read_text()
 
@@ -279,16 +276,12 @@ def test_a_moment_is_no_run(system, start, tmp_path):
 )
 def test_kernels_that_lack_a_body_or_frame_are_named(system, kernels, options, message):
     arguments = {"ids": IDS, "barycentre": CENTRE, "kernels": kernels, "time": 1.0} | options
-    with pytest.raises(InvalidInput, match=message):
-        state_from_spice(system, **arguments)
+    refused(message, lambda: state_from_spice(system, **arguments))
     assert spiceypy.ktotal("ALL") == 0
 
 
 def test_points_need_no_frame(start, kernels):
-    bodies = [
-        fullbody.Body(fullbody.PointMass(), mass="2e12 kg", name="Alpha"),
-        fullbody.Body(fullbody.Sphere("0.2 km"), mass="1e11 kg", name="Beta"),
-    ]
+    bodies = body_list(Alpha=(fullbody.PointMass(), "2e12 kg"), Beta=(fullbody.Sphere("0.2 km"), "1e11 kg"))
     system = fullbody.System(bodies, units=True, epoch=EPOCH, frame="ecliptic")
     found = state_from_spice(system, IDS, CENTRE, time=1.0, kernels=kernels, frames={"Beta": "BETA_FIXED"})
     assert found.attitude[0].tolist() == [1, 0, 0, 0]

@@ -11,8 +11,9 @@ from pathlib import Path
 
 import fullbody
 import numpy as np
+import pytest
 from fullbody import observables
-from fullbody.errors import UncheckedFile
+from fullbody.errors import InvalidInput, UncheckedFile
 from hypothesis import assume
 from hypothesis import strategies as st
 
@@ -82,6 +83,18 @@ def rot_y(t):
 
 def rot_z(t):
     return np.array([[np.cos(t), -np.sin(t), 0], [np.sin(t), np.cos(t), 0], [0, 0, 1]])
+
+
+def refused(match, call):
+    """The call raises InvalidInput, in whose message the pattern is found."""
+    with pytest.raises(InvalidInput, match=match):
+        call()
+
+
+def body_list(*unnamed, **named):
+    """Bodies by pairs of shape and mass, with names where they are given as keywords."""
+    given = [(None, pair) for pair in unnamed] + list(named.items())
+    return [fullbody.Body(shape, mass=mass, name=name) for name, (shape, mass) in given]
 
 
 def points(*masses, G=1.0, **options):

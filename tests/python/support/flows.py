@@ -3,9 +3,23 @@
 import fullbody
 import numpy as np
 
-from support import quaternion_product
+from support import body_list, quaternion_product
+from support.meshes import box, octahedron
 
 TIGHT = fullbody.Verner98(rtol=1e-14, atol=1e-14)
+SOLIDS = {
+    "box": box(1.0, 0.8, 0.6),
+    "octahedron": octahedron(0.7, 0.6, 0.5),
+    "ellipsoid": fullbody.Ellipsoid(0.7, 0.5, 0.4),
+    "sphere": fullbody.Sphere(0.5),
+    "point": fullbody.PointMass(),
+    "composite": fullbody.Composite(
+        [
+            fullbody.Part(box(0.5, 0.4, 0.3), mass=0.3, position=[0.3, 0.0, 0.0], attitude=[0.9, 0.1, 0.3, 0.2]),
+            fullbody.Part(fullbody.Ellipsoid(0.3, 0.2, 0.25), mass=0.2, position=[-0.2, 0.1, 0.0]),
+        ]
+    ),
+}
 
 
 def cross(v):
@@ -78,10 +92,7 @@ def scales(system, state):
 
 def tumbling(gravity="focal", **options):
     """Two triaxial ellipsoids near each other, tilted and tumbling."""
-    bodies = [
-        fullbody.Body(fullbody.Ellipsoid(1.0, 0.8, 0.6), mass=1.0, name="A"),
-        fullbody.Body(fullbody.Ellipsoid(0.4, 0.7, 0.5), mass=0.4, name="B"),
-    ]
+    bodies = body_list(A=(fullbody.Ellipsoid(1.0, 0.8, 0.6), 1.0), B=(fullbody.Ellipsoid(0.4, 0.7, 0.5), 0.4))
     state = fullbody.State.from_tait_bryan(
         position=[[0.1, 0.0, 0.2], [2.6, 0.3, -0.4]],
         velocity=[[0.0, -0.1, 0.02], [0.1, 0.7, 0.1]],
@@ -89,6 +100,20 @@ def tumbling(gravity="focal", **options):
         spin=[[0.1, -0.2, 0.5], [0.3, 0.1, -0.4]],
     )
     return fullbody.System(bodies, G=1.0, gravity=gravity, **options), state
+
+
+def solids(first, second, distance, gravity="focal"):
+    """Two of these solids at a distance, tilted and tumbling."""
+    named = (("A", first, 1.0), ("B", second, 0.4))
+    bodies = [fullbody.Body(SOLIDS[s], name=n, **({} if s == "composite" else {"mass": m})) for n, s, m in named]
+    away = distance * np.array([0.7, 0.6, -0.39])
+    state = fullbody.State.from_tait_bryan(
+        position=[-0.3 * away, 0.7 * away],
+        velocity=[[0.0, -0.1, 0.02], [0.1, 0.5, 0.1]],
+        angles=[[0.2, -0.3, 0.9], [1.0, 0.4, -0.5]],
+        spin=[[0.1, -0.2, 0.5], [0.3, 0.1, -0.4]],
+    )
+    return fullbody.System(bodies, G=1.0, gravity=gravity), state
 
 
 def scaled(matrix, system, state):

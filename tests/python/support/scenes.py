@@ -4,16 +4,15 @@ import fullbody
 import numpy as np
 from fullbody.forces import Byorp, Function, ThirdBody, Tide, Yorp
 
+from support import body_list
+
 #: Of the pair: a = 1, n = 1.
 G = 1.0
 
 
 def pair(mass=1e-2, small=(0.12, 0.10, 0.08), **options):
     """An oblate primary and a synchronous triaxial secondary at distance one, the first state in the xy-plane."""
-    bodies = [
-        fullbody.Body(fullbody.Ellipsoid(0.3, 0.29, 0.25), mass=1.0 - mass, name="A"),
-        fullbody.Body(fullbody.Ellipsoid(*small), mass=mass, name="B"),
-    ]
+    bodies = body_list(A=(fullbody.Ellipsoid(0.3, 0.29, 0.25), 1.0 - mass), B=(fullbody.Ellipsoid(*small), mass))
     system = fullbody.System(bodies, G=G, **options)
     r, v = np.array([1.0, 0, 0]), np.array([0, 1.0, 0.1])
     state = fullbody.State(

@@ -17,7 +17,7 @@ from fullbody import PointMass, systems
 from fullbody.errors import InvalidInput
 from fullbody.setups import mean_period
 from fullbody.systems import _files
-from support import ready
+from support import ready, refused
 
 pytestmark = pytest.mark.usefixtures("each_search_once")
 
@@ -72,8 +72,7 @@ def test_each_says_where_its_numbers_are_from(name):
         assert note.removeprefix("uncertainty of ") in facts.values
         assert note in text.partition("not confirmed against the source")[2]
     assert not set(facts.second_hand) & set(facts.unconfirmed)
-    with pytest.raises(InvalidInput, match="antiope"):
-        systems.published("vulcan")
+    refused("antiope", lambda: systems.published("vulcan"))
 
 
 def test_completion_offers_what_is_documented():
@@ -197,15 +196,20 @@ def test_each_starts_at_rest_and_runs(name):
 
 
 @pytest.mark.parametrize(
-    ("name", "uncertainty"),
-    [("didymos", 0.000044), ("didymos_after_dart", 0.0004), ("antiope", 0.0001), ("patroclus_menoetius", 0.0006)],
+    ("name", "error"),
+    [
+        *(("didymos", 4e-6), ("didymos_after_dart", 4e-5), ("antiope", 1e-5), ("patroclus_menoetius", 6e-5)),
+        *(("dinkinesh", 5e-5), ("fg3_1996", 1.6e-5), ("pluto_charon", 1.5e-4)),
+    ],
 )
-def test_the_published_period_is_kept(name, uncertainty):
+def test_the_published_period_is_kept(name, error):
     facts = systems.published(name)
     period = facts["orbital period"] * (24.0 if facts.values["orbital period"].unit == "day" else 1.0)
     system, state = ready(name)
-    run = system.integrate(state, 50 * period, output=period / 24)
-    assert abs(fullbody.observables.mutual_period(run).mean - period) < uncertainty / 10
+    run = system.integrate(state, 30 * period, output=period / 24)
+    assert abs(fullbody.observables.mutual_period(run).mean - period) < error
+    distance = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
+    assert np.ptp(distance) < (0.1 if name == "didymos_after_dart" else 0.02) * distance[0]
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
@@ -230,8 +234,7 @@ def test_frames_are_turned_as_a_whole(name):
     # The plane is that of Gamma's orbit in the triple.
     near = plane.position[2 if name == "sn263_2001" else 1] - plane.position[0]
     np.testing.assert_allclose(near[2], 0.0, atol=1e-12 * np.linalg.norm(near))
-    with pytest.raises(InvalidInput, match="frame is 'sky'"):
-        make(frame="sky")
+    refused("frame is 'sky'", lambda: make(frame="sky"))
 
 
 @pytest.mark.parametrize("name", [*PUBLISHED, "kw4", "kw4_ho2021"])
@@ -281,11 +284,9 @@ def test_ready_made_systems_take_epochs_where_their_numbers_hold_at_none(name):
     own = systems.published(name).epoch if name in PUBLISHED else None
     if own is None:
         assert make(epoch="2001-05-25T00:00:00 TDB")[0].options["epoch"] == "2001-05-25T00:00:00 TDB"
-        with pytest.raises(InvalidInput, match="scale"):
-            make(epoch="2001-05-25")
+        refused("scale", lambda: make(epoch="2001-05-25"))
     else:
-        with pytest.raises(InvalidInput, match=rf"epoch is '2001-05-25 TDB'; .* hold at its own, {own}"):
-            make(epoch="2001-05-25 TDB")
+        refused(rf"epoch is '2001-05-25 TDB'; .* hold at its own, {own}", lambda: make(epoch="2001-05-25 TDB"))
         assert make(epoch=None)[0].options["epoch"] == own
     for option in ("G", "bodies", "gravty"):
         with pytest.raises(InvalidInput, match=f"'{option}' is not an option of this system"):
@@ -486,10 +487,9 @@ def test_the_apsidal_rate_after_dart_goes_with_the_spin_of_dimorphos(model):
         assert f"{apsidal:.2f}" == rate
 
 
-@pytest.mark.parametrize("tilt", [1e-3, 1.0005e-3])
-def test_a_tilted_dimorphos_rolls_and_keeps_facing_didymos(tilt):
-    system, state = systems.didymos_after_dart(tilt=tilt)
-    run = system.integrate(state, 8766.0, output=0.5)
+def test_a_tilted_dimorphos_rolls_and_keeps_facing_didymos():
+    system, state = systems.didymos_after_dart(tilt=1e-3)
+    run = system.integrate(state, 3000.0, output=0.5)
     found = fullbody.observables.tumbles(run, limit=np.radians(30))
     assert found.angle == "roll"
     assert abs(found.time - 260) < 20
@@ -502,25 +502,6 @@ def test_a_tilted_dimorphos_rolls_and_keeps_facing_didymos(tilt):
     matrix = np.array([fullbody.base.rotations.matrices(q) for q in run.attitude[:, 1]])
     cosine = np.sum(matrix[:, :, 0] * line, axis=1) / np.linalg.norm(line, axis=1)
     assert cosine.min() > np.cos(np.radians(50))
-
-
-@pytest.mark.parametrize(
-    ("name", "period"),
-    [
-        ("didymos", 11.921473),
-        ("dinkinesh", 52.67),
-        ("fg3_1996", 16.1508),
-        ("antiope", 16.505112),
-        ("pluto_charon", 24 * 6.3872273),
-    ],
-)
-def test_round_orbits_keep_the_published_period(name, period):
-    system, state = ready(name)
-    run = system.integrate(state, 15 * period, output=period / 40)
-    found = fullbody.observables.mutual_period(run)
-    np.testing.assert_allclose(found.mean, period, rtol=1e-6)
-    distance = np.linalg.norm(run.position[:, 1] - run.position[:, 0], axis=1)
-    assert np.ptp(distance) < 0.01 * distance[0]
 
 
 def test_a_tilted_dimorphos_points_at_didymos():
@@ -537,8 +518,7 @@ def test_a_tilted_dimorphos_points_at_didymos():
     assert np.abs(roll).max() > 50 * angle
     still = system.integrate(upright, 200.0, output=2.0)
     assert np.abs(fullbody.observables.roll_pitch_yaw(still)[:, 0]).max() < 1e-9
-    with pytest.raises(InvalidInput, match="tilt is nan; expected an angle"):
-        systems.didymos_after_dart(tilt=float("nan"))
+    refused("tilt is nan; expected an angle", lambda: systems.didymos_after_dart(tilt=float("nan")))
 
 
 def test_dinkinesh_has_the_published_numbers():
@@ -734,8 +714,7 @@ def test_the_oblate_alpha_has_the_published_j2():
 )
 def test_axis_ratios_of_the_triple_are_three_pairs(ratios):
     what = r"^axis_ratios is .*; expected three pairs of numbers \(a/b, b/c\), of Alpha, of Beta and of Gamma$"
-    with pytest.raises(InvalidInput, match=what):
-        systems.sn263_2001(axis_ratios=ratios)
+    refused(what, lambda: systems.sn263_2001(axis_ratios=ratios))
 
 
 def test_axis_ratios_below_zero_name_the_body():
@@ -755,8 +734,7 @@ def test_axis_ratios_below_zero_name_the_body():
     ],
 )
 def test_what_is_no_text_is_refused_where_text_is_asked(call, what):
-    with pytest.raises(InvalidInput, match=what):
-        call()
+    refused(what, call)
 
 
 def test_the_search_for_a_mean_period_is_made_once(monkeypatch):

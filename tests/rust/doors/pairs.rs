@@ -53,7 +53,7 @@ impl Numbers<'_> {
     }
 }
 
-/// What the methods give for the two bodies and the pose that the bytes describe.
+/// The results of the methods for the two bodies and the pose that the bytes describe.
 pub fn check(bytes: &[u8]) {
     let mut input = Numbers(bytes.iter());
     let size = 10f64.powf(-6.0 * input.unit());

@@ -40,7 +40,7 @@ fn resumed_equals_unbroken() {
     }
 }
 
-/// The same in the middle of a run, as an autosave from the hook sees it.
+/// A run goes on bit for bit from its middle too, as an autosave from the hook sees it.
 #[test]
 fn resumed_mid_run() {
     let (system, state) = tumbling(Method::Focal, AttitudeChart::Quaternion);
@@ -98,7 +98,7 @@ fn another_format_is_refused_by_its_number() {
     }
 }
 
-/// A file of the present format, which cannot change unseen.
+/// A file of the present format is read, so that the format cannot change unseen.
 #[test]
 fn reads_its_format() {
     let simulation = read(&data("simulation.bin")).unwrap();

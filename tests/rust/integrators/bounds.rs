@@ -11,7 +11,7 @@ use std::sync::LazyLock;
 
 static PAIRS: [&LazyLock<Tableau>; 5] = [&DORMAND_PRINCE54, &VERNER65, &VERNER76, &VERNER87, &VERNER98];
 
-/// How far the interpolant and its stages bend from the chord, from the tableau's sums.
+/// The interpolant and its stages bend from the chord as far as the tableau's sums say.
 #[test]
 fn spread() {
     for pair in PAIRS {

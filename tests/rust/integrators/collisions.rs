@@ -95,7 +95,7 @@ fn spheres_on_straight_lines() {
     }
 }
 
-/// With gravity: two spheres fall from rest, in steps of a hundredth to more than the whole of the fall.
+/// Two spheres fall from rest under gravity, in steps of a hundredth to more than the whole of the fall.
 #[test]
 fn falling_spheres() {
     let system = system(&[sphere(0.2), sphere(0.1)], 0.5);

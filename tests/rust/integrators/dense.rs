@@ -93,7 +93,7 @@ fn range() {
     }
 }
 
-/// Between fixed steps: the bridge's error is the integrator's own.
+/// The bridge's error between fixed steps is the integrator's own.
 #[test]
 fn between_fixed_steps() {
     let (system, state) = tumbling(Method::Multipole(6), AttitudeChart::Quaternion);

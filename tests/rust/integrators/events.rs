@@ -146,7 +146,7 @@ fn grazing_contact() {
     assert!(run(&mut simulation, 6.0, &Output::Steps, &mut events).events.is_empty());
 }
 
-/// What a run records before a terminal event is what it records without it, and it goes on from there.
+/// A run records the same before a terminal event as without it, and it goes on from there.
 #[test]
 fn a_terminal_event_leaves_the_past() {
     let (system, state) = tumbling(Method::Multipole(4), AttitudeChart::Quaternion);
@@ -191,7 +191,7 @@ fn order_of_time() {
     }
 }
 
-/// Nodes, escape and alignment on orbits where they are known.
+/// Nodes, escape and alignment are found on orbits where they are known.
 #[test]
 fn other_conditions() {
     // A circular orbit through the x axis, inclined by 0.4: nodes every half period, rising ones every

@@ -93,7 +93,7 @@ fn many_bodies() {
     }
 }
 
-/// Archives of very many bodies, and the rules of their pairs.
+/// Archives of very many bodies are read, and the rules of their pairs chosen, with checks for interrupts.
 #[test]
 fn many_bodies_of_an_archive() {
     let (system, state) = lattice(60, Shape::ellipsoid([1.0, 0.9, 0.8]).unwrap());
@@ -202,7 +202,7 @@ fn large_polyhedra_near_by() {
     assert_eq!(simulation.state(), state);
 }
 
-/// The same of a large polyhedron in an ellipsoid's field.
+/// A large polyhedron in an ellipsoid's field is evaluated in pieces too.
 #[test]
 fn a_large_polyhedron_beside_an_ellipsoid() {
     let store = Arc::default();

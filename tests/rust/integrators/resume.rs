@@ -204,7 +204,7 @@ fn events_at_the_ends_of_steps() {
     }
 }
 
-/// What a simulation is given is no event, and stays none through an archive.
+/// The state that a simulation is given is no event, and stays none through an archive.
 #[test]
 fn a_terminal_event_is_not_found_again() {
     let (system, state) = points(0.3);

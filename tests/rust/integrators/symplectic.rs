@@ -222,7 +222,7 @@ fn discrete_top() {
     assert!(variational_rotation(inertia, q, spin, 10.0).is_none());
 }
 
-/// Kepler motion of every kind against the elements.
+/// Kepler motion of every kind is that of the elements.
 #[test]
 fn kepler_motion() {
     use fullbody::orbit::KeplerElements;
@@ -360,7 +360,7 @@ fn near_integrable() {
     }
 }
 
-/// There and back again: the start to round-off. And the step's end does not depend on how it is reached.
+/// A run back returns to the start to round-off. And the step's end does not depend on how it is reached.
 #[test]
 fn reversal() {
     for (system, state) in [tumbling(Method::Focal, AttitudeChart::Quaternion), triple()] {
