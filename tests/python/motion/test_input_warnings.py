@@ -10,7 +10,7 @@ import pytest
 from astropy import units as u
 from astropy.table import Table
 from astropy.utils.masked import Masked
-from fullbody import Body, Component, KeplerElements, Sphere, State, System
+from fullbody import Body, Component, KeplerElements, PointMass, Sphere, State, System
 from fullbody.errors import InconsistentInput, InvalidInput
 from scipy.spatial.transform import Rotation
 from support import points, refused
