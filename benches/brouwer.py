@@ -1,4 +1,4 @@
-"""Growth of the energy's error with the number of steps, beside REBOUND's IAS15.
+"""Measure how the error of the energy grows with the number of steps, here and in REBOUND's IAS15.
 
     python benches/brouwer.py [--steps 1e7] [--starts 3] [--only KW4]
 
@@ -21,27 +21,27 @@ import numpy as np
 import rebound
 from fullbody.record.integrators import Integrator
 
-#: Samples in every doubling of the steps.
+#: The number of samples in every doubling of the steps.
 SAMPLES = 32
 FIRST = 1000
 
 Setup = tuple[fullbody.System, fullbody.State]
-#: Steps per orbit, evaluations per orbit, and errors at times.
+#: A run gives its steps per orbit, its evaluations per orbit and its errors at the sampled times.
 Measured = tuple[float, float, np.ndarray]
 
 
 def octaves(steps: float) -> np.ndarray:
-    """Numbers of steps, doubling up to ``steps``."""
+    """Return numbers of steps that double up to ``steps``."""
     return steps * 0.5 ** np.arange(int(np.log2(steps / FIRST)), -1, -1)
 
 
 def moments(span: float, steps: float) -> np.ndarray:
-    """Times (octaves, SAMPLES) in the last half of each."""
+    """Return sample times (octaves, SAMPLES), which lie in the last half of each octave."""
     return octaves(steps)[:, np.newaxis] * (span / steps) * (1.0 - 0.5 * np.arange(SAMPLES)[::-1] / SAMPLES)
 
 
 def two_points(rng: np.random.Generator) -> Setup:
-    """Two points, a = 1, n = 1, e = 0.3, the ellipse turned at random."""
+    """Return two points with a = 1, n = 1 and e = 0.3 on an ellipse of random orientation."""
     bodies = [fullbody.Body(fullbody.PointMass(), mass=mass) for mass in (0.7, 0.3)]
     inclination, *angles = rng.uniform(0.0, 2 * np.pi, 4)
     r, v = fullbody.KeplerElements(1.0, 0.3, 0.5 * inclination, *angles).to_cartesian(1.0)
@@ -49,23 +49,23 @@ def two_points(rng: np.random.Generator) -> Setup:
 
 
 def later(setup: Setup, moment: float) -> Setup:
-    """A system at a moment of its motion."""
+    """Return a system and its state at a moment of its motion."""
     system, state = setup
     return system, system.integrate(state, moment, output=[moment])[0].replace(time=0.0)
 
 
 def case1(rng: np.random.Generator) -> Setup:
-    """Two flat spheroids close to each other, from a random moment."""
+    """Return two flat spheroids close to each other, at a random moment."""
     return later(fullbody.systems.case1(), rng.uniform(0.0, 200.0))
 
 
 def kw4(rng: np.random.Generator) -> Setup:
-    """1999 KW4, from a random moment of its first 1000 hours."""
+    """Return 1999 KW4 at a random moment of its first 1000 hours."""
     return later(fullbody.systems.kw4(), rng.uniform(0.0, 1000.0))
 
 
 def by_fullbody(setup: Setup, integrator: Integrator, steps: float) -> Measured:
-    """Error of the energy, relative to that of the orbit."""
+    """Return the error of the energy relative to the energy of the orbit."""
     system, state = setup
     r, v = (values[1] - values[0] for values in (state.position, state.velocity))
     orbit = float(fullbody.KeplerElements.from_cartesian(r, v, system.mu()).period(system.mu()))
@@ -77,7 +77,7 @@ def by_fullbody(setup: Setup, integrator: Integrator, steps: float) -> Measured:
 
 
 def by_ias15(setup: Setup, _: object, steps: float) -> Measured:
-    """The same of IAS15 with its own settings."""
+    """Return the error of the energy in a run of IAS15 with its default settings."""
     system, state = setup
 
     def simulation() -> rebound.Simulation:
@@ -105,18 +105,18 @@ def by_ias15(setup: Setup, _: object, steps: float) -> Measured:
 
 
 def square_mean(errors: np.ndarray) -> np.ndarray:
-    """Root mean square (octaves,) of errors (starts, octaves, SAMPLES)."""
+    """Return the root mean square (octaves,) of errors (starts, octaves, SAMPLES)."""
     return np.maximum(np.sqrt((errors**2).mean(axis=(0, 2))), 1e-17)
 
 
 def exponent(errors: np.ndarray, number: np.ndarray) -> float:
-    """Slope of the logarithm of the errors' root mean square, over the last factor of 100."""
+    """Return the logarithmic slope of the errors' root mean square over the last factor of 100 in steps."""
     last = number > number[-1] / 100
     return float(np.polyfit(np.log(number[last]), np.log(square_mean(errors)[last]), 1)[0])
 
 
 def growth(errors: np.ndarray, number: np.ndarray) -> str:
-    """The exponent and its uncertainty, from leaving out one start after the other."""
+    """Return the exponent and its uncertainty, estimated by leaving out one start after the other."""
     count = len(errors)
     without = [exponent(np.delete(errors, k, axis=0), number) for k in range(count)] if count > 2 else []
     uncertain = f" +- {np.sqrt((count - 1) * np.var(without)):.2f}" if without else ""

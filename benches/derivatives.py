@@ -1,4 +1,4 @@
-"""What derivatives cost: a year of 1999 KW4 with its transition matrices, beside the year alone and beside differences.
+"""Measure the cost of derivatives: a year of 1999 KW4 with transition matrices, without them, and by differences.
 
     python benches/derivatives.py [hours] [rounds]
 
@@ -54,7 +54,7 @@ def main():
 
 
 def polyhedra():
-    """The transition matrix of an ellipsoid with a polyhedron of 2,000 faces."""
+    """Measure the transition matrix of an ellipsoid with a polyhedron of 2,000 faces."""
     system, state = fullbody.systems.kw4()
     alpha, beta = system.bodies
     vertices, faces = globe(26, 40, (0.766, 0.7475, 0.6735))
@@ -72,7 +72,7 @@ def polyhedra():
 
 
 def parameters():
-    """What each parameter of forces adds to a run, over the run alone: among all of them, and by itself."""
+    """Measure the time that each parameter of forces adds to a run, relative to the run: with all others and alone."""
     system, state = fullbody.systems.kw4()
     orbit = fullbody.KeplerElements(a=95.7e6, e=0.69, i=0.68, Omega=4.29, omega=3.37, M=0.2)
     forces = [
@@ -94,7 +94,7 @@ def parameters():
 
 
 def seconds(system, state, hours=HOURS, **options):
-    """Of the processor, of one run."""
+    """Return the processor time of one run in seconds."""
     before = time.process_time()
     system.integrate(state, hours, output="ends" if hours < HOURS else 24.0, **options)
     return time.process_time() - before

@@ -1,4 +1,4 @@
-"""Many runs at once: how well threads are used, what is lost beside the runs, and what memory they take.
+"""Measure many runs at once: the use of the threads, the time lost outside the runs, and the memory.
 
     python benches/ensemble.py [--members 200] [--days 200] [--slice 100] [--short 9990] [--repeats 1]
 
@@ -26,19 +26,19 @@ import numpy as np
 from fullbody import _core
 
 DAY = 24.0
-#: The relative errors that all are asked for.
+#: The relative error that is requested of every program.
 RTOL = 1e-13
 Member = tuple[fullbody.System, fullbody.State]
 
 
 def members(count: int) -> list[Member]:
-    """Dimorphos turned by up to 0.3 rad at the start."""
+    """Return members in which Dimorphos is rotated by up to 0.3 rad at the start."""
     system, state = fullbody.systems.didymos()
     return [(system, state.rotated("Dimorphos", [0, 0, 1], angle)) for angle in np.linspace(0.0, 0.3, count)]
 
 
 def points(count: int) -> list[Member]:
-    """The same as two points, which do not turn, with orbits of various widths."""
+    """Return members of two points, which do not rotate, with orbits of various widths."""
     system, state = fullbody.systems.didymos()
     both = fullbody.System([fullbody.Body(fullbody.PointMass(), mass=m) for m in system.masses], G=float(system.G))
     wider = np.array([[0.0, 0.0, 0.0], [1e-4, 0.0, 0.0]])
@@ -47,14 +47,14 @@ def points(count: int) -> list[Member]:
 
 
 def seconds(work: Callable[[], Any]) -> tuple[float, float]:
-    """On the wall's clock, and of the processor."""
+    """Return the elapsed time and the processor time of some work in seconds."""
     wall, processor = time.perf_counter(), time.process_time()
     work()
     return time.perf_counter() - wall, time.process_time() - processor
 
 
 def race(ways: dict[str, Callable[[int], Any]], parts: int, repeats: int) -> dict[str, tuple[float, float]]:
-    """The sums over the parts of the shortest times of each way."""
+    """Return for each way the sum, over the parts of the work, of its shortest times."""
     total = {name: np.zeros(2) for name in ways}
     for part in range(parts):
         best = {name: np.full(2, np.inf) for name in ways}
@@ -67,7 +67,7 @@ def race(ways: dict[str, Callable[[int], Any]], parts: int, repeats: int) -> dic
 
 
 def table(title: str, found: dict[str, tuple[float, float]], count: int) -> None:
-    """Runs a second and ratios to the first way."""
+    """Return the runs per second of each way, and their ratios to those of the first way."""
     print(f"\n{title:<44}{'wall s':>9}{'processor s':>13}{'runs/s':>9}{'ratio':>8}")
     first = next(iter(found.values()))[0]
     for name, (wall, processor) in found.items():
@@ -75,7 +75,7 @@ def table(title: str, found: dict[str, tuple[float, float]], count: int) -> None
 
 
 def ours(given: list[Member], days: float, size: int, repeats: int) -> dict[str, tuple[float, float]]:
-    """Loop, one thread, two threads."""
+    """Return the runs per second in a loop, with one thread and with two threads."""
     parts = [given[k : k + size] for k in range(0, len(given), size)]
     until = days * DAY
 
@@ -91,7 +91,7 @@ def ours(given: list[Member], days: float, size: int, repeats: int) -> dict[str,
 
 
 def orbit() -> tuple[float, float, Any]:
-    """Two masses times G, and the relative position and velocity of Dimorphos."""
+    """Return two masses times G, and the relative position and velocity of Dimorphos."""
     system, state = fullbody.systems.didymos()
     first, second = float(system.G) * np.asarray(system.masses)
     (r0, r1), (v0, v1) = np.asarray(state.position), np.asarray(state.velocity)
@@ -99,7 +99,7 @@ def orbit() -> tuple[float, float, Any]:
 
 
 def by_rebound(task: tuple[int, float, tuple[float, float, Any]]) -> float:
-    """Points, with the orbit a little wider for each."""
+    """Return points, each on a slightly wider orbit than the one before."""
     import rebound
 
     number, until, (first, second, relative) = task
@@ -113,7 +113,7 @@ def by_rebound(task: tuple[int, float, tuple[float, float, Any]]) -> float:
 
 
 def others(count: int, days: float, repeats: int) -> dict[str, tuple[float, float]]:
-    """Points by another program on one and on two cores."""
+    """Measure points with another program on one and on two cores."""
     until = days * DAY
     try:
         import heyoka
@@ -143,7 +143,7 @@ def others(count: int, days: float, repeats: int) -> dict[str, tuple[float, floa
 
 
 def short(count: int, days: float, threads: int) -> None:
-    """Print what many short runs take, from a process that does nothing else."""
+    """Print the time of many short runs, measured in a process that does nothing else."""
     system, state = fullbody.systems.didymos()
     until = days * DAY
 
@@ -152,7 +152,7 @@ def short(count: int, days: float, threads: int) -> None:
         for _ in range(count):
             yield system, state.rotated("Dimorphos", [0, 0, 1], 0.3 * rng.random())
 
-    # What integrate_many adds to a member does not depend on how long its run is, and is seen best where that is short.
+    # The time that integrate_many adds to a member does not depend on the length of its run: short runs show it best.
     some = [member for _, member in zip(range(count // 20), given(), strict=False)]
     described = fullbody.Verner98()._describe(None)
     start = _core.Simulation

@@ -1,4 +1,4 @@
-"""Particles in 1999 KW4: a flight, beside what one would do without it.
+"""Measure a flight of particles in 1999 KW4, and the same motion by DOP853 and ``Body.gravity``.
 
 The old way keeps the run as a function of time, takes the field of each body at all particles, and leaves the
 integration to scipy's DOP853, all particles in one vector. Errors are distances at the end from a flight at 1e-14; the
@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 
 
 def particles(count, nearest=1.5, seed=1):
-    """Particles on circles of all inclinations, 1.5 to 8 km from the barycentre."""
+    """Return particles on circular orbits of all inclinations, 1.5 to 8 km from the barycentre."""
     random = np.random.default_rng(seed)
     x = random.normal(size=(count, 3))
     x *= random.uniform(nearest, 8.0, count)[:, None] / np.linalg.norm(x, axis=1)[:, None]
@@ -26,7 +26,7 @@ def particles(count, nearest=1.5, seed=1):
 
 
 def old_way(run, x, v, until, rtol):
-    """Positions at the end, by the dense run, ``Body.gravity`` and DOP853."""
+    """Return the positions at the end, computed with the dense run, ``Body.gravity`` and DOP853."""
     bodies, G = run.system.bodies, run.system.G
 
     def rate(time, y):
@@ -42,14 +42,14 @@ def old_way(run, x, v, until, rtol):
 
 
 def timed(work):
-    """What some work gives, the seconds that it takes by the clock, and by the processors."""
+    """Return the result of some work with its elapsed time and its processor time in seconds."""
     clock, cpu = time.perf_counter(), resource.getrusage(resource.RUSAGE_SELF).ru_utime
     found = work()
     return found, time.perf_counter() - clock, resource.getrusage(resource.RUSAGE_SELF).ru_utime - cpu
 
 
 def main():
-    """Print the comparison, and what a million particles take."""
+    """Print the comparison, and the time of a million particles."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--particles", type=int, default=200)
     parser.add_argument("--hours", type=float, default=72.0)

@@ -1,4 +1,4 @@
-"""What external forces cost: the year of 1999 KW4 with Sun, tide and BYORP beside the year without.
+"""Measure the cost of external forces: the year of 1999 KW4 with Sun, tide and BYORP, and without them.
 
     python benches/forces.py [--hours 8766] [--repeats 3]
 
@@ -28,7 +28,7 @@ SUN = ThirdBody(
     name="Sun",
 )
 TIDE = Tide(on="Alpha", by="Beta", k2=1e-5, lag=0.01)
-#: That of a coefficient of 0.02 by Jacobson & Scheeres.
+#: The force that belongs to a coefficient of 0.02 in the definition of Jacobson & Scheeres.
 BYORP = Byorp(on="Beta", about="Alpha", force=200.6)
 NOTHING = """
 #include <stdint.h>
@@ -38,7 +38,7 @@ int nothing(double time, int64_t bodies, const double *position, const double *v
 
 
 def compiled(folder: str) -> Function:
-    """A force in C that does nothing."""
+    """Return a force in C that does nothing."""
     source, library = Path(folder) / "nothing.c", Path(folder) / "nothing.so"
     source.write_text(NOTHING)
     subprocess.run(["cc", "-O2", "-shared", "-fPIC", "-o", str(library), str(source)], check=True)
@@ -46,7 +46,7 @@ def compiled(folder: str) -> Function:
 
 
 def race(cases: dict[str, list[Force]], hours: float, repeats: int) -> dict[str, tuple[float, int]]:
-    """Shortest time of the processor, seconds, and evaluations of each."""
+    """Return the shortest processor time in seconds and the number of evaluations of each run."""
     found: dict[str, tuple[float, int]] = {}
     for _ in range(repeats):
         for name, forces in cases.items():
@@ -81,7 +81,7 @@ def main() -> None:
         nothing = compiled(folder)
         cases = {"none": [], "one": [nothing], "tide": [TIDE], "both": [TIDE, nothing]}
         found = race(cases, arguments.hours, arguments.repeats)
-    # Per evaluation of each, for the last bits may differ.
+    # Times are per evaluation: the numbers of evaluations may differ, since the last bits do.
     each = {name: 1e9 * seconds / evaluations for name, (seconds, evaluations) in found.items()}
     print(f"a compiled force that does nothing: {each['one'] - each['none']:.0f} ns a call as the only force,")
     print(f"{each['both'] - each['tide']:.0f} ns beside the tide; the first includes what the books of any force cost")

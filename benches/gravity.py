@@ -1,4 +1,4 @@
-"""Speed of gravity at many points on one core, beside numpy with scipy and beside polyhedral-gravity.
+"""Measure the gravity at many points on one core, here, with numpy and scipy, and with polyhedral-gravity.
 
     python benches/gravity.py
 
@@ -22,7 +22,7 @@ BEYOND_CACHES = 10 * COUNT
 
 
 def best(call, repeats=31):
-    """Shortest CPU time of a call, in nanoseconds a point."""
+    """Return the shortest CPU time of a call in nanoseconds per point."""
     times = []
     for _ in range(repeats):
         start = time.process_time()
@@ -32,14 +32,14 @@ def best(call, repeats=31):
 
 
 def cloud(low, high, count=COUNT):
-    """Points between two distances, in all directions."""
+    """Return points between two distances, in all directions."""
     rng = np.random.default_rng(0)
     directions = rng.normal(size=(count, 3))
     return directions / np.linalg.norm(directions, axis=1)[:, None] * rng.uniform(low, high, size=(count, 1))
 
 
 def by_scipy(points):
-    """The field of unit GM outside: Newton's iteration for kappa, and R_D thrice."""
+    """Return the exterior field of unit GM by Newton's iteration for kappa and three values of R_D."""
     squares, x2 = AXES**2, points**2
     r2 = x2.sum(axis=1)
     kappa = np.maximum(0.0, r2 - x2 @ squares / r2)
@@ -95,7 +95,7 @@ def ellipsoid():
 
 
 def icosphere(subdivisions):
-    """Vertices and faces of an icosahedron whose triangles are cut in four again and again."""
+    """Return the vertices and faces of an icosahedron with triangles that are repeatedly divided into four."""
     import trimesh
 
     mesh = trimesh.creation.icosphere(subdivisions=subdivisions)

@@ -1,4 +1,4 @@
-"""Bodies on collision courses: how many collisions go unseen.
+"""Count the collisions that runs of bodies on collision courses do not detect.
 
     python benches/head_on.py [--runs 24000] [--seed 1]
 
@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
 
-#: What a run may come to; the first three are faults.
+#: The possible outcomes of a run; the first three are faults.
 OUTCOMES = ("passed over", "inside", "false alarm", "other error", "right")
 
 
@@ -51,7 +51,7 @@ def shape(rng: np.random.Generator, kind: str) -> fullbody.Ellipsoid | fullbody.
 
 
 def place(body: fullbody.Body, q: Vector, n: Vector) -> Vector:
-    """The place of a body, from its centre, where its outward normal is n."""
+    """Return the surface point of a body, relative to its centre, at which the outward normal is n."""
     if isinstance(body.shape, fullbody.PointMass):
         return np.zeros(3)
     w, v = q[0], q[1:]
@@ -62,7 +62,7 @@ def place(body: fullbody.Body, q: Vector, n: Vector) -> Vector:
 
 
 def integrator(rng: np.random.Generator, crossing: float) -> fullbody.record.integrators.Integrator:
-    """One of all; `crossing` is the time in which the bodies pass each other."""
+    """Run one encounter; ``crossing`` is the time in which the bodies pass each other."""
     pairs = [
         fullbody.DormandPrince54,
         fullbody.Verner65,
@@ -85,7 +85,7 @@ def name(one: fullbody.record.integrators.Integrator) -> str:
 
 
 def one_run(rng: np.random.Generator) -> tuple[str, str, str]:
-    """The integrator, the kind of encounter, and what the run came to."""
+    """Return the integrator, the kind of encounter and the outcome of the run."""
     kinds = [("sphere", "sphere"), ("sphere", "point"), ("ellipsoid", "point"), ("ellipsoid", "ellipsoid")]
     kind = kinds[rng.integers(len(kinds))]
     bodies = [
@@ -99,13 +99,13 @@ def one_run(rng: np.random.Generator) -> tuple[str, str, str]:
     style = ("head-on", "graze", "beside")[rng.choice(3, p=[0.4, 0.4, 0.2])]
     spin = np.zeros((2, 3))
     if style == "head-on":
-        # Gravity up to some of the kinetic energy; with no sideways motion they meet all the same.
+        # The potential energy is a fraction of the kinetic energy; without sideways motion the bodies always meet.
         G = speed**2 * size * 10.0 ** rng.uniform(-12, 0)
         nearest = np.zeros(3)
         if rng.random() < 0.5:
             spin = rng.normal(size=(2, 3)) * speed / size
     else:
-        # With a normal across the path, both touch where their centres are the sum of the places with it apart.
+        # With the common normal across the path, the separation at contact is the sum of the surface points.
         G = speed**2 * size * 1e-22
         normal = np.cross(along, direction(rng))
         normal /= np.linalg.norm(normal)
@@ -146,7 +146,7 @@ def main() -> int:
     parser.add_argument("--runs", type=int, default=24000)
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
-    # They are shot at each other.
+    # The bodies start on collision courses.
     warnings.simplefilter("ignore", InconsistentInput)
     counts: dict[str, collections.Counter[str]] = collections.defaultdict(collections.Counter)
     errors: collections.Counter[str] = collections.Counter()

@@ -1,4 +1,4 @@
-"""Instructions per interaction, counted by valgrind's callgrind: they do not depend on the machine's load.
+"""Count the instructions per interaction with valgrind's callgrind, which do not depend on the machine's load.
 
     python benches/instructions.py
 
@@ -17,7 +17,7 @@ PROGRAM = ("target", "release", "examples", "interaction")
 
 
 def instructions(method: str, path: str, count: int) -> int:
-    """Instructions of a whole run."""
+    """Return the number of instructions of a whole run."""
     with tempfile.TemporaryDirectory() as folder:
         command = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out", "/".join(PROGRAM)]
         command += [method, "1e-14", path, str(count)]

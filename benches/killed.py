@@ -1,4 +1,4 @@
-"""A sweep that is killed at random moments, again and again, beside the unbroken one.
+"""Compare a sweep that is killed repeatedly at random moments with the unbroken one.
 
 python benches/killed.py [KILLS]
 """
@@ -16,7 +16,7 @@ ROWS, KILLS, LONGEST = 1600, 20, 1.0
 
 
 def sweep(store: str) -> None:
-    """Librations of Beta by its first attitude; a row in fifty collides, or has no set-up."""
+    """Return librations of Beta by its initial attitude; one row in fifty collides or has an invalid setup."""
     import fullbody
     import numpy as np
     import xarray  # noqa: F401  before the time counts
@@ -37,7 +37,7 @@ def sweep(store: str) -> None:
 
 
 def main(kills: int) -> int:
-    """Kill, go on, compare."""
+    """Kill the sweep, continue it, and compare the results."""
     rng = random.Random(1)
     with tempfile.TemporaryDirectory() as folder:
         whole, broken = Path(folder, "whole.nc"), Path(folder, "broken.nc")

@@ -1,4 +1,4 @@
-"""Speed of the brightness of ellipsoids on one core, beside facets in numpy.
+"""Measure the brightness of ellipsoids on one core, here and with facets in numpy.
 
     python benches/photometry.py
 
@@ -29,7 +29,7 @@ COUNT = 2000
 
 
 def best(call, count, repeats=7):
-    """Shortest CPU time of a call, in microseconds an epoch."""
+    """Return the shortest CPU time of a call in microseconds per epoch."""
     times = []
     for _ in range(repeats):
         start = time.process_time()
@@ -39,7 +39,7 @@ def best(call, count, repeats=7):
 
 
 def epochs(count, bodies):
-    """A satellite that passes before the primary, and its shadow that follows."""
+    """Return a satellite that passes before the primary, with its shadow following it."""
     way = np.linspace(-1.3, 1.3, count)
     position = np.zeros((count, bodies, 3))
     if bodies == 2:
@@ -50,7 +50,7 @@ def epochs(count, bodies):
 
 
 def by_facets(points, axes, position, e, s):
-    """Lommel-Seeliger's brightness of the first of two ellipsoids, by points of the unit sphere of equal weight."""
+    """Return the Lommel-Seeliger brightness of the first of two ellipsoids, from equally weighted points."""
     rotation = fullbody.base.rotations.matrices(np.array([[0.9, 0.1, 0.3, 0.2]]))[0]
     (p, q), x = (rotation.T @ d / axes[0] for d in (e, s)), (points * axes[0]) @ rotation.T
     sight, light = points @ p, points @ q
@@ -63,7 +63,7 @@ def by_facets(points, axes, position, e, s):
 
 
 def sphere(count):
-    """Vertices of a unit sphere on a spiral, and its facets with the normals outward, grown to the sphere's area."""
+    """Return vertices on a spiral of the unit sphere, scaled to the sphere's area, and facets with outward normals."""
     z = 1 - 2 * (np.arange(count) + 0.5) / count
     angle = np.pi * (1 + 5**0.5) * np.arange(count)
     points = np.stack([np.sqrt(1 - z * z) * np.cos(angle), np.sqrt(1 - z * z) * np.sin(angle), z], axis=1)
@@ -75,7 +75,7 @@ def sphere(count):
 
 
 def by_clipping(points, facets, axes, position, e, s):
-    """Lommel-Seeliger's brightness of the first of two ellipsoids before which the second stands, by its facets.
+    """Return the Lommel-Seeliger brightness, from facets, of an ellipsoid with another one in front of it.
 
     From each facet the outline of the second one is clipped, as the observer and as the Sun projects it on the facet.
     """
@@ -89,7 +89,7 @@ def by_clipping(points, facets, axes, position, e, s):
     on = (sight > 0) & (light > 0)
     a, b, c, normal, area, sight, light = (x[on] for x in (a, b, c, normal, area, sight, light))
     left = np.broadcast_to(shapely.Polygon([(0, 0), (1, 0), (0, 1)]), len(a))
-    # Shares of a facet's sides: w is the dual basis in its plane.
+    # The vectors w are the dual basis of a facet's sides in its plane.
     u, v = b - a, c - a
     dual = np.linalg.inv(np.stack([u, v, normal], axis=-1))
     for d, slope in ((e, sight), (s, light)):
@@ -107,7 +107,7 @@ def by_clipping(points, facets, axes, position, e, s):
 
 
 def search():
-    """Number of mutual events of Didymos in 28 days from the Earth, and microseconds that the search takes."""
+    """Return the number of mutual events of Didymos in 28 days, seen from the Earth, and the search's microseconds."""
     system, state = fullbody.systems.didymos_after_dart(units=True)
     run = system.integrate(state, "28 day", output=["28 day"], dense=True)
     view = {"to_observer": [0.07, 0.01, 0.01] * u.au, "to_sun": [0.9, 0.4, 0.0] * u.au}

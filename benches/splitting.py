@@ -1,4 +1,4 @@
-"""CPU time of a year of 1999 KW4 by the symplectic splitting, beside a year by Verner98 in the same process.
+"""Measure a year of 1999 KW4 by the symplectic splitting and by Verner98, in the same process.
 
     python benches/splitting.py
 
@@ -17,7 +17,7 @@ STEP, YEAR, REPEATS = 0.365, 8766.0, 5
 
 
 def year(shape: str, integrator: object) -> tuple[float, int, float]:
-    """CPU time in seconds, evaluations of the forces, and the error of the energy at the end, of the orbit's."""
+    """Return CPU time (s), evaluations of the forces, and the final energy error relative to the orbit's energy."""
     system, state = fullbody.systems.kw4_ho2021(shape)
     started = time.process_time()
     run = system.integrate(state, YEAR, output="ends", integrator=integrator)
@@ -28,7 +28,7 @@ def main() -> None:
     """Print the table."""
     integrators = {"Verner98()": fullbody.Verner98(), "splitting": fullbody.SymplecticSplitting(step=STEP)}
     cases = [(shape, name) for shape in ("ellipsoid", "spheroid") for name in integrators]
-    # In turns, so that a burden of the machine falls on all.
+    # The integrators alternate, so that other load on the machine affects all of them.
     found = {case: [] for case in cases}
     for _ in range(REPEATS):
         for shape, name in cases:

@@ -1,4 +1,4 @@
-"""Speed beside the same surface integrals written with numpy and scipy.special, in the same run.
+"""Measure the surface integrals here and written with numpy and scipy.special, in the same run.
 
     python benches/table.py
 
@@ -22,7 +22,7 @@ PROGRAM = ("target", "release", "examples", "interaction")
 
 
 def interaction(method: str, tolerance: float, path: str, count: int, repeats: int) -> tuple[int, float]:
-    """Nodes, and shortest time of one interaction of the bodies turned askew, 2.5 km apart, seconds."""
+    """Return the nodes and the shortest time (s) of one interaction of obliquely rotated bodies 2.5 km apart."""
     command = ["/".join(PROGRAM), method, str(tolerance), path, str(count)]
     printed = [subprocess.run(command, capture_output=True, text=True, check=True).stdout for _ in range(repeats)]
     rows = [line.split() for line in printed]
@@ -30,7 +30,7 @@ def interaction(method: str, tolerance: float, path: str, count: int, repeats: i
 
 
 def best(call: Callable[[], object], repeats: int, number: int) -> float:
-    """Shortest time per call, seconds."""
+    """Return the shortest time per call in seconds."""
     times = []
     for _ in range(repeats):
         started = time.perf_counter()
@@ -41,7 +41,7 @@ def best(call: Callable[[], object], repeats: int, number: int) -> float:
 
 
 def potential(semi_axes: tuple[float, float, float], x: np.ndarray) -> np.ndarray:
-    """MacMillan's exterior potential of unit GM, the paper's eq:Potential_elliptic, for a > b > c."""
+    """Return MacMillan's exterior potential of unit GM, the paper's eq:Potential_elliptic, for a > b > c."""
     a, b, c = semi_axes
     a2, b2, c2 = a * a, b * b, c * c
     x2, y2, z2 = x[0] ** 2, x[1] ** 2, x[2] ** 2
@@ -64,7 +64,7 @@ def potential(semi_axes: tuple[float, float, float], x: np.ndarray) -> np.ndarra
 
 
 class NumpySurface:
-    """The paper's Eqs. (2) and (3) over the surface of a body in another's potential, vectorised."""
+    """Evaluate the paper's Eqs. (2) and (3) over the surface of a body in another's potential, vectorised."""
 
     def __init__(
         self, axes: tuple[float, float, float], other: tuple[float, float, float], order: tuple[int, int]
@@ -85,7 +85,7 @@ class NumpySurface:
     def __call__(
         self, origin: np.ndarray, rotation: np.ndarray, rotation_other: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Force (inertial) and torque (body frame) on the body at ``origin`` from the other's centre."""
+        """Return force (inertial) and torque (body frame) on the body at ``origin`` from the other's centre."""
         x = rotation_other.T @ (rotation @ self.y + origin[:, None])
         phi = potential(self.other, x)
         return rotation @ (self.normal @ phi), self.lever @ phi
@@ -114,7 +114,7 @@ def main() -> None:
     print(f"same surface integrals in numpy and scipy.special, {rule['points']} nodes {rule['order']}:")
     print(f"  {numpy_time * 1e6:10.2f} us; the forces differ by {difference:.1e}, relative")
 
-    # The core is timed by a program of its own: what a user calls carries no stopwatch.
+    # The core is timed by a separate program, since the functions for users measure no times.
     build = ["cargo", "build", "--quiet", "--release", "--example", PROGRAM[-1]]
     subprocess.run(build, check=True)
     print("\ntime of one interaction (force and both torques), within the core")

@@ -1,4 +1,4 @@
-"""Work and precision of every integrator on the paper's 1999 KW4.
+"""Measure work and precision of every integrator on the paper's 1999 KW4.
 
     python benches/work_precision.py [--quick] [--shape ellipsoid]
 
@@ -18,7 +18,7 @@ from fullbody.record import integrators
 
 
 def family(quick: bool) -> Iterator[tuple[str, str, integrators.Integrator]]:
-    """Name, setting and integrator of each row."""
+    """Return name, setting and integrator of each row."""
     for name in ("Verner98", "Verner87", "Verner76", "Verner65", "DormandPrince54"):
         for rtol in (1e-8, 1e-12) if quick else (1e-6, 1e-8, 1e-10, 1e-12, 1e-13, 1e-14):
             yield name, f"rtol {rtol:g}", getattr(integrators, name)(rtol, rtol)
