@@ -17,13 +17,13 @@ from ..base.units import need
 from ..errors import BodiesOverlap, NotConverged
 from ..typing import Array as Floats
 from ._linear import Rotation
-from ._newton import Condition, Problem, converged, corrected
+from ._newton import Condition, EquilibriumProblem, converged, corrected
 from ._pair import Array
 from .equilibrium import RelativeEquilibrium
 
 __all__ = ["Branch", "Fold", "branch"]
 
-#: Step lengths along the branch in the units of :meth:`Problem.scales`: the first, the longest and the shortest.
+#: Step lengths along the branch in the units of `scales`: the first, the longest and the shortest.
 _FIRST, _LONGEST, _SHORTEST = 0.01, 0.05, 1e-7
 #: Quantities that may fold, which means that they have an extreme along a branch.
 _FOLDING: tuple[Literal["separation", "angular_momentum"], ...] = ("separation", "angular_momentum")
@@ -70,9 +70,9 @@ class Branch(Tabled):
         self.end = end
 
     def _column(self, name: str, dimension: str) -> Any:
-        values = [getattr(one, name) for one in self.equilibria]
-        plain = np.array([float(getattr(value, "value", value)) for value in values])
-        return self.equilibria[0].system.context.units.attach(plain, dimension)
+        values = [getattr(item, name) for item in self.equilibria]
+        numbers = np.array([float(getattr(value, "value", value)) for value in values])
+        return self.equilibria[0].system.context.units.attach(numbers, dimension)
 
     @cached_property
     def separation(self) -> Floats:
@@ -97,18 +97,18 @@ class Branch(Tabled):
     @cached_property
     def frequency(self) -> Floats:
         """Frequencies (K, M) of the modes, ascending; zero for modes that grow without oscillating."""
-        plain = [np.asarray(getattr(f, "value", f)) for f in (one.modes.frequency for one in self.equilibria)]
-        return self.equilibria[0].system.context.units.attach(np.array(plain), "spin")
+        numbers = [np.asarray(getattr(f, "value", f)) for f in (item.modes.frequency for item in self.equilibria)]
+        return self.equilibria[0].system.context.units.attach(np.array(numbers), "spin")
 
     @cached_property
     def linearly_stable(self) -> npt.NDArray[np.bool_]:
         """Whether each equilibrium (K,) is linearly stable: no mode grows."""
-        return np.array([one.linearly_stable for one in self.equilibria])
+        return np.array([item.linearly_stable for item in self.equilibria])
 
     @cached_property
     def energetically_stable(self) -> npt.NDArray[np.bool_]:
         """Whether each equilibrium (K,) is energetically stable: the energy has a minimum there."""
-        return np.array([one.energetically_stable for one in self.equilibria])
+        return np.array([item.energetically_stable for item in self.equilibria])
 
     def plot(
         self,
@@ -200,14 +200,14 @@ def branch(
     count = whole(steps, "steps")
     problem, rotation = equilibrium.problem, equilibrium.rotation
     towards = np.sign(goal - problem.quantity(over, rotation))
-    found, folds = [equilibrium], list[Fold]()
+    members, folds = [equilibrium], list[Fold]()
     if towards == 0.0:
-        return Branch(found, folds, "reached")
+        return Branch(members, folds, "reached")
     tangent = _tangent(problem, rotation)
     slope = _slope(problem, rotation, tangent, over)
     tangent = tangent * (towards if slope == 0.0 else towards * np.sign(slope))
     length, end = _FIRST, "steps"
-    while len(found) <= count:
+    while len(members) <= count:
         try:
             following = corrected(problem, rotation, tangent, length)
         except (BodiesOverlap, NotConverged) as error:
@@ -216,43 +216,43 @@ def branch(
                 continue
             end = "contact" if isinstance(error, BodiesOverlap) else "lost"
             break
-        turned = _tangent(problem, following)
-        turned = turned * np.sign(turned @ tangent)
-        if turned @ tangent < 0.95 and length > _FIRST / 10:
+        new_tangent = _tangent(problem, following)
+        new_tangent = new_tangent * np.sign(new_tangent @ tangent)
+        if new_tangent @ tangent < 0.95 and length > _FIRST / 10:
             length /= 2
             continue
         for quantity in _FOLDING:
-            if _slope(problem, rotation, tangent, quantity) * _slope(problem, following, turned, quantity) < 0.0:
+            if _slope(problem, rotation, tangent, quantity) * _slope(problem, following, new_tangent, quantity) < 0.0:
                 fold = _fold(problem, rotation, tangent, length, quantity)
                 folds.append(Fold(quantity, RelativeEquilibrium(problem, fold)))
         if (problem.quantity(over, following) - goal) * towards >= 0.0:
-            found.append(RelativeEquilibrium(problem, converged(problem, following, Condition(over, goal))))
+            members.append(RelativeEquilibrium(problem, converged(problem, following, Condition(over, goal))))
             end = "reached"
             break
-        found.append(RelativeEquilibrium(problem, following))
-        rotation, tangent, length = following, turned, min(1.3 * length, _LONGEST)
-    return Branch(found, folds, end)
+        members.append(RelativeEquilibrium(problem, following))
+        rotation, tangent, length = following, new_tangent, min(1.3 * length, _LONGEST)
+    return Branch(members, folds, end)
 
 
-def _tangent(problem: Problem, rotation: Rotation) -> Array:
-    """Return the unit vector (10,) along which the equilibria continue, in the units of :meth:`Problem.scales`."""
+def _tangent(problem: EquilibriumProblem, rotation: Rotation) -> Array:
+    """Return the unit vector (10,) along which the equilibria continue, in the units of `scales`."""
     return np.linalg.svd(problem.equations(rotation)[0])[2][-1]
 
 
-def _slope(problem: Problem, rotation: Rotation, tangent: Array, quantity: Any) -> float:
+def _slope(problem: EquilibriumProblem, rotation: Rotation, tangent: Array, quantity: Any) -> float:
     """Return the derivative of a quantity along a direction."""
     return float(problem.quantity_gradient(quantity, rotation) @ (tangent * problem.scales(rotation)[1]))
 
 
-def _fold(problem: Problem, rotation: Rotation, tangent: Array, length: float, quantity: Any) -> Rotation:
+def _fold(problem: EquilibriumProblem, rotation: Rotation, tangent: Array, length: float, quantity: Any) -> Rotation:
     """Find the extreme of a quantity within a step."""
     with need("analysis", "a branch of equilibria"):
         from scipy.optimize import brentq
 
     def slope(part: float) -> float:
-        place = corrected(problem, rotation, tangent, part)
-        turned = _tangent(problem, place)
-        return _slope(problem, place, turned * np.sign(turned @ tangent), quantity)
+        point_between = corrected(problem, rotation, tangent, part)
+        new_tangent = _tangent(problem, point_between)
+        return _slope(problem, point_between, new_tangent * np.sign(new_tangent @ tangent), quantity)
 
     solve: Callable[..., float] = brentq
     return corrected(problem, rotation, tangent, solve(slope, 0.0, length, xtol=1e-14, rtol=1e-14))

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.kinds import choice
 from ..base.tables import number
-from ..plots._style import LINES, check_axes, grid, legend, line, matplotlib, panels, plain, single, wishes
+from ..plots._style import LINES, check_axes, escaped, grid, legend, line, matplotlib, panels, single, wishes
 
 _QUANTITIES = ("separation", "angular_momentum", "rate", "energy")
 #: Components of a mode smaller than this are not drawn.
@@ -25,8 +25,8 @@ def _bare(values: Any) -> tuple[Any, str]:
 
 def branch(branch: Any, ax: Any, x: str, y: str, **kwargs: Any) -> Any:
     """Draw a branch; see :meth:`Branch.plot`."""
-    for what, name, known in (("x", x, _QUANTITIES), ("y", y, (*_QUANTITIES, "frequency"))):
-        choice(name, what, known)
+    for what, name, allowed in (("x", x, _QUANTITIES), ("y", y, (*_QUANTITIES, "frequency"))):
+        choice(name, what, allowed)
     kwargs = wishes(kwargs)
     ax = single(ax, (6.0, 4.0))
     (across, x_unit), (up, y_unit) = (_bare(getattr(branch, name)) for name in (x, y))
@@ -41,13 +41,13 @@ def branch(branch: Any, ax: Any, x: str, y: str, **kwargs: Any) -> Any:
         kind = int(kinds[begin])
         for column in columns.T:
             style = {**LINES[kind], "linewidth": 1.4, **kwargs}
-            called = names[kind] if kind not in seen and "label" not in kwargs else None
-            ax.plot(across[begin : end + 1], column[begin : end + 1], **{"label": called, **style})
+            label = names[kind] if kind not in seen and "label" not in kwargs else None
+            ax.plot(across[begin : end + 1], column[begin : end + 1], **{"label": label, **style})
             seen.add(kind)
         begin = end
     for fold in branch.folds if y != "frequency" else ():
-        place = [float(_bare(getattr(fold.equilibrium, name))[0]) for name in (x, y)]
-        ax.plot(*place, "o", color="0.2", markersize=5.0, fillstyle="none", label=f"fold in {_phrase(fold.quantity)}")
+        point = [float(_bare(getattr(fold.equilibrium, name))[0]) for name in (x, y)]
+        ax.plot(*point, "o", color="0.2", markersize=5.0, fillstyle="none", label=f"fold in {_phrase(fold.quantity)}")
     ax.set_xlabel(_phrase(x) + x_unit)
     ax.set_ylabel(_phrase(y) + y_unit)
     if x == "separation" and branch.end == "contact":
@@ -68,29 +68,34 @@ def _phrase(name: str) -> str:
 def modes(modes: Any, axes: Any) -> Any:
     """Draw modes; see :meth:`Modes.plot`."""
     count = len(modes)
-    flat, given = panels(axes, (count,), (7.0, 1.1 * count + 0.6))
+    flat, result = panels(axes, (count,), (7.0, 1.1 * count + 0.6))
     names = modes.system.names
-    labels = ["distance", "longitude", "latitude", *(f"{plain(name)} about {axis}" for name in names for axis in "xyz")]
+    labels = [
+        "distance",
+        "longitude",
+        "latitude",
+        *(f"{escaped(name)} about {axis}" for name in names for axis in "xyz"),
+    ]
     phase = np.linspace(0.0, 2.0, 201)
     shapes = np.concatenate([modes.position, modes.rotation.reshape(count, 6)], axis=1)
     styles = {k: line(k % 3, {"color": ("#000000", "#0072B2", "#D55E00")[k // 3]}) for k in range(9)}
-    for place, (ax, shape) in enumerate(zip(flat, shapes, strict=True)):
-        frequency = float(np.asarray(getattr(modes.frequency, "value", modes.frequency))[place])
-        turns = phase if frequency > 0.0 else np.zeros_like(phase)
+    for index, (ax, shape) in enumerate(zip(flat, shapes, strict=True)):
+        frequency = float(np.asarray(getattr(modes.frequency, "value", modes.frequency))[index])
+        phases = phase if frequency > 0.0 else np.zeros_like(phase)
         for k, part in enumerate(shape):
             if abs(part) > _SEEN:
-                ax.plot(phase, np.real(part * np.exp(2j * np.pi * turns)), label=labels[k], **styles[k])
+                ax.plot(phase, np.real(part * np.exp(2j * np.pi * phases)), label=labels[k], **styles[k])
         if frequency > 0.0:
-            title = f"period {number(modes.period[place], 6)}"
+            title = f"period {number(modes.period[index], 6)}"
         else:
-            title = f"no oscillation, grows at {number(modes.growth[place], 4)}"
-        plane = "in" if modes.in_plane[place] else "out of"
+            title = f"no oscillation, grows at {number(modes.growth[index], 4)}"
+        plane = "in" if modes.in_plane[index] else "out of"
         ax.set_title(f"{title}, {plane} the plane", fontsize="small", loc="left")
         ax.set_ylim(-1.15, 1.15)
         grid(ax)
         ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="x-small", handlelength=1.8)
     flat[-1].set_xlabel("periods of the mode")
-    return given
+    return result
 
 
 def section(x: Sequence[Any], y: Sequence[Any], ax: Any, **kwargs: Any) -> Any:

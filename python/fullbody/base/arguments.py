@@ -1,4 +1,4 @@
-"""Checks that many functions share: places of bodies, directions, names of options."""
+"""Checks that many functions share: indices of bodies, directions, names of options."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidInput, caution
-from .units import PLAIN, close_to, gathered, is_quantity, numbers
+from .units import UNITLESS, close_to, gathered, is_quantity, numbers
 
 _T = TypeVar("_T")
 
@@ -70,14 +70,14 @@ def generator(rng: object) -> np.random.Generator:
 
 def seed_of(value: object, what: str = "seed") -> int:
     """Return a seed of random numbers: a whole number, zero or above, which a numpy generator draws."""
-    found = int(value.integers(2**63)) if isinstance(value, np.random.Generator) else integer(value)
-    if found is None or found < 0:
+    result = int(value.integers(2**63)) if isinstance(value, np.random.Generator) else integer(value)
+    if result is None or result < 0:
         raise InvalidInput(f"{what} is {value!r}; expected a whole number, zero or above, or a numpy.random.Generator")
-    return found
+    return result
 
 
-def place(value: object, names: Sequence[str], what: str) -> int:
-    """Return the place of a body from its place or name, or raise an error that lists what is known."""
+def body_index(value: object, names: Sequence[str], what: str) -> int:
+    """Return the index of a body from its index or name, or raise an error that lists all bodies."""
     if isinstance(value, str):
         # Keyboards and files write an accent as one character or as two.
         value = unicodedata.normalize("NFC", value)
@@ -86,29 +86,29 @@ def place(value: object, names: Sequence[str], what: str) -> int:
         raise InvalidInput(f"{what} is {value!r}; {suggestion(value, names, 'one')}")
     index = integer(value)
     if index is None or not 0 <= index < len(names):
-        places = "0, the only body" if len(names) == 1 else f"0 to {len(names) - 1}, one of the {len(names)} bodies"
-        raise InvalidInput(f"{what} is {value!r}; expected {places}")
+        indices = "0, the only body" if len(names) == 1 else f"0 to {len(names) - 1}, one of the {len(names)} bodies"
+        raise InvalidInput(f"{what} is {value!r}; expected {indices}")
     return index
 
 
-def sequence(given: Any, kind: type[_T], what: str, expected: str, each: str) -> tuple[_T, ...]:
+def sequence(values: Any, kind: type[_T], what: str, expected: str, expected_items: str) -> tuple[_T, ...]:
     """Return a sequence of objects of one kind, or raise an error that names what is not of that kind."""
     try:
-        found = tuple(given)
+        result = tuple(values)
     except TypeError as error:
-        raise InvalidInput(f"{what} is {given!r}; expected {expected}") from error
-    for one in found:
-        if not isinstance(one, kind):
-            raise InvalidInput(f"{what} has {one!r}; expected {each}")
-    return found
+        raise InvalidInput(f"{what} is {values!r}; expected {expected}") from error
+    for item in result:
+        if not isinstance(item, kind):
+            raise InvalidInput(f"{what} has {item!r}; expected {expected_items}")
+    return result
 
 
-def names_of(given: Any, what: str) -> list[str]:
+def names_of(value: Any, what: str) -> list[str]:
     """Return a list of names, or raise an error that shows what is not a name."""
     expected = "a list of names such as ['G', 'mass of Alpha']"
-    if isinstance(given, str):
-        raise InvalidInput(f"{what} is {given!r}, which is text; expected {expected}")
-    return list(sequence(given, str, what, expected, "names"))
+    if isinstance(value, str):
+        raise InvalidInput(f"{what} is {value!r}, which is text; expected {expected}")
+    return list(sequence(value, str, what, expected, "names"))
 
 
 def name_of(value: object) -> str | None:
@@ -124,35 +124,35 @@ def name_of(value: object) -> str | None:
 def refuse_mixture(values: dict[str, Any]) -> bool:
     """Return whether all of these values have units, and raise an error if only some have."""
     united = [name for name, value in values.items() if is_quantity(value)]
-    plain = [name for name in values if name not in united]
-    if united and plain:
+    bare = [name for name in values if name not in united]
+    if united and bare:
         raise InvalidInput(
-            f"{united[0]} has the unit {values[united[0]].unit}, but {plain[0]} has none; expected both or neither"
+            f"{united[0]} has the unit {values[united[0]].unit}, but {bare[0]} has none; expected both or neither"
         )
     return bool(united)
 
 
-def vectors(value: Any, what: str, one: bool = False) -> Any:
-    """Return finite vectors (..., 3), or with ``one`` a single vector (3,), with their unit if they have one."""
+def vectors(value: Any, what: str, single: bool = False) -> Any:
+    """Return finite vectors (..., 3), or with ``single`` one vector (3,), with their unit if they have one."""
     value = gathered(value, what)
     array = value if is_quantity(value) else numbers(value, what)
-    if array.shape[-1:] != (3,) or (one and array.ndim != 1):
-        raise InvalidInput(f"{what} has shape {array.shape}; expected {'(3,)' if one else '(..., 3)'}")
+    if array.shape[-1:] != (3,) or (single and array.ndim != 1):
+        raise InvalidInput(f"{what} has shape {array.shape}; expected {'(3,)' if single else '(..., 3)'}")
     if not np.isfinite(array).all():
         raise InvalidInput(f"{what} is {value!r}; expected finite numbers")
     return array
 
 
-def directions(value: Any, what: str, one: bool = False) -> npt.NDArray[np.float64]:
+def directions(value: Any, what: str, single: bool = False) -> npt.NDArray[np.float64]:
     """Return vectors of any length above zero and in any unit as numbers."""
-    array = vectors(value, what, one)
-    plain: npt.NDArray[np.float64] = np.array(array.value if is_quantity(array) else array, dtype=np.float64)
-    if not plain.any(axis=-1).all():
+    array = vectors(value, what, single)
+    numbers_only: npt.NDArray[np.float64] = np.array(array.value if is_quantity(array) else array, dtype=np.float64)
+    if not numbers_only.any(axis=-1).all():
         raise InvalidInput(f"{what} is {value!r}; expected three numbers that are not all zero")
-    return plain
+    return numbers_only
 
 
-def warn_if_degrees(value: Any, what: str, turns: float = 2.0) -> None:
+def warn_if_degrees(value: Any, what: str, revolutions: float = 2.0) -> None:
     """Warn of plain numbers that look like angles in degrees: above so many turns, up to 3600, at most six decimals.
 
     Sums and differences of two angles within a turn stay below two turns. An angle that a program has computed, such as
@@ -162,7 +162,7 @@ def warn_if_degrees(value: Any, what: str, turns: float = 2.0) -> None:
     if is_quantity(value):
         return
     sizes = np.abs(numbers(value, what))
-    beyond = sizes[sizes > 2.0 * np.pi * turns]
+    beyond = sizes[sizes > 2.0 * np.pi * revolutions]
     largest = beyond.max(initial=0.0)
     if 0.0 < largest <= 3600.0 and (np.abs(beyond * 1e6 - np.round(beyond * 1e6)) < 1e-4).all():
         caution(
@@ -178,32 +178,32 @@ def longitude_latitude(value: Any, what: str) -> tuple[float, float]:
         longitude, latitude = value
     except (TypeError, ValueError) as error:
         raise InvalidInput(f"{what} is {value!r}; {expected}") from error
-    lon = PLAIN.number(longitude, "angle", f"longitude of {what}")
-    lat = PLAIN.number(latitude, "angle", f"latitude of {what}")
+    lon = UNITLESS.number(longitude, "angle", f"longitude of {what}")
+    lat = UNITLESS.number(latitude, "angle", f"latitude of {what}")
     if not -np.pi / 2 <= lat <= np.pi / 2:
         raise InvalidInput(f"{what} is ({longitude}, {latitude}); {expected}")
     warn_if_degrees(longitude, f"longitude of {what}")
     return lon, lat
 
 
-def suggestion(name: str, known: Iterable[str], wanted: str = "some") -> str:
+def suggestion(name: str, known_names: Iterable[str], quantifier: str = "some") -> str:
     """Return a phrase for an unknown name: the known name that it may mean, and the list of all."""
-    known = list(known)
-    close = _synonyms(name, known) or close_to(name, known)
-    return (f"did you mean {close[0]!r}? " if close else "") + f"expected {wanted} of {', '.join(known)}"
+    known_names = list(known_names)
+    close = _synonyms(name, known_names) or close_to(name, known_names)
+    return (f"did you mean {close[0]!r}? " if close else "") + f"expected {quantifier} of {', '.join(known_names)}"
 
 
-def _synonyms(name: str, known: Iterable[str]) -> list[str]:
+def _synonyms(name: str, known_names: Iterable[str]) -> list[str]:
     """Return the known names that a name of another program or of an earlier version may mean."""
-    return [right for right in _SYNONYMS.get(name, ()) if re.split(r"\W", right)[0] in known]
+    return [right for right in _SYNONYMS.get(name, ()) if re.split(r"\W", right)[0] in known_names]
 
 
-def refuse_unknown(given: Iterable[str], known: Iterable[str], owner: str) -> None:
+def refuse_unknown(names: Iterable[str], allowed: Iterable[str], owner: str) -> None:
     """Raise an error for the first unknown name."""
-    known = list(known)
-    for name in given:
-        if name not in known:
-            raise InvalidInput(f"{name!r} is not an option of {owner}; {suggestion(name, known)}")
+    allowed = list(allowed)
+    for name in names:
+        if name not in allowed:
+            raise InvalidInput(f"{name!r} is not an option of {owner}; {suggestion(name, allowed)}")
 
 
 def options_of(function: Callable[..., Any]) -> list[str]:

@@ -17,12 +17,12 @@ from .values import ScalarFields
 
 def whole(value: object, what: str, least: int = 1, most: float = np.inf, other: str = "") -> int:
     """Return a whole number within bounds as an ``int``; ``other`` says what else an argument may be."""
-    found = integer(value)
-    if found is None or not least <= found <= most:
+    number = integer(value)
+    if number is None or not least <= number <= most:
         bounds = {0: ", zero or above", 1: " above zero"}.get(least, f", {least} or more")
         bounds = bounds if most == np.inf else f" from {least} to {most}"
         raise InvalidInput(f"{what} is {value!r}; expected a whole number{bounds}{other}")
-    return found
+    return number
 
 
 def choice(value: Any, what: str, words: Iterable[Any]) -> Any:
@@ -62,14 +62,14 @@ def united(value: Any, dimension: str, units: Units) -> Any:
 
 def direction(value: Any, what: str) -> tuple[float, ...]:
     """Return a vector (3,) of any length above zero and in any unit, as a tuple, which can be compared and hashed."""
-    return tuple(map(float, directions(value, what, one=True)))
+    return tuple(map(float, directions(value, what, single=True)))
 
 
 def sense(value: object, what: str) -> int:
     """Return the direction in which a function has to go through zero."""
-    if (found := integer(value)) not in (-1, 0, 1):
+    if (sign := integer(value)) not in (-1, 0, 1):
         raise InvalidInput(f"{what} is {value!r}; expected -1, 0 or 1")
-    return found
+    return sign
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,10 +95,10 @@ class Number:
         """Return a value with its own unit, after all checks that need no system."""
         if value is None and self.required:
             raise InvalidInput(f"{what} is not given; expected {self.limits.expected(self.shape != ())}")
-        self.plain(value, what, ANY)
+        self.unitless(value, what, ANY)
         return gathered(value, what, self.dimension)
 
-    def plain(self, value: Any, what: str, units: Units) -> Any:
+    def unitless(self, value: Any, what: str, units: Units) -> Any:
         """Return a value as numbers in a system's units: a float, or lists of floats."""
         return units.numbers(value, self.dimension, what, self.shape, self.limits).tolist()
 
@@ -110,7 +110,7 @@ class Number:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class BodyIndex:
     """The kind of a body of a system, given by its index or name."""
 
     def __call__(self, value: Any, what: str) -> Any:
@@ -123,8 +123,8 @@ Kind = Callable[[Any, str], Any]
 
 def kinds_of(owner: type) -> dict[str, Kind]:
     """Return the kinds of all fields that a class and its bases declare, by their names, in the order of the fields."""
-    found = {name: kind for base in reversed(owner.__mro__) for name, kind in vars(base).get("_kinds", {}).items()}
-    return {entry.name: found[entry.name] for entry in fields(owner) if entry.name in found}
+    declared = {name: kind for base in reversed(owner.__mro__) for name, kind in vars(base).get("_kinds", {}).items()}
+    return {entry.name: declared[entry.name] for entry in fields(owner) if entry.name in declared}
 
 
 class Declared(ScalarFields):
@@ -150,19 +150,19 @@ class Declared(ScalarFields):
     def _numbers(self) -> dict[str, tuple[Any, str]]:
         """Return all numbers that are given and have a dimension, by their names, with their dimensions."""
         kinds = {name: kind for name, kind in kinds_of(type(self)).items() if isinstance(kind, Number)}
-        given = {name: (getattr(self, name), kind.dimension) for name, kind in kinds.items()}
-        return {name: one for name, one in given.items() if one[0] is not None and one[1] != "number"}
+        with_dimensions = {name: (getattr(self, name), kind.dimension) for name, kind in kinds.items()}
+        return {name: entry for name, entry in with_dimensions.items() if entry[0] is not None and entry[1] != "number"}
 
-    def _plain(self, units: Units, index: Callable[[Any, str], Any] | None = None, of: str = "") -> dict[str, Any]:
+    def _unitless(self, units: Units, index: Callable[[Any, str], Any] | None = None, of: str = "") -> dict[str, Any]:
         """Return the numbers among the fields in a system's units, and what ``index`` makes of bodies, by their names.
 
         A field that is not given is ``None``.
         """
-        found = {}
+        result = {}
         for name, kind in kinds_of(type(self)).items():
             value = getattr(self, name)
             if isinstance(kind, Number):
-                found[name] = None if value is None else kind.plain(value, self._what(name, of), units)
-            elif isinstance(kind, Place) and index is not None:
-                found[name] = None if value is None else index(value, self._what(name))
-        return found
+                result[name] = None if value is None else kind.unitless(value, self._what(name, of), units)
+            elif isinstance(kind, BodyIndex) and index is not None:
+                result[name] = None if value is None else index(value, self._what(name))
+        return result

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["in_units"]
 
 
-def in_units(found: xarray.Dataset, **units: str) -> xarray.Dataset:
+def in_units(dataset: xarray.Dataset, **units: str) -> xarray.Dataset:
     """Convert some variables of a map, or of another dataset of this package, to other units.
 
     Functions of numpy, such as ``np.degrees``, leave the attribute ``units`` of an xarray variable as it is: a plot of
@@ -21,7 +21,7 @@ def in_units(found: xarray.Dataset, **units: str) -> xarray.Dataset:
 
     Parameters
     ----------
-    found : xarray.Dataset
+    dataset : xarray.Dataset
         A dataset from :func:`fullbody.sweep`, ``run.to_xarray()`` or ``flight.to_xarray()``.
     **units
         New units by the names of variables or coordinates, as astropy writes them.
@@ -35,7 +35,7 @@ def in_units(found: xarray.Dataset, **units: str) -> xarray.Dataset:
     InvalidInput
         For a name that the dataset does not have, for a variable without a unit, and for a text that is not a unit or a
         unit of another dimension. Maps of systems without units have none; their angles are radians, which
-        ``found.libration.attrs["units"] = "rad"`` declares.
+        ``dataset.libration.attrs["units"] = "rad"`` declares.
 
     Examples
     --------
@@ -53,9 +53,11 @@ def in_units(found: xarray.Dataset, **units: str) -> xarray.Dataset:
 
     changed = {}
     for name, unit in units.items():
-        if name not in found.variables:
-            raise InvalidInput(f"the dataset has no {name!r}; expected some of {', '.join(map(str, found.variables))}")
-        old = found[name].attrs.get("units")
+        if name not in dataset.variables:
+            raise InvalidInput(
+                f"the dataset has no {name!r}; expected some of {', '.join(map(str, dataset.variables))}"
+            )
+        old = dataset[name].attrs.get("units")
         if old is None:
             raise InvalidInput(
                 f"{name} has no unit; expected one in its attributes, such as .{name}.attrs['units'] = 'rad' for the "
@@ -63,10 +65,10 @@ def in_units(found: xarray.Dataset, **units: str) -> xarray.Dataset:
             )
         try:
             new = u.Unit(unit)
-            values = u.Quantity(found[name].values, old).to_value(new)
+            values = u.Quantity(dataset[name].values, old).to_value(new)
         except (u.UnitsError, ValueError, TypeError) as error:
             raise InvalidInput(f"{name} cannot be converted to {unit!r}: {error}") from error
-        changed[name] = (found[name].dims, values, {**found[name].attrs, "units": str(new)})
-    return found.assign_coords({name: one for name, one in changed.items() if name in found.coords}).assign(
-        {name: one for name, one in changed.items() if name not in found.coords}
+        changed[name] = (dataset[name].dims, values, {**dataset[name].attrs, "units": str(new)})
+    return dataset.assign_coords({name: item for name, item in changed.items() if name in dataset.coords}).assign(
+        {name: item for name, item in changed.items() if name not in dataset.coords}
     )

@@ -12,15 +12,15 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import observables
-from ..base.foreign import plain_or_quantity
+from ..base.foreign import array_or_quantity
 from ..base.units import is_quantity, refuse_masked
 from ..errors import InvalidInput, once
 from ..model.state import State
 from ..motion.system import System
-from .many import integrate_many
+from .members import integrate_many
 from .parameters import RNG, fits, storable, stream
 
-__all__ = ["Failure", "Job", "Measured", "Observable", "Outcome", "Rows", "work", "work_sent"]
+__all__ = ["Failure", "Job", "MeasuredValue", "Observable", "Outcome", "Rows", "work", "work_sent"]
 
 #: Row numbers with the parameters of the rows.
 Rows: TypeAlias = Sequence[tuple[int, Mapping[str, Any]]]
@@ -30,7 +30,7 @@ _FAILURES = (Exception, SystemExit)
 
 
 @dataclass(frozen=True, slots=True)
-class Measured:
+class MeasuredValue:
     """Measured numbers (any shape) with the name of their unit, or a text."""
 
     value: npt.NDArray[np.float64] | str
@@ -39,8 +39,8 @@ class Measured:
     @property
     def missing(self) -> bool:
         """Whether the value is one nan without a unit, as a measure's ``None`` becomes: it fits any variable."""
-        one_number = self.unit is None and not isinstance(self.value, str) and not self.value.shape
-        return one_number and bool(np.isnan(self.value))
+        is_single_number = self.unit is None and not isinstance(self.value, str) and not self.value.shape
+        return is_single_number and bool(np.isnan(self.value))
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +69,7 @@ class Outcome:
     """The outcome of a row: its values, or its failure."""
 
     row: int
-    values: dict[str, Measured]
+    values: dict[str, MeasuredValue]
     failure: Failure | None = None
 
 
@@ -125,11 +125,11 @@ def work(job: Job, rows: Rows, outcomes: list[Outcome], report: Callable[[int], 
             members[row] = _member(job, row, parameters)
         except _FAILURES as error:
             outcomes.append(Outcome(row, {}, Failure.of(error, "setup")))
-    each: dict[str, Any] = {kind: [ends[row] for row in members]}
+    ends_of_members: dict[str, Any] = {kind: [ends[row] for row in members]}
     try:
         runs = integrate_many(
             list(members.values()),
-            **each,
+            **ends_of_members,
             progress=False if report is None else lambda done, *_: report(int(done)),
             **job.options,
         )
@@ -166,16 +166,16 @@ def _outcome(job: Job, row: int, run: Any) -> Outcome:
         run = getattr(run, "run", None)
     if run is None:
         return Outcome(row, {}, failure)
-    values: dict[str, Measured] = {}
-    for place, measure in enumerate(job.measures):
-        part = _called(measure, place) if len(job.measures) > 1 else ""
+    values: dict[str, MeasuredValue] = {}
+    for index, measure in enumerate(job.measures):
+        part = _called(measure, index) if len(job.measures) > 1 else ""
         # A measure that fails does not affect the others.
         try:
-            found = _mapping(measure(run))
+            mapping = _mapping(measure(run))
         except _FAILURES as error:
             failure = Failure.of(error, "measure", part).after(failure)
             continue
-        for name, value in found.items():
+        for name, value in mapping.items():
             try:
                 _check_name(name, values)
                 values[name] = _value(value, name)
@@ -184,40 +184,40 @@ def _outcome(job: Job, row: int, run: Any) -> Outcome:
     return Outcome(row, values, failure)
 
 
-def _called(measure: Any, place: int) -> str:
+def _called(measure: Any, index: int) -> str:
     """Return the name of one of several measures, or its index if it has none."""
     while isinstance(measure, partial):
         measure = measure.func
     name = getattr(measure, "__name__", "")
-    return name if name.isidentifier() else f"number {place}"
+    return name if name.isidentifier() else f"number {index}"
 
 
-def _mapping(found: Any) -> Mapping[Any, Any]:
-    found = found.as_dict() if hasattr(found, "as_dict") else found
-    if not isinstance(found, Mapping):
-        raise InvalidInput(f"measure gives {found!r}; expected a dict of names to numbers, arrays or texts")
-    return found
+def _mapping(values: Any) -> Mapping[Any, Any]:
+    values = values.as_dict() if hasattr(values, "as_dict") else values
+    if not isinstance(values, Mapping):
+        raise InvalidInput(f"measure gives {values!r}; expected a dict of names to numbers, arrays or texts")
+    return values
 
 
-def _check_name(name: Any, taken: Mapping[str, Measured]) -> None:
+def _check_name(name: Any, names_in_use: Mapping[str, MeasuredValue]) -> None:
     if not isinstance(name, str) or not fits(name):
         raise InvalidInput(f"measure gives the name {name!r}; expected text without '/'")
-    if name in taken:
+    if name in names_in_use:
         raise InvalidInput(f"measure gives {name}, which a measure before it gives too; expected each name once")
 
 
-def _value(value: Any, name: str) -> Measured:
+def _value(value: Any, name: str) -> MeasuredValue:
     if isinstance(value, str):
         if not storable(value):
             raise InvalidInput(f"measure gives {name} = {value!r}; expected text that UTF-8 has, without zeros")
-        return Measured(value)
+        return MeasuredValue(value)
     refuse_masked(value, name)
-    value = plain_or_quantity(value, name)
+    value = array_or_quantity(value, name)
     unit = str(value.unit) if is_quantity(value) else None
     numbers = np.asarray(np.nan if value is None else value.value if unit is not None else value)
     if numbers.dtype.kind not in "biuf":
         raise InvalidInput(f"measure gives {name} = {value!r}; expected numbers, an array of numbers, or one text")
-    return Measured(np.array(numbers, dtype=np.float64), unit)
+    return MeasuredValue(np.array(numbers, dtype=np.float64), unit)
 
 
 def ordered(outcomes: Iterable[Outcome]) -> list[Outcome]:

@@ -20,7 +20,7 @@ import numpy as np
 
 from .. import _core
 from ..base.arguments import directions
-from ..base.kinds import Declared, Number, Place, direction, flag, function, sense
+from ..base.kinds import BodyIndex, Declared, Number, direction, flag, function, sense
 from ..base.limits import POSITIVE
 from ..base.units import gathered, is_quantity, numbers, scalar
 from ..errors import InvalidInput
@@ -69,7 +69,7 @@ class Event(Declared):
         kinds = (getattr(_core.Condition, base.__name__, None) for base in type(self).__mro__)
         if (kind := next(filter(None, kinds), None)) is None:
             raise InvalidInput(f"event is {self!r}; expected one of fullbody.events, such as Contact(0, 1)")
-        condition: _core.Condition = kind(*self._plain(context.units, context.index).values())
+        condition: _core.Condition = kind(*self._unitless(context.units, context.index).values())
         return condition
 
     def _event_spec(self, context: Context) -> tuple[_core.Condition, int, bool]:
@@ -82,7 +82,7 @@ class _TwoBodyEvent(Event):
     body: int | str = 1
     about: int | str = 0
 
-    _kinds: ClassVar = {"body": Place(), "about": Place()}
+    _kinds: ClassVar = {"body": BodyIndex(), "about": BodyIndex()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,11 +192,11 @@ class PlaneCrossing(Event):
     about: int | str | None = 0
     normal: Any = (0.0, 0.0, 1.0)
 
-    _kinds: ClassVar = {"body": Place(), "about": Place(), "normal": direction}
+    _kinds: ClassVar = {"body": BodyIndex(), "about": BodyIndex(), "normal": direction}
 
     def _condition(self, context: Context) -> _core.Condition:
-        plain = self._plain(context.units, context.index)
-        return _core.Condition.PlaneCrossing(plain["body"], plain["about"], self.normal)
+        arguments = self._unitless(context.units, context.index)
+        return _core.Condition.PlaneCrossing(arguments["body"], arguments["about"], self.normal)
 
 
 @dataclass(frozen=True, eq=False)
@@ -341,7 +341,7 @@ class Occultation(Event):
     times: Any = None
     total: bool = False
 
-    _kinds: ClassVar = {"body": Place(), "by": Place(), "times": Number("time", shape=("T",)), "total": flag}
+    _kinds: ClassVar = {"body": BodyIndex(), "by": BodyIndex(), "times": Number("time", shape=("T",)), "total": flag}
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -360,14 +360,14 @@ class Occultation(Event):
         object.__setattr__(self, "times", times if is_quantity(times) or times is None else _tuples(times))
 
     def _condition(self, context: Context) -> _core.Condition:
-        places, times = np.atleast_2d(self.toward), self.times
+        positions, times = np.atleast_2d(self.toward), self.times
         if times is None:
-            places, when = np.repeat(places, 4, axis=0), np.arange(4.0)
+            positions, when = np.repeat(positions, 4, axis=0), np.arange(4.0)
         else:
             when = context.units.numbers(times, "time", "times of Occultation")
-        toward = _core.Toward(when.tolist(), places.tolist(), 0.0, times is not None)
-        plain = self._plain(context.units, context.index)
-        return _core.Condition.Occultation(plain["body"], plain["by"], self.total, toward)
+        toward = _core.Toward(when.tolist(), positions.tolist(), 0.0, times is not None)
+        arguments = self._unitless(context.units, context.index)
+        return _core.Condition.Occultation(arguments["body"], arguments["by"], self.total, toward)
 
 
 def _tuples(values: Any) -> Any:

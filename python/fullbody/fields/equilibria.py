@@ -50,15 +50,15 @@ class Equilibrium(ArrayFields):
 
 def equilibria(frame: Frame) -> list[Equilibrium]:
     """Find the equilibrium points; see :meth:`fullbody.fields.Synodic.equilibria`."""
-    found: list[tuple[str, _Numbers]] = []
+    points: list[tuple[str, _Numbers]] = []
     for name, seed in [*_of_points(frame), *(("", seed) for seed in _grid())]:
         x = _root(frame, seed)
-        if x is None or any(np.linalg.norm(x - other) < _SAME for _, other in found):
+        if x is None or any(np.linalg.norm(x - other) < _SAME for _, other in points):
             continue
         # The extent of the bodies may remove a classical point; the search then finds another point.
         classical = name and np.linalg.norm(x - seed) < 0.3
-        found.append((name if classical else f"E{6 + sum(other[0] == 'E' for other, _ in found)}", x))
-    return [_described(frame, name, x * frame.distance) for name, x in found]
+        points.append((name if classical else f"E{6 + sum(other[0] == 'E' for other, _ in points)}", x))
+    return [_described(frame, name, x * frame.distance) for name, x in points]
 
 
 def inner_point(frame: Frame) -> Equilibrium | None:

@@ -28,7 +28,7 @@ class Frame:
         The angular velocity of the frame, and the distance between the bodies' centres.
     origin, drift : ndarray, (3,)
         Position and velocity of the barycentre, inertial.
-    turn : ndarray, (3, 3)
+    rotation : ndarray, (3, 3)
         The matrix from the rotating frame to the inertial frame.
     centres : ndarray, (2, 3)
         The bodies' centres in the rotating frame.
@@ -53,31 +53,31 @@ class Frame:
             raise InvalidInput("the bodies move along a line; expected bodies that go round each other")
         self.rate = float(np.linalg.norm(h) / self.distance**2)
         x, z = r / self.distance, h / np.linalg.norm(h)
-        self.turn = np.stack([x, np.cross(z, x), z], axis=1)
+        self.rotation = np.stack([x, np.cross(z, x), z], axis=1)
         self._poses, self.attitudes = (core.position[None], core.attitude[None]), core.rotation_matrix
-        self.centres = (core.position - self.origin) @ self.turn
+        self.centres = (core.position - self.origin) @ self.rotation
         self._check_rest(core)
 
     def _check_rest(self, core: _core.State) -> None:
         """Warn of a pair that is not at rest in the frame."""
         with explaining(self.context, core):
             force = self.context.core.interactions(core)[0]
-        needed = -self.context.masses[:, None] * self.rate**2 * (self.centres * [1.0, 1.0, 0.0]) @ self.turn.T
-        off = float(np.abs(force - needed).max() / np.abs(needed).max())
-        way = core.velocity[1] - core.velocity[0]
-        radial = float(abs(way @ self.turn[:, 0]) / np.linalg.norm(way))
+        needed = -self.context.masses[:, None] * self.rate**2 * (self.centres * [1.0, 1.0, 0.0]) @ self.rotation.T
+        imbalance = float(np.abs(force - needed).max() / np.abs(needed).max())
+        relative_velocity = core.velocity[1] - core.velocity[0]
+        radial = float(abs(relative_velocity @ self.rotation[:, 0]) / np.linalg.norm(relative_velocity))
         deviations = []
-        told = {
-            f"their pull is off by {off:.2g} of what keeps them at rest in the rotating frame": off,
+        messages = {
+            f"their pull is off by {imbalance:.2g} of what keeps them at rest in the rotating frame": imbalance,
             f"they approach or recede at {radial:.2g} of their speed": radial,
         }
-        if large := [text for text, share in told.items() if share > _STEADY]:
+        if large := [text for text, share in messages.items() if share > _STEADY]:
             deviations.append(f"the bodies are not on a circular orbit ({', and '.join(large)})")
-        for body, turn, spin, name in zip(
+        for body, rotation, spin, name in zip(
             self.context.bodies, core.rotation_matrix, core.spin, self.context.names, strict=True
         ):
-            inertia = turn @ np.diag(body.inertia) @ turn.T
-            cross = np.cross(np.eye(3), turn @ spin - self.rate * self.turn[:, 2])
+            inertia = rotation @ np.diag(body.inertia) @ rotation.T
+            cross = np.cross(np.eye(3), rotation @ spin - self.rate * self.rotation[:, 2])
             change = float(np.abs(inertia @ cross - cross @ inertia).max())
             if change > _STEADY * self.rate * float(np.abs(inertia).max()):
                 deviations.append(f"{name} turns in the rotating frame, and its figure with it")
@@ -90,13 +90,16 @@ class Frame:
 
     def gravity(self, x: _Numbers) -> Gravity:
         """Return gravity as numbers, at points of the frame and along inertial axes."""
-        return gravity_at(self.context.attraction, *self._poses, self.origin + x @ self.turn.T, Units())
+        return gravity_at(self.context.attraction, *self._poses, self.origin + x @ self.rotation.T, Units())
 
     def acceleration_and_gradient(self, x: _Numbers) -> tuple[_Numbers, _Numbers]:
         """Return half the gradient of C, which is the acceleration at rest in the frame, and its derivatives."""
         gravity = self.gravity(x)
         outward = self.rate**2 * np.array([1.0, 1.0, 0.0])
-        return gravity.field @ self.turn + outward * x, self.turn.T @ gravity.gradient @ self.turn + np.diag(outward)
+        return (
+            gravity.field @ self.rotation + outward * x,
+            self.rotation.T @ gravity.gradient @ self.rotation + np.diag(outward),
+        )
 
     def is_inside(self, x: _Numbers) -> bool:
         """Return whether a point is within a body, where gravity has a source."""

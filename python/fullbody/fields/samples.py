@@ -15,19 +15,19 @@ _Numbers = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
-class Samples:
+class SurfaceSamples:
     """Sample points (S, 3), unit normals (S, 3) and the corners of cells (S, 4, 3), in the body frame."""
 
     points: _Numbers
     normals: _Numbers
     cells: _Numbers
 
-    def chosen(self, which: npt.NDArray[np.bool_]) -> Samples:
+    def chosen(self, which: npt.NDArray[np.bool_]) -> SurfaceSamples:
         """Return the samples that a mask selects."""
-        return Samples(self.points[which], self.normals[which], self.cells[which])
+        return SurfaceSamples(self.points[which], self.normals[which], self.cells[which])
 
 
-def samples(body: _core.Body, rows: int) -> Samples:
+def samples(body: _core.Body, rows: int) -> SurfaceSamples:
     """Sample points on the surface of a body: one per cell of each part with positive mass.
 
     Points inside another part are left out, and a point mass has none. An ellipsoid has ``rows`` rows of cells from
@@ -37,20 +37,22 @@ def samples(body: _core.Body, rows: int) -> Samples:
     matter = [part for part in body.parts if part[0] is not None and part[1] > 0.0]
     if any(isinstance(shape, _core.StokesCoefficients) for shape, *_ in matter):
         raise InvalidInput("the body is given by its Stokes coefficients; expected one with a surface")
-    found = [_of_part(*part, rows) for part in matter]
+    samples_of_parts = [_of_part(*part, rows) for part in matter]
     if len(matter) > 1:
-        found = [
-            one.chosen(~np.any([_within(other, one.points) for other in matter if other is not part], axis=0))
-            for one, part in zip(found, matter, strict=True)
+        samples_of_parts = [
+            result.chosen(~np.any([_within(other, result.points) for other in matter if other is not part], axis=0))
+            for result, part in zip(samples_of_parts, matter, strict=True)
         ]
     empty = (np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 4, 3)))
     names = ("points", "normals", "cells")
-    all_of = ([none, *(getattr(one, name) for one in found)] for none, name in zip(empty, names, strict=True))
-    return Samples(*map(np.concatenate, all_of))
+    all_of = (
+        [none, *(getattr(result, name) for result in samples_of_parts)] for none, name in zip(empty, names, strict=True)
+    )
+    return SurfaceSamples(*map(np.concatenate, all_of))
 
 
-def _of_part(shape: Any, mass: float, position: Any, rotation: Any, rows: int) -> Samples:
-    turn = np.array(rotation)
+def _of_part(shape: Any, mass: float, position: Any, rotation: Any, rows: int) -> SurfaceSamples:
+    rotation_matrix = np.array(rotation)
     if isinstance(shape, _core.Polyhedron):
         cells = shape.vertices[shape.faces]
         normals = np.cross(cells[:, 1] - cells[:, 0], cells[:, 2] - cells[:, 0])
@@ -62,7 +64,9 @@ def _of_part(shape: Any, mass: float, position: Any, rotation: Any, rows: int) -
         middle = _ball(np.arange(rows) + 0.5, np.arange(2 * rows) + 0.5, rows).reshape(-1, 3)
         points, cells, normals = axes * middle, axes * corners.reshape(-1, 4, 3), middle / axes
     normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    return Samples(points @ turn.T + position, normals @ turn.T, cells @ turn.T + position)
+    return SurfaceSamples(
+        points @ rotation_matrix.T + position, normals @ rotation_matrix.T, cells @ rotation_matrix.T + position
+    )
 
 
 def _ball(row: Any, column: Any, rows: int) -> _Numbers:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arguments import place
+from ..base.arguments import body_index
 from ..base.kinds import whole
 from ..base.tables import number
 from ..base.units import need
@@ -99,9 +99,10 @@ class Synodic:
         x = points_in(points, self._units)
         v = np.zeros(3) if velocity is None else self._units.strip(velocity, "velocity", "velocity")
         frame = self.frame
-        moving = v + frame.rate * np.cross([0.0, 0.0, 1.0], x)
-        place, speed = frame.origin + x @ frame.turn.T, frame.drift + moving @ frame.turn.T
-        return self._units.attach(place, "length"), self._units.attach(speed, "velocity")
+        relative = v + frame.rate * np.cross([0.0, 0.0, 1.0], x)
+        position = frame.origin + x @ frame.rotation.T
+        inertial_velocity = frame.drift + relative @ frame.rotation.T
+        return self._units.attach(position, "length"), self._units.attach(inertial_velocity, "velocity")
 
     def jacobi(self, points: Any, velocity: Any = None) -> Array:
         """Compute Jacobi's constant C = 2 Phi + Omega^2 (x^2 + y^2) - v^2 at points of the frame.
@@ -116,10 +117,10 @@ class Synodic:
         -------
         ndarray or Quantity, (...)
         """
-        found = self.frame.jacobi(points_in(points, self._units))
+        values = self.frame.jacobi(points_in(points, self._units))
         if velocity is not None:
-            found = found - (self._units.strip(velocity, "velocity", "velocity") ** 2).sum(axis=-1)
-        return self._units.attach(found, "potential")
+            values = values - (self._units.strip(velocity, "velocity", "velocity") ** 2).sum(axis=-1)
+        return self._units.attach(values, "potential")
 
     def equilibria(self) -> list[Equilibrium]:
         """Find the points outside of the bodies where a particle can rest, and the linear motion about them.
@@ -152,9 +153,9 @@ class Synodic:
         half = golden * self.frame.distance if extent is None else self._units.number(extent, "length", "extent")
         ticks = np.linspace(-half, half, n)
         x, y = np.meshgrid(ticks, ticks)
-        found = self.frame.jacobi(np.stack([x, y, np.zeros_like(x)], axis=-1))
+        values = self.frame.jacobi(np.stack([x, y, np.zeros_like(x)], axis=-1))
         sides = (self._units.attach(ticks.copy(), "length") for _ in "xy")
-        return *sides, self._units.attach(found, "potential")
+        return *sides, self._units.attach(values, "potential")
 
     def zero_velocity(self, level: Any, extent: Any = None, *, n: int = 801) -> list[Array]:
         """Return the curves of a Jacobi constant in the plane z = 0, which particles with that constant do not cross.
@@ -174,9 +175,9 @@ class Synodic:
         with need("plot", "a zero-velocity curve"):
             from contourpy import contour_generator
 
-        x, y, found = self.plane(extent, n=n)
-        plain = [np.asarray(getattr(value, "value", value)) for value in (x, y, found)]
-        curves = contour_generator(*plain).lines(self._units.number(level, "potential", "level"))
+        x, y, values = self.plane(extent, n=n)
+        arrays = [np.asarray(getattr(value, "value", value)) for value in (x, y, values)]
+        curves = contour_generator(*arrays).lines(self._units.number(level, "potential", "level"))
         return [self._units.attach(np.asarray(curve), "length") for curve in curves]
 
     def roche_lobe(self, body: int | str, *, rows: int = 90) -> RocheLobe:
@@ -194,7 +195,7 @@ class Synodic:
         RocheLobe
         """
         count = whole(rows, "rows", 4)
-        return roche_lobe(self.frame, place(body, self.system.context.names, "body"), count)
+        return roche_lobe(self.frame, body_index(body, self.system.context.names, "body"), count)
 
     def __repr__(self) -> str:
         names = " and ".join(self.system.context.names)

@@ -65,13 +65,13 @@ def read(path: Any, kind: str, build: Callable[[Content], _Built]) -> _Built:
         with path.open("rb") as file:
             checked, size = checksum.check(file), file.seek(0, 2)
             # This is the open file that was checked, even if another file has its name by now.
-            found = build(Content(_dataset(xr, file, size)))
+            result = build(Content(_dataset(xr, file, size)))
     except InvalidInput as error:
         raise InvalidInput(f"{path} is not a readable {kind} of fullbody: {error}") from error
     if not checked:
         text = "another program wrote it, and damage may go unseen"
         caution(f"{path} has no checksum of the whole file: {text}", UncheckedFile)
-    return found
+    return result
 
 
 def _dataset(xr: Any, file: Any, size: int) -> Any:
@@ -83,8 +83,8 @@ def _dataset(xr: Any, file: Any, size: int) -> Any:
         with h5py.File(file, "r") as content:
             for name, variable in content.items():
                 if isinstance(variable, h5py.Dataset) and variable.nbytes > size * _DEFLATE_RATIO:
-                    found = f"{name} has {variable.nbytes} bytes by its header"
-                    raise InvalidInput(f"{found}, more than a file of {size} bytes can hold")
+                    result = f"{name} has {variable.nbytes} bytes by its header"
+                    raise InvalidInput(f"{result}, more than a file of {size} bytes can hold")
         with xr.open_dataset(file, engine="h5netcdf", decode_times=False) as dataset:
             return dataset.load()
     except (InvalidInput, MemoryError):
@@ -111,10 +111,10 @@ class Content:
         """Raise an error if the attribute of this name is another format than the expected one."""
         if not self.has_attribute(name):
             raise InvalidInput(f"the file has no attribute {name}")
-        found = self._dataset.attrs[name]
-        if integer(found) != expected:
+        result = self._dataset.attrs[name]
+        if integer(result) != expected:
             raise InvalidInput(
-                f"the file's format is {found}, by its attribute {name}; expected {expected}, which this version reads"
+                f"the file's format is {result}, by its attribute {name}; expected {expected}, which this version reads"
             )
 
     def text(self, name: str) -> str:
@@ -160,31 +160,31 @@ class Content:
             raise InvalidInput(f"the file has no variable {name}")
         variable = self._dataset.variables[name]
         if variable.dtype.kind not in ("iu" if whole else "f"):
-            wanted = "whole numbers" if whole else "floating-point numbers"
-            raise InvalidInput(f"{name} is of the type {variable.dtype}; expected {wanted}")
+            kind = "whole numbers" if whole else "floating-point numbers"
+            raise InvalidInput(f"{name} is of the type {variable.dtype}; expected {kind}")
         if variable.dims != tuple(sizes):
-            found = ", ".join(map(str, variable.dims)) or "of no name"
-            raise InvalidInput(f"{name} has the dimensions {found}; expected {', '.join(sizes)}")
+            result = ", ".join(map(str, variable.dims)) or "of no name"
+            raise InvalidInput(f"{name} has the dimensions {result}; expected {', '.join(sizes)}")
         if any(size not in (None, length) for size, length in zip(sizes.values(), variable.shape, strict=True)):
             expected = ", ".join("any" if size is None else str(size) for size in sizes.values())
             raise InvalidInput(f"{name} has shape {variable.shape}; expected ({expected})")
         values = np.array(variable.values, dtype=np.int64 if whole else np.float64, order="C")
         wrong = np.isinf(values) | (values == _NEVER) | (np.isnan(values) & (not missing))
         if wrong.any():
-            place = tuple(np.argwhere(wrong)[0].tolist())
-            raise InvalidInput(f"{name}{list(place)} is {values[place]}; expected finite numbers")
+            index = tuple(np.argwhere(wrong)[0].tolist())
+            raise InvalidInput(f"{name}{list(index)} is {values[index]}; expected finite numbers")
         return values
 
 
 def check_order(times: npt.NDArray[np.float64], name: str, repeated: bool) -> None:
     """Raise an error for times that are not in order; ``repeated`` says whether some may be equal."""
-    before, after = times[:-1], times[1:]
-    forward = len(after) > 0 and times[-1] > times[0]
-    right = (after > before if forward else after < before) | ((after == before) & repeated)
+    earlier, later = times[:-1], times[1:]
+    forward = len(later) > 0 and times[-1] > times[0]
+    right = (later > earlier if forward else later < earlier) | ((later == earlier) & repeated)
     if not right.all():
         k = int(np.argmin(right))
         expected = "times in the direction of the run" + ("" if repeated else ", none twice")
-        raise InvalidInput(f"{name}[{k + 1}] is {after[k]}, after {before[k]}; expected {expected}")
+        raise InvalidInput(f"{name}[{k + 1}] is {later[k]}, after {earlier[k]}; expected {expected}")
 
 
 def check_unit(attitudes: npt.NDArray[np.float64], name: str) -> None:
@@ -192,5 +192,5 @@ def check_unit(attitudes: npt.NDArray[np.float64], name: str) -> None:
     lengths = np.hypot.reduce(attitudes, axis=-1)
     wrong = np.abs(lengths - 1.0) > 1e-6
     if wrong.any():
-        place = tuple(np.argwhere(wrong)[0].tolist())
-        raise InvalidInput(f"{name}{list(place)} has the length {lengths[place]}; expected quaternions of length 1")
+        index = tuple(np.argwhere(wrong)[0].tolist())
+        raise InvalidInput(f"{name}{list(index)} has the length {lengths[index]}; expected quaternions of length 1")

@@ -32,7 +32,7 @@ def derived(
 
     Its derivatives are those of the pulls of a measured value of the same size, whose error is one.
     """
-    places = [problem.parameters.names.index(name) for name in problem.of_setup]
+    indices = [problem.parameters.names.index(name) for name in problem.of_setup]
     made = problem.make(values)
     probe = Measured("the derived quantity", function, 0.0, 1.0, times)
     run = problem.sampled(made, [probe])
@@ -40,6 +40,6 @@ def derived(
     unit = getattr(value, "unit", 1.0)
     measured = Measured(probe.name, function, value, np.ones(np.shape(value)) * unit, times)
     alone = Problem(problem.setup, problem.parameters.only(problem.of_setup), measured, problem.integrator)
-    rows = alone.jacobian(alone.point(values[places])).rows
-    spread = np.sqrt(np.einsum("ck,kl,cl->c", rows, covariance[np.ix_(places, places)], rows))
+    rows = alone.jacobian(alone.point(values[indices])).rows
+    spread = np.sqrt(np.einsum("ck,kl,cl->c", rows, covariance[np.ix_(indices, indices)], rows))
     return Derived(value, spread.reshape(np.shape(value)) * unit)

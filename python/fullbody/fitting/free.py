@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ..base.arguments import suggestion
 from ..base.limits import LARGEST, SMALLEST, Limits
-from ..base.units import PLAIN, gathered, is_quantity, refuse_booleans, strip_to
+from ..base.units import UNITLESS, gathered, is_quantity, refuse_booleans, strip_to
 from ..errors import InvalidInput
 
 __all__ = ["Free", "Parameters"]
@@ -65,30 +65,32 @@ class Parameters:
         The priors; sigma is infinite where there is none.
     """
 
-    def __init__(self, given: Any) -> None:
-        if not isinstance(given, Mapping) or not given:
-            raise InvalidInput(f"parameters is {given!r}; expected a dict of names to starts, one or more")
-        for name in given:
+    def __init__(self, parameters: Any) -> None:
+        if not isinstance(parameters, Mapping) or not parameters:
+            raise InvalidInput(f"parameters is {parameters!r}; expected a dict of names to starts, one or more")
+        for name in parameters:
             if not isinstance(name, str) or not name.isidentifier():
                 raise InvalidInput(
                     f"parameters has the name {name!r}; expected one that an argument of a function may have"
                 )
-        free = [value if isinstance(value, Free) else Free(value) for value in given.values()]
-        self.names = tuple(given)
-        starts = [gathered(one.value, f"start of {name}") for name, one in zip(self.names, free, strict=True)]
+        free = [value if isinstance(value, Free) else Free(value) for value in parameters.values()]
+        self.names = tuple(parameters)
+        starts = [
+            gathered(parameter.value, f"start of {name}") for name, parameter in zip(self.names, free, strict=True)
+        ]
         self.units = tuple(value.unit if is_quantity(value) else None for value in starts)
         self.start = np.array([self._number(k, value, "start") for k, value in enumerate(starts)])
         self.lower, self.upper, self.mean, self.sigma = (np.empty(len(free)) for _ in range(4))
-        for k, one in enumerate(free):
-            self.lower[k] = -np.inf if one.min is None else self._number(k, one.min, "min")
-            self.upper[k] = np.inf if one.max is None else self._number(k, one.max, "max")
+        for k, entry in enumerate(free):
+            self.lower[k] = -np.inf if entry.min is None else self._number(k, entry.min, "min")
+            self.upper[k] = np.inf if entry.max is None else self._number(k, entry.max, "max")
             if not self.lower[k] < self.upper[k]:
-                raise InvalidInput(f"bounds of {self.names[k]} are {one.min} and {one.max}; expected min < max")
+                raise InvalidInput(f"bounds of {self.names[k]} are {entry.min} and {entry.max}; expected min < max")
             if not self.lower[k] <= self.start[k] <= self.upper[k]:
                 raise InvalidInput(
-                    f"start of {self.names[k]} is {one.value}; expected one between {one.min} and {one.max}"
+                    f"start of {self.names[k]} is {entry.value}; expected one between {entry.min} and {entry.max}"
                 )
-            self.mean[k], self.sigma[k] = self._prior(k, one.prior)
+            self.mean[k], self.sigma[k] = self._prior(k, entry.prior)
 
     def _number(self, k: int, value: Any, what: str) -> float:
         what, unit = f"{what} of {self.names[k]}", self.units[k]
@@ -97,7 +99,7 @@ class Parameters:
         if is_quantity(value) != (unit is not None):
             expected = "a plain number" if unit is None else f"a unit such as {unit}"
             raise InvalidInput(f"{what} is {value!r}; expected {expected}, as its start has")
-        return PLAIN.number(value if unit is None else strip_to(value, unit, what), "number", what, _RANGE)
+        return UNITLESS.number(value if unit is None else strip_to(value, unit, what), "number", what, _RANGE)
 
     def _prior(self, k: int, prior: Any) -> tuple[float, float]:
         if prior is None:
@@ -106,35 +108,35 @@ class Parameters:
             mean, sigma = prior
         except (TypeError, ValueError) as error:
             raise InvalidInput(f"prior of {self.names[k]} is {prior!r}; expected (mean, sigma)") from error
-        found = self._number(k, mean, "mean of the prior"), self._number(k, sigma, "sigma of the prior")
-        PLAIN.number(found[1], "number", f"sigma of the prior of {self.names[k]}", _SIGMA)
-        return found
+        mean_and_sigma = self._number(k, mean, "mean of the prior"), self._number(k, sigma, "sigma of the prior")
+        UNITLESS.number(mean_and_sigma[1], "number", f"sigma of the prior of {self.names[k]}", _SIGMA)
+        return mean_and_sigma
 
     def __len__(self) -> int:
         return len(self.names)
 
     def only(self, names: Sequence[str]) -> Parameters:
         """Return the parameters with these names, in the same order."""
-        found = copy.copy(self)
-        places = [self.names.index(name) for name in names]
-        found.names, found.units = tuple(names), tuple(self.units[k] for k in places)
+        prior = copy.copy(self)
+        indices = [self.names.index(name) for name in names]
+        prior.names, prior.units = tuple(names), tuple(self.units[k] for k in indices)
         for what in ("start", "lower", "upper", "mean", "sigma"):
-            setattr(found, what, getattr(self, what)[places])
-        return found
+            setattr(prior, what, getattr(self, what)[indices])
+        return prior
 
     def named(self, values: _Array) -> dict[str, Any]:
         """Return values (P,), or columns (P, n), by their names with their units."""
-        plain = (float(value) if np.ndim(value) == 0 else value for value in values)
+        bare = (float(value) if np.ndim(value) == 0 else value for value in values)
         return {
             name: value if unit is None else value * unit
-            for name, unit, value in zip(self.names, self.units, plain, strict=True)
+            for name, unit, value in zip(self.names, self.units, bare, strict=True)
         }
 
     def numbers(self, values: Any) -> _Array:
         """Return the plain numbers (P,) of values by their names, or of an array in the order of the names."""
         if not isinstance(values, Mapping):
             expected = Limits(text=f"{len(self)} finite numbers, or a dict by names")
-            return PLAIN.numbers(values, "number", "values", (len(self),), expected)
+            return UNITLESS.numbers(values, "number", "values", (len(self),), expected)
         for name in values:
             if name not in self.names:
                 raise InvalidInput(f"values has {name!r}; {suggestion(str(name), self.names, 'all')}")
@@ -150,7 +152,7 @@ class Parameters:
             raise InvalidInput(f"{self.names[k]} is beyond its bounds")
         return moved
 
-    def turn(self, k: int) -> float:
+    def full_turn(self, k: int) -> float:
         """Return the number by which a parameter changes in a turn, if it is an angle."""
         unit = self.units[k]
         if unit is None:
@@ -164,7 +166,7 @@ class Parameters:
     def size(self, k: int, value: float) -> float:
         """Return a length over which the results of a setup are smooth, as far as it is known: a radian for angles."""
         if self.is_angle(k):
-            return self.turn(k) / (2.0 * np.pi)
+            return self.full_turn(k) / (2.0 * np.pi)
         return max(abs(value), abs(self.start[k])) or self.width(k)
 
     def width(self, k: int) -> float:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from . import noise
 from .losses import Loss
-from .problem import Jacobian, Point, Problem
+from .problem import EvaluatedPoint, Problem, PullJacobian
 
 __all__ = ["Linearised", "Objective"]
 
@@ -22,8 +22,8 @@ class Linearised:
 
     Attributes
     ----------
-    point : Point
-    jacobian : Jacobian
+    point : EvaluatedPoint
+    jacobian : PullJacobian
     vector : ndarray, (R,)
         The components whose squares are minimised.
     matrix : ndarray, (R, P)
@@ -35,8 +35,8 @@ class Linearised:
         The inverse of each parameter's natural length: of its error if it alone were free, as far as it has one.
     """
 
-    point: Point
-    jacobian: Jacobian
+    point: EvaluatedPoint
+    jacobian: PullJacobian
     vector: _Array
     matrix: _Array
     rows: _Array
@@ -61,13 +61,13 @@ class Objective:
         self.problem, self.loss, self.parameters = problem, loss, problem.parameters
         self._weights = np.diag(np.where(np.isfinite(self.parameters.sigma), 1.0 / self.parameters.sigma, 0.0))
 
-    def vector(self, point: Point) -> _Array:
+    def vector(self, point: EvaluatedPoint) -> _Array:
         """Return the components (R,): of pulls, errors and priors, and P zeros in the rows of the information."""
         prior = self._weights @ (point.values - self.parameters.mean)
         parts = [self.loss.roots(point.rows)[0], np.sqrt(point.log_determinants), prior, np.zeros(len(prior))]
         return np.concatenate(parts)
 
-    def linearised(self, point: Point, jacobian: Jacobian) -> Linearised:
+    def linearised(self, point: EvaluatedPoint, jacobian: PullJacobian) -> Linearised:
         """Return the derivatives at a point.
 
         Parameters of errors have no part in the derivatives of pulls. Their gradient is put along the vector, whose
@@ -77,14 +77,14 @@ class Objective:
         vector, (roots, weights) = self.vector(point), self.loss.roots(point.rows)
         gradient, information, widths = self._noise(point, jacobian, roots * weights)
         values, vectors = np.linalg.eigh(information)
-        own = np.concatenate([self._weights, np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T])
+        prior_rows = np.concatenate([self._weights, np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T])
         determinants = np.zeros((len(point.errors), len(gradient)))
-        matrix = np.concatenate([weights[:, None] * jacobian.rows, determinants, own])
+        matrix = np.concatenate([weights[:, None] * jacobian.rows, determinants, prior_rows])
         norms = np.sqrt(np.maximum(np.sum(matrix**2, axis=0), widths))
         matrix += np.outer(vector, gradient) / max(float(vector @ vector), 1e-300)
-        return Linearised(point, jacobian, vector, matrix, own, norms)
+        return Linearised(point, jacobian, vector, matrix, prior_rows, norms)
 
-    def _noise(self, point: Point, jacobian: Jacobian, by_pulls: _Array) -> tuple[_Array, _Array, _Array]:
+    def _noise(self, point: EvaluatedPoint, jacobian: PullJacobian, by_pulls: _Array) -> tuple[_Array, _Array, _Array]:
         """Return gradient (P,), information (P, P) and inverse squared lengths (P,) of the parameters of errors."""
         gradient, information, widths = (
             np.zeros_like(point.values),
@@ -96,10 +96,12 @@ class Objective:
             which = [k for k, changes in jacobian.noise.items() if i in changes]
             if which:
                 changes = np.array([jacobian.noise[k][i] for k in which])
-                found = noise.derivatives(errors, point.pulls[i].reshape(errors.covariance.shape[:2]), changes)
-                gradient[which] += found.pulls.reshape(len(which), -1) @ parts[i] + 0.5 * found.log_determinant
-                information[np.ix_(which, which)] += found.information
+                noise_terms = noise.derivatives(errors, point.pulls[i].reshape(errors.covariance.shape[:2]), changes)
+                gradient[which] += (
+                    noise_terms.pulls.reshape(len(which), -1) @ parts[i] + 0.5 * noise_terms.log_determinant
+                )
+                information[np.ix_(which, which)] += noise_terms.information
                 # The information about a jitter vanishes with it, but not the length over which it changes the errors.
                 size = np.maximum(np.abs(point.values[which]), 1e-300)
-                widths[which] += 0.5 * np.abs(found.log_determinant) / size
+                widths[which] += 0.5 * np.abs(noise_terms.log_determinant) / size
         return gradient, information, widths

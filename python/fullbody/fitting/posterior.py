@@ -35,10 +35,10 @@ def sample(fit: Any, sampler: Any, steps: Any, walkers: Any, rng: Any, progress:
     ensemble.run_mcmc(state, length, progress=progress)
     chain = np.moveaxis(ensemble.get_chain(), 0, 1)
     dimensions = ("chain", "draw")
-    found: dict[str, Any] = {}
+    variables: dict[str, Any] = {}
     for k, (name, value) in enumerate(fit.values.items()):
         unit = getattr(value, "unit", None)
-        found[name] = (dimensions, chain[..., k], {} if unit is None else {"units": str(unit)})
-    found["log_posterior"] = (dimensions, ensemble.get_log_prob().T)
+        variables[name] = (dimensions, chain[..., k], {} if unit is None else {"units": str(unit)})
+    variables["log_posterior"] = (dimensions, ensemble.get_log_prob().T)
     notes = {"title": "posterior samples by emcee", "acceptance_fraction": float(ensemble.acceptance_fraction.mean())}
-    return xarray.Dataset(found, attrs=notes)
+    return xarray.Dataset(variables, attrs=notes)

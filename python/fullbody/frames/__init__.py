@@ -30,7 +30,7 @@ __all__ = ["attitude", "pole_angles", "pole_vector", "rotate", "rotate_pole", "r
 _Array = npt.NDArray[np.float64]
 _NAMES = {"ecliptic": "barycentricmeanecliptic", "equatorial": "icrs", "icrf": "icrs"}
 #: The matrix from the ICRF to SPICE's ECLIPJ2000.
-_ECLIPJ2000 = rotations.matrices(rotations.turn(0, -np.deg2rad(84381.448 / 3600.0)))
+_ECLIPJ2000 = rotations.matrices(rotations.about_axis(0, -np.deg2rad(84381.448 / 3600.0)))
 _EXPECTED = (
     "expected 'ecliptic', 'eclipj2000', 'equatorial' or a frame of astropy that differs from them by a rotation alone: "
     "'galactic', 'supergalactic', 'fk5', 'fk4noeterms', 'barycentrictrueecliptic', "
@@ -71,14 +71,14 @@ def rotation(origin: Any, target: Any) -> _Array:
         if not issubclass(kind, str | BaseCoordinateFrame | SkyCoord):
             raise InvalidInput(f"cannot rotate from the frame {origin!r} to {target!r}; {_EXPECTED}")
     if "eclipj2000" in (origin, target):
-        before, after = (_ECLIPJ2000 if frame == "eclipj2000" else np.eye(3) for frame in (origin, target))
+        from_origin, to_target = (_ECLIPJ2000 if frame == "eclipj2000" else np.eye(3) for frame in (origin, target))
         through = ("equatorial" if frame == "eclipj2000" else frame for frame in (origin, target))
-        return np.asarray(after @ rotation(*through) @ before.T)
+        return np.asarray(to_target @ rotation(*through) @ from_origin.T)
     start, end = (_NAMES.get(frame, frame) if isinstance(frame, str) else frame for frame in (origin, target))
     axes = UnitSphericalRepresentation([0, 90, 0] * u.deg, [0, 0, 90] * u.deg)
     try:
-        turned = SkyCoord(axes, frame=start).transform_to(end)
-        matrix = np.array(turned.cartesian.xyz.value, dtype=np.float64)
+        axes_in_target = SkyCoord(axes, frame=start).transform_to(end)
+        matrix = np.array(axes_in_target.cartesian.xyz.value, dtype=np.float64)
     # A frame without the observer or the time that it needs raises an AttributeError within astropy.
     except (ValueError, TypeError, AttributeError, ConvertError) as error:
         raise InvalidInput(f"cannot rotate from the frame {origin!r} to {target!r}; {_EXPECTED}") from error
@@ -129,11 +129,11 @@ def rotate_state(state: State, origin: Any, target: Any) -> State:
     """
     instance(state, "state", State)
     matrix = rotation(origin, target)
-    turning = rotations.quaternion(matrix)
+    quaternion = rotations.quaternion(matrix)
     return state.replace(
         position=state.position @ matrix.T,
         velocity=state.velocity @ matrix.T,
-        attitude=np.array([rotations.product(turning, q) for q in state.attitude]),
+        attitude=np.array([rotations.product(quaternion, q) for q in state.attitude]),
     )
 
 
@@ -243,5 +243,5 @@ def attitude(longitude: Any, latitude: Any, angle: Any = 0.0) -> _Array:
     w = Units().number(angle, "angle", "angle")
     warn_if_degrees(angle, "angle")
     return rotations.product(
-        rotations.turn(2, lon + np.pi / 2), rotations.turn(0, np.pi / 2 - lat), rotations.turn(2, w)
+        rotations.about_axis(2, lon + np.pi / 2), rotations.about_axis(0, np.pi / 2 - lat), rotations.about_axis(2, w)
     )

@@ -21,7 +21,17 @@ from ..typing import Scalar
 from .composite import SHOWN, Composite, Part, WorkingFrame
 from .gravity import Gravity, gravity_at, points_in
 from .polyhedron import Polyhedron
-from .shapes import Ellipsoid, PointMass, Solid, attached, core_shape, lengths_of, own_units, rebuilt, refuse_amount
+from .shapes import (
+    Ellipsoid,
+    PointMass,
+    Solid,
+    attached,
+    core_shape,
+    inferred_units,
+    lengths_of,
+    rebuilt,
+    refuse_amount,
+)
 from .stokes import StokesCoefficients, harmonics_of
 
 __all__ = ["Body"]
@@ -68,9 +78,9 @@ class Body(Tabled):
         expected = "an Ellipsoid, a Sphere, a PointMass, a Polyhedron, StokesCoefficients or a Composite"
         if isinstance(instance(shape, f"shape of {called}", Solid | Composite, expected), Composite):
             if (mass, density) != (None, None):
-                given = "a mass" if density is None else "a density"
+                amounts = "a mass" if density is None else "a density"
                 expected = "expected none beside those of its parts; Composite.with_mass scales them"
-                raise InvalidInput(f"{called} is given {given}, and is a composite; {expected}")
+                raise InvalidInput(f"{called} is given {amounts}, and is a composite; {expected}")
         else:
             refuse_amount(called, shape, mass, density)
         self._attraction: tuple[Any, _core.Attraction] | None = None
@@ -82,7 +92,7 @@ class Body(Tabled):
         if isinstance(shape, Composite) and len(united) == 1:
             # A total mass of zero and impossible moments of inertia show only in the whole body. If only some numbers
             # have units, only a system can compute them.
-            self._core(self._own_units(), 0)
+            self._core(self._inferred_units(), 0)
 
     @property
     def shape(self) -> Solid | Composite:
@@ -92,14 +102,14 @@ class Body(Tabled):
     @property
     def mass(self) -> Scalar:
         """Mass as given, or density times volume; for a composite the sum of the masses of its parts."""
-        return self._mass if self._mass is not None else self._own("mass", "mass")
+        return self._mass if self._mass is not None else self._core_value("mass", "mass")
 
     @property
     def density(self) -> Scalar | None:
         """Density as given, or mass by volume; ``None`` for a shape without a volume, and for a composite."""
         density: Scalar | None = self._density
         if density is None and not isinstance(self._shape, PointMass | StokesCoefficients | Composite):
-            density = self._mass / self._own("volume", "volume")
+            density = self._mass / self._core_value("volume", "volume")
         return density
 
     @property
@@ -114,7 +124,7 @@ class Body(Tabled):
         >>> fullbody.Body(fullbody.Ellipsoid(3.0, 2.0, 1.0), mass=5.0).inertia
         array([ 5., 10., 13.])
         """
-        return self._own("inertia", "inertia")
+        return self._core_value("inertia", "inertia")
 
     @property
     def working_frame(self) -> WorkingFrame | None:
@@ -129,11 +139,11 @@ class Body(Tabled):
         >>> fullbody.Body(fullbody.Composite(ends)).working_frame.position
         array([-2.5,  0. , -5. ])
         """
-        units = self._own_units()
-        found = self._core(units, 0).working_frame
-        if found is None:
+        units = self._inferred_units()
+        result = self._core(units, 0).working_frame
+        if result is None:
             return None
-        position, attitude = map(np.array, found)
+        position, attitude = map(np.array, result)
         return WorkingFrame(units.attach(position, "length"), attitude)
 
     def fitted_ellipsoid(self) -> Ellipsoid:
@@ -156,7 +166,7 @@ class Body(Tabled):
         >>> fullbody.Body(fullbody.Composite(ends)).fitted_ellipsoid().a
         2.449489742783178
         """
-        units = self._own_units()
+        units = self._inferred_units()
         axes = np.array(self._core(units, 0).semi_axes)
         if not axes.all():
             expected = "expected one with extent in three directions"
@@ -191,7 +201,7 @@ class Body(Tabled):
         >>> alpha.harmonics(4).C[2, 0].round(6)
         np.float64(-0.018163)
         """
-        units = self._own_units()
+        units = self._inferred_units()
         return harmonics_of(self._core(units, 0), degree, units)
 
     def _numbers(self) -> dict[str, tuple[Any, str]]:
@@ -203,12 +213,12 @@ class Body(Tabled):
         lengths = {label: (value, "length") for label, value in lengths_of(self._shape).items()}
         return {**lengths, f"{what} of {called}": (amount, what)}
 
-    def _own_units(self) -> Units:
-        return own_units(self._numbers())
+    def _inferred_units(self) -> Units:
+        return inferred_units(self._numbers())
 
-    def _own(self, name: str, dimension: str) -> Any:
+    def _core_value(self, name: str, dimension: str) -> Any:
         """Return a number of the core's body in the body's own units."""
-        units = self._own_units()
+        units = self._inferred_units()
         return units.attach(getattr(self._core(units, 0), name), dimension)
 
     @property
@@ -236,8 +246,8 @@ class Body(Tabled):
 
     def __repr__(self) -> str:
         values = (("mass", self._mass), ("density", self._density), ("name", self._name))
-        given = [f"{name}={value!r}" for name, value in values if value is not None]
-        return f"Body({', '.join([repr(self._shape), *given])})"
+        amounts = [f"{name}={value!r}" for name, value in values if value is not None]
+        return f"Body({', '.join([repr(self._shape), *amounts])})"
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Body) and same(self._parts(), other._parts())
@@ -253,7 +263,7 @@ class Body(Tabled):
 
     def _with(self, units: Units) -> Body:
         """Return the body in a system with these units: its plain numbers become Quantities in them."""
-        if not units.known or all(is_quantity(value) for value, _ in self._numbers().values()):
+        if not units.defined or all(is_quantity(value) for value, _ in self._numbers().values()):
             return self
         if isinstance(self._shape, Composite):
             return Body(self._shape._with(units), name=self._name)
@@ -349,9 +359,9 @@ class Body(Tabled):
             from astropy import constants
 
             G = constants.G
-        own = {label: value for label, (value, _) in self._numbers().items()}
-        known = refuse_mixture({"points": points, "G": G, **own})
-        units = _units_of(points, G) if known else Units()
+        numbers = {label: value for label, (value, _) in self._numbers().items()}
+        known_names = refuse_mixture({"points": points, "G": G, **numbers})
+        units = _units_of(points, G) if known_names else Units()
         array = points_in(points, units)
         constant = units.number(G, "G", "G")
         key = (units.names, constant)
@@ -381,8 +391,8 @@ def _table_of_parts(parts: Sequence[Part]) -> Table:
             axes = part.shape.semi_axes
             size = "-" if axes is None else ", ".join(map(number, axes))
         amount = f"{number(part.mass)}" if part.density is None else f"density {number(part.density)}"
-        place = "origin" if part.position is None else ", ".join(number(x) for x in part.position)
-        return type(part.shape).__name__, size, amount, place
+        position = "origin" if part.position is None else ", ".join(number(x) for x in part.position)
+        return type(part.shape).__name__, size, amount, position
 
     more = len(parts) - SHOWN
     rows = [*map(row, parts[:SHOWN]), *([(f"{more} more", "", "", "")] if more > 0 else [])]

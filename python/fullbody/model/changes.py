@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..base import rotations
-from ..base.arguments import directions, place, vectors, warn_if_degrees
+from ..base.arguments import body_index, directions, vectors, warn_if_degrees
 from ..base.limits import LATITUDE, POSITIVE
 from ..base.tables import number
 from ..base.units import Units, is_quantity, strip_to
@@ -51,7 +51,7 @@ def kick(
     Parameters
     ----------
     body : int or str
-        The place of the body, or its name if the state comes from a run, a system or a ready-made start.
+        The index of the body, or its name if the state comes from a run, a system or a ready-made start.
     dv : array_like or Quantity, (3,)
         The change of its velocity, with a unit if the state has units.
     along : {"inertial", "body", "orbit"}
@@ -92,8 +92,8 @@ def kick(
     >>> print(f"{fullbody.observables.mutual_period(run).mean:.2f}")
     11.37 h
     """
-    index = _place(state, body, "body of kick")
-    dv = vectors(dv, "dv", one=True)
+    index = _index(state, body, "body of kick")
+    dv = vectors(dv, "dv", single=True)
     axes = _axes(state, index, along, about, "kick")
     velocity = state.core.velocity
     if not is_quantity(dv):
@@ -131,7 +131,7 @@ def impact(
     system : System
         The system, which gives masses, moments of inertia and surfaces.
     body : int or str
-        The place of the body that is struck, or its name.
+        The index of the body that is struck, or its name.
     mass : float or Quantity
         Mass of the projectile. The body keeps its own mass, shape and centre of mass.
     velocity : array_like or Quantity, (3,)
@@ -177,7 +177,7 @@ def impact(
     >>> float(np.linalg.norm(dv.value).round(1))
     2.6
     """
-    index = _place(state, body, "body of impact")
+    index = _index(state, body, "body of impact")
     axes = _axes(state, index, along, about, "impact")
     context = system.context
     units, core = context.units, state.in_units(context.units)
@@ -188,19 +188,19 @@ def impact(
     warn_if_degrees(longitude, "longitude")
     way = np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
     (point,), (normal,) = _core.surface(context.core, index, way[None])
-    turn, velocities, spins = core.rotation_matrix[index], core.velocity, core.spin
+    rotation, velocities, spins = core.rotation_matrix[index], core.velocity, core.spin
     # This is the velocity in the body frame, relative to the surface at the point that is struck.
-    relative = turn.T @ (axes @ coming) - np.cross(spins[index], point)
+    relative = rotation.T @ (axes @ coming) - np.cross(spins[index], point)
     if relative @ normal >= 0.0:
         speed = number(units.attach(np.float64(relative @ normal), "velocity"), 4)
         raise InvalidInput(
             f"velocity of the projectile is {velocity!r}, by which it leaves the surface there at {speed} along the "
             "normal; expected one that comes from outside, relative to the body's centre"
         )
-    out = normal if ejecta is None else turn.T @ (axes @ directions(ejecta, "ejecta", one=True))
+    out = normal if ejecta is None else rotation.T @ (axes @ directions(ejecta, "ejecta", single=True))
     out = out / np.linalg.norm(out)
     momentum = amount * (relative + (enhanced - 1.0) * (out @ relative) * out)
-    velocities[index] += turn @ momentum / context.bodies[index].mass
+    velocities[index] += rotation @ momentum / context.bodies[index].mass
     spins[index] += np.cross(point, momentum) / context.bodies[index].inertia
     return state.replace(
         time=units.attach(core.time, "time"),
@@ -226,7 +226,7 @@ def rotated(
     Parameters
     ----------
     body : int or str
-        The place of the body, or its name; see :meth:`kick`.
+        The index of the body, or its name; see :meth:`kick`.
     axis : array_like, (3,)
         The axis, of any length.
     angle : float or Quantity
@@ -262,24 +262,24 @@ def rotated(
     >>> round(float(np.degrees(fullbody.observables.roll_pitch_yaw(run)[0, 2])), 6)
     10.0
     """
-    index = _place(state, body, "body of rotated")
-    way = _axes(state, index, along, about, "rotated") @ directions(axis, "axis", one=True)
+    index = _index(state, body, "body of rotated")
+    way = _axes(state, index, along, about, "rotated") @ directions(axis, "axis", single=True)
     attitude = state.core.attitude
-    turn = rotations.about(way, Units().number(angle, "angle", "angle"))
+    rotation = rotations.about(way, Units().number(angle, "angle", "angle"))
     # No body is turned by more than a turn, or in a state with units by more than half of one.
     warn_if_degrees(angle, "angle", 0.5 if state.units else 1.0)
-    attitude[index] = rotations.product(turn, attitude[index])
+    attitude[index] = rotations.product(rotation, attitude[index])
     return state.replace(attitude=attitude)
 
 
-def _place(state: StateLike, body: object, what: str) -> int:
-    """Return the place of a body from its place or name."""
+def _index(state: StateLike, body: object, what: str) -> int:
+    """Return the index of a body from its index or name."""
     if isinstance(body, str) and not state.names:
         raise InvalidInput(
             f"{what} is {body!r}, and this state does not know the names of its bodies (states of runs and of "
-            f"ready-made systems do); expected a place, 0 to {len(state.core.position) - 1}"
+            f"ready-made systems do); expected an index, 0 to {len(state.core.position) - 1}"
         )
-    return place(body, state.names or [f"body {k}" for k in range(len(state.core.position))], what)
+    return body_index(body, state.names or [f"body {k}" for k in range(len(state.core.position))], what)
 
 
 def _axes(state: StateLike, index: int, along: str, about: int | str | None, what: str) -> _Array:
@@ -297,7 +297,7 @@ def _axes(state: StateLike, index: int, along: str, about: int | str | None, wha
                 f"about of {what} is not given, and there are {len(others)} other bodies; expected one of them"
             )
         about = others[0]
-    other = _place(state, about, f"about of {what}")
+    other = _index(state, about, f"about of {what}")
     if other == index:
         raise InvalidInput(f"about of {what} is {about!r}, the body itself; expected another one")
     r = state.core.position[index] - state.core.position[other]

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..base.arguments import place, suggestion
+from ..base.arguments import body_index, suggestion
 from ..base.tables import Table
 from ..base.units import Units
 from ..errors import InvalidInput
@@ -72,7 +72,7 @@ class Context:
 
     def index(self, body: object, what: str = "body") -> int:
         """Return the index of a body from its index or name, or raise an error that lists the bodies."""
-        return place(body, self.names, what)
+        return body_index(body, self.names, what)
 
     def pair(self, body: object, about: object, of: str = "") -> tuple[int, int]:
         """Return the indices of two bodies, or raise an error if they are one; ``of`` names what they are for."""

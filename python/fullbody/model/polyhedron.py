@@ -74,17 +74,24 @@ class Polyhedron:
         self._vertices: Any = points if is_quantity(points) else np.array(points, dtype=np.float64)
         expected = "expected whole numbers (F, 3)"
         try:
-            given = np.asarray(faces)
+            face_array = np.asarray(faces)
             # Text and nan become integers that differ from what was given, which the comparison below detects.
             with np.errstate(invalid="ignore"):
-                found = given.astype(np.int64)
+                indices = face_array.astype(np.int64)
         except (TypeError, ValueError) as error:
             raise InvalidInput(f"faces is not a table of numbers; {expected}") from error
-        if given.ndim != 2 or given.shape[1] != 3 or given.dtype.kind == "b" or not np.all(found == given):
-            raise InvalidInput(f"faces is of shape {given.shape} and type {given.dtype}; {expected}")
-        self._faces: npt.NDArray[np.int64] = found
-        plain = points.value if is_quantity(points) else points
-        self._made = _core.Polyhedron(np.ascontiguousarray(plain, dtype=np.float64), np.ascontiguousarray(found))
+        if (
+            face_array.ndim != 2
+            or face_array.shape[1] != 3
+            or face_array.dtype.kind == "b"
+            or not np.all(indices == face_array)
+        ):
+            raise InvalidInput(f"faces is of shape {face_array.shape} and type {face_array.dtype}; {expected}")
+        self._faces: npt.NDArray[np.int64] = indices
+        coordinates = points.value if is_quantity(points) else points
+        self._made = _core.Polyhedron(
+            np.ascontiguousarray(coordinates, dtype=np.float64), np.ascontiguousarray(indices)
+        )
         for array in (self._vertices, self._faces):
             array.flags.writeable = False
 
@@ -141,7 +148,7 @@ class Polyhedron:
         unit : Unit or str, optional
             Unit of the file's numbers, which the formats do not record; without it they are plain numbers.
         heal : bool
-            Whether to repair a surface that is not closed and oriented outward: vertices at one place are merged,
+            Whether to repair a surface that is not closed and oriented outward: equal vertices are merged,
             doubled faces and faces without an area are left out, small holes are filled, and faces are turned outward.
 
         Raises
@@ -179,7 +186,7 @@ class Polyhedron:
     def _core(self, units: Units, name: str) -> _core.Polyhedron:
         """Return the core's polyhedron in a system's units."""
         first = self._vertices[:1]
-        if not is_quantity(first) or not units.known:
+        if not is_quantity(first) or not units.defined:
             units.strip(first, "length", f"vertices of {name}")
             return self._made
         from astropy import units as u
@@ -276,8 +283,8 @@ def _by_trimesh(path: Path, kind: str) -> tuple[_Numbers, _Indices]:
     vertices, faces = np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
     if kind == "stl":
         # The format repeats each vertex for each of its faces.
-        vertices, places = np.unique(vertices, axis=0, return_inverse=True)
-        faces = places.reshape(-1)[faces]
+        vertices, indices = np.unique(vertices, axis=0, return_inverse=True)
+        faces = indices.reshape(-1)[faces]
     return vertices, faces
 
 

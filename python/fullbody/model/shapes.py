@@ -141,17 +141,17 @@ def lengths_of(shape: Solid) -> dict[str, Any]:
     return dict(zip(_AXES, shape._lengths or (), strict=False))
 
 
-def own_units(known: dict[str, tuple[Any, str]]) -> Units:
+def inferred_units(numbers: dict[str, tuple[Any, str]]) -> Units:
     """Return the units of the first length and of the first mass or density among numbers, if they have units.
 
     The numbers are given by name, with their dimensions.
     """
-    if not refuse_mixture({label: value for label, (value, _) in known.items()}):
+    if not refuse_mixture({label: value for label, (value, _) in numbers.items()}):
         return Units()
     from astropy import units as u
 
     first: dict[str, Any] = {}
-    for value, dimension in known.values():
+    for value, dimension in numbers.values():
         first.setdefault(dimension, value.unit)
     length = first.get("length", u.m)
     return Units((length, u.s, first["mass"] if "mass" in first else first["density"] * length**3))
@@ -184,8 +184,8 @@ def attached(shape: Solid, units: Units) -> Solid:
 def refuse_amount(called: str, shape: Any, mass: Any, density: Any) -> None:
     """Raise an error unless a mass or a density is given, or if a density is given for a point."""
     if (mass is None) == (density is None):
-        given = "neither mass nor density" if mass is None else "both a mass and a density"
-        raise InvalidInput(f"{called} is given {given}; expected one of the two")
+        amounts_text = "neither mass nor density" if mass is None else "both a mass and a density"
+        raise InvalidInput(f"{called} is given {amounts_text}; expected one of the two")
     if density is not None and isinstance(shape, PointMass | StokesCoefficients):
         what = "a point" if isinstance(shape, PointMass) else "a shape by its Stokes coefficients"
         raise InvalidInput(f"density of {called} is {density!r}; expected a mass: {what} has no volume")

@@ -113,23 +113,23 @@ class System(Tabled):
         frame: str | None = None,
         forces: Sequence[Force] = (),
     ) -> None:
-        own = Units(units)
+        system_units = Units(units)
         several = "a sequence of Body"
-        self._bodies = tuple(body._with(own) for body in sequence(bodies, Body, "bodies", several, several))
-        if G is None and not own.known:
+        self._bodies = tuple(body._with(system_units) for body in sequence(bodies, Body, "bodies", several, several))
+        if G is None and not system_units.defined:
             raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
-        constant = own.gravitational_constant if G is None else scalar(own.strip(G, "G", "G"), "G")
+        constant = system_units.gravitational_constant if G is None else scalar(system_units.strip(G, "G", "G"), "G")
         if frame is not None and not isinstance(frame, str):
             raise InvalidInput(f"frame is {frame!r}; expected a name, such as 'ecliptic'")
         texts = {"attitude_chart": attitude_chart, "vector_path": vector_path}
         settings = core_settings(gravity, gravity_tolerance, order, **texts)
-        core = tuple(body._core(own, index) for index, body in enumerate(self._bodies))
+        core = tuple(body._core(system_units, index) for index, body in enumerate(self._bodies))
         self._forces = forces_of(forces)
         date = None if epoch is None else epochs.to_text(epoch)
         names = tuple(body.name if body.name is not None else f"body {k}" for k, body in enumerate(self._bodies))
         handle = _core.System(core, constant, settings, [], {})
-        notes = notes_of(own, date, frame, self._bodies, self._forces)
-        alone = Context(own, constant, names, core, handle, date, frame, notes=notes)
+        notes = notes_of(system_units, date, frame, self._bodies, self._forces)
+        alone = Context(system_units, constant, names, core, handle, date, frame, notes=notes)
         #: Units, names and bodies, with the core's handle, for the package's own modules.
         self.context = acted_on(alone, self._forces)
         pair = handle.settings["order"]
@@ -391,6 +391,6 @@ class System(Tabled):
         return tuple(self.context.core.parameters)
 
 
-def system_of(described: dict[str, Any], given: dict[str, Force] | None = None) -> System:
+def system_of(described: dict[str, Any], forces: dict[str, Force] | None = None) -> System:
     """Rebuild a system from its description, which may come from a file; forces that are functions are given."""
-    return System(**arguments(described, given))
+    return System(**arguments(described, forces))

@@ -12,9 +12,9 @@ from ..base.kinds import flag
 from ..errors import InvalidInput, caution
 from ..model.context import SystemLike
 from .centre_of_light import photocentre, semi_axes
-from .columns import Column, Rows, column, jitter_of, positive_rows
+from .columns import DataColumn, Rows, column, jitter_of, positive_rows
 from .data import Observations
-from .vectors import Vectors, local_geometry, turn
+from .vectors import Vectors, frame_rotation, local_geometry
 
 __all__ = ["Astrometry"]
 
@@ -79,10 +79,10 @@ class Astrometry(Observations):
     """
 
     _columns = (
-        Column("east"),
-        Column("north"),
-        Column("sigma", parts=("sigma_east", "sigma_north")),
-        Column("correlation", required=False, kind="numbers"),
+        DataColumn("east"),
+        DataColumn("north"),
+        DataColumn("sigma", parts=("sigma_east", "sigma_north")),
+        DataColumn("correlation", required=False, kind="numbers"),
     )
     _error_names = ("_sigma", "_correlation")
 
@@ -100,28 +100,28 @@ class Astrometry(Observations):
         frame: Any = "equatorial",
         photocentre: bool = False,
     ) -> None:
-        given = {
+        columns = {
             name: column(value, name, "rad") for name, value in (("east", east), ("north", north), ("sigma", sigma))
         }
-        plain = [name for name, (_, unit) in given.items() if unit is None]
-        if plain and len(plain) < 3:
+        without_unit = [name for name, (_, unit) in columns.items() if unit is None]
+        if without_unit and len(without_unit) < 3:
             raise InvalidInput(
-                f"{plain[0]} has no unit, but others of east, north and sigma have; expected all or none"
+                f"{without_unit[0]} has no unit, but others of east, north and sigma have; expected all or none"
             )
-        numbers = {name: values for name, (values, _) in given.items()}
+        numbers = {name: values for name, (values, _) in columns.items()}
         numbers["correlation"], without = column(correlation, "correlation", "")
         if without is not None and not without.is_equivalent(""):
             raise InvalidInput(f"correlation has the unit {without}; expected plain numbers")
         rows = Rows(times, numbers, ("east", "north"), "Astrometry")
         super().__init__(rows, geometry)
-        self.unit = given["east"][1]
+        self.unit = columns["east"][1]
         flag(photocentre, "photocentre")
         if photocentre and not geometry.has_sun:
             raise InvalidInput("geometry of Astrometry has no Sun, which photocentre=True needs; give to_sun=")
         self.body, self.about, self.frame, self.photocentre = body, about, frame, bool(photocentre)
         self._offsets = np.stack([rows.of("east"), rows.of("north")], axis=1)
         largest = float(np.abs(self._offsets).max())
-        if plain and largest > _WIDEST:
+        if without_unit and largest > _WIDEST:
             caution(
                 f"the offsets of Astrometry have values up to {largest:.6g} radians, {np.degrees(largest):.3g} "
                 f"degrees; give arc seconds as Quantities, such as {largest:.6g} * u.arcsec"
@@ -131,7 +131,7 @@ class Astrometry(Observations):
         if not (np.abs(self._correlation) < 1.0).all():
             worst = self._correlation[np.argmax(np.abs(self._correlation))]
             raise InvalidInput(f"correlation has the value {worst}; expected numbers between -1 and 1")
-        turn("equatorial", frame)
+        frame_rotation("equatorial", frame)
 
     @classmethod
     def from_polar(
@@ -176,19 +176,24 @@ class Astrometry(Observations):
             column(position_angle, "position_angle", "rad"),
         )
         along, _ = column(sigma_separation, "sigma_separation", "rad")
-        turn, _ = column(sigma_angle, "sigma_angle", "rad")
-        along, turn = positive_rows(along, "sigma_separation"), positive_rows(turn, "sigma_angle")
+        sigma_angle_rows, _ = column(sigma_angle, "sigma_angle", "rad")
+        along, sigma_angle_rows = (
+            positive_rows(along, "sigma_separation"),
+            positive_rows(sigma_angle_rows, "sigma_angle"),
+        )
         warn_if_degrees(position_angle, "position_angle")
         if not (rho > 0.0).all():
             raise InvalidInput("separation has values that are not above zero; expected lengths in the sky")
-        if (turn > 0.5).any():
-            raise InvalidInput(f"sigma_angle has the value {turn.max()} rad; expected errors of at most 0.5 rad")
+        if (sigma_angle_rows > 0.5).any():
+            raise InvalidInput(
+                f"sigma_angle has the value {sigma_angle_rows.max()} rad; expected errors of at most 0.5 rad"
+            )
         try:
-            rho, angle, along, turn = np.broadcast_arrays(rho, angle, along, turn)
+            rho, angle, along, sigma_angle_rows = np.broadcast_arrays(rho, angle, along, sigma_angle_rows)
         except ValueError as error:
-            shapes = ", ".join(str(one.shape) for one in (rho, angle, along, turn))
+            shapes = ", ".join(str(item.shape) for item in (rho, angle, along, sigma_angle_rows))
             raise InvalidInput(f"separation, position_angle and their errors have shapes {shapes}") from error
-        across = rho * turn
+        across = rho * sigma_angle_rows
         sine, cosine = np.sin(angle), np.cos(angle)
         east = np.sqrt((along * sine) ** 2 + (across * cosine) ** 2)
         north = np.sqrt((along * cosine) ** 2 + (across * sine) ** 2)
@@ -226,8 +231,8 @@ class Astrometry(Observations):
     @property
     def covariance(self) -> Any:
         """Covariance (K, 2, 2) of east and north."""
-        found = self._covariance(None)
-        return found if self.unit is None else _in_unit(found, self.unit, 2)
+        matrix = self._covariance(None)
+        return matrix if self.unit is None else _in_unit(matrix, self.unit, 2)
 
     def _united(self, values: _Array) -> Any:
         return values if self.unit is None else _in_unit(values, self.unit)
@@ -260,13 +265,13 @@ class Astrometry(Observations):
                 f"body and about of Astrometry are both {system.context.names[body]}; expected two bodies"
             )
         retarded = self._retarded(system, states, masses)
-        axes = turn(system.context.frame, self.frame)
-        centres = {one: retarded.centre[..., one, :] for one in (body, about)}
+        axes = frame_rotation(system.context.frame, self.frame)
+        centres = {item: retarded.centre[..., item, :] for item in (body, about)}
         if self.photocentre:
             to_sun = local_geometry(self.geometry, system).sun(retarded.times)
-            for one, centre in centres.items():
-                shift = photocentre(semi_axes(system, one), states["attitude"][:, one], retarded.observer, to_sun)
-                centres[one] = centre + shift
+            for which, centre in centres.items():
+                shift = photocentre(semi_axes(system, which), states["attitude"][:, which], retarded.observer, to_sun)
+                centres[which] = centre + shift
         line = (centres[about] - retarded.observer) @ axes.T
         return offsets(line, (centres[body] - centres[about]) @ axes.T)
 
@@ -284,10 +289,10 @@ def offsets(about: _Array, apart: _Array) -> _Array:
     other body. The function is analytic and takes complex numbers.
     """
     x, y, z = np.moveaxis(about, -1, 0)
-    level = np.sqrt(x * x + y * y)
+    distance_on_plane = np.sqrt(x * x + y * y)
     length = np.sqrt(x * x + y * y + z * z)
-    east = (x * apart[..., 1] - y * apart[..., 0]) / level
-    outward = (x * apart[..., 0] + y * apart[..., 1]) / level
-    north = (level * apart[..., 2] - z * outward) / length
-    depth = length + (level * outward + z * apart[..., 2]) / length
+    east = (x * apart[..., 1] - y * apart[..., 0]) / distance_on_plane
+    outward = (x * apart[..., 0] + y * apart[..., 1]) / distance_on_plane
+    north = (distance_on_plane * apart[..., 2] - z * outward) / length
+    depth = length + (distance_on_plane * outward + z * apart[..., 2]) / length
     return np.stack([east / depth, north / depth], axis=-1)

@@ -79,14 +79,14 @@ class Photometer:
         flag(mutual, "mutual")
         names = system.context.names
         self.laws: list[Law] = _by_name(law, names, "law")
-        for name, one in zip(names, self.laws, strict=True):
-            instance(one, f"law of {name}", Law, "a law such as LommelSeeliger()")
+        for name, item in zip(names, self.laws, strict=True):
+            instance(item, f"law of {name}", Law, "a law such as LommelSeeliger()")
         # One albedo for all of a body is multiplied in here, so that the derivative with respect to zero is known.
         if type(albedo) is float and 0.0 <= albedo < np.inf:
             self.albedo, faces = np.full(len(names), albedo), [[1.0]] * len(names)
         else:
             self.albedo, faces = _albedos(albedo, names)
-        described = [one._describe() for one in self.laws]
+        described = [law._describe() for law in self.laws]
         radius = sun_radius if type(sun_radius) is float else Units().number(sun_radius, "angle", "sun_radius")
         if isinstance(sun_radius, int | float) and radius > _SUN:
             caution(
@@ -108,12 +108,12 @@ class Photometer:
 
         With velocities over that of light, (K, N, 3), shadows include the time of light from body to body.
         """
-        plain: _Array = self._core.brightness(_epochs(times, position, attitude, to_observer, to_sun, velocity))
-        plain *= self.albedo
+        light: _Array = self._core.brightness(_epochs(times, position, attitude, to_observer, to_sun, velocity))
+        light *= self.albedo
         if any(law.phase_function is not None for law in self.laws):
             angle = _phase_angle(to_observer, to_sun)
-            plain *= np.stack([law._phase(angle) for law in self.laws], axis=-1)
-        return plain
+            light *= np.stack([law._phase(angle) for law in self.laws], axis=-1)
+        return light
 
     def derivatives(
         self,
@@ -125,7 +125,9 @@ class Photometer:
         velocity: _Array | None = None,
     ) -> BrightnessDerivatives:
         """Return the brightness with its derivatives, each with a first axis of K epochs."""
-        plain, bodies, light = self._core.partials(_epochs(times, position, attitude, to_observer, to_sun, velocity))
+        brightness, bodies, light = self._core.partials(
+            _epochs(times, position, attitude, to_observer, to_sun, velocity)
+        )
         angle = _phase_angle(to_observer, to_sun)
         factor = np.stack([law._phase(angle) for law in self.laws], axis=-1)
         step = np.maximum(_STEP * np.minimum(angle, np.pi - angle), _LEAST)
@@ -138,21 +140,21 @@ class Photometer:
         slope = np.stack([slope_of(law) for law in self.laws], axis=-1)
         units = [vector / np.linalg.norm(vector, axis=-1, keepdims=True) for vector in (to_observer, to_sun)]
         light = light * factor[..., None, None]
-        for k, (own, other) in enumerate((units, units[::-1])):
-            across = other - own * np.sum(own * other, axis=-1, keepdims=True)
+        for k, (unit, other) in enumerate((units, units[::-1])):
+            across = other - unit * np.sum(unit * other, axis=-1, keepdims=True)
             size = np.linalg.norm(across, axis=-1, keepdims=True)
             # The phase angle falls where one vector turns toward the other.
             toward = np.divide(across, size, out=np.zeros_like(across), where=size > 0.0)
-            light[:, :, k] -= (plain * slope)[..., None] * toward[:, None]
+            light[:, :, k] -= (brightness * slope)[..., None] * toward[:, None]
         whole = self.albedo * factor
         bodies = bodies * whole[..., None, None]
         light = light * self.albedo[:, None, None]
         return BrightnessDerivatives(
-            plain * whole,
+            brightness * whole,
             bodies[..., 0:3],
             bodies[..., 3:6],
             bodies[..., 6:9],
-            plain * factor,
+            brightness * factor,
             light[:, :, 0],
             light[:, :, 1],
         )
@@ -172,10 +174,11 @@ def brightness(
     """Compute the brightness of each body: its scattering law over the visible and illuminated surface, times albedo.
 
     Ellipsoids and spheres are exact to round-off, with any number of bodies that occult or eclipse them at once.
-    So is a body near the edge of a much larger one, as far as the last digits of their places tell: 1e-10 at a ratio of
-    sizes of 1e-7. Polyhedra and composites are computed from their facets, with the parts that they hide of each other
-    cut out to 1e-9 of a facet; where parts share a plane, each point counts once. Ellipsoids beside them have 5,120
-    facets where they hide light and 4,096 where light is hidden from them: an error of about 0.1 % of their light.
+    So is a body near the edge of a much larger one, as far as the last digits of their positions tell: 1e-10 at a ratio
+    of sizes of 1e-7. Polyhedra and composites are computed from their facets, with the parts that they hide of each
+    other cut out to 1e-9 of a facet; where parts share a plane, each point counts once. Ellipsoids beside them have
+    5,120 facets where they hide light and 4,096 where light is hidden from them: an error of about 0.1 % of their
+    light.
 
     Parameters
     ----------
@@ -223,8 +226,8 @@ def brightness(
     True
     """
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
-    found = photometer.brightness(*_at(system, state, to_observer, to_sun))
-    return system.context.units.attach(found[0], "area")
+    result = photometer.brightness(*_at(system, state, to_observer, to_sun))
+    return system.context.units.attach(result[0], "area")
 
 
 def brightness_derivatives(
@@ -262,11 +265,11 @@ def brightness_derivatives(
     ((2, 2, 3), (2, 2, 3), (2, 3))
     """
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
-    found = photometer.derivatives(*_at(system, state, to_observer, to_sun))
+    result = photometer.derivatives(*_at(system, state, to_observer, to_sun))
     dimensions = {"position": "length", "semi_axes": "length"}
     names = BrightnessDerivatives.__dataclass_fields__
     return BrightnessDerivatives(
-        *(system.context.units.attach(getattr(found, name)[0], dimensions.get(name, "area")) for name in names)
+        *(system.context.units.attach(getattr(result, name)[0], dimensions.get(name, "area")) for name in names)
     )
 
 
@@ -306,20 +309,22 @@ def _albedos(albedo: Any, names: tuple[str, ...]) -> tuple[_Array, list[list[flo
         )
     factors, faces = np.ones(len(names)), []
     for index, (name, value) in enumerate(zip(names, _by_name(albedo, names, "albedo"), strict=True)):
-        given = numbers(value, f"albedo of {name}")
-        if given.ndim > 1 or not (given.size and given.min() >= 0.0 and given.max() < np.inf):
+        factor_values = numbers(value, f"albedo of {name}")
+        if factor_values.ndim > 1 or not (
+            factor_values.size and factor_values.min() >= 0.0 and factor_values.max() < np.inf
+        ):
             expected = "a finite number, zero or above, or one for each face of a polyhedron"
             raise InvalidInput(f"albedo of {name} is {value!r}; expected {expected}")
-        factors[index] = 1.0 if given.ndim else given
-        faces.append(given.tolist() if given.ndim else [1.0])
+        factors[index] = 1.0 if factor_values.ndim else factor_values
+        faces.append(factor_values.tolist() if factor_values.ndim else [1.0])
     return factors, faces
 
 
 def _direction(value: Any, what: str) -> _Array:
     """Return a vector (1, 3) of any length above zero; the core checks an array of numbers itself."""
-    plain = type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (3,)
-    found: _Array = (value if plain else directions(value, what, True))[None]
-    return found
+    light = type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (3,)
+    result: _Array = (value if light else directions(value, what, True))[None]
+    return result
 
 
 def _by_name(value: Any, names: tuple[str, ...], what: str) -> list[Any]:

@@ -56,9 +56,9 @@ def photocentre(axes: _Array, attitude: Any, to_observer: _Array, to_sun: _Array
     """
     if not axes.any():
         return np.zeros((len(attitude), 3))
-    turn = _matrices(attitude)
+    rotation = _matrices(attitude)
     e, s = (vector / np.linalg.norm(vector, axis=1)[:, None] for vector in (to_observer, to_sun))
-    p, q = (np.einsum("kij,ki->kj", turn, vector) / axes for vector in (e, s))
+    p, q = (np.einsum("kij,ki->kj", rotation, vector) / axes for vector in (e, s))
     size_p, size_q = (np.sqrt(np.sum(v * v, axis=1)) for v in (p, q))
     first = p / size_p[:, None]
     cos_a = np.sum(first * q, axis=1) / size_q
@@ -110,8 +110,8 @@ def photocentre(axes: _Array, attitude: Any, to_observer: _Array, to_sun: _Array
     light = 0.5 * np.pi * mean([cosine, lit])
     if not (np.real(light) > 0.0).all():
         raise InvalidInput("the Sun is behind a body, which has no centre of light; expected a phase angle below pi")
-    x, y = (4.0 / 3.0 * mean([cosine, lit, one]) / light for one in (cosine, sine))
-    return np.einsum("kij,kj->ki", turn, (first * x[:, None] + second * y[:, None]) * axes)
+    x, y = (4.0 / 3.0 * mean([cosine, lit, item]) / light for item in (cosine, sine))
+    return np.einsum("kij,kj->ki", rotation, (first * x[:, None] + second * y[:, None]) * axes)
 
 
 def _matrices(attitude: Any) -> Any:

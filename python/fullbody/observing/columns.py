@@ -11,11 +11,11 @@ import numpy.typing as npt
 from ..base.arguments import refuse_unknown
 from ..base.epochs import dates as dates_of
 from ..base.epochs import refuse_coarse
-from ..base.foreign import are_dates, plain_or_quantity
+from ..base.foreign import are_dates, array_or_quantity
 from ..base.limits import LARGEST, SMALLEST, Limits
 from ..base.unit_names import unit_named, usable_unit
 from ..base.units import (
-    PLAIN,
+    UNITLESS,
     gathered,
     is_quantity,
     need,
@@ -25,57 +25,57 @@ from ..base.units import (
 )
 from ..errors import InconsistentInput, InvalidInput, caution
 
-__all__ = ["Column", "Rows", "column", "jitter_of", "positive_rows", "read_table"]
+__all__ = ["DataColumn", "Rows", "column", "jitter_of", "positive_rows", "read_table"]
 
 _Array = npt.NDArray[np.float64]
 
 
-def column(given: Any, what: str, unit: Any = None) -> tuple[_Array, Any]:
+def column(values: Any, what: str, unit: Any = None) -> tuple[_Array, Any]:
     """Return the numbers of a column, with NaN for masked or missing values, and the unit that it came with.
 
     Values with a unit are converted to ``unit``; plain numbers are taken to be in it.
     """
-    refuse_booleans(given, what)
-    if hasattr(given, "dims") or getattr(getattr(given, "dtype", None), "kind", "") == "m":
-        given = plain_or_quantity(given, what)
+    refuse_booleans(values, what)
+    if hasattr(values, "dims") or getattr(getattr(values, "dtype", None), "kind", "") == "m":
+        values = array_or_quantity(values, what)
     try:
-        given, mask = _unmasked(given)
+        values, mask = _unmasked(values)
     except (TypeError, ValueError, OverflowError) as error:
         raise InvalidInput(f"{what} has values that are no numbers: {error}") from error
-    given = gathered(given, what)
-    if is_quantity(given):
+    values = gathered(values, what)
+    if is_quantity(values):
         try:
-            own = usable_unit(given.unit)
+            unit_of_column = usable_unit(values.unit)
         except ValueError as error:
             raise InvalidInput(f"{what} has a unit that cannot be used: {error}") from error
-        found = strip_to(given, own if unit is None else unit_named(unit), what)
+        result = strip_to(values, unit_of_column if unit is None else unit_named(unit), what)
     else:
-        found, own = numbers(given, what), None
-    found = np.array(found, dtype=np.float64)
+        result, unit_of_column = numbers(values, what), None
+    result = np.array(result, dtype=np.float64)
     if mask is not None:
-        found[mask] = np.nan
-    beyond = found[np.abs(found) > LARGEST]
+        result[mask] = np.nan
+    beyond = result[np.abs(result) > LARGEST]
     if beyond.size:
         raise InvalidInput(
             f"{what} has the value {float(beyond[0])}; expected numbers of at most {LARGEST} in size, or masked ones"
         )
-    return found, own
+    return result, unit_of_column
 
 
-def _unmasked(given: Any) -> tuple[Any, Any]:
+def _unmasked(values: Any) -> tuple[Any, Any]:
     """Return values without their mask, and the mask if there is one."""
-    if hasattr(given, "to_numpy"):
+    if hasattr(values, "to_numpy"):
         # The column is one of pandas, whose missing values may have a type of their own.
-        if getattr(given.dtype, "kind", "") in ("c", "M"):
+        if getattr(values.dtype, "kind", "") in ("c", "M"):
             raise TypeError("they are complex or dates")
-        given = given.to_numpy(dtype=np.float64, na_value=np.nan)
-    if isinstance(given, np.ma.MaskedArray):
-        plain = np.array(np.ma.getdata(given), dtype=np.float64)
-        unit = getattr(given, "unit", None)
-        return (plain if unit is None else plain * unit), np.ma.getmaskarray(given)
-    if hasattr(given, "unmasked"):
-        return given.unmasked, np.asarray(given.mask)
-    return given, None
+        values = values.to_numpy(dtype=np.float64, na_value=np.nan)
+    if isinstance(values, np.ma.MaskedArray):
+        bare = np.array(np.ma.getdata(values), dtype=np.float64)
+        unit = getattr(values, "unit", None)
+        return (bare if unit is None else bare * unit), np.ma.getmaskarray(values)
+    if hasattr(values, "unmasked"):
+        return values.unmasked, np.asarray(values.mask)
+    return values, None
 
 
 class Rows:
@@ -92,18 +92,18 @@ class Rows:
         The number of rows of the table.
     """
 
-    def __init__(self, times: Any, given: dict[str, _Array], observed: Sequence[str], owner: str) -> None:
+    def __init__(self, times: Any, columns: dict[str, _Array], observed: Sequence[str], owner: str) -> None:
         for name in observed:
-            if given[name].ndim != 1:
+            if columns[name].ndim != 1:
                 # One number in place of a column is accepted for errors and correlations only.
                 expected = "expected (K,), one for each of times"
-                raise InvalidInput(f"{name} of {owner} has shape {given[name].shape}; {expected}")
+                raise InvalidInput(f"{name} of {owner} has shape {columns[name].shape}; {expected}")
         times = dates_of(times, f"times of {owner}")
         if are_dates(times):
             mask = np.asarray(times.mask) if getattr(times, "masked", False) else None
-            plain = times.unmasked if mask is not None and hasattr(times, "unmasked") else times
+            bare = times.unmasked if mask is not None and hasattr(times, "unmasked") else times
             try:
-                axis = np.asarray((plain - plain[0]).to_value("s") if np.ndim(plain) else 0.0, dtype=np.float64)
+                axis = np.asarray((bare - bare[0]).to_value("s") if np.ndim(bare) else 0.0, dtype=np.float64)
             except ValueError as error:
                 # The library of time scales knows UTC for a limited range of years.
                 raise InvalidInput(f"times of {owner} are dates that cannot be subtracted: {error}") from error
@@ -112,11 +112,11 @@ class Rows:
         else:
             refuse_coarse(times, None, f"times of {owner}")
             axis, unit = column(times, f"times of {owner}")
-            plain = axis if unit is None else axis * unit
+            bare = axis if unit is None else axis * unit
         if axis.ndim != 1 or not len(axis):
             raise InvalidInput(f"times of {owner} has shape {axis.shape}; expected (K,), one time or more")
         absent = np.isnan(axis)
-        for name, values in given.items():
+        for name, values in columns.items():
             if values.shape[:1] not in ((), axis.shape):
                 raise InvalidInput(
                     f"{name} of {owner} has shape {values.shape}; expected {len(axis)} rows, one for each of times"
@@ -124,7 +124,7 @@ class Rows:
             absent |= np.isnan(values).reshape(*values.shape[:1], -1).any(axis=-1)
         order = np.argsort(axis, kind="stable")
         self.kept = order[~absent[order]]
-        self.missing = tuple(int(place) for place in np.flatnonzero(absent))
+        self.missing = tuple(int(index) for index in np.flatnonzero(absent))
         if not len(self.kept):
             raise InvalidInput(f"{owner} has no row without masked or missing values; expected one or more")
         if self.missing:
@@ -134,23 +134,23 @@ class Rows:
                 f"row {some}",
                 InconsistentInput,
             )
-        self.times = plain[self.kept]
-        self.given = len(axis)
-        self._owner, self._columns = owner, given
+        self.times = bare[self.kept]
+        self.input_length = len(axis)
+        self._owner, self._columns = owner, columns
 
     def of(self, name: str, *shape: int) -> _Array:
         """Return the kept rows (K, C) or (K,) of a column, whose values are (), (K,) or (K, C)."""
         values, what = self._columns[name], f"{name} of {self._owner}"
         had = values.shape
-        if values.ndim and len(values) == self.given:
+        if values.ndim and len(values) == self.input_length:
             values = values[self.kept]
         while values.ndim and values.ndim < 1 + len(shape):
             values = values[..., None]
         try:
             return np.array(np.broadcast_to(values, (len(self.kept), *shape)), dtype=np.float64)
         except ValueError as error:
-            wanted = " or ".join(str(one) for one in {(self.given,): 0, (self.given, *shape): 0})
-            raise InvalidInput(f"{what} has shape {had}; expected {wanted}, or one number") from error
+            shapes = " or ".join(str(item) for item in {(self.input_length,): 0, (self.input_length, *shape): 0})
+            raise InvalidInput(f"{what} has shape {had}; expected {shapes}, or one number") from error
 
 
 def positive_rows(values: _Array, what: str) -> _Array:
@@ -161,13 +161,13 @@ def positive_rows(values: _Array, what: str) -> _Array:
     return values
 
 
-def jitter_of(given: Any, unit: Any) -> float:
+def jitter_of(values: Any, unit: Any) -> float:
     """Return a jitter as a number in a unit, after checking that it is zero or above."""
     limits = Limits(least=0.0, text="a standard deviation, zero or above")
-    return PLAIN.number(column(given, "jitter", unit)[0], "number", "jitter", limits)
+    return UNITLESS.number(column(values, "jitter", unit)[0], "number", "jitter", limits)
 
 
-class Column(NamedTuple):
+class DataColumn(NamedTuple):
     """A column that a class of observations reads from a table.
 
     Attributes
@@ -194,7 +194,7 @@ class Column(NamedTuple):
 
 def read_table(
     table: Any,
-    declared: Sequence[Column],
+    declared: Sequence[DataColumn],
     columns: Mapping[str, Any],
     unit: Any,
     dates: tuple[str, str] | None,
@@ -205,7 +205,7 @@ def read_table(
     Parameters
     ----------
     table : Table, QTable or DataFrame
-    declared : sequence of Column
+    declared : sequence of DataColumn
         The columns of the class besides ``times``.
     columns : dict
         The name of the column of each argument, or the names of several columns that are one argument, where they
@@ -217,21 +217,21 @@ def read_table(
         ``("jd", "utc")``.
     owner : str
     """
-    found = getattr(table, "colnames", getattr(table, "columns", None))
-    if found is None:
+    column_names = getattr(table, "colnames", getattr(table, "columns", None))
+    if column_names is None:
         raise InvalidInput(f"table of {owner} is {table!r}; expected a table of astropy or pandas")
-    names = list(found)
+    names = list(column_names)
     has = [c for c in declared if c.required or c.name in columns or (c.name in names and c.kind != "labels")]
     if not has:
         either = " or ".join(repr(c.name) for c in declared)
         raise InvalidInput(f"the table has no column {either} of {owner}; it has {names}")
     if isinstance(unit, Mapping):
-        known = [name for c in declared if c.kind == "values" for name in (c.name, c.errors) if name]
-        refuse_unknown(map(str, unit), known, f"unit of {owner}")
-    wanted: dict[str, Any] = {"times": "times"} | {c.name: c.parts or c.name for c in has}
-    wanted |= {c.errors: c.errors for c in has if c.errors} | dict(columns)
+        known_names = [name for c in declared if c.kind == "values" for name in (c.name, c.errors) if name]
+        refuse_unknown(map(str, unit), known_names, f"unit of {owner}")
+    shapes: dict[str, Any] = {"times": "times"} | {c.name: c.parts or c.name for c in has}
+    shapes |= {c.errors: c.errors for c in has if c.errors} | dict(columns)
     kinds, arguments = {c.name: c.kind for c in declared}, {}
-    for argument, named in wanted.items():
+    for argument, named in shapes.items():
         kind, what, parts = kinds.get(argument, "values"), f"{argument} of {owner}", []
         for name in (named,) if isinstance(named, str) else named:
             if name not in names:
@@ -242,23 +242,23 @@ def read_table(
         elif kind == "labels":
             arguments[argument] = np.asarray(parts[0])
         else:
-            own = unit.get(argument) if isinstance(unit, Mapping) else unit
-            own = _unit_of(own, argument) if kind == "values" else None
+            unit_of_column = unit.get(argument) if isinstance(unit, Mapping) else unit
+            unit_of_column = _unit_of(unit_of_column, argument) if kind == "values" else None
             pairs = [column(part, what) for part in parts]
-            units = [had if had is not None else own for _, had in pairs]
-            scaled = [values if one is None else values * one for (values, _), one in zip(pairs, units, strict=True)]
+            units = [had if had is not None else unit_of_column for _, had in pairs]
+            scaled = [values if unit is None else values * unit for (values, _), unit in zip(pairs, units, strict=True)]
             arguments[argument] = scaled[0] if isinstance(named, str) else _stacked(scaled, what)
     return arguments
 
 
-def _unit_of(given: Any, argument: str) -> Any:
+def _unit_of(values: Any, argument: str) -> Any:
     """Return a unit, which may be given as text."""
-    if given is None:
+    if values is None:
         return None
     try:
-        return usable_unit(given)
+        return usable_unit(values)
     except (ValueError, TypeError, OverflowError) as error:
-        raise InvalidInput(f"unit of {argument} is {given!r}; expected a unit or its name: {error}") from error
+        raise InvalidInput(f"unit of {argument} is {values!r}; expected a unit or its name: {error}") from error
 
 
 def _stacked(parts: list[Any], what: str) -> Any:
@@ -280,12 +280,12 @@ def _dates(values: Any, dates: tuple[str, str] | None, attrs: Mapping[str, Any])
     if not isinstance(dates, tuple | list) or len(dates) != 2:
         raise InvalidInput(f"dates is {dates!r}; expected a format and a scale, such as ('jd', 'utc')")
 
-    def read(given: Any) -> Any:
-        return Time(given, format=dates[0], scale=dates[1])
+    def read(texts: Any) -> Any:
+        return Time(texts, format=dates[0], scale=dates[1])
 
     column = np.asarray(values)
     try:
-        refuse_coarse(column, lambda one, other: abs((read(other) - read(one)).to_value("s")), "times of the table")
+        refuse_coarse(column, lambda item, other: abs((read(other) - read(item)).to_value("s")), "times of the table")
         return read(column.astype(str) if column.dtype.kind in "OT" else column)
     except InvalidInput:
         raise

@@ -91,27 +91,27 @@ def light_curve(
     if when.ndim != 1:
         raise InvalidInput(f"times has shape {when.shape}; expected (K,)")
     photometer = Photometer(system, law, albedo, mutual, sun_radius)
-    found = []
+    curves = []
     with interruptible("a light curve"):
         for part in np.array_split(when, max(1, -(-len(when) // _PART))):
             states = run.states(local.emission(part), "time of a light curve")
             retarded = RetardedStates(local, part, system.context.masses, states)
             attitude = retarded.attitude(states["attitude"], states["spin"])
             to_sun = local.sun(part)
-            for what, place in (("observer", retarded.observer), ("Sun", to_sun)):
-                refuse_near(system, what, place, retarded.centre, attitude, part, local.light_speed)
+            for what, position in (("observer", retarded.observer), ("Sun", to_sun)):
+                refuse_near(system, what, position, retarded.centre, attitude, part, local.light_speed)
             beta = retarded.velocity / retarded.light_speed
             light = photometer.brightness(part, retarded.centre, attitude, retarded.observer, to_sun, beta)
             total = light if per_body else light.sum(axis=1)
-            found.append(magnitudes(total, retarded.observer, to_sun, reduced))
-    return np.concatenate(found)
+            curves.append(magnitudes(total, retarded.observer, to_sun, reduced))
+    return np.concatenate(curves)
 
 
 def magnitudes(light: _Array, to_observer: _Array, to_sun: _Array, reduced: bool) -> _Array:
     """Return the magnitudes (K,) or (K, N) of brightnesses in squared length."""
     with np.errstate(divide="ignore"):
-        found = -2.5 * np.log10(light)
+        curves = -2.5 * np.log10(light)
     if not reduced:
         far = 5.0 * np.log10(np.linalg.norm(to_observer, axis=1) * np.linalg.norm(to_sun, axis=1))
-        found = found + (far if found.ndim == 1 else far[:, None])
-    return np.asarray(found)
+        curves = curves + (far if curves.ndim == 1 else far[:, None])
+    return np.asarray(curves)

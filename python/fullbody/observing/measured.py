@@ -12,7 +12,7 @@ from ..base import kinds
 from ..base.kinds import instance
 from ..base.limits import POSITIVE
 from ..base.tables import Table, Tabled
-from ..base.units import PLAIN, gathered, is_quantity, numbers, refuse_booleans, strip_to
+from ..base.units import UNITLESS, gathered, is_quantity, numbers, refuse_booleans, strip_to
 from ..errors import InvalidInput
 from ..model.context import SystemLike
 from ..record.record import Record
@@ -59,19 +59,19 @@ class Measured(Tabled):
         self.name = instance(name, "name of a measured value", str, "text")
         self.function = kinds.function(function, f"function of {name!r}", "a function of a run")
         self.times = times
-        for given, what in ((value, "value"), (sigma, "sigma")):
-            refuse_booleans(given, f"{what} of {name}")
+        for argument, what in ((value, "value"), (sigma, "sigma")):
+            refuse_booleans(argument, f"{what} of {name}")
         value, sigma = gathered(value, f"value of {name}"), gathered(sigma, f"sigma of {name}")
         self.unit = value.unit if is_quantity(value) else None
-        self._value = np.atleast_1d(self._plain(value, "value"))
-        PLAIN.numbers(self._value, "number", f"value of {name}", ("C",))
-        spread = PLAIN.numbers(self._plain(sigma, "sigma"), "number", f"sigma of {name}", None, POSITIVE)
+        self._value = np.atleast_1d(self._unitless(value, "value"))
+        UNITLESS.numbers(self._value, "number", f"value of {name}", ("C",))
+        spread = UNITLESS.numbers(self._unitless(sigma, "sigma"), "number", f"sigma of {name}", None, POSITIVE)
         try:
             self._sigma = np.array(np.broadcast_to(spread, self._value.shape))
         except ValueError as error:
             raise InvalidInput(f"sigma of {name} has shape {np.shape(sigma)}; expected {self._value.shape}") from error
 
-    def _plain(self, value: Any, what: str) -> _Array:
+    def _unitless(self, value: Any, what: str) -> _Array:
         value = gathered(value, f"{what} of {self.name}")
         if is_quantity(value) != (self.unit is not None):
             wanted = "a plain number" if self.unit is None else f"a unit such as {self.unit}"
@@ -108,12 +108,12 @@ class Measured(Tabled):
         return values if self.unit is None else values * self.unit
 
     def _prediction(self, run: Record) -> _Array:
-        found = np.atleast_1d(self._plain(self.function(run), "the function's result"))
-        if found.shape != self._value.shape:
-            raise InvalidInput(f"the function of {self.name} gave shape {found.shape}; expected {self._value.shape}")
-        if not np.isfinite(found).all():
-            raise InvalidInput(f"the function of {self.name} gave {found}; expected finite numbers")
-        return found
+        result = np.atleast_1d(self._unitless(self.function(run), "the function's result"))
+        if result.shape != self._value.shape:
+            raise InvalidInput(f"the function of {self.name} gave shape {result.shape}; expected {self._value.shape}")
+        if not np.isfinite(result).all():
+            raise InvalidInput(f"the function of {self.name} gave {result}; expected finite numbers")
+        return result
 
     def predict(self, run: Record) -> Any:
         """Return the value of the function for a run (C,), with the unit of the measured value."""

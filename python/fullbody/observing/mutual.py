@@ -139,27 +139,27 @@ def mutual_events(run: Record, geometry: Vectors) -> list[MutualEvent]:
         towards[kind] = _core.Toward(knots, toward, KINDS[kind] / local.light_speed, False)
     conditions = [_core.Condition.Occultation(i, j, total, towards[kind]) for kind, i, j, total in asked]
     crossings = run.dense.core.crossings(system.context.core, conditions, span)
-    intervals = {key: _intervals(*found, span, start < stop) for key, found in zip(asked, crossings, strict=True)}
-    found = []
+    intervals = {key: _intervals(*outcome, span, start < stop) for key, outcome in zip(asked, crossings, strict=True)}
+    outcome = []
     for kind, i, j in ((kind, i, j) for kind in kinds for i, j in pairs):
         totals = intervals[kind, i, j, True]
         for interval in intervals[kind, i, j, False]:
             within = [ends for ends in totals if interval[0] <= ends[0] and ends[1] <= interval[1]]
-            found.append(([*interval, *((within[0][0], within[-1][1]) if within else (np.nan, np.nan))], kind, i, j))
-    found.sort(key=lambda one: one[0][:2])
-    times = np.array([one[0] for one in found]).reshape(-1, 4)
-    hidden = np.array([i for _, _, i, _ in found], dtype=np.intp)
-    eclipsed = np.array([kind == "eclipse" for _, kind, _, _ in found], dtype=bool)
-    known = ~(np.isnan(times) | np.isin(times, span))
-    which = np.nonzero(known)[0]
-    times[known] = _arrivals(run, local, times[known], hidden[which], eclipsed[which])
+            outcome.append(([*interval, *((within[0][0], within[-1][1]) if within else (np.nan, np.nan))], kind, i, j))
+    outcome.sort(key=lambda item: item[0][:2])
+    times = np.array([result[0] for result in outcome]).reshape(-1, 4)
+    hidden = np.array([i for _, _, i, _ in outcome], dtype=np.intp)
+    eclipsed = np.array([kind == "eclipse" for _, kind, _, _ in outcome], dtype=bool)
+    known_names = ~(np.isnan(times) | np.isin(times, span))
+    which = np.nonzero(known_names)[0]
+    times[known_names] = _arrivals(run, local, times[known_names], hidden[which], eclipsed[which])
 
     def attached(time: float, is_known: bool) -> Any:
         return system.context.units.attach(float(time), "time") if is_known else None
 
     return [
         MutualEvent(kind, system.context.names[i], system.context.names[j], *map(attached, row, mask))
-        for (_, kind, i, j), row, mask in zip(found, times, known, strict=True)
+        for (_, kind, i, j), row, mask in zip(outcome, times, known_names, strict=True)
     ]
 
 
@@ -173,10 +173,10 @@ def _arrivals(
         assert run.dense is not None
         position = run.dense.core.states(times[eclipsed])["position"]
         weights = run.context.masses / run.context.masses.sum()
-        place = position[np.arange(len(position)), hidden[eclipsed]] - np.einsum("n,tnx->tx", weights, position)
+        index = position[np.arange(len(position)), hidden[eclipsed]] - np.einsum("n,tnx->tx", weights, position)
         seen = local.arrival(times[eclipsed])
         ways = [vector / np.linalg.norm(vector, axis=1)[:, None] for vector in (local.sun(seen), local.observer(seen))]
-        emitted[eclipsed] -= np.einsum("tx,tx->t", place, ways[0] + ways[1]) / local.light_speed
+        emitted[eclipsed] -= np.einsum("tx,tx->t", index, ways[0] + ways[1]) / local.light_speed
     return local.arrival(emitted)
 
 
@@ -202,8 +202,8 @@ def _table(local: SystemGeometry, kind: str, span: list[float]) -> tuple[list[fl
     # Between the rows of the geometry its own spline is a cubic: a few points on each piece give it back.
     knots = np.unique(np.concatenate([[ends[0]], inside, [ends[1]]]))
     parts = max(3, -(-_ROWS // len(knots)))
-    places = np.linspace(0, len(knots) - 1, (len(knots) - 1) * parts + 1)
-    arrivals = np.interp(places, np.arange(len(knots)), knots)
+    indices = np.linspace(0, len(knots) - 1, (len(knots) - 1) * parts + 1)
+    arrivals = np.interp(indices, np.arange(len(knots)), knots)
     vectors = local.observer(arrivals) if kind == "occultation" else local.sun(arrivals)
     return local.emission(arrivals).tolist(), vectors.tolist()
 
@@ -228,7 +228,7 @@ def occultation(
     geometry : Geometry
         Has to cover the run.
     body, by : int or str
-        The hidden body and the one that hides it; places in the system, or names.
+        The hidden body and the one that hides it; indices in the system, or names.
     kind : {"occultation", "eclipse"}
     total : bool
         Whether the whole outline of the body is hidden.
@@ -256,5 +256,5 @@ def occultation(
     span = [float(local.emission(end)) for end in local.ends()]
     times, toward = _table(local, kind, span)
     when = system.context.units.attach(np.array(times), "time")
-    places = system.context.index(body, "body"), system.context.index(by, "by")
-    return Occultation(*places, toward=toward, times=when, total=total, direction=direction, terminal=terminal)
+    indices = system.context.index(body, "body"), system.context.index(by, "by")
+    return Occultation(*indices, toward=toward, times=when, total=total, direction=direction, terminal=terminal)

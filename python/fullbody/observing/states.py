@@ -23,7 +23,7 @@ _DISTANT = 300.0
 def refuse_near(
     system: SystemLike,
     what: str,
-    place: _Array,
+    source: _Array,
     centre: _Array,
     attitude: _Array,
     times: _Array,
@@ -36,7 +36,7 @@ def refuse_near(
     system : System
     what : str
         Which of the two it is.
-    place : ndarray, (K, 3)
+    source : ndarray, (K, 3)
         Where it is.
     centre, attitude : ndarray, (K, N, 3) and (K, N, 4)
         Of the bodies at these times. Those other than ellipsoids count as ellipsoids with the same moments of inertia.
@@ -45,13 +45,13 @@ def refuse_near(
         Infinite in a geometry without light time, of which only the directions count outside the bodies.
     """
     axes = np.array([body.semi_axes for body in system.context.bodies])
-    far = np.linalg.norm(place, axis=-1)
+    far = np.linalg.norm(source, axis=-1)
     finite = np.isfinite(light_speed)
     least = (_DISTANT if finite else 1.0) * np.max(
         np.linalg.norm(centre, axis=-1) + axes.max(axis=1), axis=1, initial=0.0
     )
     if np.any(far < least):
-        away = np.einsum("knij,kni->knj", matrices(attitude), place[:, None] - centre)
+        away = np.einsum("knij,kni->knj", matrices(attitude), source[:, None] - centre)
         sizes = np.where(axes > 0.0, axes, np.finfo(float).tiny)
         inside = np.argwhere(np.sum((away / sizes) ** 2, axis=2) < 1.0)
         k, body = inside[0] if len(inside) else (int(np.argmin(far / least)), 0)
@@ -106,8 +106,8 @@ class RetardedStates:
     def attitude(self, attitude: _Array, spin: _Array) -> _Array:
         """Return attitudes (K, N, 4) when the light left the bodies, from those when it left the barycentre."""
         angle = np.linalg.norm(spin, axis=-1) * self.delay
-        turn = 0.5 * self.delay * np.sinc(0.5 * angle / np.pi)
-        w, v = np.cos(0.5 * angle)[..., None], spin * turn[..., None]
+        half_angle_factor = 0.5 * self.delay * np.sinc(0.5 * angle / np.pi)
+        w, v = np.cos(0.5 * angle)[..., None], spin * half_angle_factor[..., None]
         scalar, vector = attitude[..., :1], attitude[..., 1:]
         real = scalar * w - np.sum(vector * v, axis=-1, keepdims=True)
         return np.concatenate([real, scalar * v + w * vector + np.cross(vector, v)], axis=-1)

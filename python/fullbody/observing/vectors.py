@@ -21,7 +21,7 @@ from ..model.context import SystemLike
 from ..typing import Array
 from .times import LIGHT_SPEED, kilometres, seconds, system_epoch
 
-__all__ = ["SystemGeometry", "Vectors", "local_geometry", "turn"]
+__all__ = ["SystemGeometry", "Vectors", "frame_rotation", "local_geometry"]
 
 _Array = npt.NDArray[np.float64]
 #: The error of the spline between rows, relative to the distance, above which a warning is given.
@@ -40,7 +40,7 @@ class Vectors:
     ) -> None:
         flag(light_time, "light_time")
         if frame is not None:
-            turn("equatorial", frame)
+            frame_rotation("equatorial", frame)
         self.frame = frame
         self.light_time = bool(light_time)
         #: The date of the zero of the axis, TDB, if times are dates.
@@ -53,17 +53,17 @@ class Vectors:
         order = np.argsort(axis, kind="stable")
         self._times = axis[order]
         if (twice := np.flatnonzero(np.diff(self._times) == 0.0)).size:
-            raise InvalidInput(f"times has {self._said(self._times[twice[0]])} twice; expected distinct times")
-        given = {"to_observer": gathered(to_observer, "to_observer")}
+            raise InvalidInput(f"times has {self._as_times(self._times[twice[0]])} twice; expected distinct times")
+        values = {"to_observer": gathered(to_observer, "to_observer")}
         if to_sun is not None:
-            given["to_sun"] = gathered(to_sun, "to_sun")
-        self._km = 1.0 if refuse_mixture(given) else None
-        self._observer = self._vectors(given["to_observer"], "to_observer", order)
-        self._sun = self._vectors(given["to_sun"], "to_sun", order) if to_sun is not None else None
+            values["to_sun"] = gathered(to_sun, "to_sun")
+        self._km = 1.0 if refuse_mixture(values) else None
+        self._observer = self._vectors(values["to_observer"], "to_observer", order)
+        self._sun = self._vectors(values["to_sun"], "to_sun", order) if to_sun is not None else None
         #: The ends of the span along the axis; tables that this package makes have rows beyond them.
         self._ends = (float(self._times[0]), float(self._times[-1]))
         #: Cached results: splines, whether there was a warning, and geometries of systems.
-        self._known: dict[Any, Any] = {}
+        self._cache: dict[Any, Any] = {}
 
     def _axis(self, times: Any, first: bool = False) -> _Array:
         """Return times as numbers along the spline: seconds since the first date, seconds, or plain numbers."""
@@ -82,21 +82,21 @@ class Vectors:
         if is_quantity(times):
             from astropy import units as u
 
-            found = strip_to(times, u.s, "times")
+            result = strip_to(times, u.s, "times")
             if first:
                 self._second = 1.0
         else:
-            found = numbers(times, "times")
+            result = numbers(times, "times")
         if not first and is_quantity(times) != (self._second is not None):
             wanted = "a plain number" if self._second is None else "a Quantity"
             raise InvalidInput(f"time is {shown(times)}; expected {wanted}, as the geometry has them")
-        if not np.isfinite(found).all():
+        if not np.isfinite(result).all():
             raise InvalidInput(f"times is {shown(times)}; expected finite numbers")
-        return found
+        return result
 
-    def _vectors(self, given: Any, what: str, order: Any) -> _Array:
-        refuse_booleans(given, what)
-        rows = vectors(given, what)
+    def _vectors(self, values: Any, what: str, order: Any) -> _Array:
+        refuse_booleans(values, what)
+        rows = vectors(values, what)
         if rows.ndim > 2 or (rows.ndim == 2 and len(rows) != len(order)):
             raise InvalidInput(f"{what} has shape {rows.shape}; expected ({len(order)}, 3), a row for each of times")
         if is_quantity(rows):
@@ -109,9 +109,9 @@ class Vectors:
     @property
     def span(self) -> Any:
         """The first and the last time: dates, Quantities or numbers."""
-        return self._said(self._ends[0]), self._said(self._ends[1])
+        return self._as_times(self._ends[0]), self._as_times(self._ends[1])
 
-    def _said(self, time: float) -> Any:
+    def _as_times(self, time: float) -> Any:
         if self._origin is None and self._second is None:
             return float(time)
         from astropy import units as u
@@ -135,7 +135,7 @@ class Vectors:
 
     def to_sun(self, times: Any) -> Array:
         """Return vectors from the system's barycentre to the Sun, in the form of :meth:`to_observer`."""
-        return self._attached(self._at(self._known_sun(), self._axis(times)))
+        return self._attached(self._at(self._sun_table(), self._axis(times)))
 
     def phase_angle(self, times: Any) -> Any:
         """Return the angle between the directions to the observer and to the Sun, in radians.
@@ -149,7 +149,7 @@ class Vectors:
         float or ndarray, (...)
         """
         axis = self._axis(times)
-        e, s = self._at(self._observer, axis), self._at(self._known_sun(), axis)
+        e, s = self._at(self._observer, axis), self._at(self._sun_table(), axis)
         angle = np.arctan2(np.linalg.norm(np.cross(e, s), axis=-1), np.einsum("...x,...x->...", e, s))
         return float(angle) if np.ndim(angle) == 0 else angle
 
@@ -158,14 +158,14 @@ class Vectors:
         """Whether the geometry has vectors to the Sun."""
         return self._sun is not None
 
-    def _attached(self, found: _Array) -> Any:
+    def _attached(self, result: _Array) -> Any:
         if self._km is None:
-            return found
+            return result
         from astropy import units as u
 
-        return found * u.km
+        return result * u.km
 
-    def _known_sun(self) -> _Array:
+    def _sun_table(self) -> _Array:
         if self._sun is None:
             raise InvalidInput("the geometry has no Sun; give to_sun=")
         return self._sun
@@ -177,17 +177,17 @@ class Vectors:
         outside = (axis < self._ends[0] - slack) | (axis > self._ends[1] + slack)
         if np.any(outside):
             first, last = self.span
-            when = self._said(float(np.atleast_1d(axis)[np.atleast_1d(outside)][0]))
+            when = self._as_times(float(np.atleast_1d(axis)[np.atleast_1d(outside)][0]))
             raise InvalidInput(f"time {when} is outside the span of the geometry, {first} to {last}")
         if len(self._times) == 1:
-            found = np.broadcast_to(table[0] if derivative == 0 else np.zeros(3), (*axis.shape, 3))
-            return np.array(found, dtype=np.float64)
-        spline = self._known.get(id(table))
+            result = np.broadcast_to(table[0] if derivative == 0 else np.zeros(3), (*axis.shape, 3))
+            return np.array(result, dtype=np.float64)
+        spline = self._cache.get(id(table))
         if spline is None:
             with need("observing", "a geometry"):
                 from scipy.interpolate import CubicSpline
 
-            spline = self._known[id(table)] = CubicSpline(self._times, table, axis=0)
+            spline = self._cache[id(table)] = CubicSpline(self._times, table, axis=0)
         after = np.clip(np.searchsorted(self._times, axis), 1, len(self._times) - 1)
         apart = np.minimum(np.abs(axis - self._times[after - 1]), np.abs(axis - self._times[after]))
         if derivative or np.any(apart > slack):
@@ -196,15 +196,15 @@ class Vectors:
 
     def _warn_if_coarse(self, table: _Array) -> None:
         """Warn once if rows are so far apart that the spline between them does not follow the path."""
-        if ("warned", id(table)) in self._known:
+        if ("warned", id(table)) in self._cache:
             return
-        self._known["warned", id(table)] = True
+        self._cache["warned", id(table)] = True
         error, row = relative_error(self._times, table)
         if error > _COARSE:
             caution(
                 f"the vectors of the geometry are so far apart in time that the spline between them is wrong by about "
-                f"{error:.1g} of the distance near {self._said(self._times[row])}; expected rows nearer to each other, "
-                "or times that are among those of the geometry"
+                f"{error:.1g} of the distance near {self._as_times(self._times[row])}; expected rows nearer to each "
+                "other, or times that are among those of the geometry"
             )
 
     def __eq__(self, other: object) -> bool:
@@ -218,7 +218,7 @@ class Vectors:
         return (*scales, self._times, self._observer, self._sun)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_known": {}}
+        return {**self.__dict__, "_cache": {}}
 
     def __repr__(self) -> str:
         first, last = self.span
@@ -226,22 +226,26 @@ class Vectors:
         return f"{type(self).__name__}({len(self._times)} times from {first} to {last}{sun})"
 
 
-def turn(origin: Any, target: Any) -> _Array:
+def frame_rotation(origin: Any, target: Any) -> _Array:
     """Return the matrix of :func:`fullbody.frames.rotation`, which is cached for frames that are named."""
-    return _turn(origin, target) if isinstance(origin, str) and isinstance(target, str) else rotation(origin, target)
+    return (
+        _cached_rotation(origin, target)
+        if isinstance(origin, str) and isinstance(target, str)
+        else rotation(origin, target)
+    )
 
 
 @functools.cache
-def _turn(origin: str, target: str) -> _Array:
+def _cached_rotation(origin: str, target: str) -> _Array:
     return rotation(origin, target)
 
 
 def local_geometry(geometry: Vectors, system: SystemLike) -> SystemGeometry:
     """Return a geometry in the time, units and axes of a system."""
     key = ("system", system.context.epoch, system.context.units.names, system.context.frame)
-    if key not in geometry._known:
-        geometry._known[key] = SystemGeometry(geometry, system)
-    return geometry._known[key]
+    if key not in geometry._cache:
+        geometry._cache[key] = SystemGeometry(geometry, system)
+    return geometry._cache[key]
 
 
 class SystemGeometry:
@@ -263,22 +267,22 @@ class SystemGeometry:
         self._length = 1.0
         if geometry._km is not None:
             self._length = kilometres(system, "a geometry with units of length")
-        self._turn = np.eye(3)
+        self._rotation = np.eye(3)
         if geometry.frame is not None:
             if system.context.frame is None:
                 raise InvalidInput(
                     f"the geometry is in the frame {geometry.frame!r}, and that of the system is not known; "
                     "give fullbody.System(..., frame='ecliptic')"
                 )
-            self._turn = turn(geometry.frame, system.context.frame)
+            self._rotation = frame_rotation(geometry.frame, system.context.frame)
         self.light_speed = np.inf
         if geometry.light_time:
             what = "the light time (light_time=True of the geometry)"
             self.light_speed = LIGHT_SPEED / kilometres(system, what) * seconds(system, what)
 
     def _find(self, table: _Array, times: _Array, derivative: int = 0) -> _Array:
-        found = self._geometry._at(table, times * self._rate + self._late, derivative)
-        return np.asarray(found @ self._turn.T / self._length * self._rate**derivative)
+        result = self._geometry._at(table, times * self._rate + self._late, derivative)
+        return np.asarray(result @ self._rotation.T / self._length * self._rate**derivative)
 
     def observer(self, times: _Array) -> _Array:
         """Return vectors (..., 3) from the barycentre to the observer at times (...) of the system's clock."""
@@ -290,11 +294,11 @@ class SystemGeometry:
 
     def sun(self, times: _Array) -> _Array:
         """Return vectors (..., 3) from the barycentre to the Sun at times (...) of the system's clock."""
-        return self._find(self._geometry._known_sun(), times)
+        return self._find(self._geometry._sun_table(), times)
 
-    def emission(self, given: Any) -> _Array:
+    def emission(self, values: Any) -> _Array:
         """Return the times (...) at which the light that arrives at given times left the barycentre."""
-        times: _Array = np.asarray(given, dtype=np.float64)
+        times: _Array = np.asarray(values, dtype=np.float64)
         if np.isinf(self.light_speed):
             return times
         return np.asarray(times - np.linalg.norm(self.observer(times), axis=-1) / self.light_speed)
@@ -305,12 +309,12 @@ class SystemGeometry:
         if np.isinf(self.light_speed):
             return emitted
         low, high = self.ends()
-        found = emitted
+        result = emitted
         for _ in range(_ITERATIONS):
             # Before the iteration has converged a time may be a little outside the span.
-            way = np.linalg.norm(self.observer(np.clip(found, low, high)), axis=-1)
-            found = emitted + way / self.light_speed
-        return np.asarray(np.clip(found, low, high))
+            way = np.linalg.norm(self.observer(np.clip(result, low, high)), axis=-1)
+            result = emitted + way / self.light_speed
+        return np.asarray(np.clip(result, low, high))
 
     def ends(self) -> tuple[float, float]:
         """Return the first and the last time of observation."""

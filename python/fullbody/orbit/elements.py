@@ -116,8 +116,8 @@ class KeplerElements(Generic[_T], Tabled):
         object.__setattr__(self, "frame", frame)
         for name, value in zip(("a", "e", *_ANGLES), (a, e, i, Omega, omega, M), strict=True):
             value = gathered(value, name, {"a": "length", "e": "number"}.get(name, "angle"))
-            plain = isinstance(value, list | tuple | np.ndarray) and not is_quantity(value)
-            object.__setattr__(self, name, numbers(value, name) if plain else value)
+            is_sequence = isinstance(value, list | tuple | np.ndarray) and not is_quantity(value)
+            object.__setattr__(self, name, numbers(value, name) if is_sequence else value)
         # The core checks the elements; the value of mu does not matter for this.
         _core.elements_to_cartesian(self._rows(_length_number(self.a))[0], 1.0)
         # The mean anomaly of a hyperbola is not an angle.
@@ -130,9 +130,9 @@ class KeplerElements(Generic[_T], Tabled):
 
     def _rows(self, a: Any) -> tuple[Any, tuple[int, ...]]:
         """Return elements as an array (K, 6), and their common shape."""
-        plain = Units()
+        is_sequence = Units()
         columns = [numbers(a, "a"), numbers(self.e, "e")]
-        columns += [plain.strip(getattr(self, name), "angle", name) for name in _ANGLES]
+        columns += [is_sequence.strip(getattr(self, name), "angle", name) for name in _ANGLES]
         try:
             columns = list(np.broadcast_arrays(*columns))
         except ValueError as error:
@@ -237,16 +237,16 @@ class KeplerElements(Generic[_T], Tabled):
                 "the frame that these elements are in is not known; expected origin='ecliptic', or another, or the "
                 "elements of a run whose system has a frame"
             )
-        plain = computed([_length_number(self.a), *(getattr(self, n) for n in ("e", *_ANGLES))])
-        r, v = plain.to_cartesian(1.0)
-        turned = KeplerElements.from_cartesian(rotate(r, origin, target), rotate(v, origin, target), 1.0)
+        is_sequence = computed([_length_number(self.a), *(getattr(self, n) for n in ("e", *_ANGLES))])
+        r, v = is_sequence.to_cartesian(1.0)
+        rotated = KeplerElements.from_cartesian(rotate(r, origin, target), rotate(v, origin, target), 1.0)
         columns: list[Any] = [self.a, self.e]
         for name in _ANGLES:
-            value, given = getattr(turned, name), getattr(self, name)
-            if is_quantity(given):
+            value, old = getattr(rotated, name), getattr(self, name)
+            if is_quantity(old):
                 from astropy import units as u
 
-                value = (value * u.rad).to(given.unit)
+                value = (value * u.rad).to(old.unit)
             columns.append(value)
         return computed(columns, target)
 
@@ -298,7 +298,7 @@ class KeplerElements(Generic[_T], Tabled):
     def _tables(self) -> tuple[Table, ...]:
         """Return a table of the elements: one value each, or the first, last, least and greatest; angles in degrees."""
         rows: list[Sequence[str]] = []
-        many = 0
+        most = 0
         for name in ("a", "e", "i", "Omega", "omega", "M"):
             value = getattr(self, name)
             unit = str(getattr(value, "unit", ""))
@@ -307,11 +307,11 @@ class KeplerElements(Generic[_T], Tabled):
                 unit = "deg"
             flat = np.ravel(np.asarray(getattr(value, "value", value), dtype=float))
             shown = [flat[0]] if flat.size == 1 else [flat[0], flat[-1], flat.min(), flat.max()] if flat.size else []
-            many = max(many, flat.size)
+            most = max(most, flat.size)
             rows.append((head(name, unit), *(f"{x:.8g}" for x in shown)))
-        rows = [(*row, *[row[1]] * 3) if many > 1 and len(row) == 2 else row for row in rows]
-        header = ("", "first", "last", "least", "greatest") if many > 1 else ()
-        return (Table(f"Kepler self, {many} orbits" if many > 1 else "Kepler elements", header, rows),)
+        rows = [(*row, *[row[1]] * 3) if most > 1 and len(row) == 2 else row for row in rows]
+        header = ("", "first", "last", "least", "greatest") if most > 1 else ()
+        return (Table(f"Kepler self, {most} orbits" if most > 1 else "Kepler elements", header, rows),)
 
     def __repr__(self) -> str:
         parts = [f"{name}={brief(getattr(self, name))}" for name in ("a", "e", *_ANGLES)]
@@ -347,8 +347,8 @@ def _mu_and_units(length: Any, mu: Any, what: str) -> tuple[float, Any, Any]:
         # Plain numbers are in the units of the system to which mu belongs.
         return float(mu.value), system.unit("length"), 1 / system.unit("time")
     if is_quantity(length) != is_quantity(mu):
-        given, unit, plain = (what, length.unit, "mu") if is_quantity(length) else ("mu", mu.unit, what)
-        raise InvalidInput(f"{given} has the unit {unit}, but {plain} has none; expected both or neither")
+        old, unit, is_sequence = (what, length.unit, "mu") if is_quantity(length) else ("mu", mu.unit, what)
+        raise InvalidInput(f"{old} has the unit {unit}, but {is_sequence} has none; expected both or neither")
     if not is_quantity(length):
         return scalar(numbers(mu, "mu"), "mu"), None, None
     from astropy import units as u

@@ -45,16 +45,16 @@ class Outside:
 
     def forces(self, start: float, relative: npt.NDArray[Any], spins: npt.NDArray[Any]) -> list[Force]:
         """Return the forces; tides need the relative position, velocity (2, 3) and spins (2, 3), all inertial."""
-        found: list[Force] = []
+        models: list[Force] = []
         for name, third in (("flyby", self.flyby), ("Sun", self.sun)):
             if third is not None:
                 mass, (a, e, i, node, argument, periapsis) = third
                 orbit = KeplerElements(a, e, i, node, argument, 0.0)
-                found.append(ThirdBody(mass=mass, orbit=orbit, of="body", time=periapsis, name=name))
+                models.append(ThirdBody(mass=mass, orbit=orbit, of="body", time=periapsis, name=name))
         if self.circular is not None:
             mass, distance = self.circular
             orbit = KeplerElements(distance, 0.0, 0.0, 0.0, 0.0, 0.0)
-            found.append(ThirdBody(mass=mass, orbit=orbit, of="system", time=start, name="Sun"))
+            models.append(ThirdBody(mass=mass, orbit=orbit, of="system", time=start, name="Sun"))
         if self.tides is not None:
             position, velocity = relative
             orbital = np.cross(position, velocity) / (position @ position)
@@ -63,8 +63,8 @@ class Outside:
                 # The tide with the highest frequency has the shortest lag.
                 frequency = max(2.0 * np.linalg.norm(spins[k] - orbital), np.linalg.norm(orbital))
                 lag = float(np.sin(2.0 * tide.angle) / frequency)
-                found.append(Tide(names[k], names[1 - k], tide.k2, lag, radius=tide.radius))
-        return found
+                models.append(Tide(names[k], names[1 - k], tide.k2, lag, radius=tide.radius))
+        return models
 
     def input_warnings(self) -> Iterator[str]:
         """Return warnings of input for which GUBAS's own result differs from the result of this package."""

@@ -66,9 +66,9 @@ def orbit(
     position = run.arrays["position"]
     kwargs = wishes(kwargs)
     near, far = split_far(run, about)
-    for place, body in enumerate(k for k in near if k != about):
+    for index, body in enumerate(k for k in near if k != about):
         path = position[:, body] - position[:, about]
-        style = line(place, {"linewidth": 0.9, "label": called(run, body), **kwargs})
+        style = line(index, {"linewidth": 0.9, "label": called(run, body), **kwargs})
         ax.plot(path[:, across], path[:, up], **style)
     for body, distance in far:
         ax.plot([], [], linestyle="none", label=far_label(run, body, distance))
@@ -92,7 +92,7 @@ def _outline(ax: Any, run: Record, body: int, centre: Array, plane: list[int]) -
         ax.plot(*centre[:, None], marker="+", color=LINES[2]["color"], linestyle="none")
         return
     matrix = matrices(run, body)[-1][plane]
-    turn = np.linspace(0.0, 2.0 * np.pi, 73)
+    angles = np.linspace(0.0, 2.0 * np.pi, 73)
     for surface in drawn:
         columns = matrix @ surface.columns
         if surface.triangles is not None:
@@ -102,6 +102,6 @@ def _outline(ax: Any, run: Record, body: int, centre: Array, plane: list[int]) -
             faces.set_zorder(3)
             ax.add_collection(faces)
             continue
-        edge = np.linalg.cholesky(columns @ columns.T) @ np.array([np.cos(turn), np.sin(turn)])
-        place = centre + matrix @ surface.position
-        ax.fill(*(place[:, None] + edge), facecolor="0.8", edgecolor="0.2", linewidth=0.8, zorder=3)
+        edge = np.linalg.cholesky(columns @ columns.T) @ np.array([np.cos(angles), np.sin(angles)])
+        index = centre + matrix @ surface.position
+        ax.fill(*(index[:, None] + edge), facecolor="0.8", edgecolor="0.2", linewidth=0.8, zorder=3)

@@ -48,10 +48,10 @@ def spins(
     """
     choice(frame, "frame", ("body", "inertial"))
     run, ax, kwargs = plots.sampled(), kwargs.pop("axes", ax), wishes(kwargs)
-    places = chosen(run, bodies)
-    flat, result = panels(ax, (len(places),), (7.0, 0.4 + 2.2 * len(places)))
+    indices = chosen(run, bodies)
+    flat, result = panels(ax, (len(indices),), (7.0, 0.4 + 2.2 * len(indices)))
     time = times(run)
-    for body, ax in zip(places, flat, strict=True):
+    for body, ax in zip(indices, flat, strict=True):
         spin = run.arrays["spin"][:, body]
         if frame == "inertial":
             spin = np.einsum("kij,kj->ki", matrices(run, body), spin)

@@ -10,14 +10,14 @@ from ..base.tables import number
 from ..base.units import Units, scalar
 from ..errors import InvalidInput, caution
 
-__all__ = ["end_of_run", "given_end", "sampling", "spacing_warning"]
+__all__ = ["end_arguments", "end_of_run", "sampling", "spacing_warning"]
 
 
-def given_end(until: Any, duration: Any) -> dict[str, Any]:
+def end_arguments(until: Any, duration: Any) -> dict[str, Any]:
     """Return the one of both that is given, by its name, or raise an error."""
     if (until is None) == (duration is None):
-        given = "neither until nor duration" if until is None else "both until and duration"
-        raise InvalidInput(f"{given} are given; expected until, a time, or duration, a length of time")
+        problem = "neither until nor duration" if until is None else "both until and duration"
+        raise InvalidInput(f"{problem} are given; expected until, a time, or duration, a length of time")
     return {"until": until} if duration is None else {"duration": duration}
 
 
@@ -29,7 +29,7 @@ def end_of_run(until: Any, duration: Any, start: float, units: Units) -> float:
     InconsistentInput
         For a text that is a time before the start.
     """
-    if "duration" in given_end(until, duration):
+    if "duration" in end_arguments(until, duration):
         return start + units.number(duration, "time", "duration")
     end = scalar(units.strip(until, "time", "until"), "until")
     if isinstance(until, str) and end < start:

@@ -12,7 +12,7 @@ import numpy as np
 from ..base.arguments import options_of, refuse_unknown
 from ..base.kinds import choice
 from ..base.limits import Limits
-from ..base.units import PLAIN, USUAL, Units, gathered, is_quantity
+from ..base.units import UNITLESS, USUAL, Units, gathered, is_quantity
 from ..errors import InvalidInput, caution
 from ..model.bodies import Body
 from ..model.state import State, from_numbers
@@ -20,7 +20,7 @@ from ..motion.system import System
 from . import input_warnings
 from .attraction import circular_orbit
 from .component import Component, body_of, has_units
-from .masses import Found, Known, known_from, solve
+from .masses import BinaryInput, BinarySolution, input_from, solve
 from .mean_period import start_with_period
 from .start import Orbit, Start
 
@@ -171,24 +171,28 @@ def binary(
     swing = _libration(secondary, synchronous, libration)
     convert, gravity = _units_and_gravity(units, G, (total_mass, period, start_period, semi_major_axis), components)
     orbit = Orbit.published(eccentricity, pole, argument_of_periapsis, mean_anomaly)
-    known = known_from(convert, gravity, components, total_mass, mass_ratio, equal_density, period, semi_major_axis)
+    quantities = input_from(
+        convert, gravity, components, total_mass, mass_ratio, equal_density, period, semi_major_axis
+    )
     warn_above = convert.number(mismatch_warning, "number", "mismatch_warning", _TOLERANCE)
-    found = _found(known, warn_above, convert.number(mismatch_error, "number", "mismatch_error", _TOLERANCE))
-    system = System(_bodies(components, found.masses, convert), G=gravity, units=convert.names, **options)
-    for text in input_warnings.of_binary(system, components, synchronous, found.semi_major_axis):
+    solution = _solved(quantities, warn_above, convert.number(mismatch_error, "number", "mismatch_error", _TOLERANCE))
+    system = System(_bodies(components, solution.masses, convert), G=gravity, units=convert.names, **options)
+    for text in input_warnings.of_binary(system, components, synchronous, solution.semi_major_axis):
         caution(text)
-    start = Start.of(system, components, found, orbit, swing if synchronous else None, at_rest)
+    start = Start.of(system, components, solution, orbit, swing if synchronous else None, at_rest)
     start.refuse_overlap(system, start.separation)
     if elements == "mean":
         made_for = None if start_period is None else convert.number(start_period, "time", "start_period")
-        plain, warning = _remembered(system, known, found, start, made_for)
-        start.refuse_overlap(system, plain.position[1] - plain.position[0])
+        start_state, warning = _remembered(system, quantities, solution, start, made_for)
+        start.refuse_overlap(system, start_state.position[1] - start_state.position[0])
     else:
-        plain, warning = _osculating(system, found, start, warn_above)
+        start_state, warning = _osculating(system, solution, start, warn_above)
     if warning is not None:
         caution(warning)
     begin = convert.number(time, "time", "time")
-    return system, from_numbers(system.context, plain.position, plain.velocity, start.attitudes, plain.spin, begin)
+    return system, from_numbers(
+        system.context, start_state.position, start_state.velocity, start.attitudes, start_state.spin, begin
+    )
 
 
 def _refuse_choices(
@@ -198,8 +202,10 @@ def _refuse_choices(
     for component in components:
         if not isinstance(component, Component):
             raise InvalidInput(f"{component!r} is not a Component; expected fullbody.Component(...)")
-    own = options_of(binary)
-    refuse_unknown(options, [*own, *(o for o in options_of(System) if o not in (*own, "bodies"))], "binary")
+    own_options = options_of(binary)
+    refuse_unknown(
+        options, [*own_options, *(o for o in options_of(System) if o not in (*own_options, "bodies"))], "binary"
+    )
     if "bodies" in options:
         raise InvalidInput("'bodies' is not an option of binary, which makes them; expected primary and secondary")
     choice(at_rest, "at_rest", ("barycentre", "primary"))
@@ -210,13 +216,13 @@ def _libration(secondary: Component, synchronous: bool, libration: Any) -> float
     """Return the libration in radians, after checking that it agrees with the secondary's rotation."""
     if synchronous and secondary.rotation_period is not None:
         raise InvalidInput("the secondary has a rotation_period and is synchronous; expected one of the two")
-    turn = Limits(least=-2 * np.pi, most=2 * np.pi, text="radians, a turn at most, or a Quantity")
-    swing = PLAIN.number(libration, "angle", "libration", turn)
+    within_turn = Limits(least=-2 * np.pi, most=2 * np.pi, text="radians, a turn at most, or a Quantity")
+    swing = UNITLESS.number(libration, "angle", "libration", within_turn)
     if swing != 0.0 and not synchronous:
         raise InvalidInput(
             f"libration is {libration!r} of a secondary that is not synchronous; expected rotation_angle"
         )
-    if synchronous and PLAIN.number(secondary.rotation_angle, "angle", "rotation_angle") != 0.0:
+    if synchronous and UNITLESS.number(secondary.rotation_angle, "angle", "rotation_angle") != 0.0:
         raise InvalidInput(
             f"rotation_angle is {secondary.rotation_angle!r} of a secondary that is synchronous; expected libration="
         )
@@ -224,12 +230,12 @@ def _libration(secondary: Component, synchronous: bool, libration: Any) -> float
 
 
 def _units_and_gravity(
-    units: Any, G: Any, given: tuple[Any, ...], components: tuple[Component, Component]
+    units: Any, G: Any, eccentricity: tuple[Any, ...], components: tuple[Component, Component]
 ) -> tuple[Units, float]:
     """Return the units of the system and its gravitational constant in them."""
     if G is None and not units:
-        given = (*given, *(getattr(component, name) for component in components for name in _WITH_UNITS))
-        named = any(isinstance(value, str) or is_quantity(gathered(value, "a number")) for value in given)
+        eccentricity = (*eccentricity, *(getattr(component, name) for component in components for name in _WITH_UNITS))
+        named = any(isinstance(value, str) or is_quantity(gathered(value, "a number")) for value in eccentricity)
         if named or any(map(has_units, components)):
             raise InvalidInput(f"the numbers have units and the system has none; expected units={USUAL}, or others")
         raise InvalidInput("G is not given; expected a number, or units=(length, time, mass)")
@@ -237,15 +243,15 @@ def _units_and_gravity(
     return convert, convert.gravitational_constant if G is None else convert.number(G, "G", "G")
 
 
-def _found(known: Known, warn_above: float, refuse_above: float) -> Found:
+def _solved(quantities: BinaryInput, warn_above: float, refuse_above: float) -> BinarySolution:
     """Return masses, period and semi-major axis, after comparing values that are given twice."""
-    found, mismatches = solve(known)
+    solution, mismatches = solve(quantities)
     for mismatch in mismatches:
         if mismatch.relative > refuse_above:
             raise InvalidInput(f"{mismatch}; expected agreement to mismatch_error={refuse_above:g}")
         if mismatch.relative > warn_above:
             caution(f"{mismatch}; the former is taken")
-    return found
+    return solution
 
 
 def _bodies(components: tuple[Component, Component], masses: tuple[float, float], convert: Units) -> list[Body]:
@@ -257,14 +263,14 @@ def _bodies(components: tuple[Component, Component], masses: tuple[float, float]
 
 
 def _remembered(
-    system: System, known: Known, found: Found, start: Start, start_period: float | None
+    system: System, quantities: BinaryInput, solution: BinarySolution, start: Start, start_period: float | None
 ) -> tuple[State, str | None]:
     """Cache the result of :func:`_mean`, which takes tenths of a second, for equal arguments."""
     try:
-        packed = pickle.dumps((system, known, found, start, start_period))
+        packed = pickle.dumps((system, quantities, solution, start, start_period))
     except (pickle.PicklingError, AttributeError, TypeError):
         # A force may be a function that has no name.
-        return _mean(system, known, found, start, start_period)
+        return _mean(system, quantities, solution, start, start_period)
     return _of_packed(packed)
 
 
@@ -274,29 +280,31 @@ def _of_packed(packed: bytes) -> tuple[State, str | None]:
 
 
 def _mean(
-    system: System, known: Known, found: Found, start: Start, start_period: float | None
+    system: System, quantities: BinaryInput, solution: BinarySolution, start: Start, start_period: float | None
 ) -> tuple[State, str | None]:
     """Return a start in the bodies' actual attraction, and a warning if it does not keep its mean period."""
-    if known.period is None:
-        circle, mu = circular_orbit(system, found, start, keep="semi_major_axis")
+    if quantities.period is None:
+        circle, mu = circular_orbit(system, solution, start, keep="semi_major_axis")
         return start.state(circle.semi_major_axis, mu, circle.period), None
 
     def made_for(period: float) -> State:
-        circle, mu = circular_orbit(system, replace(found, period=period), start, keep="period")
-        return start.state(circle.semi_major_axis, mu, found.period)
+        circle, mu = circular_orbit(system, replace(solution, period=period), start, keep="period")
+        return start.state(circle.semi_major_axis, mu, solution.period)
 
     if start_period is not None:
         return made_for(start_period), None
-    return start_with_period(system, found.period, made_for, start.locked)
+    return start_with_period(system, solution.period, made_for, start.locked)
 
 
-def _osculating(system: System, found: Found, start: Start, warn_above: float) -> tuple[State, str | None]:
+def _osculating(system: System, solution: BinarySolution, start: Start, warn_above: float) -> tuple[State, str | None]:
     """Return the start of a Kepler orbit, and a warning if the bodies' figures force a larger eccentricity."""
-    mu = system.context.G * sum(found.masses)
-    state = start.state(found.semi_major_axis, mu, found.period)
+    mu = system.context.G * sum(solution.masses)
+    state = start.state(solution.semi_major_axis, mu, solution.period)
     # The attraction is that at the distance of the start, where the bodies do not overlap.
-    there = replace(found, semi_major_axis=float(np.linalg.norm(start.separation)))
+    there = replace(solution, semi_major_axis=float(np.linalg.norm(start.separation)))
     _, attracting = circular_orbit(system, there, start, keep="semi_major_axis")
     forced = abs(attracting / mu - 1.0)
-    given = start.orbit.eccentricity
-    return state, input_warnings.too_round(state, given, forced, attracting) if forced - given > warn_above else None
+    eccentricity = start.orbit.eccentricity
+    return state, input_warnings.too_round(
+        state, eccentricity, forced, attracting
+    ) if forced - eccentricity > warn_above else None

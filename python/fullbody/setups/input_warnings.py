@@ -38,12 +38,12 @@ def of_binary(
             )
 
 
-def too_round(start: State, given: float, forced: float, mu: float) -> str:
+def too_round(start: State, eccentricity: float, forced: float, mu: float) -> str:
     """Return a warning of an osculating eccentricity below the forced one, with mu of the bodies' actual attraction."""
     r, v = start.position[1] - start.position[0], start.velocity[1] - start.velocity[0]
     free = np.linalg.norm(np.cross(v, np.cross(r, v)) / mu - r / np.linalg.norm(r))
     return (
-        f"the eccentricity of {given:.3g} is osculating and below that of {forced:.3g} which the figures of the bodies "
-        f"force at this distance; the distance will vary as on an ellipse of eccentricity {free:.3g}; expected "
+        f"the eccentricity of {eccentricity:.3g} is osculating and below that of {forced:.3g} which the figures of the "
+        f"bodies force at this distance; the distance will vary as on an ellipse of eccentricity {free:.3g}; expected "
         "elements='mean', with the eccentricity that the distance is to show"
     )

@@ -16,7 +16,7 @@ from .component import Component
 
 
 @dataclass(frozen=True)
-class Known:
+class BinaryInput:
     """The given numbers, with ``None`` for missing ones."""
 
     G: float
@@ -28,7 +28,7 @@ class Known:
 
 
 @dataclass(frozen=True)
-class Found:
+class BinarySolution:
     """The numbers that follow from the given ones."""
 
     masses: tuple[float, float]
@@ -58,7 +58,7 @@ class Mismatch:
         )
 
 
-def known_from(
+def input_from(
     convert: Units,
     gravity: float,
     components: tuple[Component, Component],
@@ -67,34 +67,34 @@ def known_from(
     equal_density: bool,
     period: Any,
     semi_major_axis: Any,
-) -> Known:
+) -> BinaryInput:
     """Convert the arguments of :func:`binary` to plain numbers in one set of units."""
 
-    def plain(value: Any, dimension: str, what: str) -> float | None:
+    def unitless(value: Any, dimension: str, what: str) -> float | None:
         return None if value is None else convert.number(value, dimension, what, POSITIVE)
 
     volumes, masses = [], []
-    for place, component in enumerate(components):
-        called = component.name if component.name is not None else f"body {place}"
+    for index, component in enumerate(components):
+        called = component.name if component.name is not None else f"body {index}"
         if isinstance(component.shape, Composite):
             volume = _volume(component.shape, convert, called) if equal_density else np.nan
         else:
             volume = Body(component.shape, density=1.0, name=component.name)._core(convert, 0).volume
-        density = plain(component.density, "density", f"density of {called}")
+        density = unitless(component.density, "density", f"density of {called}")
         volumes.append(volume)
-        masses.append(plain(component.mass, "mass", f"mass of {called}") if density is None else density * volume)
+        masses.append(unitless(component.mass, "mass", f"mass of {called}") if density is None else density * volume)
     if equal_density and mass_ratio is not None:
         raise InvalidInput("both mass_ratio and equal_density are given; expected one of the two")
     ratio = volumes[1] / volumes[0] if equal_density else None
     if mass_ratio is not None:
         ratio = convert.number(mass_ratio, "number", "mass_ratio", POSITIVE)
-    return Known(
+    return BinaryInput(
         gravity,
         (masses[0], masses[1]),
-        plain(total_mass, "mass", "total_mass"),
+        unitless(total_mass, "mass", "total_mass"),
         ratio,
-        plain(period, "time", "period"),
-        plain(semi_major_axis, "length", "semi_major_axis"),
+        unitless(period, "time", "period"),
+        unitless(semi_major_axis, "length", "semi_major_axis"),
     )
 
 
@@ -109,7 +109,7 @@ def _volume(composite: Composite, convert: Units, called: str) -> float:
     return float(mass / convert.number(densities.pop(), "density", "density"))
 
 
-def solve(known: Known) -> tuple[Found, list[Mismatch]]:
+def solve(quantities: BinaryInput) -> tuple[BinarySolution, list[Mismatch]]:
     """Solve for the missing numbers, and compare each two values of one quantity.
 
     Raises
@@ -119,42 +119,50 @@ def solve(known: Known) -> tuple[Found, list[Mismatch]]:
     """
     mismatches: list[Mismatch] = []
     kepler = None
-    if known.period is not None and known.semi_major_axis is not None:
-        kepler = 4 * np.pi**2 * known.semi_major_axis**3 / (known.G * known.period**2)
-    total = known.total if known.total is not None else kepler
-    masses = _split(known, total, mismatches)
+    if quantities.period is not None and quantities.semi_major_axis is not None:
+        kepler = 4 * np.pi**2 * quantities.semi_major_axis**3 / (quantities.G * quantities.period**2)
+    total = quantities.total if quantities.total is not None else kepler
+    masses = _split(quantities, total, mismatches)
     mass = sum(masses)
-    if known.period is not None:
-        period = known.period
-        axis = float(np.cbrt(known.G * mass * (period / (2 * np.pi)) ** 2))
-        if known.semi_major_axis is not None:
+    if quantities.period is not None:
+        period = quantities.period
+        axis = float(np.cbrt(quantities.G * mass * (period / (2 * np.pi)) ** 2))
+        if quantities.semi_major_axis is not None:
             mismatches.append(
                 Mismatch(
-                    "the semi-major axis", axis, "the masses and the period", known.semi_major_axis, "semi_major_axis"
+                    "the semi-major axis",
+                    axis,
+                    "the masses and the period",
+                    quantities.semi_major_axis,
+                    "semi_major_axis",
                 )
             )
-    elif known.semi_major_axis is not None:
-        axis = known.semi_major_axis
-        period = float(2 * np.pi * np.sqrt(axis**3 / (known.G * mass)))
+    elif quantities.semi_major_axis is not None:
+        axis = quantities.semi_major_axis
+        period = float(2 * np.pi * np.sqrt(axis**3 / (quantities.G * mass)))
     else:
         raise InvalidInput("neither period nor semi_major_axis is given; expected one of the two, or both")
-    return Found(masses, period, axis), mismatches
+    return BinarySolution(masses, period, axis), mismatches
 
 
-def _split(known: Known, total: float | None, mismatches: list[Mismatch]) -> tuple[float, float]:
-    first, second = known.masses
+def _split(quantities: BinaryInput, total: float | None, mismatches: list[Mismatch]) -> tuple[float, float]:
+    first, second = quantities.masses
     if first is not None and second is not None:
-        if known.total is not None:
-            mismatches.append(Mismatch("the total mass", first + second, "the components", known.total, "total_mass"))
-        if known.ratio is not None:
-            mismatches.append(Mismatch("the mass ratio", second / first, "the components", known.ratio, "mass_ratio"))
-        return first, second
-    one = first if first is not None else second
-    if one is not None and known.ratio is not None:
-        both = (one, one * known.ratio) if second is None else (one / known.ratio, one)
-        if known.total is not None:
+        if quantities.total is not None:
             mismatches.append(
-                Mismatch("the total mass", sum(both), "a component and the ratio", known.total, "total_mass")
+                Mismatch("the total mass", first + second, "the components", quantities.total, "total_mass")
+            )
+        if quantities.ratio is not None:
+            mismatches.append(
+                Mismatch("the mass ratio", second / first, "the components", quantities.ratio, "mass_ratio")
+            )
+        return first, second
+    single = first if first is not None else second
+    if single is not None and quantities.ratio is not None:
+        both = (single, single * quantities.ratio) if second is None else (single / quantities.ratio, single)
+        if quantities.total is not None:
+            mismatches.append(
+                Mismatch("the total mass", sum(both), "a component and the ratio", quantities.total, "total_mass")
             )
         return both
     if total is None:
@@ -162,14 +170,14 @@ def _split(known: Known, total: float | None, mismatches: list[Mismatch]) -> tup
             "the masses are not given; expected both of the components, or total_mass (or period and semi_major_axis) "
             "with mass_ratio, equal_density=True or one component's mass"
         )
-    if one is not None:
-        other = total - one
+    if single is not None:
+        other = total - single
         if other <= 0.0:
-            raise InvalidInput(f"a component's mass is {one:.6g} of {total:.6g} in all; expected less")
-        return (one, other) if second is None else (other, one)
-    if known.ratio is None:
+            raise InvalidInput(f"a component's mass is {single:.6g} of {total:.6g} in all; expected less")
+        return (single, other) if second is None else (other, single)
+    if quantities.ratio is None:
         raise InvalidInput(
             "how the total mass is shared is not given; expected mass_ratio, equal_density=True, or a component's mass "
             "or density"
         )
-    return total / (1 + known.ratio), total * known.ratio / (1 + known.ratio)
+    return total / (1 + quantities.ratio), total * quantities.ratio / (1 + quantities.ratio)

@@ -11,13 +11,13 @@ import numpy.typing as npt
 from ..base import rotations
 from ..base.arguments import longitude_latitude, warn_if_degrees
 from ..base.limits import Limits
-from ..base.units import PLAIN
+from ..base.units import UNITLESS
 from ..model.failures import explaining
 from ..model.state import State, strip
 from ..motion.system import System
 from ..orbit.elements import KeplerElements
 from .component import Component, attitude, pointing, rate
-from .masses import Found
+from .masses import BinarySolution
 
 _Array = npt.NDArray[np.float64]
 
@@ -35,7 +35,7 @@ class Orbit:
     @classmethod
     def published(cls, eccentricity: Any, pole: Any, periapsis: Any, anomaly: Any) -> Orbit:
         """Make an orbit from the arguments of :func:`binary` after checking each."""
-        e = PLAIN.number(eccentricity, "number", "eccentricity", Limits(least=0.0, below=1.0))
+        e = UNITLESS.number(eccentricity, "number", "eccentricity", Limits(least=0.0, below=1.0))
         node, inclination = 0.0, 0.0
         if pole is not None:
             longitude, latitude = longitude_latitude(pole, "pole")
@@ -51,7 +51,7 @@ class Orbit:
     @property
     def plane(self) -> _Array:
         """The attitude of the orbit's plane: x towards the node, z towards the pole."""
-        return rotations.product(rotations.turn(2, self.node), rotations.turn(0, self.inclination))
+        return rotations.product(rotations.about_axis(2, self.node), rotations.about_axis(0, self.inclination))
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Start:
         The rates of rotation about each z-axis; ``None`` for a synchronous secondary, whose rate is the orbit's.
     shares
         The bodies' positions and velocities divided by the relative ones (2,).
-    primary_turns
+    primary_rotates
         Whether the primary turns relative to the line that joins the bodies.
     """
 
@@ -77,37 +77,37 @@ class Start:
     attitudes: _Array
     rates: tuple[float, float | None]
     shares: _Array
-    primary_turns: bool
+    primary_rotates: bool
 
     @classmethod
     def of(
         cls,
         system: System,
         components: tuple[Component, Component],
-        found: Found,
+        solution: BinarySolution,
         orbit: Orbit,
         libration: float | None,
         at_rest: str,
     ) -> Start:
         """Make the start of a system's bodies; the libration is ``None`` for a secondary that is not synchronous."""
         primary, secondary = components
-        separation, _ = orbit.cartesian(found.semi_major_axis, system.context.G * sum(found.masses))
+        separation, _ = orbit.cartesian(solution.semi_major_axis, system.context.G * sum(solution.masses))
         plane = orbit.plane
         synchronous = libration is not None
         angle = None if libration is None else pointing(secondary, plane, -separation) + libration
         attitudes = np.array([attitude(primary, plane, None), attitude(secondary, plane, angle)])
         rates = [rate(part, system.context.units, name) for part, name in zip(components, system.names, strict=True)]
-        turn = rates[0] * found.period / (2 * np.pi) * rotations.matrices(attitudes[0])[:, 2]
+        pole = rates[0] * solution.period / (2 * np.pi) * rotations.matrices(attitudes[0])[:, 2]
         shares = np.array([0.0, 1.0])
         if at_rest == "barycentre":
-            shares = np.array([-found.masses[1], found.masses[0]]) / sum(found.masses)
+            shares = np.array([-solution.masses[1], solution.masses[0]]) / sum(solution.masses)
         return cls(
             orbit,
             separation,
             attitudes,
             (rates[0], None if synchronous else rates[1]),
             shares,
-            primary_turns=bool(np.linalg.norm(turn - rotations.matrices(plane)[:, 2]) > 1e-6),
+            primary_rotates=bool(np.linalg.norm(pole - rotations.matrices(plane)[:, 2]) > 1e-6),
         )
 
     @property
@@ -118,12 +118,12 @@ class Start:
     @property
     def locked(self) -> list[int]:
         """The indices of the bodies that turn with the orbit."""
-        return [k for k, turns in enumerate((self.primary_turns, self.rates[1] is not None)) if not turns]
+        return [k for k, rotates in enumerate((self.primary_rotates, self.rates[1] is not None)) if not rotates]
 
     def state(self, semi_major_axis: float, mu: float, period: float) -> State:
         """Return the state on an orbit of this size and speed; a synchronous secondary turns once in the period."""
         r, v = self.orbit.cartesian(semi_major_axis, mu)
-        spins = [2 * np.pi / period if own is None else own for own in self.rates]
+        spins = [2 * np.pi / period if rate is None else rate for rate in self.rates]
         shares = self.shares[:, None]
         return State(shares * r, shares * v, self.attitudes, [[0.0, 0.0, spin] for spin in spins])
 
@@ -136,4 +136,4 @@ class Start:
 
 def _angle(value: Any, what: str) -> float:
     warn_if_degrees(value, what)
-    return PLAIN.number(value, "angle", what)
+    return UNITLESS.number(value, "angle", what)

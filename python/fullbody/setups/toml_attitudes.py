@@ -8,7 +8,7 @@ import numpy.typing as npt
 from ..frames import attitude as attitude_of_pole
 from ..frames import rotate_pole
 from ..model.state import State
-from .toml_table import Table
+from .toml_table import TomlTable
 
 __all__ = ["ANGLES", "attitude", "flag", "spin"]
 
@@ -18,7 +18,7 @@ _Array = npt.NDArray[np.float64]
 ANGLES = ("attitude", "angles", "pole", "pole_frame", "rotation_angle")
 
 
-def attitude(table: Table, frame: str | None = None) -> _Array:
+def attitude(table: TomlTable, frame: str | None = None) -> _Array:
     """Return the attitude of a body in a frame, or of a part, as a quaternion: none by default."""
     for key in ("rotation_angle", "pole_frame"):
         if key in table and "pole" not in table:
@@ -44,7 +44,7 @@ def attitude(table: Table, frame: str | None = None) -> _Array:
     return np.array([1.0, 0.0, 0.0, 0.0])
 
 
-def flag(table: Table, key: str) -> bool:
+def flag(table: TomlTable, key: str) -> bool:
     """Return a choice of yes or no; no by default."""
     value = table.content.get(key, False)
     if not isinstance(value, bool):
@@ -52,7 +52,7 @@ def flag(table: Table, key: str) -> bool:
     return value
 
 
-def spin(table: Table) -> _Array:
+def spin(table: TomlTable) -> _Array:
     """Return the spin of a body in its own frame: none by default."""
     match table.one_of("spin", "rotation_period"):
         case "spin":

@@ -164,7 +164,7 @@ def test_some_bodies_only(triple_run):
     assert ax.get_title(loc="left") == "body 1, body frame"
     assert np.array_equal(ax.lines[1].get_ydata(), triple_run.spin[:, 1, 1])
     assert triple_run.plot.angles(bodies=[2, 0]).shape == (2, 2)
-    with pytest.raises(InvalidInput, match="one of bodies is 3; expected a body's place, 0 to 2"):
+    with pytest.raises(InvalidInput, match="one of bodies is 3; expected a body's index, 0 to 2"):
         triple_run.plot.spins(bodies=[3])
     with pytest.raises(InvalidInput, match="bodies is empty"):
         triple_run.plot.angles(bodies=[])
@@ -482,7 +482,7 @@ def test_motion_along_a_line_is_drawn_without_elements():
 def test_bad_requests_are_named(kw4_run):
     with pytest.raises(InvalidInput, match="plane is 'ab'; expected "):
         kw4_run.plot.orbit(plane="ab")
-    with pytest.raises(InvalidInput, match="about is 2; expected a body's place, 0 to 1"):
+    with pytest.raises(InvalidInput, match="about is 2; expected a body's index, 0 to 1"):
         kw4_run.plot.orbit(about=2)
     with pytest.raises(InvalidInput, match="axes has 3 axes; expected 2"):
         kw4_run.plot.spins(axes=plt.subplots(3)[1])
