@@ -84,8 +84,9 @@ class Pair:
     @staticmethod
     def _radius(core: _core.Body) -> float:
         """Return an upper bound of the distance of a body's points from its centre."""
+        solids = (_core.Polyhedron, _core.StokesCoefficients)
         sizes = [
-            np.linalg.norm(position) + (max(shape) if isinstance(shape, tuple) else shape.circumradius)
+            np.linalg.norm(position) + (shape.circumradius if isinstance(shape, solids) else max(shape))
             for shape, _, position, _ in core.parts
             if shape is not None
         ]
